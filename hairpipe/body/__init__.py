@@ -1,0 +1,1 @@
+"""Skeletons, motion capture and skinning."""

@@ -1,0 +1,8 @@
+"""The values that travel along the edges of a graph: frozen dataclasses of numpy arrays and scalars, nothing else."""
+
+from hairpipe.data.body import Body, Pose, Skeleton
+from hairpipe.data.groom import Groom, Strands
+from hairpipe.data.levelset import LevelSet
+from hairpipe.data.mesh import Mesh
+
+__all__ = ["Body", "Groom", "LevelSet", "Mesh", "Pose", "Skeleton", "Strands"]

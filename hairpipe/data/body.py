@@ -1,0 +1,53 @@
+"""A body at rest, and the pose that moves it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hairpipe.data.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """Joints of a body at rest; a parent stands before its children.
+
+    names    of the joints, J of them
+    parents  index of the parent joint, -1 at a root, (J,) int32
+    rest     joint-to-world matrices at rest [m], column vectors (x' = R x), (J, 4, 4) float64
+    tips     world position of the far end of every joint's bone at rest [m], (J, 3) float64
+    """
+
+    names: tuple[str, ...]
+    parents: np.ndarray
+    rest: np.ndarray
+    tips: np.ndarray
+
+
+@dataclass(frozen=True)
+class Body:
+    """A mesh at rest that a skeleton moves by linear blend skinning, with maps painted on its vertices.
+
+    mesh      at rest, n vertices; Y up, the face looks along +Z
+    skeleton  J joints
+    joints    indices of the k joints a vertex follows, (n, k) int32
+    weights   their weights, each row sums to 1, (n, k) float64
+    maps      painted vertex values by name, each (n,) float64 in 0..1; "scalp" is where hair may grow
+    """
+
+    mesh: Mesh
+    skeleton: Skeleton
+    joints: np.ndarray
+    weights: np.ndarray
+    maps: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where the joints of a body's skeleton are at one frame, and how they move.
+
+    transforms  joint-to-world matrices [m], (J, 4, 4) float64, in the order of the skeleton
+    rates       their time derivatives [1/s, m/s], (J, 4, 4) float64
+    """
+
+    transforms: np.ndarray
+    rates: np.ndarray

@@ -1,0 +1,43 @@
+"""Hair at rest, and hair at one frame."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Groom:
+    """Strands on the body at rest, root first, each cut into segments of equal length and bound to the body.
+
+    points            of all strands, one strand after another [m], (p, 3) float64; a strand's first point lies on the skin
+    offsets           strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
+    ids               of the strands, unique, (S,) int32
+    root_triangles    triangle of the body a strand grows from, (S,) int32
+    root_barycentrics where in it, (S, 3) float64, rows sum to 1
+    root_frames       rest frame of the root: columns tangent, bitangent, outward normal, origin [m], (S, 3, 4) float64
+    root_uv           texture coordinates of the root, (S, 2) float32
+    """
+
+    points: np.ndarray
+    offsets: np.ndarray
+    ids: np.ndarray
+    root_triangles: np.ndarray
+    root_barycentrics: np.ndarray
+    root_frames: np.ndarray
+    root_uv: np.ndarray
+
+
+@dataclass(frozen=True)
+class Strands:
+    """Hair at one frame: what is drawn and exported; strands, order and counts are those of the groom.
+
+    points      [m], (p, 3) float32
+    velocities  [m/s], (p, 3) float32
+    offsets     strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
+    diameter    of every strand [m]
+    """
+
+    points: np.ndarray
+    velocities: np.ndarray
+    offsets: np.ndarray
+    diameter: float

@@ -1,0 +1,31 @@
+"""The signed distance of a body and its velocity, in a narrow band around the surface."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class LevelSet:
+    """Cubic bricks of 8 voxels a side that cover the narrow band; everything else is far inside or far outside.
+
+    A brick stores the 9 x 9 x 9 samples at the corners of its 8 x 8 x 8 voxels, so that a point in it is interpolated
+    without looking at a neighbour. Sample (i, j, k) of brick (a, b, c) lies at origin + voxel * (8a+i, 8b+j, 8c+k).
+
+    bricks      index of the brick that covers this block of space, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
+    distance    signed distance, negative inside, clamped to +-voxel*half_width [m], (B, 9, 9, 9) float32
+    velocity    of the nearest point of the surface [m/s], (B, 9, 9, 9, 3) float32
+    origin      world position of the first sample [m], (3,) float64
+    voxel       spacing of the samples [m]
+    half_width  of the band, in voxels
+    """
+
+    FAR_OUTSIDE = -1
+    FAR_INSIDE = -2
+
+    bricks: np.ndarray
+    distance: np.ndarray
+    velocity: np.ndarray
+    origin: np.ndarray
+    voxel: float
+    half_width: float

@@ -1,0 +1,21 @@
+"""A triangle mesh at one instant."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles in space, with the velocity of every vertex when they move.
+
+    points      positions [m], (n, 3) float64
+    triangles   vertex indices, counter-clockwise seen from outside, (m, 3) int32
+    velocities  of the vertices [m/s], (n, 3) float64, or None where the mesh does not move
+    uv          texture coordinates of the triangle corners, (m, 3, 2) float32, or None
+    """
+
+    points: np.ndarray
+    triangles: np.ndarray
+    velocities: np.ndarray | None = None
+    uv: np.ndarray | None = None

@@ -1,0 +1,1 @@
+"""Seeding, growing and binding of strands."""

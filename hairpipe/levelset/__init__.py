@@ -1,0 +1,1 @@
+"""Baking, sampling and interpolating level sets in time."""

@@ -1,0 +1,1 @@
+"""The hair: forces, filters, integrators, contact."""

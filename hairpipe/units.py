@@ -1,0 +1,51 @@
+"""Units of settings: plain annotations, so that physics and nodes declare a field once, without the engine.
+
+A setting is `voxel: Annotated[Metres, Gt(0)] = 0.005`: its unit and range stand in the annotation and are read
+by the engine for validation and by `hairpipe nodes` for documentation. Values are SI; nothing is converted.
+"""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from annotated_types import Ge, Gt, Interval, Le, Lt, MinLen
+
+__all__ = [
+    "Degrees",
+    "Fraction",
+    "Ge",
+    "Gt",
+    "Interval",
+    "KilogramsPerCubicMetre",
+    "Le",
+    "Lt",
+    "Metres",
+    "MetresPerSecond",
+    "MetresPerSecondSquared",
+    "MinLen",
+    "Pascals",
+    "PerSecond",
+    "Pixels",
+    "Seconds",
+    "Unit",
+    "Voxels",
+]
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The unit a number is given in, for messages and documentation."""
+
+    symbol: str
+
+
+Metres = Annotated[float, Unit("m")]
+Seconds = Annotated[float, Unit("s")]
+PerSecond = Annotated[float, Unit("1/s")]
+MetresPerSecond = Annotated[float, Unit("m/s")]
+MetresPerSecondSquared = Annotated[float, Unit("m/s^2")]
+Degrees = Annotated[float, Unit("deg")]
+Pascals = Annotated[float, Unit("Pa")]
+KilogramsPerCubicMetre = Annotated[float, Unit("kg/m^3")]
+Voxels = Annotated[float, Unit("voxels")]
+Pixels = Annotated[int, Unit("px")]
+Fraction = Annotated[float, Unit("1"), Interval(ge=0.0, le=1.0)]

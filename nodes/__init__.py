@@ -1,0 +1,1 @@
+"""Node types, one a file: users read and copy them."""
