@@ -1,1 +1,10 @@
-"""The engine: graph files, node declarations, keys, store, plan and run. It knows nothing of hair."""
+"""The engine: graph files, node declarations, keys, store, plan and run. It knows nothing of hair.
+
+What node types use is named here; everything else is imported from the module that defines it.
+"""
+
+from hairpipe.graph.declare import node
+from hairpipe.graph.files import File, Workspace
+from hairpipe.graph.frames import Frames, Pair, Time
+
+__all__ = ["File", "Frames", "Pair", "Time", "Workspace", "node"]

@@ -1,0 +1,62 @@
+"""What a node sees of time: this frame, this frame and the one before, or the whole range."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Generic, NamedTuple, TypeVar
+
+T = TypeVar("T")
+
+
+class Pair(NamedTuple, Generic[T]):
+    """A value at the previous frame and at this one; at the first frame of the range both are the current one."""
+
+    previous: T
+    current: T
+
+
+@dataclass(frozen=True)
+class Time:
+    """When a node is evaluated; only a node that asks for it depends on it.
+
+    frame  number of the frame; in a `once` node the first frame of the run
+    fps    frames per second [1/s]
+    """
+
+    frame: int
+    fps: float
+
+    @property
+    def dt(self) -> float:
+        """Length of a frame [s]."""
+        return 1.0 / self.fps
+
+
+class Frames(Mapping[int, T]):
+    """A value at every frame of the run, by frame number; read when asked for and not kept.
+
+    numbers  of the frames, ascending
+    load     gives the value at a frame; `Frames((1, 2), {1: a, 2: b}.__getitem__)` makes one by hand
+    """
+
+    def __init__(self, numbers: tuple[int, ...], load: Callable[[int], T]) -> None:
+        self.numbers = numbers
+        self._load = load
+        self._known = frozenset(numbers)
+
+    def __getitem__(self, frame: int) -> T:
+        """Read the value at a frame; KeyError where the run has no such frame."""
+        if frame not in self._known:
+            raise KeyError(frame)
+        return self._load(frame)
+
+    def __contains__(self, frame: object) -> bool:
+        """Whether the run has this frame, without reading its value."""
+        return frame in self._known
+
+    def __iter__(self) -> Iterator[int]:
+        """Iterate over the frame numbers."""
+        return iter(self.numbers)
+
+    def __len__(self) -> int:
+        """Count the frames."""
+        return len(self.numbers)
