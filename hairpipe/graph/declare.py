@@ -3,7 +3,7 @@
 import inspect
 import re
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -44,7 +44,7 @@ class SettingField:
         return self.default is inspect.Parameter.empty
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class NodeType:
     """All that a signature declares; `state` names the output that a scan receives back as `previous`."""
 
@@ -147,7 +147,7 @@ def read_socket(parameter: inspect.Parameter, annotation: Any, mode: Mode, refus
 
 
 def read_settings(
-    parameters: "types.MappingProxyType[str, inspect.Parameter] | Any", hints: dict[str, Any], refuse: Refusal
+    parameters: Iterable[inspect.Parameter], hints: dict[str, Any], refuse: Refusal
 ) -> dict[str, SettingField]:
     """Collect the keyword-only parameters."""
     settings = {p.name: SettingField(p.name, hints[p.name], p.default) for p in parameters if p.kind is p.KEYWORD_ONLY}

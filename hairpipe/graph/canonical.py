@@ -1,0 +1,50 @@
+"""One text for one value: the canonical JSON under every digest."""
+
+import json
+import math
+from hashlib import blake2b
+from typing import Any
+
+DIGEST_BYTES = 20
+
+
+def canonical(value: Any) -> str:
+    """Write a value as JSON with sorted keys; 1, 1.0, true and "1" stay four different texts.
+
+    Raises TypeError for anything but None, bool, int, float, str, list, tuple and dict with text keys, and
+    ValueError for NaN and infinity: they have no canonical text.
+    """
+    check(value)
+    return json.dumps(value, sort_keys=True, separators=(",", ":"))
+
+
+def check(value: Any) -> None:
+    """Refuse what JSON would silently turn into something else."""
+    kind = type(value)
+    if kind is dict:
+        if any(type(name) is not str for name in value):
+            raise TypeError(f"keys of a canonical value are text: {value!r}")
+        value = value.values()
+    elif kind is float and not math.isfinite(value):
+        raise ValueError(f"{value} has no canonical text")
+    elif kind not in (list, tuple):
+        if value is not None and kind not in (str, int, float, bool):
+            raise TypeError(f"no canonical text for {value!r}")
+        return
+    for item in value:
+        check(item)
+
+
+def digest(kind: str, value: Any) -> str:
+    """Digest a canonical value; `kind` keeps digests of different things apart."""
+    return digest_bytes(kind, canonical(value).encode())
+
+
+def digest_bytes(kind: str, data: bytes) -> str:
+    """Digest bytes; `kind` keeps digests of different things apart."""
+    return hasher(kind, data).hexdigest()
+
+
+def hasher(kind: str, data: bytes = b"") -> "blake2b":
+    """Begin a digest of this kind."""
+    return blake2b(data, digest_size=DIGEST_BYTES, person=kind.encode())

@@ -1,0 +1,91 @@
+"""Finds node types: ours, those of installed packages, and those in a folder `nodes` beside the graph file.
+
+A file declares one node type of the same name; nothing is registered by hand. Only what a graph uses is imported.
+"""
+
+import importlib
+import importlib.metadata
+import importlib.util
+import pkgutil
+import sys
+from pathlib import Path
+from types import ModuleType
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.declare import NodeType
+from hairpipe.graph.settings import nearest
+
+ENTRY_POINTS = "hairpipe.nodes"
+
+
+class Catalogue:
+    """Node types by name.
+
+    folder  whose files are node types too and come first; its modules are imported under their bare names
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder if folder is not None and folder.is_dir() else None
+        self._known: dict[str, NodeType] = {}
+        if self.folder and str(self.folder) not in sys.path:
+            sys.path.append(str(self.folder))
+
+    def names(self) -> list[str]:
+        """List the node types there are, without importing them."""
+        local = [path.stem for path in self.folder.glob("*.py")] if self.folder else []
+        packaged = [name for package in packages() for name in modules_in(package)]
+        return sorted(name for name in {*local, *packaged} if not name.startswith("_"))
+
+    def find(self, name: str) -> NodeType:
+        """Import a node type; BadInput where there is none of this name or where its file declares none."""
+        if name not in self._known:
+            self._known[name] = declared_in(self._load(name), name)
+        return self._known[name]
+
+    def _load(self, name: str) -> ModuleType:
+        path = self.folder / f"{name}.py" if self.folder and name.isidentifier() else None
+        try:
+            if path and path.is_file():
+                return load_file(name, path)
+            package = next((p for p in packages() if name in modules_in(p)), None)
+            if package is None:
+                raise BadInput(f"no node type '{name}'", right=nearest(name, self.names()))
+            return importlib.import_module(f"{package}.{name}")
+        except BadInput:
+            raise
+        except Exception as error:  # whatever a file of nodes raises when it is imported
+            raise BadInput(f"node type '{name}' cannot be loaded: {type(error).__name__}: {error}") from error
+
+
+def packages() -> list[str]:
+    """Name the packages that hold node types: ours, then those of the entry points."""
+    found = importlib.metadata.entry_points(group=ENTRY_POINTS)
+    return list(dict.fromkeys(["hairpipe.nodes", *(entry.value for entry in found)]))
+
+
+def modules_in(package: str) -> list[str]:
+    """List the public modules of a package; none where it cannot be imported."""
+    try:
+        paths = importlib.import_module(package).__path__
+    except Exception:  # a broken package of somebody else does not take ours along
+        return []
+    return [module.name for module in pkgutil.iter_modules(paths) if not module.name.startswith("_")]
+
+
+def load_file(name: str, path: Path) -> ModuleType:
+    """Import a file as a top-level module, also where another folder's file of that name came before."""
+    spec = importlib.util.spec_from_file_location(name, path)
+    if name in sys.stdlib_module_names or spec is None or spec.loader is None:
+        raise BadInput(f"{path.name} hides a module of Python", right="another file name")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def declared_in(module: ModuleType, name: str) -> NodeType:
+    """Take the node type out of its module."""
+    found = getattr(getattr(module, name, None), "__node__", None)
+    if not isinstance(found, NodeType) or found.module != module.__name__:
+        raise BadInput(f"{module.__file__} declares no node", right=f"@node(...) def {name}(...), named as its file")
+    return found
