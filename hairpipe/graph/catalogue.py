@@ -8,6 +8,7 @@ import importlib.metadata
 import importlib.util
 import pkgutil
 import sys
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -57,6 +58,7 @@ class Catalogue:
             raise BadInput(f"node type '{name}' cannot be loaded: {type(error).__name__}: {error}") from error
 
 
+@cache
 def packages() -> list[str]:
     """Name the packages that hold node types: ours, then those of the entry points."""
     found = importlib.metadata.entry_points(group=ENTRY_POINTS)

@@ -1,7 +1,8 @@
-"""The code a node depends on: its module and, transitively, the first-party modules it imports, function bodies included.
+"""The code a node depends on: its module and, transitively, the first-party modules it imports.
 
-Comments, docstrings and layout do not count. `from package import name` leads to the module that binds the name, not to
-everything else the package gathers. The engine itself does not count: it promises not to change values.
+Imports inside functions count; comments, docstrings and layout do not. `from package import name` leads to the module
+that binds the name, not to everything else the package gathers. The engine itself does not count: it promises not to
+change values.
 """
 
 import importlib.metadata

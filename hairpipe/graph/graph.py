@@ -1,0 +1,115 @@
+"""A graph: nodes, the edges between them, a range of frames. Immutable and checked; `load.py` makes it."""
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.canonical import digest_bytes
+from hairpipe.graph.declare import NodeType
+from hairpipe.graph.settings import nearest
+
+FRAME_MARK = re.compile("#+")
+
+
+class Edge(NamedTuple):
+    """Where a socket gets its value from: a node, and which of its outputs."""
+
+    node: str
+    output: str
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A node of a graph.
+
+    edges       by socket; an optional socket that is not connected is absent
+    settings    checked plain values; a file is the path as given, relative to the graph file
+    publish     where its file is copied to, `####` standing for the frame; None where it is not published
+    checkpoint  of a scan: every n-th frame's full state is kept after a run
+    """
+
+    name: str
+    type: NodeType
+    edges: dict[str, Edge]
+    settings: dict[str, Any]
+    publish: Path | None
+    checkpoint: int
+
+    @property
+    def per_frame(self) -> bool:
+        """Whether it has one result per frame."""
+        return self.type.mode != "once"
+
+    def publish_path(self, frame: int | None) -> Path | None:
+        """Where the file of this frame is copied to."""
+        if self.publish is None or frame is None:
+            return self.publish
+        name = FRAME_MARK.sub(lambda mark: f"{frame:0{len(mark[0])}d}", self.publish.name)
+        return self.publish.with_name(name)
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """Nodes in dependency order: a node stands after those it depends on.
+
+    frames  first and last, both included
+    fps     frames per second [1/s]
+    folder  of node types that belong to this graph, beside its file; it need not exist
+    """
+
+    path: Path
+    frames: tuple[int, int]
+    fps: float
+    nodes: dict[str, Node]
+
+    @property
+    def folder(self) -> Path:
+        """Folder of node types that belong to this graph; it need not exist."""
+        return self.path.parent / "nodes"
+
+    @property
+    def all_frames(self) -> range:
+        """Every frame of the range."""
+        return range(self.frames[0], self.frames[1] + 1)
+
+    @cached_property
+    def name(self) -> str:
+        """Stem of the file, with a mark that tells graphs of the same stem apart."""
+        return f"{self.path.stem}-{digest_bytes('graph', str(self.path.resolve()).encode())[:8]}"
+
+    def node(self, name: str) -> Node:
+        """Find a node; BadInput with the nearest name where there is none."""
+        if name not in self.nodes:
+            raise BadInput(f"no node '{name}'", where=self.path, right=nearest(name, list(self.nodes)))
+        return self.nodes[name]
+
+    def upto(self, names: Iterable[str]) -> "Graph":
+        """Keep only the named nodes and what they depend on; BadInput for an unknown name."""
+        wanted: set[str] = set()
+        queue = [self.node(name).name for name in names]
+        while queue:
+            name = queue.pop()
+            if name not in wanted:
+                wanted.add(name)
+                queue.extend(edge.node for edge in self.nodes[name].edges.values())
+        return replace(self, nodes={name: node for name, node in self.nodes.items() if name in wanted})
+
+    def select(self, frames: Iterable[int] | None) -> tuple[int, ...]:
+        """Check a selection of frames against the range; all frames for None."""
+        first, last = self.frames
+        numbers = tuple(sorted(set(self.all_frames if frames is None else frames)))
+        outside = [f for f in numbers if not first <= f <= last]
+        if outside or not numbers:
+            what = f"frame {outside[0]} is outside the graph" if outside else "no frames are selected"
+            raise BadInput(what, where=self.path, right=f"frames {first}-{last}")
+        return numbers
+
+    def consumers(self) -> Iterator[tuple[Node, str, Edge]]:
+        """Iterate over all edges as (consumer, socket, edge)."""
+        for node in self.nodes.values():
+            for socket, edge in node.edges.items():
+                yield node, socket, edge

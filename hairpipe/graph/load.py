@@ -1,0 +1,193 @@
+"""From tables to a graph: every name, type, edge and setting is checked before anything runs."""
+
+import tomllib
+from collections.abc import Mapping
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.catalogue import Catalogue
+from hairpipe.graph.declare import RESERVED, NodeType
+from hairpipe.graph.edges import connect, read_edges
+from hairpipe.graph.fields import fields_of
+from hairpipe.graph.files import File
+from hairpipe.graph.frameset import MOST_FRAMES
+from hairpipe.graph.graph import FRAME_MARK, Graph, Node
+from hairpipe.graph.read import GraphText, read_graph_text
+from hairpipe.graph.settings import check_settings, map_files, nearest
+
+SCHEMA = 1
+KEYS = ("schema", "frames", "fps")
+NAME = "a letter, then letters, digits, - and _"
+CHECKPOINT = 24
+"""A second of film: resuming a simulation recomputes at most this many frames."""
+
+
+def load_graph(path: Path, overrides: Mapping[str, str] | None = None) -> Graph:
+    """Read and check a graph file; BadInput for the first thing that is wrong, the file and line named.
+
+    overrides  settings by `node.setting`, or `node.group.setting`, as text: TOML where it parses, else as it stands
+    """
+    text = read_graph_text(path)
+    tables = {name: value for name, value in text.tables.items() if isinstance(value, dict)}
+    check_header(text, [name for name in text.tables if name not in tables])
+    for target, value in (overrides or {}).items():
+        override(tables, target, value)
+    catalogue = Catalogue(path.parent / "nodes")
+    nodes = {name: read_node(text, name, table, catalogue) for name, table in tables.items()}
+    if not nodes:
+        raise BadInput("no nodes", where=path, right='a table such as [head] with type = "make_bust"')
+    nodes = connect(nodes, text.place)
+    check_publish(nodes, text)
+    frames = read_frames(text)
+    return Graph(path, frames, read_fps(text), {name: nodes[name] for name in sort_nodes(nodes, path)})
+
+
+def check_header(text: GraphText, keys: list[str]) -> None:
+    """Check the bare keys of a graph file, `schema` first."""
+    schema = text.tables.get("schema")
+    if schema != SCHEMA or isinstance(schema, bool):
+        what = "no schema" if schema is None else f"schema = {schema!r} is unknown"
+        raise BadInput(what, where=text.place(None, ["schema"]), right=f"schema = {SCHEMA}")
+    for key in keys:
+        if key not in KEYS:
+            right = f"{nearest(key, KEYS)}; a node is a table [{key}]"
+            raise BadInput(f"unknown key '{key}'", where=text.place(None, [key]), right=right)
+
+
+def read_frames(text: GraphText) -> tuple[int, int]:
+    """Read `frames = [first, last]`."""
+    frames = text.tables.get("frames")
+    right = f"frames = [first, last], whole numbers, first <= last, at most {MOST_FRAMES}"
+    place = text.place(None, ["frames"])
+    if not isinstance(frames, list) or len(frames) != 2 or any(type(f) is not int for f in frames):
+        what = "no frames" if frames is None else f"frames = {str(frames)[:60]} is no range"
+        raise BadInput(what, where=place, right=right)
+    first, last = frames
+    if not 0 <= last - first < MOST_FRAMES or abs(first) > 10**9:
+        raise BadInput(f"frames = {str(frames)[:60]} is no range", where=place, right=right)
+    return first, last
+
+
+def read_fps(text: GraphText) -> float:
+    """Read `fps`."""
+    fps = text.tables.get("fps")
+    if type(fps) not in (int, float) or not 0.01 <= fps <= 100_000:
+        what = "no fps" if fps is None else f"fps = {str(fps)[:60]} is no frame rate"
+        raise BadInput(what, where=text.place(None, ["fps"]), right="fps = 24; a number in 1/s, 0.01 to 100000")
+    return float(fps)
+
+
+def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Catalogue) -> Node:
+    """Read one table; the edges are names until all nodes are known."""
+    if not name[:1].isalpha() or not name.isascii() or not name.replace("-", "").replace("_", "").isalnum():
+        raise BadInput(f"'{name[:60]}' is no name of a node", where=text.place(name), right=NAME)
+    type_name = table.get("type")
+    if not isinstance(type_name, str):
+        what = "no type" if type_name is None else f"type = {str(type_name)[:60]} is no text"
+        raise BadInput(what, where=text.place(name, ["type"]), right='type = "...", see `hairpipe nodes`')
+    try:
+        node_type = catalogue.find(type_name)
+    except BadInput as error:
+        raise BadInput(error.what, where=text.place(name, ["type"]), right=error.right) from error
+
+    def place(names: list[str]) -> str:
+        return f"{text.place(name, names)} {type_name}"
+
+    given = {key: value for key, value in table.items() if key not in RESERVED}
+    settings = check_settings(node_type, given, place)
+    map_files(fields_of(node_type), settings, lambda dotted, file: check_file(text, name, dotted, file))
+    edges = read_edges(table.get("in", {}), node_type, place)
+    publish = read_publish(table.get("publish"), text.path.parent, node_type, place(["publish"]))
+    checkpoint = read_checkpoint(table, node_type, place(["checkpoint"]))
+    return Node(name, node_type, edges, settings, publish, checkpoint)
+
+
+def check_file(text: GraphText, node: str, dotted: str, file: str) -> None:
+    """Check that a setting names a file that is there."""
+    path = text.path.parent / file
+    try:
+        fault = None if path.is_file() else "is a folder" if path.is_dir() else "is not there"
+    except (OSError, ValueError) as error:
+        fault = f"cannot be a file: {error}"
+    if fault:
+        names = dotted.split(".")
+        right = f"a file, relative to {text.path.parent}"
+        raise BadInput(f"{dotted} = {file[:200]!r} {fault}", where=text.place(node, names), right=right)
+
+
+def read_publish(publish: Any, folder: Path, node_type: NodeType, where: str) -> Path | None:
+    """Read where a node's file is copied to."""
+    if publish is None:
+        return None
+    if list(node_type.outputs.values()).count(File) != 1:
+        raise BadInput(f"{node_type.name} has no file to publish", where=where, right="a node whose output is a File")
+    if not isinstance(publish, str) or not publish.strip("/.") or "\0" in publish or publish.endswith("/"):
+        raise BadInput(f"publish = {str(publish)[:60]!r} is no path", where=where, right='"../out/shot.####.usd"')
+    path = folder / publish
+    marks = len(FRAME_MARK.findall(path.name))
+    if "#" in str(path.parent) or marks > 1:
+        raise BadInput(f"publish = {publish!r}: frames go in one place of the file name", where=where, right="####.png")
+    if marks != (node_type.mode != "once"):
+        right = '"picture.####.png", #### is the frame' if not marks else "no ####: the node gives one file"
+        raise BadInput(f"publish = {publish!r} does not fit {node_type.name}", where=where, right=right)
+    return path
+
+
+def read_checkpoint(table: dict[str, Any], node_type: NodeType, where: str) -> int:
+    """Read how often a scan's full state is kept."""
+    checkpoint = table.get("checkpoint", CHECKPOINT)
+    if node_type.mode != "scan" and "checkpoint" in table:
+        raise BadInput(f"{node_type.name} keeps no state", where=where, right="checkpoint belongs to a scan")
+    if type(checkpoint) is not int or checkpoint < 1:
+        right = "a whole number >= 1: every n-th frame's state is kept"
+        raise BadInput(f"checkpoint = {str(checkpoint)[:60]}", where=where, right=right)
+    return checkpoint
+
+
+def check_publish(nodes: dict[str, Node], text: GraphText) -> None:
+    """Refuse two nodes that publish to one place, and a publish path that is an input of the graph."""
+    taken = {text.path.resolve(): "the graph file"}
+    for node in nodes.values():
+        inputs: list[str] = []
+        map_files(fields_of(node.type), node.settings, lambda _, file, found=inputs: found.append(file))
+        taken |= {(text.path.parent / file).resolve(): f"an input of '{node.name}'" for file in inputs}
+    for node in nodes.values():
+        if node.publish is not None:
+            path = node.publish.resolve()
+            if path in taken:
+                where = text.place(node.name, ["publish"])
+                raise BadInput(
+                    f"publish = {str(node.publish)!r} is {taken[path]}", where=where, right="a path of its own"
+                )
+            taken[path] = f"published by '{node.name}' too"
+
+
+def sort_nodes(nodes: dict[str, Node], path: Path) -> list[str]:
+    """Order nodes after what they depend on, otherwise as in the file; BadInput for a cycle."""
+    try:
+        return list(
+            TopologicalSorter({n.name: [e.node for e in n.edges.values()] for n in nodes.values()}).static_order()
+        )
+    except CycleError as error:
+        raise BadInput(
+            f"a cycle: {' -> '.join(reversed(error.args[1]))}", where=path, right="edges without a cycle"
+        ) from None
+
+
+def override(tables: dict[str, Any], target: str, value: str) -> None:
+    """Lay a setting from the command line over the tables; in place."""
+    node, *names = target.split(".")
+    if node not in tables or not names or not all(names):
+        known = nearest(node, list(tables)) if node not in tables else "node.setting=value"
+        raise BadInput(f"cannot set '{target}'", where="--set", right=known)
+    table = tables[node]
+    for name in names[:-1]:
+        table = table.setdefault(name, {})
+        if not isinstance(table, dict):
+            raise BadInput(f"'{name}' in '{target}' is no group", where="--set", right="node.setting=value")
+    try:
+        table[names[-1]] = tomllib.loads(f"value = {value}")["value"]
+    except (tomllib.TOMLDecodeError, RecursionError):
+        table[names[-1]] = value

@@ -1,0 +1,77 @@
+"""Reads the text of a graph file: TOML to tables, and the lines on which things stand, for messages."""
+
+import os
+import re
+import stat
+import tomllib
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from hairpipe.errors import BadInput
+
+MOST_BYTES = 1 << 20
+HEADER = re.compile(r"""\s*\[\s*(?:([\w-]+)|["']([^"']*)["'])\s*[\].]""")
+
+
+class GraphText:
+    """A graph file as read: its tables, and where they stand."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        self.path = path
+        self._lines = text.splitlines()
+        try:
+            self.tables: dict[str, Any] = tomllib.loads(text.replace("\r\n", "\n"))
+        except (ValueError, RecursionError) as error:
+            what = "nested too deeply" if isinstance(error, RecursionError) else str(error)
+            raise BadInput(f"not valid TOML: {what}", where=path) from None
+
+    def place(self, node: str | None = None, names: Sequence[str] = ()) -> str:
+        """Say where a node, or a name within it, stands: `graph.toml:12: [hair]`; the line where it can be found."""
+        line = self._line(node, names)
+        label = f": [{node}]" if node is not None else ""
+        return f"{self.path}:{line}{label}" if line else f"{self.path}{label}"
+
+    def _line(self, node: str | None, names: Sequence[str]) -> int | None:
+        """Find the line of the deepest of the names that is written out, else the first line of the node."""
+        own = [number for number, owner in enumerate(self._owners) if owner == node]
+        for name in reversed(names):
+            word = re.compile(rf"(?<!\w){re.escape(name)}(?!\w)")
+            found = next((n for n in own if word.search(self._lines[n].partition("#")[0])), None)
+            if found is not None:
+                return found + 1
+        return own[0] + 1 if own and node is not None else None
+
+    @cached_property
+    def _owners(self) -> list[str | None]:
+        """Name of the top-level table that each line belongs to."""
+        owners: list[str | None] = []
+        owner = None
+        for line in self._lines:
+            header = HEADER.match(line)
+            owner = header[1] or header[2] if header else owner
+            owners.append(owner)
+        return owners
+
+
+def read_graph_text(path: Path) -> GraphText:
+    """Read a graph file; BadInput where it is no readable UTF-8 text of a reasonable size, or no TOML."""
+    try:
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+    except FileNotFoundError:
+        raise BadInput("no such file", where=path, right="a graph file, such as demo.toml") from None
+    except (OSError, ValueError) as error:
+        raise BadInput(f"cannot be read: {getattr(error, 'strerror', None) or error}", where=path) from None
+    with os.fdopen(handle, "rb") as file:
+        status = os.fstat(file.fileno())
+        if not stat.S_ISREG(status.st_mode):
+            raise BadInput("not a file", where=path, right="a graph file, such as demo.toml")
+        if status.st_size > MOST_BYTES:
+            raise BadInput(f"{status.st_size} bytes are too many for a graph", where=path, right=f"<= {MOST_BYTES}")
+        data = file.read()
+    try:
+        return GraphText(path, data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = data[: error.start].count(b"\n") + 1
+        raise BadInput("not UTF-8", where=f"{path}:{line}", right="a text file encoded as UTF-8") from None
