@@ -1,0 +1,75 @@
+"""Pictures as PNG, and many of them as one animated WebP."""
+
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, UnidentifiedImageError
+
+from hairpipe.errors import BadInput
+
+EFFORT = 4
+"""Of the WebP encoder, 0..6: higher is slower and smaller."""
+
+
+def write_png(path: Path, picture: np.ndarray) -> None:
+    """Write a picture, (height, width, 3) uint8, sRGB; equal pictures give equal bytes."""
+    Image.fromarray(picture).save(path, "PNG")
+
+
+def write_webp(
+    path: Path, count: int, picture: Callable[[int], Path], *, fps: float, scale: float, quality: int
+) -> None:
+    """Write an animation that repeats for ever; one picture is in memory at a time.
+
+    WebP, since every browser plays it in full colour: the 256 colours of GIF break a soft backdrop into bands, and
+    APNG, which is lossless, is ten times as large.
+
+    count    of the pictures
+    picture  file of picture i, all of one size; BadInput names the first that is no picture or has another size
+    fps      pictures shown per second [1/s]
+    scale    size of the animation over that of the pictures
+    quality  0..100 of the lossy compression
+    """
+    if count < 1:
+        raise BadInput("no pictures to show", right="at least one frame")
+    moments = [round(1000.0 * n / fps) for n in range(count + 1)]
+    durations = [max(1, after - before) for before, after in pairwise(moments)]
+    reel = Reel(count, picture, scale)
+    reel.save(path, "WEBP", save_all=True, duration=durations, loop=0, quality=quality, method=EFFORT)
+
+
+class Reel(Image.Image):
+    """An image of many frames that reads a frame's file when it is wound to it, as Pillow's encoders do one by one."""
+
+    def __init__(self, count: int, picture: Callable[[int], Path], scale: float) -> None:
+        super().__init__()
+        self.n_frames = count
+        self._picture, self._scale = picture, scale
+        self._size = (0, 0)
+        self.seek(0)
+
+    def seek(self, frame: int) -> None:
+        """Wind to a frame."""
+        image = read_picture(self._picture(frame))
+        size = (max(1, round(image.width * self._scale)), max(1, round(image.height * self._scale)))
+        if frame > 0 and size != self._size:
+            raise BadInput(
+                "picture is not of the size of the first", where=f"picture {frame + 1}", right=f"{self._size}"
+            )
+        shown = image.resize(size, Image.Resampling.LANCZOS) if size != image.size else image
+        self.im, self._mode, self._size, self._frame = shown.im, shown.mode, size, frame
+
+    def tell(self) -> int:
+        """Return the frame it is wound to."""
+        return self._frame
+
+
+def read_picture(path: Path) -> Image.Image:
+    """Read a picture of any kind that Pillow knows as RGB; BadInput where it is none or damaged."""
+    try:
+        with Image.open(path) as image:
+            return image.convert("RGB")
+    except (UnidentifiedImageError, OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        raise BadInput(f"cannot be read as a picture: {error}", where=path, right="a whole PNG file") from error

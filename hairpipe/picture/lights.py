@@ -1,0 +1,36 @@
+"""The lamps of the studio."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Light:
+    """A lamp far away.
+
+    towards  unit vector towards it, (3,) float64
+    colour   of what it sheds, linear red, green and blue, (3,) float64
+    """
+
+    towards: np.ndarray
+    colour: np.ndarray
+
+
+# Towards the lamp (right, up, to the viewer) and its colour. A warm key from the upper left, a cool fill from the
+# right, a strong rim from behind that draws the outline of the hair, and the sky, which leaves what lies under it dark.
+STUDIO = (
+    ((-0.55, 0.62, 0.56), (2.9, 2.62, 2.3)),
+    ((0.85, 0.18, 0.5), (0.52, 0.62, 0.78)),
+    ((0.5, 0.55, -0.67), (2.2, 2.2, 2.3)),
+    ((0.0, 0.98, 0.2), (0.6, 0.63, 0.7)),
+)
+
+
+def studio(axes: np.ndarray) -> list[Light]:
+    """Hang the lamps around a camera, so that every view is lit alike.
+
+    axes  of the camera: rows to the right, up, into the picture, (3, 3)
+    """
+    viewer = axes * [[1.0], [1.0], [-1.0]]
+    return [Light(np.array(to) @ viewer / np.linalg.norm(to), np.array(colour)) for to, colour in STUDIO]

@@ -1,0 +1,75 @@
+"""Which triangle is seen at every pixel."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+UNSEEN = -1
+
+
+@njit(cache=True, nogil=True)
+def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Average the normals of the triangles around every vertex by area, (n, 3) float64, of unit length or 0."""
+    normals = np.zeros((len(points), 3))
+    for a, b, c in triangles:
+        across = np.cross(points[b] - points[a], points[c] - points[a])
+        normals[a] += across
+        normals[b] += across
+        normals[c] += across
+    for i in range(len(points)):
+        length = math.sqrt(normals[i, 0] ** 2 + normals[i, 1] ** 2 + normals[i, 2] ** 2)
+        if length > 0.0:
+            normals[i] /= length
+    return normals
+
+
+@njit(cache=True, nogil=True)
+def rasterise(
+    film: np.ndarray, triangles: np.ndarray, closeness: np.ndarray, height: int, width: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Find the closest triangle over every pixel centre; of equals the first in order.
+
+    film       column and row of the vertices [pixels], (n, 2) float64
+    triangles  vertex indices, (m, 3); those with a vertex of closeness <= 0 are left out
+    closeness  greater is closer; linear on the film, as 1/depth is in perspective, (n,) float64
+    height     of the film [pixels]
+    width      of the film [pixels]
+
+    Returns the index of the triangle seen, UNSEEN where there is none, (height, width) int32, and how close it is, 0
+    where there is none, (height, width) float64.
+    """
+    seen = np.full((height, width), UNSEEN, np.int32)
+    best = np.zeros((height, width))
+    for m in range(len(triangles)):
+        a, b, c = triangles[m]
+        ax, ay, bx, by, cx, cy = film[a, 0], film[a, 1], film[b, 0], film[b, 1], film[c, 0], film[c, 1]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if area == 0.0 or min(closeness[a], closeness[b], closeness[c]) <= 0.0:
+            continue
+        for i in range(first_centre(min(ay, by, cy), height), first_centre(max(ay, by, cy), height)):
+            for j in range(first_centre(min(ax, bx, cx), width), first_centre(max(ax, bx, cx), width)):
+                u, v, w = weights(ax, ay, bx, by, cx, cy, area, j + 0.5, i + 0.5)
+                if u < 0.0 or v < 0.0 or w < 0.0:
+                    continue
+                close = u * closeness[a] + v * closeness[b] + w * closeness[c]
+                if close > best[i, j]:
+                    best[i, j] = close
+                    seen[i, j] = m
+    return seen, best
+
+
+@njit(cache=True, nogil=True, inline="always")
+def weights(
+    ax: float, ay: float, bx: float, by: float, cx: float, cy: float, area: float, x: float, y: float
+) -> tuple[float, float, float]:
+    """Barycentric coordinates of the film point (x, y) in the triangle abc of twice this signed area."""
+    u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area
+    v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area
+    return u, v, 1.0 - u - v
+
+
+@njit(cache=True, nogil=True, inline="always")
+def first_centre(x: float, size: int) -> int:
+    """Index of the first pixel whose centre is not before x, held within 0..size, for x of any magnitude."""
+    return math.ceil(min(max(x, 0.0), size + 0.5) - 0.5)

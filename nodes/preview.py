@@ -1,0 +1,46 @@
+"""A quick picture of the hair."""
+
+from typing import Annotated
+
+from hairpipe.data import Mesh, Strands
+from hairpipe.graph import File, Workspace, node
+from hairpipe.picture.framing import View
+from hairpipe.units import Degrees, Fraction, Gt, Interval, Metres, Pixels
+
+Place = tuple[Metres, Metres, Metres]
+
+
+@node(frames="each")
+def preview(
+    hair: Strands,
+    body: Mesh | None,
+    workspace: Workspace,
+    *,
+    width: Annotated[Pixels, Interval(ge=16, le=8192)] = 720,
+    height: Annotated[Pixels, Interval(ge=16, le=8192)] = 720,
+    view: View = "three_quarter",
+    eye: Place | None = None,
+    target: Place | None = None,
+    fov: Annotated[Degrees, Interval(ge=1.0, le=120.0)] = 24.0,
+    colour: tuple[Fraction, Fraction, Fraction] = (0.42, 0.26, 0.15),
+    thickness: Annotated[float, Gt(0.0)] = 1.0,
+) -> File:
+    """PNG of the hair, and of the body where there is one, lit as in a studio.
+
+    width, height  of the picture
+    view           from where; the picture's scale follows from the strands' length, its centre from their roots
+    eye            position of the camera, instead of the one that `view` gives
+    target         what is at the centre of the picture, instead of a point below the roots: keeps the camera still
+    fov            field of view across the shorter side
+    colour         of the hair: red, green and blue, sRGB
+    thickness      of a strand over the one that makes the hair look full: few strands are drawn thick, many as they are
+    """
+    from hairpipe.io.picture import write_png
+    from hairpipe.picture.film import linear
+    from hairpipe.picture.framing import Shot
+    from hairpipe.picture.portrait import draw_portrait
+
+    shot = Shot(width, height, view, fov, eye, target)
+    path = workspace / "picture.png"
+    write_png(path, draw_portrait(hair, body, shot, linear(colour), thickness))
+    return File(path)
