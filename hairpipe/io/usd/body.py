@@ -1,0 +1,96 @@
+"""A body from a stage: its meshes as one, and the skeletons that move them."""
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf, UsdGeom
+
+from hairpipe.data import Body, Mesh
+from hairpipe.io.usd.mesh import Painted, read_mesh
+from hairpipe.io.usd.skeleton import (
+    Binding,
+    Rig,
+    find_bindings,
+    join_rigs,
+    read_influences,
+    read_rig,
+    skin_at_rest,
+    still_skeleton,
+)
+from hairpipe.io.usd.stage import numbers, open_stage, place, shown, usd_faults
+
+
+@dataclass(frozen=True)
+class Piece:
+    """One mesh of the body, n vertices, each following k joints of the whole skeleton.
+
+    joints   (n, k) int32
+    weights  (n, k) float64
+    """
+
+    painted: Painted
+    joints: np.ndarray
+    weights: np.ndarray
+
+
+def read(path: Path, prim: str | None) -> Body:
+    """Read the visible meshes at or under a prim as one body; see `hairpipe.io.usd.read.read_body`."""
+    with usd_faults(path):
+        stage = open_stage(path)
+        meshes = [UsdGeom.Mesh(p) for p in shown(stage, UsdGeom.Mesh, prim)]
+        bindings = find_bindings(stage)
+        rigs = _read_rigs([bindings[mesh.GetPath()] for mesh in meshes if mesh.GetPath() in bindings])
+        pieces = [_read_piece(mesh, bindings.get(mesh.GetPath()), rigs) for mesh in meshes]
+    mesh = _merge_meshes([piece.painted.mesh for piece in pieces])
+    skeleton = join_rigs(list(rigs.values())) if rigs else still_skeleton(mesh.points)
+    joints = _stack([piece.joints for piece in pieces])
+    weights = _stack([piece.weights for piece in pieces])
+    return Body(mesh, skeleton, joints, weights, _merge_maps([piece.painted for piece in pieces]))
+
+
+def _read_rigs(bindings: Sequence[Binding]) -> dict[Sdf.Path, Rig]:
+    rigs: dict[Sdf.Path, Rig] = {}
+    for binding in bindings:
+        if binding.skeleton.GetPrim().GetPath() not in rigs:
+            first = sum(len(rig.joints) for rig in rigs.values())
+            rigs[binding.skeleton.GetPrim().GetPath()] = read_rig(binding.skeleton, first)
+    return rigs
+
+
+def _read_piece(mesh: UsdGeom.Mesh, binding: Binding | None, rigs: dict[Sdf.Path, Rig]) -> Piece:
+    points = numbers(mesh.GetPointsAttr(), 3)
+    if binding is None:
+        if rigs:
+            warnings.warn(f"{mesh.GetPath()} is bound to no skeleton; it follows the first joint", stacklevel=2)
+        painted = read_mesh(mesh, points, place(mesh.GetPrim()))
+        return Piece(painted, np.zeros((len(points), 1), np.int32), np.ones((len(points), 1)))
+    rig = rigs[binding.skeleton.GetPrim().GetPath()]
+    joints, weights = read_influences(rig, binding.skinning, len(points))
+    painted = read_mesh(mesh, skin_at_rest(rig, binding.skinning, points), rig.matrix)
+    return Piece(painted, joints, weights)
+
+
+def _merge_meshes(meshes: Sequence[Mesh]) -> Mesh:
+    firsts = np.cumsum([0] + [len(mesh.points) for mesh in meshes])
+    triangles = [mesh.triangles + first for mesh, first in zip(meshes, firsts, strict=False)]
+    textured = any(mesh.uv is not None for mesh in meshes)
+    uv = [np.zeros((len(m.triangles), 3, 2), np.float32) if m.uv is None else m.uv for m in meshes]
+    points = np.concatenate([mesh.points for mesh in meshes])
+    merged = np.concatenate(triangles).astype(np.int32)
+    return Mesh(points, merged, uv=np.concatenate(uv).astype(np.float32) if textured else None)
+
+
+def _merge_maps(pieces: Sequence[Painted]) -> dict[str, np.ndarray]:
+    """Return every map over all vertices, 0 on the pieces that do not have it."""
+    names = sorted({name for piece in pieces for name in piece.maps})
+    bare = [np.zeros(len(piece.mesh.points)) for piece in pieces]
+    return {name: np.concatenate([p.maps.get(name, b) for p, b in zip(pieces, bare, strict=True)]) for name in names}
+
+
+def _stack(rows: Sequence[np.ndarray]) -> np.ndarray:
+    """Put arrays (n, k) of several widths k under each other, filled up with zeros on the right."""
+    width = max(array.shape[1] for array in rows)
+    return np.concatenate([np.pad(array, ((0, 0), (0, width - array.shape[1]))) for array in rows])

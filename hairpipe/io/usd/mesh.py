@@ -1,0 +1,115 @@
+"""Polygon meshes of a stage as triangles in metres, with what is painted on their vertices."""
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Sdf, UsdGeom
+
+from hairpipe.data import Mesh
+from hairpipe.errors import BadInput
+from hairpipe.io.usd.stage import checked, location, move, numbers
+
+PER_VERTEX = (UsdGeom.Tokens.vertex, UsdGeom.Tokens.varying)
+SCALARS = (Sdf.ValueTypeNames.FloatArray, Sdf.ValueTypeNames.DoubleArray, Sdf.ValueTypeNames.HalfArray)
+
+
+@dataclass(frozen=True)
+class Painted:
+    """A mesh and the maps painted on its n vertices, each (n,) float64 in 0..1."""
+
+    mesh: Mesh
+    maps: dict[str, np.ndarray]
+
+
+def read_mesh(prim: UsdGeom.Mesh, points: np.ndarray, matrix: np.ndarray) -> Painted:
+    """Read the faces, texture coordinates and maps of a mesh whose points (n, 3) the matrix (4, 4) takes to metres.
+
+    Polygons become fans of triangles, counter-clockwise seen from outside; holes are left out.
+
+    Raises BadInput if counts, indices and points do not agree.
+    """
+    counts = numbers(prim.GetFaceVertexCountsAttr(), kind=np.int64)
+    vertices = numbers(prim.GetFaceVertexIndicesAttr(), kind=np.int64)
+    _check_faces(prim, counts, vertices, len(points))
+    corners = fans(counts, _solid_faces(prim, len(counts)))
+    mirrored = np.linalg.det(matrix[:3, :3]) < 0
+    if mirrored != (prim.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded):
+        corners = corners[:, ::-1]
+    uv = _read_uv(prim, vertices, len(points))
+    triangles = np.ascontiguousarray(vertices[corners], np.int32)
+    mesh = Mesh(move(matrix, points), triangles, uv=None if uv is None else uv[corners])
+    return Painted(mesh, _read_maps(prim, len(points)))
+
+
+def fans(counts: np.ndarray, faces: np.ndarray) -> np.ndarray:
+    """Return the face corners of a fan of triangles for each of some faces, (m, 3) int64.
+
+    counts  of the corners of all faces, (F,) int64
+    faces   to be cut, indices into counts
+    """
+    starts = np.cumsum(counts) - counts
+    pieces = counts[faces] - 2
+    face = np.repeat(faces, pieces)
+    step = np.arange(len(face)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
+    return np.stack([starts[face], starts[face] + step + 1, starts[face] + step + 2], axis=1)
+
+
+def _check_faces(prim: UsdGeom.Mesh, counts: np.ndarray, vertices: np.ndarray, n: int) -> None:
+    where = location(prim.GetPrim())
+    if not (n and len(counts)):
+        raise BadInput("the mesh has no points or no faces", where=where, right="at least one face")
+    if counts.min() < 3:
+        raise BadInput(f"face {np.argmin(counts)} has {counts.min()} corners", where=where, right="3 or more")
+    if counts.sum() != len(vertices):
+        right = f"the sum of faceVertexCounts, {counts.sum()}"
+        raise BadInput(f"faceVertexIndices has {len(vertices)} elements", where=where, right=right)
+    if vertices.min() < 0 or vertices.max() >= n:
+        bad = vertices[(vertices < 0) | (vertices >= n)][0]
+        raise BadInput(f"faceVertexIndices names point {bad}", where=where, right=f"0 to {n - 1}")
+
+
+def _solid_faces(prim: UsdGeom.Mesh, count: int) -> np.ndarray:
+    holes = numbers(prim.GetHoleIndicesAttr(), kind=np.int64)
+    if len(holes) and (holes.min() < 0 or holes.max() >= count):
+        raise BadInput("holeIndices names no face", where=location(prim.GetPrim()), right=f"0 to {count - 1}")
+    return np.setdiff1d(np.arange(count), holes)
+
+
+def _read_uv(prim: UsdGeom.Mesh, vertices: np.ndarray, n: int) -> np.ndarray | None:
+    """Return the texture coordinates `st` of the face corners, (c, 2) float32, or None where there are none."""
+    primvar = UsdGeom.PrimvarsAPI(prim).GetPrimvar("st")
+    if not primvar.HasValue():
+        return None
+    values = _flat(primvar, 2).astype(np.float32)
+    if primvar.GetInterpolation() in PER_VERTEX:
+        _check_count(primvar, values, n)
+        return values[vertices]
+    _check_count(primvar, values, len(vertices))
+    return values
+
+
+def _read_maps(prim: UsdGeom.Mesh, n: int) -> dict[str, np.ndarray]:
+    primvars = UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues()
+    painted = [p for p in primvars if p.GetInterpolation() in PER_VERTEX and p.GetTypeName() in SCALARS]
+    return {p.GetPrimvarName(): _read_map(p, n) for p in painted if p.GetElementSize() == 1}
+
+
+def _read_map(primvar: UsdGeom.Primvar, n: int) -> np.ndarray:
+    values = _flat(primvar, 1)
+    _check_count(primvar, values, n)
+    if values.min() < 0 or values.max() > 1:
+        name = primvar.GetPrimvarName()
+        warnings.warn(f"map {name} spans {values.min():g} to {values.max():g}; clipped to 0..1", stacklevel=2)
+    return values.clip(0, 1)
+
+
+def _flat(primvar: UsdGeom.Primvar, columns: int) -> np.ndarray:
+    return checked(primvar.ComputeFlattened(), primvar.GetAttr(), columns)
+
+
+def _check_count(primvar: UsdGeom.Primvar, values: np.ndarray, right: int) -> None:
+    if len(values) != right:
+        where = f"{location(primvar.GetAttr().GetPrim())}.{primvar.GetName()}"
+        right_count = f"{right} for {primvar.GetInterpolation()} interpolation"
+        raise BadInput(f"has {len(values)} elements", where=where, right=right_count)

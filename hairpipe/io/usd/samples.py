@@ -1,0 +1,80 @@
+"""What changes from frame to frame: points, velocities, normals and extents, checked before they are written."""
+
+import numpy as np
+from pxr import Gf, Usd, UsdGeom, Vt
+
+from hairpipe.data import Mesh, Strands
+from hairpipe.errors import BadInput
+
+NAMED = 5  # strands or vertices that a message lists
+
+
+def sample_hair(prim: UsdGeom.BasisCurves, frame: int, strands: Strands, first: Strands) -> int:
+    """Author the hair at a frame; returns the bytes.
+
+    first  the hair at the first frame, whose strands these must be
+
+    Raises BadInput if strands have changed, or have points that are not finite, naming them and the frame.
+    """
+    where = f"hair at frame {frame}"
+    if not np.array_equal(strands.offsets, first.offsets):
+        raise BadInput("the strands are not those of the first frame", where=where, right="the same points per strand")
+    for name, array in (("points", strands.points), ("velocities", strands.velocities)):
+        bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
+        owners = np.unique(np.searchsorted(strands.offsets, bad, side="right") - 1)
+        _refuse(f"strand{'s'[: len(owners) != 1]}", owners, name, where)
+    time = Usd.TimeCode(frame)
+    prim.GetPointsAttr().Set(vectors(strands.points), time)
+    prim.GetVelocitiesAttr().Set(vectors(strands.velocities), time)
+    prim.GetExtentAttr().Set(extent(strands.points, strands.diameter / 2), time)
+    return strands.points.nbytes + strands.velocities.nbytes
+
+
+def sample_body(prim: UsdGeom.Mesh, frame: int, mesh: Mesh, first: Mesh) -> int:
+    """Author the body at a frame; returns the bytes.
+
+    first  the body at the first frame, whose triangles it must have
+
+    Raises BadInput if the triangles have changed, or points are not finite, naming vertices and the frame.
+    """
+    where = f"body at frame {frame}"
+    if not np.array_equal(mesh.triangles, first.triangles) or len(mesh.points) != len(first.points):
+        raise BadInput("the triangles are not those of the first frame", where=where, right="the same triangles")
+    time = Usd.TimeCode(frame)
+    _refuse("vertices", np.flatnonzero(~np.isfinite(mesh.points).all(axis=1)), "points", where)
+    prim.GetPointsAttr().Set(vectors(mesh.points), time)
+    if mesh.velocities is not None:
+        _refuse("vertices", np.flatnonzero(~np.isfinite(mesh.velocities).all(axis=1)), "velocities", where)
+        prim.GetVelocitiesAttr().Set(vectors(mesh.velocities), time)
+    prim.GetNormalsAttr().Set(vectors(vertex_normals(mesh)), time)
+    prim.GetExtentAttr().Set(extent(mesh.points, 0.0), time)
+    return 36 * len(mesh.points)
+
+
+def _refuse(whose: str, bad: np.ndarray, what: str, where: str) -> None:
+    if len(bad):
+        listed = ", ".join(map(str, bad[:NAMED])) + (f" and {len(bad) - NAMED} more" if len(bad) > NAMED else "")
+        raise BadInput(f"{what} of {whose} {listed} are not finite", where=where, right="finite numbers")
+
+
+def vectors(array: np.ndarray) -> Vt.Vec3fArray:
+    """Return an array (n, 3) in single precision as USD keeps it."""
+    return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(array, np.float32))
+
+
+def extent(points: np.ndarray, padding: float) -> Vt.Vec3fArray:
+    """Return lower and upper corner of the box of the points (n, 3) [m], made larger by a padding [m] on all sides."""
+    if not len(points):
+        return Vt.Vec3fArray([Gf.Vec3f(0), Gf.Vec3f(0)])
+    points = np.asarray(points, np.float32)
+    return vectors([points.min(axis=0) - np.float32(padding), points.max(axis=0) + np.float32(padding)])
+
+
+def vertex_normals(mesh: Mesh) -> np.ndarray:
+    """Return outward unit normals of the vertices, faces weighted by area, (n, 3) float64; 0 where there is no face."""
+    a, b, c = np.moveaxis(mesh.points[mesh.triangles], 1, 0)
+    faces = np.cross(b - a, c - a)
+    corners = mesh.triangles.ravel()
+    sums = [np.bincount(corners, np.repeat(faces[:, axis], 3), len(mesh.points)) for axis in range(3)]
+    normals = np.stack(sums, axis=1)
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(np.float64).tiny)

@@ -1,0 +1,156 @@
+"""A shot: simulated hair and the body under it, as one file or as one value clip a frame.
+
+What is authored follows what renderers agree on: Catmull-Rom curves pass through the simulated points, `pinned` keeps
+the root on the skin in every client, and widths on vertices are the only ones that all clients count alike.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pxr import Kind, Sdf, Tf, Usd, UsdGeom
+
+from hairpipe import __version__
+from hairpipe.data import Groom, Mesh, Strands
+from hairpipe.errors import BadInput
+from hairpipe.io.usd.samples import sample_body, sample_hair
+from hairpipe.io.usd.statics import author_body, author_hair
+
+PENDING = 1 << 24  # bytes of samples that a stage holds before they are saved: memory does not grow with the shot
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What is to be written; frame numbers are time codes.
+
+    hair   at every frame, strands and their order always the same
+    body   at the same frames, its triangles always the same
+    groom  that the hair was grown as: rest positions, ids, bindings of the roots
+    fps    frames per second [1/s]
+    name   of the root prim, and of the clips
+    """
+
+    hair: Mapping[int, Strands]
+    body: Mapping[int, Mesh] | None
+    groom: Groom | None
+    fps: float
+    name: str = "shot"
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Hair and body at one frame."""
+
+    hair: Strands
+    body: Mesh | None
+
+
+def write_shot(path: Path, shot: Shot) -> None:
+    """Write the whole shot into one crate file.
+
+    Raises BadInput if points are not finite, or strands or triangles change from frame to frame.
+    """
+    first = _first_frame(shot)
+    stage = _begin_shot(path, shot, first)
+    pending = 0
+    for frame in shot.hair:
+        pending += _sample(stage, frame, _load(shot, frame), first)
+        if pending > PENDING:
+            stage.Save()
+            pending = 0
+    stage.Save()
+
+
+def write_clips(path: Path, shot: Shot) -> dict[str, Path]:
+    """Write what does not change into a crate file, and each frame into a value clip of its own beside it.
+
+    Returns the clips and their manifest by the names, relative to the file, under which it refers to them.
+
+    Raises BadInput as `write_shot` does.
+    """
+    first = _first_frame(shot)
+    folder = f"{shot.name}.clips"
+    manifest = f"{folder}/{shot.name}.manifest.usdc"
+    clips = {f"{folder}/{shot.name}.{frame:04d}.usdc": frame for frame in shot.hair}
+    (path.parent / folder).mkdir()
+    for name, frame in clips.items():
+        clip = _begin_stage(path.parent / name, shot, first)
+        _sample(clip, frame, _load(shot, frame), first)
+        clip.Save()
+    _begin_stage(path.parent / manifest, shot, first).Save()
+    stage = _begin_shot(path, shot, first)
+    _refer(Usd.ClipsAPI(stage.GetDefaultPrim()), clips, manifest)
+    stage.Save()
+    return {name: path.parent / name for name in [*clips, manifest]}
+
+
+def _refer(api: Usd.ClipsAPI, clips: Mapping[str, int], manifest: str) -> None:
+    """Name the clips one by one, not by a template, since a run may skip frames; a clip's time is the stage's."""
+    api.SetClipPrimPath(str(api.GetPath()))
+    api.SetClipAssetPaths(Sdf.AssetPathArray([Sdf.AssetPath(f"./{name}") for name in clips]))
+    api.SetClipActive([(frame, index) for index, frame in enumerate(clips.values())])
+    api.SetClipManifestAssetPath(Sdf.AssetPath(f"./{manifest}"))
+
+
+def _first_frame(shot: Shot) -> Frame:
+    if not shot.hair:
+        raise BadInput("there are no frames to export", where="hair", right="at least one frame")
+    if not Tf.IsValidIdentifier(shot.name):
+        right = "letters, digits and underscores, no digit first"
+        raise BadInput(f"{shot.name!r} cannot name a prim", where="name", right=right)
+    return _load(shot, next(iter(shot.hair)))
+
+
+def _load(shot: Shot, frame: int) -> Frame:
+    return Frame(shot.hair[frame], None if shot.body is None else shot.body[frame])
+
+
+def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
+    """Create a stage with all that does not change, which is seen at the first frame."""
+    stage = _begin_stage(path, shot, first)
+    frames = list(shot.hair)
+    stage.SetStartTimeCode(frames[0])
+    stage.SetEndTimeCode(frames[-1])
+    stage.GetRootLayer().customLayerData = {"hairpipe": {"version": __version__}}
+    model = Usd.ModelAPI(stage.GetDefaultPrim())
+    model.SetKind(Kind.Tokens.component)
+    model.SetAssetName(shot.name)
+    author_hair(_hair(stage), first.hair, shot.groom)
+    if first.body is not None:
+        author_body(_body(stage), first.body)
+    return stage
+
+
+def _begin_stage(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
+    """Create a stage whose prims declare what changes and give it no value: so is a manifest of clips."""
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetTimeCodesPerSecond(shot.fps)
+    stage.SetFramesPerSecond(shot.fps)
+    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{shot.name}").GetPrim())
+    hair = UsdGeom.BasisCurves.Define(stage, f"/{shot.name}/hair")
+    changing = [hair.CreatePointsAttr, hair.CreateVelocitiesAttr, hair.CreateExtentAttr]
+    if first.body is not None:
+        body = UsdGeom.Mesh.Define(stage, f"/{shot.name}/body")
+        changing += [body.CreatePointsAttr, body.CreateNormalsAttr, body.CreateExtentAttr]
+        changing += [] if first.body.velocities is None else [body.CreateVelocitiesAttr]
+    for declare in changing:
+        declare()
+    return stage
+
+
+def _hair(stage: Usd.Stage) -> UsdGeom.BasisCurves:
+    return UsdGeom.BasisCurves(stage.GetDefaultPrim().GetChild("hair"))
+
+
+def _body(stage: Usd.Stage) -> UsdGeom.Mesh:
+    return UsdGeom.Mesh(stage.GetDefaultPrim().GetChild("body"))
+
+
+def _sample(stage: Usd.Stage, number: int, frame: Frame, first: Frame) -> int:
+    """Author what is so at this frame; returns the bytes."""
+    size = sample_hair(_hair(stage), number, frame.hair, first.hair)
+    if frame.body is not None and first.body is not None:
+        size += sample_body(_body(stage), number, frame.body, first.body)
+    return size

@@ -1,0 +1,165 @@
+"""UsdSkel skeletons of a stage, and the meshes they move."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdSkel, Vt
+
+from hairpipe.data import Skeleton
+from hairpipe.errors import BadInput
+from hairpipe.io.usd.stage import columns, location, place
+
+REST = Usd.TimeCode.EarliestTime()
+
+
+@dataclass(frozen=True)
+class Binding:
+    """The skeleton that moves a mesh, and how."""
+
+    skeleton: UsdSkel.SkeletonQuery
+    skinning: UsdSkel.SkinningQuery
+
+
+@dataclass(frozen=True)
+class Rig:
+    """The joints of one skeleton prim, and how it moves bound meshes from their bind pose to its rest pose.
+
+    first    index of its first joint in the skeleton of the whole body
+    joints   tokens such as "hips/spine/neck", J of them
+    parents  index of the parent joint or -1, a parent before its children, (J,) int32
+    rest     joint-to-world at rest in metres, column vectors, (J, 4, 4) float64
+    skin     bind pose to rest pose in the skeleton's space, row vectors, J matrices
+    matrix   the skeleton's space to metres, column vectors, (4, 4) float64
+    """
+
+    first: int
+    joints: tuple[str, ...]
+    parents: np.ndarray
+    rest: np.ndarray
+    skin: Vt.Matrix4dArray
+    matrix: np.ndarray
+
+
+def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
+    """Return the binding of every mesh that a skeleton moves."""
+    cache, found, predicate = UsdSkel.Cache(), {}, Usd.TraverseInstanceProxies()
+    for prim in stage.Traverse(predicate):
+        root = UsdSkel.Root(prim)
+        if root and cache.Populate(root, predicate):
+            for binding in cache.ComputeSkelBindings(root, predicate):
+                query = cache.GetSkelQuery(binding.GetSkeleton())
+                found |= {skin.GetPrim().GetPath(): Binding(query, skin) for skin in binding.GetSkinningTargets()}
+    return found
+
+
+def read_rig(query: UsdSkel.SkeletonQuery, first: int) -> Rig:
+    """Read a skeleton; its rest pose is restTransforms, or the bind pose where these are absent.
+
+    Raises BadInput if joints are out of order, or neither pose fits them.
+    """
+    prim, topology = query.GetPrim(), query.GetTopology()
+    where = location(prim)
+    sound, why = topology.Validate()
+    if not (len(topology) and sound):
+        raise BadInput(f"the joints are no tree: {why or 'there are none'}", where=where, right="parents first")
+    if not query.HasBindPose():
+        raise BadInput("bindTransforms do not fit the joints", where=where, right=f"{len(topology)} matrices")
+    bind, matrix = query.GetJointWorldBindTransforms(), place(prim)
+    if query.HasRestPose():
+        rest = query.ComputeJointSkelTransforms(REST, True)
+        skin = Vt.Matrix4dArray([_inverse(b, where) * r for b, r in zip(bind, rest, strict=True)])
+    else:
+        rest, skin = bind, Vt.Matrix4dArray([Gf.Matrix4d(1)] * len(bind))
+    joints = tuple(query.GetJointOrder())
+    parents = np.array(topology.GetParentIndices(), np.int32)
+    return Rig(first, joints, parents, _rigid(matrix, np.array([columns(r) for r in rest]), where), skin, matrix)
+
+
+def _inverse(matrix: object, where: str) -> object:
+    if not np.isfinite(np.array(matrix)).all() or abs(matrix.GetDeterminant()) < 1e-30:
+        raise BadInput("a bind transform cannot be inverted", where=where, right="matrices of full rank")
+    return matrix.GetInverse()
+
+
+def _rigid(matrix: np.ndarray, joints: np.ndarray, where: str) -> np.ndarray:
+    """Return the nearest rotations and the origins of matrix @ joints: our joints carry no scale."""
+    world = matrix @ joints
+    if not np.isfinite(world).all():
+        raise BadInput("a joint transform is not finite", where=where, right="finite numbers")
+    left, _, right = np.linalg.svd(world[:, :3, :3])
+    left[:, :, 2] *= np.linalg.det(left @ right)[:, None]
+    world[:, :3, :3] = left @ right
+    return world
+
+
+def skin_at_rest(rig: Rig, skinning: UsdSkel.SkinningQuery, points: np.ndarray) -> np.ndarray:
+    """Return the points (n, 3) of a bound mesh in the skeleton's space at its rest pose, (n, 3) float64."""
+    moved = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(points, np.float32))
+    mapper = skinning.GetJointMapper()
+    skin = rig.skin if mapper is None else mapper.RemapTransforms(rig.skin)
+    if not skinning.ComputeSkinnedPoints(skin, moved, REST):
+        raise BadInput("cannot be skinned", where=location(skinning.GetPrim()), right="influences that fit the points")
+    return np.array(moved, np.float64)
+
+
+def read_influences(rig: Rig, skinning: UsdSkel.SkinningQuery, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the joints (n, k) int32 that n vertices follow, and their weights (n, k) float64, each row of sum 1.
+
+    A vertex of no weight follows the first root joint, as the weight painter left it.
+
+    Raises BadInput if counts, indices or weights are out of range.
+    """
+    where = location(skinning.GetPrim())
+    influences = skinning.ComputeVaryingJointInfluences(n, REST)
+    if influences is None:
+        raise BadInput("jointIndices and jointWeights do not fit the points", where=where, right=f"{n} tuples")
+    joints = np.array(influences[0], np.int64).reshape(n, -1)
+    weights = np.array(influences[1], np.float64).reshape(n, -1)
+    order = _joint_order(rig, skinning, where)
+    if joints.min() < 0 or joints.max() >= len(order):
+        raise BadInput("jointIndices names no joint", where=where, right=f"0 to {len(order) - 1}")
+    if not np.isfinite(weights).all() or weights.min() < 0:
+        raise BadInput("jointWeights holds a negative or not finite weight", where=where, right="0 or more")
+    bare = weights.sum(axis=1) == 0
+    weights[bare, 0] = 1.0
+    joints = (rig.first + np.where(bare[:, None], 0, order[joints])).astype(np.int32)
+    return joints, weights / weights.sum(axis=1, keepdims=True)
+
+
+def _joint_order(rig: Rig, skinning: UsdSkel.SkinningQuery, where: str) -> np.ndarray:
+    """Return the rig's joint for every joint the mesh names, (j,) int64."""
+    named = skinning.GetJointOrder() or rig.joints
+    unknown = [name for name in named if name not in rig.joints]
+    if unknown:
+        raise BadInput(f"skel:joints names {unknown[0]}", where=where, right="joints of the skeleton")
+    return np.array([rig.joints.index(name) for name in named])
+
+
+def join_rigs(rigs: Sequence[Rig]) -> Skeleton:
+    """Put the joints of several rigs into one skeleton, named by the last part of their path where that is unique."""
+    tokens = [token for rig in rigs for token in rig.joints]
+    leaves = [token.rpartition("/")[2] for token in tokens]
+    names = [leaf if leaves.count(leaf) == 1 else token for leaf, token in zip(leaves, tokens, strict=True)]
+    names = [name if names.count(name) == 1 else f"{name}#{i}" for i, name in enumerate(names)]
+    parents = np.concatenate([np.where(rig.parents < 0, -1, rig.parents + rig.first) for rig in rigs])
+    rest = np.concatenate([rig.rest for rig in rigs])
+    return Skeleton(tuple(names), parents.astype(np.int32), rest, find_tips(parents, rest[:, :3, 3]))
+
+
+def find_tips(parents: np.ndarray, origins: np.ndarray) -> np.ndarray:
+    """Return the far end of every bone, (J, 3): the mean of its children; a leaf goes on as its parent's bone did."""
+    tips = origins.copy()
+    for joint, parent in enumerate(parents):
+        children = np.flatnonzero(parents == joint)
+        if len(children):
+            tips[joint] = origins[children].mean(axis=0)
+        elif parent >= 0:
+            tips[joint] = 2 * origins[joint] - origins[parent]
+    return tips
+
+
+def still_skeleton(points: np.ndarray) -> Skeleton:
+    """Return a skeleton of the one joint "root" at the origin, its tip as high as the highest of the points (n, 3)."""
+    tip = np.array([[0.0, points[:, 1].max(), 0.0]])
+    return Skeleton(("root",), np.array([-1], np.int32), np.eye(4)[None], tip)

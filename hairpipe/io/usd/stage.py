@@ -1,0 +1,158 @@
+"""Stages: opening a foreign one with clear messages, and its space turned into ours."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from pxr import Tf, Usd, UsdGeom
+
+from hairpipe.errors import BadInput
+
+SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+
+
+def open_stage(path: Path) -> Usd.Stage:
+    """Open the file as a stage.
+
+    Raises BadInput if it is missing, a folder, not permitted, or nothing that OpenUSD reads.
+    """
+    check_file(path)
+    with usd_faults(path):
+        return Usd.Stage.Open(str(path))
+
+
+def check_file(path: Path) -> None:
+    """Raise BadInput unless the path is a file that may be read and has the suffix of a USD file."""
+    right = "a file that ends in " + ", ".join(SUFFIXES)
+    if path.suffix.lower() not in SUFFIXES:
+        raise BadInput("not named like a USD file", where=path, right=right)
+    try:
+        with path.open("rb") as file:
+            empty = not file.read(1)
+    except OSError as error:
+        raise BadInput(f"cannot be read: {error.strerror or error}", where=path, right=right) from None
+    if empty:
+        raise BadInput("the file is empty", where=path, right=right)
+
+
+@contextmanager
+def usd_faults(path: Path) -> Iterator[None]:
+    """Turn what OpenUSD reports in this block into BadInput, with line and column where it names them."""
+    try:
+        yield
+    except Tf.ErrorException as error:
+        place, what = _fault(error, path)
+        raise BadInput(f"not a readable USD file: {what}", where=place, right="a file OpenUSD can open") from None
+    except UnicodeDecodeError:
+        raise BadInput("a name or text in it is not UTF-8", where=path, right="a USD file in UTF-8") from None
+
+
+def _fault(error: Tf.ErrorException, path: Path) -> tuple[str, str]:
+    try:
+        said = error.args[0].commentary
+    except UnicodeDecodeError:
+        return str(path), "text that is not UTF-8"
+    located = re.search(r":(\d+):(\d+): (.*)", said)
+    place = f"{path}:{located[1]}:{located[2]}" if located else str(path)
+    what = (located[3] if located else said).splitlines()[0]
+    return place, what if len(what) <= 120 else what[:117] + "..."
+
+
+def to_metres(stage: Usd.Stage) -> np.ndarray:
+    """Return the matrix from the stage's world to metres with Y up, column vectors, (4, 4) float64.
+
+    Raises BadInput if metersPerUnit is not a positive number.
+    """
+    scale = UsdGeom.GetStageMetersPerUnit(stage)
+    if not (np.isfinite(scale) and scale > 0):
+        raise BadInput(f"metersPerUnit is {scale:g}", where=stage_path(stage), right="a positive number")
+    matrix = np.eye(4)
+    matrix[:3, :3] = scale * (Z_UP_TO_Y_UP if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z else np.eye(3))
+    return matrix
+
+
+def place(prim: Usd.Prim) -> np.ndarray:
+    """Return the matrix from the prim to metres with Y up at the earliest time, column vectors, (4, 4) float64."""
+    world = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.EarliestTime())
+    matrix = to_metres(prim.GetStage()) @ columns(world)
+    if not np.isfinite(matrix).all():
+        raise BadInput("the transform is not finite", where=location(prim), right="finite numbers")
+    return matrix
+
+
+def columns(matrix: object) -> np.ndarray:
+    """Return a Gf.Matrix4d, which acts on row vectors, as a matrix that acts on column vectors, (4, 4) float64."""
+    return np.array(matrix, dtype=np.float64).T
+
+
+def move(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the points (n, 3) moved by an affine matrix (4, 4), float64."""
+    return points @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+def shown(stage: Usd.Stage, schema: type, prim: str | None) -> list[Usd.Prim]:
+    """Return the prims of a schema, in order of the stage, that are neither invisible nor stand-ins (purpose proxy).
+
+    prim  only those at or under this path
+
+    Raises BadInput if there is no such prim, or none of the schema.
+    """
+    root = stage.GetPseudoRoot() if prim is None else _prim_at(stage, prim)
+    found = [p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if p.IsA(schema) and _is_shown(p)]
+    if not found:
+        under = "" if prim is None else f" at or under {prim}"
+        right = f"a prim of the type {schema.__name__}"
+        raise BadInput(f"no visible {schema.__name__}{under}", where=stage_path(stage), right=right)
+    return found
+
+
+def _prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
+    found = stage.GetPrimAtPath(path) if path.startswith("/") else None
+    if not found:
+        children = ", ".join(str(p.GetPath()) for p in stage.GetPseudoRoot().GetChildren())
+        raise BadInput(f"no prim {path}", where=stage_path(stage), right=f"a path under {children or 'a root prim'}")
+    return found
+
+
+def _is_shown(prim: Usd.Prim) -> bool:
+    image = UsdGeom.Imageable(prim)
+    visible = image.ComputeVisibility(Usd.TimeCode.EarliestTime()) != UsdGeom.Tokens.invisible
+    return visible and image.ComputePurpose() != UsdGeom.Tokens.proxy
+
+
+def numbers(attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:
+    """Return an array attribute at the earliest time, (n,) or (n, columns); empty where it has no value.
+
+    Raises BadInput if it holds something else, or numbers that are not finite.
+    """
+    return checked(attribute.Get(Usd.TimeCode.EarliestTime()), attribute, columns, kind)
+
+
+def checked(value: object, attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:
+    """Return a value of an attribute as an array (n,) or (n, columns); no value is an empty one.
+
+    Raises BadInput if it is something else, or holds numbers that are not finite.
+    """
+    shape = (0,) if columns == 1 else (0, columns)
+    array = np.empty(shape, kind) if value is None else np.array(value)
+    where = f"{location(attribute.GetPrim())}.{attribute.GetName()}"
+    if array.dtype.kind not in "iuf" or array.shape[1:] != shape[1:] or array.ndim != len(shape):
+        right = "an array of numbers" if columns == 1 else f"an array of {columns} numbers each"
+        raise BadInput(f"has the type {attribute.GetTypeName()}", where=where, right=right)
+    if not np.isfinite(array).all():
+        row = int(np.argmin(np.isfinite(array.reshape(len(array), -1)).all(axis=1)))
+        raise BadInput(f"element {row} is not finite", where=where, right="finite numbers")
+    return array.astype(kind)
+
+
+def location(prim: Usd.Prim) -> str:
+    """Return file and prim path, for messages."""
+    return f"{stage_path(prim.GetStage())} {prim.GetPath()}"
+
+
+def stage_path(stage: Usd.Stage) -> str:
+    """Return the path of the stage's file, for messages."""
+    return stage.GetRootLayer().realPath

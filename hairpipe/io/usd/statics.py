@@ -1,0 +1,77 @@
+"""What stays the same through a shot: strands, rest positions, root bindings, faces and materials."""
+
+import numpy as np
+from pxr import Gf, Sdf, UsdGeom, UsdShade, UsdUtils, Vt
+
+from hairpipe.data import Groom, Mesh, Strands
+from hairpipe.errors import BadInput
+from hairpipe.io.usd.samples import vectors
+
+HAIR_COLOUR, HAIR_ROUGHNESS = Gf.Vec3f(0.06, 0.03, 0.015), 0.4
+SKIN_COLOUR, SKIN_ROUGHNESS = Gf.Vec3f(0.6, 0.4, 0.33), 0.6
+TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
+
+
+def author_hair(prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom | None) -> None:
+    """Author the strands, their width, ids and material, and from the groom their rest and roots.
+
+    Raises BadInput if the groom does not have these strands.
+    """
+    counts = np.diff(strands.offsets)
+    prim.CreateTypeAttr(TOKENS.cubic)
+    prim.CreateBasisAttr(TOKENS.catmullRom)
+    prim.CreateWrapAttr(TOKENS.pinned)
+    prim.CreateCurveVertexCountsAttr(integers(counts))
+    prim.CreateWidthsAttr(Vt.FloatArray(len(strands.points), strands.diameter))
+    prim.SetWidthsInterpolation(TOKENS.vertex)
+    if groom is None:
+        _primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(np.arange(len(counts))))
+    else:
+        _author_groom(prim, strands, groom)
+    _bind(prim, "hair", HAIR_COLOUR, HAIR_ROUGHNESS)
+
+
+def _author_groom(prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom) -> None:
+    if not np.array_equal(groom.offsets, strands.offsets):
+        raise BadInput("the groom does not have the strands of the hair", where="groom", right="what was simulated")
+    coordinates, pairs = UsdUtils.GetPrimaryUVSetName(), Vt.Vec2fArray.FromNumpy
+    in_triangle = np.ascontiguousarray(groom.root_barycentrics[:, 1:], np.float32)
+    _primvar(prim, UsdUtils.GetPrefName(), TYPES.Point3fArray, TOKENS.vertex, vectors(groom.points))
+    _primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(groom.ids))
+    _primvar(prim, coordinates, TYPES.TexCoord2fArray, TOKENS.uniform, pairs(np.float32(groom.root_uv)))
+    _primvar(prim, "skinprim", TYPES.IntArray, TOKENS.uniform, integers(groom.root_triangles))
+    _primvar(prim, "skinprimuv", TYPES.Float2Array, TOKENS.uniform, pairs(in_triangle))
+
+
+def author_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
+    """Author the faces, texture coordinates and material of the body."""
+    prim.CreateFaceVertexCountsAttr(Vt.IntArray(len(mesh.triangles), 3))
+    prim.CreateFaceVertexIndicesAttr(integers(mesh.triangles.ravel()))
+    prim.CreateSubdivisionSchemeAttr(TOKENS.none)
+    prim.SetNormalsInterpolation(TOKENS.vertex)
+    if mesh.uv is not None:
+        values = Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(mesh.uv.reshape(-1, 2), np.float32))
+        _primvar(prim, UsdUtils.GetPrimaryUVSetName(), TYPES.TexCoord2fArray, TOKENS.faceVarying, values)
+    _bind(prim, "skin", SKIN_COLOUR, SKIN_ROUGHNESS)
+
+
+def integers(array: np.ndarray) -> Vt.IntArray:
+    """Return an array (n,) of integers as USD keeps it."""
+    return Vt.IntArray.FromNumpy(np.ascontiguousarray(array, np.int32))
+
+
+def _primvar(prim: UsdGeom.Gprim, name: str, kind: Sdf.ValueTypeName, interpolation: str, value: object) -> None:
+    UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, kind, interpolation).Set(value)
+
+
+def _bind(prim: UsdGeom.Gprim, name: str, colour: Gf.Vec3f, roughness: float) -> None:
+    """Give the prim a plain material of its own, which clients are welcome to replace."""
+    stage, root = prim.GetPrim().GetStage(), prim.GetPrim().GetParent().GetPath()
+    looks = UsdGeom.Scope.Define(stage, root.AppendChild(UsdUtils.GetMaterialsScopeName()))
+    material = UsdShade.Material.Define(stage, looks.GetPath().AppendChild(name))
+    shader = UsdShade.Shader.Define(stage, material.GetPath().AppendChild("surface"))
+    shader.CreateIdAttr("UsdPreviewSurface")
+    shader.CreateInput("diffuseColor", TYPES.Color3f).Set(colour)
+    shader.CreateInput("roughness", TYPES.Float).Set(roughness)
+    material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
+    UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(material)
