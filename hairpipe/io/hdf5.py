@@ -1,0 +1,226 @@
+"""Values on disk: any frozen dataclass of arrays and scalars as an HDF5 file, and its digest.
+
+A value is taken apart into a tree: None, bool, int, float, str, tuple of str, numpy array, or a dict of such by name.
+Dataclasses and NamedTuples become dicts of their fields. The file holds names and data, never a class or code; what is
+read is built into the type that the reader expects. Equal trees give equal digests and, with one h5py, equal bytes.
+
+A dict is a group, an array a contiguous dataset, a text or a tuple of texts a dataset of fixed-length UTF-8; None and
+numbers are attributes of their group. The format is that of HDF5 1.10, which guards its own structure by checksums, so
+that a damaged file is refused rather than misread; the data is guarded by the digest.
+"""
+
+import dataclasses
+import types
+from collections.abc import Iterator
+from functools import cache
+from hashlib import blake2b
+from pathlib import Path
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+import h5py
+import numpy as np
+
+from hairpipe.errors import BadInput
+
+T = TypeVar("T")
+Tree = Any
+"""None, bool, int, float, str, tuple of str, C-ordered little-endian array, or dict of trees by name."""
+
+DIGEST_BYTES = 20
+FORMAT = ("v110", "v110")
+NUMBERS = "biuf"
+"""Kinds of numpy arrays that are stored: bool, integers with and without sign, floats."""
+ESCAPES = {"%": "%25", "/": "%2F", ".": "%2E"}
+"""HDF5 reads / and . in a name as a path."""
+
+
+def encode(value: Any, path: Path) -> None:
+    """Write a value as an HDF5 file; TypeError or ValueError names the field that has no place in one."""
+    write(take_apart(value), path)
+
+
+def decode(path: Path, kind: type[T]) -> T:
+    """Read a value of this type; BadInput where the file is damaged or holds something else."""
+    tree = read(path)
+    try:
+        return build(kind, tree)
+    except TypeError as error:
+        raise BadInput(f"not a {kind.__name__}: {error}", where=path) from None
+
+
+def digest(value: Any) -> str:
+    """Digest a value by the names, types, shapes and bytes of what it holds."""
+    return digest_tree(take_apart(value))
+
+
+def take_apart(value: Any, name: str = "value") -> Tree:
+    """Take a value apart; arrays are copied only where they are not C-ordered and little-endian already."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
+        return take_apart(fields, name)
+    if isinstance(value, tuple) and hasattr(value, "_fields"):
+        return take_apart(value._asdict(), name)
+    if isinstance(value, dict):
+        return {checked_text(key, name): take_apart(item, f"{name}.{key}") for key, item in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain_array(value, name)
+    if isinstance(value, tuple):
+        return tuple(checked_text(item, name) for item in value)
+    return plain_scalar(value, name)
+
+
+def plain_array(array: np.ndarray, name: str) -> np.ndarray:
+    """Lay an array out in C order and little-endian."""
+    if array.dtype.kind not in NUMBERS or array.dtype.itemsize > 8:
+        raise TypeError(f"{name}: arrays of {array.dtype} are not stored; bool, integers and floats up to 64 bits are")
+    return np.asarray(array, dtype=array.dtype.newbyteorder("<"), order="C")
+
+
+def plain_scalar(value: Any, name: str) -> Tree:
+    """Turn numpy's scalars into Python's; TypeError for anything that is no scalar."""
+    value = value.item() if isinstance(value, np.generic) else value
+    if value is None or type(value) in (bool, float):
+        return value
+    if type(value) is int:
+        if not -(2**63) <= value < 2**63:
+            raise ValueError(f"{name} = {value} has more than 64 bits")
+        return value
+    if isinstance(value, str):
+        return checked_text(value, name)
+    raise TypeError(
+        f"{name}: a {type(value).__name__} is not stored; arrays, numbers, texts and dataclasses of them are"
+    )
+
+
+def checked_text(value: Any, name: str) -> str:
+    """Refuse what is no text, or no text that HDF5 gives back as it was."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name}: a {type(value).__name__} where only a text is stored")
+    if "\0" in value:
+        raise ValueError(f"{name}: {value!r} has a NUL in it")
+    return value
+
+
+def digest_tree(tree: Tree) -> str:
+    """Digest a value that has been taken apart."""
+    state = blake2b(digest_size=DIGEST_BYTES, person=b"value")
+    for path, leaf in leaves(tree, ()):
+        array = leaf if isinstance(leaf, np.ndarray) else None
+        head = (array.dtype.str, array.shape) if array is not None else (type(leaf).__name__, leaf)
+        state.update(repr((path, *head)).encode())
+        if array is not None and array.size:
+            state.update(array)
+    return state.hexdigest()
+
+
+def leaves(tree: Tree, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Tree]]:
+    """Walk a tree in the order of its names; a dict comes before what it holds, as the list of its names."""
+    if isinstance(tree, dict):
+        yield path, tuple(sorted(tree))
+        for name in sorted(tree):
+            yield from leaves(tree[name], (*path, name))
+    else:
+        yield path, tree
+
+
+def nbytes(tree: Tree) -> int:
+    """Memory that the arrays of a tree take [bytes]."""
+    return sum(leaf.nbytes for _, leaf in leaves(tree, ()) if isinstance(leaf, np.ndarray))
+
+
+def write(tree: Tree, path: Path) -> None:
+    """Write a tree to a new file."""
+    with h5py.File(path, "w", libver=FORMAT, locking=False) as file:
+        write_entry(file, "value", tree)
+
+
+def write_entry(group: h5py.Group, name: str, tree: Tree) -> None:
+    """Write a tree under a name."""
+    if isinstance(tree, dict):
+        inner = group.create_group(escape(name))
+        for key in sorted(tree):
+            write_entry(inner, key, tree[key])
+    elif isinstance(tree, np.ndarray):
+        group.create_dataset(escape(name), data=tree, track_times=False)
+    elif isinstance(tree, str | tuple):
+        texts = [text.encode() for text in ([tree] if isinstance(tree, str) else tree)]
+        kind = h5py.string_dtype("utf-8", max([1, *map(len, texts)]))
+        data = np.array(texts, dtype=kind)
+        group.create_dataset(escape(name), data=data[0] if isinstance(tree, str) else data, dtype=kind)
+    else:
+        group.attrs[escape(name)] = h5py.Empty("f8") if tree is None else tree
+
+
+def read(path: Path) -> Tree:
+    """Read a tree; BadInput where the file is no HDF5 value. Only its digest tells that all of it is as written."""
+    size = path.stat().st_size
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            return read_group(file, size)["value"]
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError, OverflowError) as error:
+        raise BadInput(f"not a whole HDF5 value: {error}", where=path) from None
+
+
+def read_group(group: h5py.Group, size: int) -> dict[str, Tree]:
+    """Read everything in a group."""
+    tree: dict[str, Tree] = {}
+    for name, value in group.attrs.items():
+        tree[unescape(name)] = None if isinstance(value, h5py.Empty) else plain_scalar(value, name)
+    for name in group:
+        item = group[name]
+        is_group = isinstance(item, h5py.Group)
+        tree[unescape(name)] = read_group(item, size) if is_group else read_dataset(item, size)
+    return tree
+
+
+def read_dataset(dataset: h5py.Dataset, size: int) -> Tree:
+    """Read an array or texts; ValueError where it claims to be larger than its file."""
+    if dataset.nbytes > size:
+        raise ValueError(f"{dataset.name} is larger than its file")
+    if dataset.dtype.kind == "S":
+        texts = dataset.asstr()[()]
+        return texts if dataset.ndim == 0 else tuple(texts.tolist())
+    array = np.empty(dataset.shape, dataset.dtype)
+    if array.size:
+        dataset.read_direct(array)
+    return plain_array(array, dataset.name)
+
+
+def escape(name: str) -> str:
+    """Spell a name so that HDF5 does not take it for a path."""
+    return "".join(ESCAPES.get(letter, letter) for letter in name) or "%"
+
+
+def unescape(name: str) -> str:
+    """Undo `escape`."""
+    if name == "%":
+        return ""
+    for letter, spelled in reversed(ESCAPES.items()):
+        name = name.replace(spelled, letter)
+    return name
+
+
+def build(kind: Any, tree: Tree) -> Any:
+    """Build a value of this type from a tree, sharing its arrays; TypeError where the tree does not fit."""
+    if get_origin(kind) in (Union, types.UnionType):
+        inner = [option for option in get_args(kind) if option is not type(None)]
+        return None if tree is None and len(inner) < len(get_args(kind)) else build(inner[0], tree)
+    if hasattr(kind, "__annotations__") and (dataclasses.is_dataclass(kind) or issubclass(kind, tuple)):
+        hints = field_types(kind)
+        if not isinstance(tree, dict) or tree.keys() != hints.keys():
+            found = ", ".join(tree) if isinstance(tree, dict) else type(tree).__name__
+            raise TypeError(f"{kind.__name__} has the fields {', '.join(hints)}, found {found}")
+        return kind(**{name: build(hint, tree[name]) for name, hint in hints.items()})
+    if get_origin(kind) is dict and isinstance(tree, dict):
+        return {name: build(get_args(kind)[1], item) for name, item in tree.items()}
+    if not isinstance(tree, get_origin(kind) or kind):
+        raise TypeError(f"wanted {kind}, found {type(tree).__name__}")
+    return tree
+
+
+@cache
+def field_types(kind: type) -> dict[str, Any]:
+    """Types of the fields of a dataclass or NamedTuple by name."""
+    hints = get_type_hints(kind)
+    names = [f.name for f in dataclasses.fields(kind)] if dataclasses.is_dataclass(kind) else kind._fields
+    return {name: hints[name] for name in names}
