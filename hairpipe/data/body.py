@@ -7,7 +7,7 @@ import numpy as np
 from hairpipe.data.mesh import Mesh
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Skeleton:
     """Joints of a body at rest; a parent stands before its children.
 
@@ -23,7 +23,7 @@ class Skeleton:
     tips: np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Body:
     """A mesh at rest that a skeleton moves by linear blend skinning, with maps painted on its vertices.
 
@@ -41,7 +41,7 @@ class Body:
     maps: dict[str, np.ndarray] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pose:
     """Where the joints of a body's skeleton are at one frame, and how they move.
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Groom:
     """Strands on the body at rest, root first, each cut into segments of equal length and bound to the body.
 
@@ -27,7 +27,7 @@ class Groom:
     root_uv: np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Strands:
     """Hair at one frame: what is drawn and exported; strands, order and counts are those of the groom.
 

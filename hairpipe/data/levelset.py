@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LevelSet:
     """Cubic bricks of 8 voxels a side that cover the narrow band; everything else is far inside or far outside.
 

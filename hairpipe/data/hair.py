@@ -1,0 +1,21 @@
+"""The full state of a hair simulation between two frames."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class HairState:
+    """Everything the next frame needs, in the simulation's own layout: particles in rows, strands in the last axis.
+
+    positions      [m], (rows, 3, lanes) float64
+    velocities     [m/s], same shape
+    accelerations  of the last solve [m/s^2], same shape
+    tensions       multipliers of the springs to the next three particles [N], same shape
+    """
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    accelerations: np.ndarray
+    tensions: np.ndarray

@@ -1,0 +1,127 @@
+"""Spring constants that give the network the stiffness of an elastic rod, at any resolution.
+
+EI and GJ of the network grow as k l^2 (physics.md 1.3), and with altitude springs they mix, so bending and torsion
+constants are fitted: the linear response of a straight strand to an end couple must be M L / EI about both transverse
+axes (their mean) and M L / GJ about its own.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from hairpipe.sim import lattice
+from hairpipe.sim.material import Material
+
+ALTITUDE_RATIO = 0.3  # of the torsion constant; more stiffens bending against twist, less lets a long hair collapse
+_PROBED = 18  # segments the response is measured over: 4.25 turns of the perturbed particles, so directions average out
+_MARGIN = 3  # segments left at either end
+
+
+def spring_constants(material: Material, length: np.ndarray) -> np.ndarray:
+    """Fit the four spring constants of strands to their material.
+
+    length   of a segment [m], (s,)
+    returns  edge, bending, torsion and altitude constants: force per unit strain [N], (4, s)
+    """
+    unit = material.bending / length**2
+    slack = unit / material.axial
+    ends = np.array([slack.min(), slack.max()])
+    ratio = material.torsion / material.bending
+    fits = np.array([_fit(float(1 / s), ratio) for s in ends])
+    # The fitted constants are linear in the edge's compliance wherever edges are stiffer than bending.
+    blend = (slack - ends[0]) / max(np.ptp(ends), 1e-300)
+    bending, torsion = fits[0][:, None] * (1 - blend) + fits[1][:, None] * blend
+    return np.stack(
+        [np.full_like(length, material.axial), bending * unit, torsion * unit, ALTITUDE_RATIO * torsion * unit]
+    )
+
+
+@lru_cache(maxsize=64)
+def _fit(edge: float, torsion_ratio: float) -> tuple[float, float]:
+    """Bending and torsion constants for EI = 1, GJ = torsion_ratio, segment length 1 and the given edge constant."""
+    log = np.log([6.2, 3.7])
+    for _ in range(30):
+        misfit = _misfit(log, edge, torsion_ratio)
+        if np.abs(misfit).max() < 1e-10:
+            break
+        slopes = [(_misfit(log + step, edge, torsion_ratio) - misfit) / 1e-6 for step in np.eye(2) * 1e-6]
+        log = log - np.clip(np.linalg.solve(np.transpose(slopes), misfit), -1, 1)
+    return tuple(np.exp(log))
+
+
+def _misfit(log: np.ndarray, edge: float, torsion_ratio: float) -> np.ndarray:
+    bending, torsion = np.exp(log)
+    stiffness = rod_stiffness(np.array([edge, bending, torsion, ALTITUDE_RATIO * torsion]))
+    return np.log(stiffness / [1.0, torsion_ratio])
+
+
+def rod_stiffness(constants: np.ndarray) -> np.ndarray:
+    """Bending and torsional stiffness of a straight network with segments of length 1.
+
+    constants  edge, bending, torsion, altitude [N], (4,)
+    returns    EI (mean of both transverse axes) and GJ [N m^2], (2,)
+    """
+    segments = _PROBED + 2 * _MARGIN
+    axis = np.zeros((1, segments + 1, 3))
+    axis[0, :, 2] = np.arange(segments + 1)
+    particles = lattice.perturb(axis)[0]
+    free = slice(3 * lattice.CLAMPED, None)
+    hessian = _hessian(particles, constants)[free, free]
+    loads = np.zeros((len(particles), 3, 3))
+    loads[-3:] = _couples(particles[-3:])
+    moved = np.zeros((len(particles) * 3, 3))
+    moved[free] = np.linalg.solve(hessian, loads.reshape(-1, 3)[free])
+    moved = moved.reshape(-1, 3, 3)
+    start = 2 * _MARGIN + 1
+    turn = [np.diag(_rotation(particles, moved, p)) for p in (start, start + 2 * _PROBED)]
+    per_length = (turn[1] - turn[0]) / _PROBED
+    return 1 / np.array([per_length[:2].mean(), per_length[2]])
+
+
+def _couples(triangle: np.ndarray) -> np.ndarray:
+    """Forces on three points that make a unit couple about x, y and z: (3, 3 components, 3 couples)."""
+    arms = triangle - triangle.mean(0)
+    spin = np.linalg.inv(_inertia(arms))
+    return np.cross(spin.T[None], arms[:, None]).transpose(0, 2, 1)
+
+
+def _rotation(particles: np.ndarray, moved: np.ndarray, first: int) -> np.ndarray:
+    """Best rotation vectors of three particles in a row under the three displacements: (3 components, 3 couples)."""
+    arms = particles[first : first + 3] - particles[first : first + 3].mean(0)
+    torque = np.cross(arms[:, None], moved[first : first + 3].transpose(0, 2, 1)).sum(0)
+    return np.linalg.solve(_inertia(arms), torque.T)
+
+
+def _inertia(arms: np.ndarray) -> np.ndarray:
+    return np.eye(3) * np.sum(arms**2) - arms.T @ arms
+
+
+def _hessian(particles: np.ndarray, constants: np.ndarray) -> np.ndarray:
+    """Second derivatives of the network's energy at rest [N/m], (3p, 3p)."""
+    edge, bending, torsion, altitude = constants
+    count = len(particles)
+    hessian = np.zeros((count, 3, count, 3))
+    for i in range(count):
+        for offset, k in ((1, edge), (2, edge if i % 2 else bending), (3, torsion)):
+            if i + offset < count:
+                span = particles[i + offset] - particles[i]
+                length = np.linalg.norm(span)
+                _add_outer(hessian, [i, i + offset], np.array([-1.0, 1.0]), span / length, k / length)
+    area, volume = (values[0] for values in lattice.area_vectors(particles[None]))
+    for i in range(count - 3 if altitude else 0):
+        candidates = np.concatenate([area[i], area[i, [1, 1, 2]] + area[i, [2, 3, 3]]])
+        size = np.linalg.norm(candidates, axis=1)
+        best = np.argmax(size)
+        weights = area[i] @ candidates[best] / size[best] ** 2
+        height = abs(volume[i]) / size[best]
+        _add_outer(hessian, [i, i + 1, i + 2, i + 3], weights, candidates[best] / size[best], altitude / height)
+    return hessian.reshape(3 * count, 3 * count)
+
+
+def _add_outer(hessian: np.ndarray, who: list[int], weights: np.ndarray, direction: np.ndarray, k: float) -> None:
+    """Add k g_i g_j n n^T for every pair of the particles who, with weights g along direction n."""
+    gradient = (weights[:, None] * direction).reshape(-1)
+    block = k * np.outer(gradient, gradient).reshape(len(who), 3, len(who), 3)
+    for i, p in enumerate(who):
+        for j, q in enumerate(who):
+            hessian[p, :, q, :] += block[i, :, j, :]

@@ -1,0 +1,42 @@
+"""Biased strain limiting: Sec. 4.2 of Selle, Lentine, Fedkiw 2008.
+
+From root to tip every particle that lies farther than (1 + tolerance) l0 from its neighbour nearer the root is drawn in
+along the line between them, and only it moves, so one pass satisfies every limit. A perturbed particle follows the one of
+its two edges that is nearer the root.
+
+We differ from the paper: the limit is a tolerance, not the rest length, so that springs carry the weight of resting hair
+and no hidden velocity grows (physics.md 1.6), and the correction stays out of the velocity, where it would add energy.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.sim.lanes import load, maximum, minimum, sqrt, store
+from hairpipe.sim.lattice import CLAMPED
+from hairpipe.sim.network import Network
+
+
+@njit(cache=True)
+def _draw_in(x, p, parent, inverse_rest, limit):  # noqa: ANN001, ANN202
+    """Move particle p towards its parent until their distance is at most limit times the rest length."""
+    px, py, pz = load(x, (parent, 0)), load(x, (parent, 1)), load(x, (parent, 2))
+    dx, dy, dz = load(x, (p, 0)) - px, load(x, (p, 1)) - py, load(x, (p, 2)) - pz
+    stretch = sqrt(dx * dx + dy * dy + dz * dz) * inverse_rest
+    scale = minimum(limit / maximum(stretch, 1e-12), 1.0)
+    store(x, (p, 0), px + scale * dx)
+    store(x, (p, 1), py + scale * dy)
+    store(x, (p, 2), pz + scale * dz)
+
+
+@njit(cache=True, parallel=True)
+def limit_strain(network: Network, x: np.ndarray, tolerance: float) -> None:
+    """Shorten every segment that is stretched by more than the tolerance, in place.
+
+    x  positions [m], (rows, 3, WIDTH)
+    """
+    for block in prange(len(network.first) - 1):
+        rows = slice(network.first[block], network.first[block + 1])
+        strand, lengths = x[rows], network.inverse_lengths[rows]
+        for p in range(CLAMPED, strand.shape[0]):
+            parent = p - 2 if p % 2 else p - 1
+            _draw_in(strand, p, parent, load(lengths, (parent, p - parent - 1)), 1.0 + tolerance)

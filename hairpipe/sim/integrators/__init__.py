@@ -1,0 +1,1 @@
+"""How forces are carried through a step of time."""

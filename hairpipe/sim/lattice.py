@@ -1,0 +1,120 @@
+"""The spring network of a strand: Fig. 7b of Selle, Lentine, Fedkiw 2008, as it must be to work.
+
+A strand of n segments is a chain of 2n+2 particles
+
+    q_-1  m_0  q_0  m_1  q_1  ...  q_n-1  m_n
+
+The m lie on the axis, m_0 at the root; q_i stands off the middle of segment i so that (m_i, q_i, m_i+1) is an equilateral
+triangle. Along the chain every pair at distance one, two or three carries a spring and every four in a row a tetrahedron:
+
+    offset 1   m-q        extra edges (as strong as the hair's edges)
+    offset 2   m-m edge, q-q bending
+    offset 3   m-q        torsion
+    4 in a row            altitude spring
+
+so all couplings lie within three particles and one strand is one block-heptadiagonal matrix.
+
+We differ from the paper:
+- q turns about the axis by 85 degrees a segment. Without a turn the network is floppy (physics.md 1.3); 90 degrees exactly
+  ties two altitude springs at rest.
+- q_-1, m_0 and q_0 are clamped. The clamp is symmetric about the root, half a segment buried, so the free length is exact.
+- Curls are perturbed too, instead of using their own turns as triangles, which degenerate as a curl is drawn out.
+- Perturbed particles carry 5 % of the mass instead of a third: off-axis mass slows torsion by orders of magnitude.
+"""
+
+import numpy as np
+
+CLAMPED = 3
+TURN = np.deg2rad(85.0)
+HEIGHT = np.sqrt(3.0) / 2.0
+OFF_AXIS_MASS = 0.05
+
+
+def perturb(axis: np.ndarray) -> np.ndarray:
+    """Interleave the perturbed particles with the axis.
+
+    axis     points of strands of n equal segments, root first [m], (s, n+1, 3)
+    returns  particles in the order of the chain [m], (s, 2n+2, 3)
+    """
+    edges = np.diff(axis, axis=1)
+    edges = np.concatenate([edges[:, :1], edges], axis=1)
+    tangents = edges / np.linalg.norm(edges, axis=2, keepdims=True)
+    middles = np.concatenate([axis[:, :1] - edges[:, :1] / 2, (axis[:, :-1] + axis[:, 1:]) / 2], axis=1)
+    lengths = np.linalg.norm(edges, axis=2, keepdims=True)
+    off_axis = middles + HEIGHT * lengths * _normals(tangents)
+    return np.stack([off_axis, axis], axis=2).reshape(len(axis), -1, 3)
+
+
+def _normals(tangents: np.ndarray) -> np.ndarray:
+    """Unit normals that are carried along the axis without twist and turned by TURN at every segment, (s, n+1, 3)."""
+    normals = np.empty_like(tangents)
+    normals[:, 0] = _any_normal(tangents[:, 0])
+    for i in range(1, tangents.shape[1]):
+        carried = transport(normals[:, i - 1], tangents[:, i - 1], tangents[:, i])
+        normals[:, i] = np.cos(TURN) * carried + np.sin(TURN) * np.cross(tangents[:, i], carried)
+    return normals
+
+
+def _any_normal(tangents: np.ndarray) -> np.ndarray:
+    """A unit vector at right angles to each tangent, (s, 3): from the coordinate axis it is least along."""
+    axis = np.eye(3)[np.argmin(np.abs(tangents), axis=1)]
+    across = np.cross(tangents, axis)
+    return across / np.linalg.norm(across, axis=1, keepdims=True)
+
+
+def transport(vectors: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Carry vectors by the smallest rotation that takes unit start to unit end; all (s, 3).
+
+    Where end = -start no rotation is smallest, and the component along start is mirrored.
+    """
+    across = np.cross(start, end)
+    cosine = np.sum(start * end, axis=1, keepdims=True)
+    along = np.sum(across * vectors, axis=1, keepdims=True) * across / np.maximum(1 + cosine, 1e-12)
+    carried = cosine * vectors + np.cross(across, vectors) + along
+    carried -= np.sum(carried * end, axis=1, keepdims=True) * end
+    return carried / np.linalg.norm(carried, axis=1, keepdims=True)
+
+
+def masses(length: np.ndarray, segments: int, line_density: float) -> np.ndarray:
+    """Share the mass of a strand among its particles.
+
+    length        of a segment [m], (s,)
+    line_density  [kg/m]
+    returns       [kg], (s, 2n+2); the clamped ones count what their segment would carry
+    """
+    weights = np.tile([OFF_AXIS_MASS, 1 - OFF_AXIS_MASS], segments + 1)
+    weights[-1] /= 2
+    return line_density * length[:, None] * weights
+
+
+def rest_lengths(particles: np.ndarray) -> np.ndarray:
+    """Distances to the next three particles [m], (s, p, 3); zero past the end of the chain."""
+    lengths = np.zeros((*particles.shape[:2], 3))
+    for offset in (1, 2, 3):
+        lengths[:, :-offset, offset - 1] = np.linalg.norm(particles[:, offset:] - particles[:, :-offset], axis=2)
+    return lengths
+
+
+def area_vectors(particles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Gradients of six times the volume of each tetrahedron of four particles in a row, and that volume.
+
+    returns  ((s, p-3, 4, 3) [m^2], (s, p-3) [m^3]); the volume may have either sign
+    """
+    a, b, c, d = (particles[:, i : particles.shape[1] - 3 + i] for i in range(4))
+    n1 = np.cross(c - a, d - a)
+    n2 = np.cross(d - a, b - a)
+    n3 = np.cross(b - a, c - a)
+    return np.stack([-(n1 + n2 + n3), n1, n2, n3], axis=2), np.sum(n1 * (b - a), axis=2)
+
+
+def rest_heights(particles: np.ndarray) -> np.ndarray:
+    """Signed lengths of the seven altitude springs of every tetrahedron [m], (s, p, 7); zero past the end of the chain.
+
+    h = 6V / |N|; N is the area vector of a face (four) or u x v of two opposite edges (three), Sec. 3.1.
+    """
+    area, volume = area_vectors(particles)
+    pairs = area[:, :, [1, 1, 2]] + area[:, :, [2, 3, 3]]
+    candidates = np.concatenate([area, pairs], axis=2)
+    heights = np.zeros((*particles.shape[:2], 7))
+    heights[:, :-3] = volume[:, :, None] / np.linalg.norm(candidates, axis=3)
+    return heights

@@ -1,0 +1,92 @@
+"""Strands on a single triangle that can be moved about."""
+
+import numpy as np
+import pytest
+
+from hairpipe.data import Groom, Mesh
+from hairpipe.groom.binding import root_frames
+from hairpipe.sim.advance import Surroundings, advance_frame, make_hair, start, strands_of
+from hairpipe.sim.control import StepControl
+from hairpipe.sim.filters.collide_body import BodyContact
+from hairpipe.sim.material import Material
+
+TRIANGLE = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])
+
+
+def plate(points=TRIANGLE, velocities=None):
+    return Mesh(np.asarray(points, float), np.array([[0, 1, 2]], np.int32), velocities)
+
+
+def groom_of(strands):
+    """A groom of given polylines, all bound to the middle of the triangle."""
+    strands = [np.asarray(s, float) for s in strands]
+    count = len(strands)
+    offsets = np.concatenate([[0], np.cumsum([len(s) for s in strands])]).astype(np.int32)
+    triangles = np.zeros(count, np.int32)
+    middle = np.full((count, 3), 1 / 3)
+    mesh = plate()
+    return Groom(
+        np.concatenate(strands),
+        offsets,
+        np.arange(count, dtype=np.int32),
+        triangles,
+        middle,
+        root_frames(mesh.points, mesh.triangles, triangles, middle),
+        np.zeros((count, 2), np.float32),
+    )
+
+
+def line(length, segments, direction):
+    direction = np.asarray(direction, float) / np.linalg.norm(direction)
+    return TRIANGLE.mean(0) + np.linspace(0, length, segments + 1)[:, None] * direction
+
+
+class Scene:
+    """Hair on the plate, run frame by frame."""
+
+    def __init__(self, strands, material=None, *, step=1 / 240, gravity=9.81, drag=0.0, fps=24.0):
+        self.hair = make_hair(groom_of(strands), material or Material())
+        self.body = plate()
+        self.state = start(self.hair, self.body)
+        self.control = StepControl(longest=step)
+        self.surroundings = Surroundings(gravity, drag, 0.02)
+        self.frame = 1 / fps
+
+    def run(self, seconds, surfaces=None, contact=None, body=None):
+        for _ in range(round(seconds / self.frame)):
+            after = body() if body else self.body
+            self.state = advance_frame(
+                self.hair,
+                self.state,
+                (self.body, after),
+                surfaces,
+                self.frame,
+                self.control,
+                contact or BodyContact(),
+                self.surroundings,
+            )
+            self.body = after
+        return self
+
+    @property
+    def points(self):
+        return strands_of(self.hair, self.state).points.astype(float)
+
+    @property
+    def axis(self):
+        return self.hair.layout.axis(self.state.positions)
+
+
+@pytest.fixture
+def scene():
+    return Scene
+
+
+@pytest.fixture
+def straight():
+    return line
+
+
+@pytest.fixture
+def triangle():
+    return plate

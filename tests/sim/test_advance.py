@@ -1,0 +1,147 @@
+"""A frame of hair against rod theory and against the laws every step must keep."""
+
+import numba
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+
+from hairpipe.sim.material import Material
+
+G = 9.81
+
+
+def elastica_tip(gamma):
+    """Tip of a horizontal clamped elastica under its own weight, length 1: EI theta'' = -rho A g (L - s) cos theta.
+
+    gamma  rho A g L^3 / (E I); returns (horizontal, downward)
+    """
+
+    def slope(s, y):
+        return np.stack([y[1], -gamma * (1 - s) * np.cos(y[0])])
+
+    s = np.linspace(0, 1, 200)
+    guess = np.zeros((2, 200))
+    for part in np.linspace(0.05, 1, 20):
+        scaled = solve_bvp(
+            lambda s, y, g=gamma * part: np.stack([y[1], -g * (1 - s) * np.cos(y[0])]),
+            lambda a, b: np.array([a[0], b[1]]),
+            s,
+            guess,
+            tol=1e-8,
+            max_nodes=20000,
+        )
+        guess = scaled.sol(s)
+    fine = np.linspace(0, 1, 20001)
+    angle = scaled.sol(fine)[0]
+    return np.trapezoid(np.cos(angle), fine) if hasattr(np, "trapezoid") else np.trapz(np.cos(angle), fine), -(
+        np.trapz(np.sin(angle), fine)
+    )
+
+
+@pytest.mark.parametrize("gamma", [0.3, 3.0, 30.0])
+def test_cantilever_sags_like_the_elastica(scene, straight, gamma):
+    material = Material()
+    length = (gamma * material.bending / (material.line_density * G)) ** (1 / 3)
+    slowest = 3.5 * np.sqrt(material.bending / (material.line_density * length**4))
+    root = straight(length, 25, [1, 0, 0])[0]
+    tip = scene([straight(length, 25, [1, 0, 0])], material, drag=2 * slowest).run(1.0).points[-1] - root
+    across, down = elastica_tip(gamma)
+    np.testing.assert_allclose([tip[0] / length, -tip[1] / length], [across, down], atol=0.02)
+    assert abs(tip[2]) < 0.02 * length
+
+
+@pytest.mark.parametrize("step", [6e-4, 1 / 240, 1 / 120, 1 / 24])
+def test_hanging_hair_stays_at_rest_at_any_step(scene, straight, step):
+    """Row 8 of the acceptance table: the printed spring diverges above 3.5 ms."""
+    s = scene([straight(0.3, 50, [0, -1, 0])], step=step).run(1.0)
+    lengths = np.linalg.norm(np.diff(s.axis, axis=0), axis=1) / 0.006
+    assert np.abs(lengths - 1).max() < 3e-4
+    assert np.abs(s.state.velocities).max() < 0.01
+
+
+def test_swing_keeps_its_energy(scene, straight):
+    """Without drag the only loss is the integrator's: under 5 % in a second at 1/240 s."""
+    s = scene([straight(0.3, 50, [np.sin(1), -np.cos(1), 0])])
+    start = _energy(s)
+    assert abs(_energy(s.run(1.0)) / start - 1) < 0.05
+
+
+def _energy(scene):
+    """Kinetic energy and weight above the hanging position; the springs' share is small in a swing."""
+    mass = scene.hair.network.mass[:, 0][3:]
+    x, v = scene.state.positions[3:, :, 0], scene.state.velocities[3:, :, 0]
+    hanging = scene.hair.rest[1, 1, 0] - np.linalg.norm(scene.hair.rest[3:, :, 0] - scene.hair.rest[1, :, 0], axis=1)
+    return np.sum(mass * (0.5 * np.sum(v**2, axis=1) + G * (x[:, 1] - hanging)))
+
+
+def test_error_falls_with_the_square_of_the_step(scene, straight):
+    tips = [scene([straight(0.1, 10, [1, -1, 0])], step=h, drag=2.0).run(0.25).points[-1] for h in (1 / 960, 1 / 480, 1 / 240)]
+    reference = scene([straight(0.1, 10, [1, -1, 0])], step=1 / 7680, drag=2.0).run(0.25).points[-1]
+    errors = [np.linalg.norm(t - reference) for t in tips]
+    orders = np.log2(np.array(errors[1:]) / np.array(errors[:-1]))
+    assert orders.mean() > 1.5
+
+
+def test_weightless_groom_on_a_still_body_does_not_move(scene):
+    curl = np.stack([0.01 * np.cos(np.arange(26) * 0.7), -0.004 * np.arange(26.0), 0.01 * np.sin(np.arange(26) * 0.7)], axis=1)
+    s = scene([curl], gravity=0.0)
+    before = s.axis
+    np.testing.assert_allclose(s.run(0.5).axis, before, atol=1e-12)
+
+
+def test_turning_the_world_turns_the_result(scene, straight, triangle):
+    """Rotation about gravity commutes with the simulation."""
+    turn = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    one = scene([straight(0.1, 10, [1, 0.2, 0])]).run(0.25)
+    middle = triangle().points.mean(0)
+    other = scene([(straight(0.1, 10, [1, 0.2, 0]) - middle) @ turn.T + middle]).run(0.25)
+    np.testing.assert_allclose((one.axis - middle) @ turn.T, other.axis - middle, atol=2e-3)
+
+
+def test_hair_moves_rigidly_with_a_body_in_free_translation(scene, straight, triangle):
+    """Galilean invariance: a body that always moved at this speed carries its hair along unchanged."""
+    speed = np.array([0.7, 0.0, -0.4])
+    still = scene([straight(0.1, 10, [0.3, -1, 0])])
+    moving = scene([straight(0.1, 10, [0.3, -1, 0])])
+    clock = [0]
+
+    def body():
+        clock[0] += 1
+        at = clock[0] / 24
+        return triangle(triangle().points + at * speed, np.tile(speed, (3, 1)))
+
+    from hairpipe.sim.advance import start
+
+    moving.body = triangle(velocities=np.tile(speed, (3, 1)))
+    moving.state = start(moving.hair, moving.body)
+    still.run(0.5)
+    moving.run(0.5, body=body)
+    np.testing.assert_allclose(moving.axis - clock[0] / 24 * speed, still.axis, atol=1e-6)
+
+
+def test_a_strand_does_not_depend_on_its_neighbours_or_on_threads(scene, straight):
+    strands = [straight(0.02 * k, 10 if k % 3 else 7, [1, -0.1 * k, 0.05 * k]) for k in range(1, 14)]
+    together = scene(strands).run(0.125)
+    threads = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        alone = [scene([s]).run(0.125).axis for s in strands]
+        reversed_order = scene(strands[::-1]).run(0.125)
+    finally:
+        numba.set_num_threads(threads)
+    np.testing.assert_array_equal(together.axis, np.concatenate(alone))
+    offsets = reversed_order.hair.layout.offsets
+    backwards = [reversed_order.axis[a:b] for a, b in zip(offsets[:-1], offsets[1:], strict=True)][::-1]
+    np.testing.assert_array_equal(together.axis, np.concatenate(backwards))
+
+
+def test_a_strand_that_is_not_finite_is_named_and_spares_the_others(scene, straight):
+    strands = [straight(0.1, 10, [1, 0, 0]) for _ in range(3)]
+    good = scene(strands).run(1 / 24).axis
+    s = scene(strands)
+    s.state.positions[5, 0, 1] = np.nan
+    s.run(1 / 24)
+    with pytest.raises(ArithmeticError, match="ids 1$"):
+        _ = s.points
+    np.testing.assert_array_equal(s.axis[:11], good[:11])
+    np.testing.assert_array_equal(s.axis[22:], good[22:])
