@@ -47,17 +47,18 @@ class Reel(Image.Image):
         super().__init__()
         self.n_frames = count
         self._picture, self._scale = picture, scale
-        self._size = (0, 0)
+        self._frame = -1
         self.seek(0)
 
     def seek(self, frame: int) -> None:
         """Wind to a frame."""
+        if frame == self._frame:
+            return
         image = read_picture(self._picture(frame))
         size = (max(1, round(image.width * self._scale)), max(1, round(image.height * self._scale)))
         if frame > 0 and size != self._size:
-            raise BadInput(
-                "picture is not of the size of the first", where=f"picture {frame + 1}", right=f"{self._size}"
-            )
+            where, right = f"picture {frame + 1}", f"{self.width} x {self.height} pixels"
+            raise BadInput("not of the size of the first", where=where, right=right)
         shown = image.resize(size, Image.Resampling.LANCZOS) if size != image.size else image
         self.im, self._mode, self._size, self._frame = shown.im, shown.mode, size, frame
 

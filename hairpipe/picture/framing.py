@@ -54,7 +54,7 @@ def frame_hair(points: np.ndarray, offsets: np.ndarray) -> Framing:
     """Frame the hair from its roots and its length, not from where it happens to be.
 
     The spread of the roots and the median length of the strands stay the same while the hair moves, so the picture
-    keeps its scale, and its centre moves with the centre of the roots only: hair that flies about does not drag it along.
+    keeps its scale, and its centre moves with the roots only: hair that flies about does not drag it along.
 
     points   root first, strand after strand [m], (p, 3) float64
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)

@@ -51,14 +51,13 @@ def paint(
     a, b = np.empty(7), np.empty(7)
     for i in order:
         first, last = offsets[strand[i]], offsets[strand[i] + 1] - 1
-        before, after = max(i - 1, first), min(i + 2, last)
-        if min(places[before, 2], places[i, 2], places[i + 1, 2], places[after, 2]) <= NEAR:
+        if places[max(i - 1, first) : min(i + 3, last + 1), 2].min() <= NEAR:
             continue
         length = math.hypot(places[i + 1, 0] - places[i, 0], places[i + 1, 1] - places[i, 1])
         pieces = 1 + int(min(length / PIECE, 4.0))
-        vertex(a, places, colours, before, i, after, 0.0, width, first, last)
+        vertex(a, places, colours, i, 0.0, first, last, width)
         for n in range(pieces):
-            vertex(b, places, colours, before, i, after, (n + 1) / pieces, width, first, last)
+            vertex(b, places, colours, i, (n + 1) / pieces, first, last, width)
             draw_line(film, depth, a, b)
             a[:] = b
 
@@ -68,20 +67,21 @@ def vertex(
     out: np.ndarray,
     places: np.ndarray,
     colours: np.ndarray,
-    before: int,
     i: int,
-    after: int,
     t: float,
-    width: float,
     first: int,
     last: int,
+    width: float,
 ) -> None:
     """Column, row, depth, width and colour of a strand at parameter t of the segment from point i, into `out` (7,).
 
-    p1 + t/2 (p2 - p0 + t (2 p0 - 5 p1 + 4 p2 - p3 + t (3 (p1 - p2) + p3 - p0))) between p1 and p2 (Catmull, Rom 1974).
+    p1 + t/2 (p2 - p0 + t (2 p0 - 5 p1 + 4 p2 - p3 + t (3 (p1 - p2) + p3 - p0))) between p1 and p2 (Catmull, Rom 1974);
+    beyond the ends of the strand its points are mirrored, as in the pinned curves of USD.
     """
     for d in range(3):
-        p0, p1, p2, p3 = places[before, d], places[i, d], places[i + 1, d], places[after, d]
+        p1, p2 = places[i, d], places[i + 1, d]
+        p0 = places[i - 1, d] if i > first else 2.0 * p1 - p2
+        p3 = places[i + 2, d] if i + 1 < last else 2.0 * p2 - p1
         out[d] = p1 + 0.5 * t * (p2 - p0 + t * (2.0 * p0 - 5.0 * p1 + 4.0 * p2 - p3 + t * (3.0 * (p1 - p2) + p3 - p0)))
         out[4 + d] = (1.0 - t) * colours[i, d] + t * colours[i + 1, d]
     left = (last - i - t) / (last - first)

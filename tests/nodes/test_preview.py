@@ -1,0 +1,56 @@
+"""The node takes the picture that its settings ask for."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hairpipe.nodes.preview import preview
+from PIL import Image
+
+from hairpipe.data import Strands
+from hairpipe.errors import BadInput
+from hairpipe.graph import Workspace
+
+
+@pytest.fixture
+def hair() -> Strands:
+    """Forty straight strands from a disc."""
+    rng = np.random.default_rng(2)
+    roots = np.c_[rng.uniform(-0.1, 0.1, 40), np.full(40, 1.7), rng.uniform(-0.1, 0.1, 40)]
+    points = (roots[:, None] + np.linspace(0, 0.2, 9)[None, :, None] * [0, -1, 0]).reshape(-1, 3).astype(np.float32)
+    return Strands(points, np.zeros_like(points), np.arange(0, 361, 9, dtype=np.int32), 80e-6)
+
+
+def shoot(hair: Strands, folder: Path, **settings: object) -> np.ndarray:
+    """Run the node and read its file."""
+    with Image.open(preview(hair, None, Workspace(folder), **settings).path) as image:
+        assert image.format == "PNG"
+        return np.asarray(image)
+
+
+def test_writes_a_picture_of_the_size(hair: Strands, tmp_path: Path) -> None:
+    assert shoot(hair, tmp_path, width=96, height=64).shape == (64, 96, 3)
+
+
+def test_every_setting_shows(hair: Strands, tmp_path: Path) -> None:
+    plain = shoot(hair, tmp_path, width=96, height=96)
+    for changed in (
+        {"view": "back"},
+        {"eye": (1.0, 1.6, 0.5)},
+        {"target": (0.05, 1.6, 0.0)},
+        {"fov": 12.0},
+        {"colour": (0.8, 0.7, 0.4)},
+        {"thickness": 2.0},
+    ):
+        assert not np.array_equal(plain, shoot(hair, tmp_path, width=96, height=96, **changed)), changed
+
+
+def test_blond_hair_is_brighter_than_black(hair: Strands, tmp_path: Path) -> None:
+    blond = shoot(hair, tmp_path, width=96, height=96, colour=(0.85, 0.7, 0.45)).mean()
+    assert blond > shoot(hair, tmp_path, width=96, height=96, colour=(0.05, 0.05, 0.05)).mean() + 2
+
+
+def test_lost_strands_are_named(hair: Strands, tmp_path: Path) -> None:
+    hair.points[9 * 7 + 2] = np.nan
+    with pytest.raises(BadInput, match="not finite: 7"):
+        shoot(hair, tmp_path)
