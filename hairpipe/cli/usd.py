@@ -1,0 +1,51 @@
+"""`hairpipe usd`: look at USD files."""
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hairpipe.errors import BadInput
+
+if TYPE_CHECKING:
+    from hairpipe.io.usd.check.finding import Finding
+
+
+@click.group()
+def usd() -> None:
+    """Look at USD files."""
+
+
+@usd.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of lines.")
+def check(file: Path, as_json: bool) -> None:
+    """Check a shot more strictly than usdchecker does, the OpenVDB files it names included.
+
+    One line a finding: severity, rule, path @ time, what is wrong. Exit code 0: nothing found, 1: findings, 2: FILE
+    cannot be read.
+    """
+    from hairpipe.io.usd.apart import work_apart
+
+    try:
+        findings = work_apart(lint_file, file)
+    except BadInput as fault:
+        click.echo(f"hairpipe: {fault}", err=True)
+        sys.exit(2)
+    if as_json:
+        click.echo(json.dumps({"file": str(file), "findings": [asdict(finding) for finding in findings]}, indent=2))
+    else:
+        for finding in findings:
+            click.echo(str(finding))
+    sys.exit(1 if findings else 0)
+
+
+def lint_file(file: Path) -> "list[Finding]":
+    """Check a file with everything that is installed; without OpenVDB its files are only looked for."""
+    from hairpipe.io.usd.check.lint import lint
+    from hairpipe.levelset.vdb import inspect
+
+    return lint(file, inspect)

@@ -1,0 +1,150 @@
+"""Rules for the files that a stage refers to."""
+
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+from pxr import Ar, Sdf, Usd, UsdVol
+
+from hairpipe.errors import BadInput
+from hairpipe.io.usd.check.finding import Fault, Rule
+
+ABSOLUTE = re.compile(r"^(/|\\\\|[A-Za-z]:[/\\]|file:)")
+TEMPLATE = 100_000  # files of a template that are looked for
+CLASSES = {"levelSet": "level set", "fogVolume": "fog volume", "staggered": "staggered"}
+"""Names of grid classes in USD, and in OpenVDB."""
+
+
+@dataclass(frozen=True)
+class Asset:
+    """A file that some layer names.
+
+    layer  that names it
+    path   of the prim or attribute where it does
+    name   as it is written
+    time   code of the sample, or None
+    """
+
+    layer: Sdf.Layer
+    path: str
+    name: str
+    time: float | None = None
+
+    @property
+    def file(self) -> str:
+        """Return where the file lies, empty where it does not."""
+        return Ar.GetResolver().Resolve(self.layer.ComputeAbsolutePath(self.name)).GetPathString()
+
+
+def find_assets(stage: Usd.Stage) -> list[Asset]:
+    """Return every file that the layers of a stage name, also those that are not there."""
+    return [asset for layer in stage.GetUsedLayers() if not layer.anonymous for asset in _named_by(layer)]
+
+
+def _named_by(layer: Sdf.Layer) -> Iterator[Asset]:
+    yield from (Asset(layer, "/", name) for name in layer.subLayerPaths)
+    paths: list[Sdf.Path] = []
+    layer.Traverse(Sdf.Path.absoluteRootPath, paths.append)
+    for path in paths:
+        spec = layer.GetObjectAtPath(path)
+        if isinstance(spec, Sdf.PrimSpec):
+            yield from (Asset(layer, str(path), name) for name in _composed(spec))
+        elif isinstance(spec, Sdf.AttributeSpec) and spec.typeName.scalarType == Sdf.ValueTypeNames.Asset:
+            yield from _values(layer, spec)
+
+
+def _composed(spec: Sdf.PrimSpec) -> Iterator[str]:
+    """Name the files of references, payloads and value clips."""
+    for arcs in (spec.referenceList, spec.payloadList):
+        yield from (arc.assetPath for arc in arcs.GetAddedOrExplicitItems() if arc.assetPath)
+    for clips in (spec.GetInfo("clips") or {}).values():
+        if isinstance(clips, dict):
+            yield from _in_clips(clips)
+
+
+def _in_clips(clips: dict[str, Any]) -> Iterator[str]:
+    named = [*clips.get("assetPaths", ()), clips.get("manifestAssetPath")]
+    yield from (asset.path for asset in named if isinstance(asset, Sdf.AssetPath))
+    template = clips.get("templateAssetPath")
+    span = [clips.get("templateStartTime"), clips.get("templateEndTime"), clips.get("templateStride", 1.0)]
+    if isinstance(template, str) and all(isinstance(n, float) and math.isfinite(n) for n in span) and span[2] > 0:
+        yield from expand(template, *span)
+
+
+def expand(template: str, start: float, end: float, stride: float) -> Iterator[str]:
+    """Name the files of a template such as hair.####.usdc, which USD leaves out without a word if they are missing."""
+    hashes = re.search(r"(#+)(?:\.(#+))?", template)
+    if hashes:
+        whole, part = len(hashes[1]), len(hashes[2] or "")
+        width = whole + part + 1 if part else whole
+        for step in range(int(min((end - start) / stride + 1e-6, TEMPLATE)) + 1):
+            yield f"{template[: hashes.start()]}{start + step * stride:0{width}.{part}f}{template[hashes.end() :]}"
+
+
+def _values(layer: Sdf.Layer, spec: Sdf.AttributeSpec) -> Iterator[Asset]:
+    times = layer.ListTimeSamplesForPath(spec.path)
+    values = [(None, spec.default), *((time, layer.QueryTimeSample(spec.path, time)) for time in times)]
+    for time, value in values:
+        for asset in value if isinstance(value, Sdf.AssetPathArray) else [value]:
+            if isinstance(asset, Sdf.AssetPath) and asset.path and "<UDIM>" not in asset.path:
+                yield Asset(layer, str(spec.path), asset.path, time)
+
+
+def missing_file(asset: Asset) -> Iterator[Fault]:
+    """Find files that are not where they are said to be."""
+    if not asset.file:
+        yield Fault(asset.path, f"names {asset.name}, which is not there", asset.time)
+
+
+def absolute_path(asset: Asset) -> Iterator[Fault]:
+    """Find files that nobody finds on another machine."""
+    if ABSOLUTE.match(asset.name):
+        yield Fault(asset.path, f"names {asset.name}; write it relative to the layer", asset.time)
+
+
+class Grid(Protocol):
+    """What an OpenVDB file says of one of its grids."""
+
+    name: str
+    grid_class: str
+
+
+Inspect = Callable[[Path], Sequence[Grid]]
+"""Lists the grids of an OpenVDB file; raises BadInput if it is none."""
+
+
+def openvdb_grid(prim: Usd.Prim, inspect: Inspect | None) -> Iterator[Fault]:
+    """Find OpenVDB files that do not open, or do not have the grid of the name and class that the field says."""
+    if inspect is None or not prim.IsA(UsdVol.OpenVDBAsset):
+        return
+    field = UsdVol.OpenVDBAsset(prim)
+    attribute = field.GetFilePathAttr()
+    for time in attribute.GetTimeSamples() or [None]:
+        asset = attribute.Get(Usd.TimeCode.Default() if time is None else time)
+        if asset and asset.resolvedPath:
+            message = _mismatch(Path(asset.resolvedPath), field, inspect)
+            if message:
+                yield Fault(str(attribute.GetPath()), message, time)
+
+
+def _mismatch(path: Path, field: UsdVol.OpenVDBAsset, inspect: Inspect) -> str:
+    try:
+        grids = {grid.name: grid.grid_class for grid in inspect(path)}
+    except BadInput as fault:
+        return f"{path.name} does not open: {fault.what}"
+    name, kind = field.GetFieldNameAttr().Get(), field.GetFieldClassAttr().Get()
+    if name not in grids:
+        return f"{path.name} has no grid {name!r}, but {', '.join(map(repr, sorted(grids))) or 'none at all'}"
+    if kind in CLASSES and grids[name] != CLASSES[kind]:
+        return f"grid {name!r} of {path.name} is a {grids[name] or 'grid without class'}, no {CLASSES[kind]}"
+    return ""
+
+
+RULES = (
+    Rule("missing-file", "error", missing_file),
+    Rule("absolute-path", "warning", absolute_path),
+)
+PRIM_RULES = (Rule("openvdb-grid", "error", openvdb_grid),)

@@ -1,0 +1,95 @@
+"""Rules for curves at one time."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from pxr import UsdGeom
+
+from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.snapshot import Snapshot
+
+TOKENS = UsdGeom.Tokens
+SMALLEST = {TOKENS.nonperiodic: 4, TOKENS.periodic: 3, TOKENS.pinned: 2}
+"""Fewest points of a cubic curve by its wrap mode."""
+
+
+def curve_counts(curves: Snapshot) -> Iterator[Fault]:
+    """Find curves that own more or fewer points than there are."""
+    if curves.points is None or curves.counts is None:
+        missing = "points" if curves.points is None else "curveVertexCounts"
+        yield Fault(curves.path(missing), "has no value", curves.code)
+    elif not curves.consistent:
+        message = f"sums to {curves.counts.sum()}, but there are {len(curves.points)} points"
+        yield Fault(curves.path("curveVertexCounts"), message, curves.code)
+
+
+def curve_length(curves: Snapshot) -> Iterator[Fault]:
+    """Find curves of too few points for their basis, which renderers drop."""
+    if curves.counts is None:
+        return
+    kind, basis, wrap = shape(curves)
+    least = SMALLEST.get(wrap, 2) if kind == TOKENS.cubic else 2
+    short = curves.counts < least
+    if kind == TOKENS.cubic and basis == TOKENS.bezier:
+        left = curves.counts % 3
+        short |= (left != 0) if wrap == TOKENS.periodic else (left != 1) | (curves.counts < 4)
+    if short.any():
+        first = int(np.argmax(short))
+        message = f"curve {first} has {curves.counts[first]} points, which makes no {wrap} {kind} {basis} curve"
+        yield Fault(curves.path("curveVertexCounts"), f"{message}; {short.sum()} such curves", curves.code)
+
+
+def hair_basis(curves: Snapshot) -> Iterator[Fault]:
+    """Find curves that do not pass through their points, or leave the skin in some clients."""
+    kind, basis, wrap = shape(curves)
+    if kind == TOKENS.linear:
+        return
+    if basis != TOKENS.catmullRom:
+        yield Fault(curves.path("basis"), f"is {basis}, which misses the simulated points; use catmullRom", curves.code)
+    if wrap != TOKENS.pinned:
+        yield Fault(curves.path("wrap"), f"is {wrap}, which ends before the root and the tip; use pinned", curves.code)
+
+
+def widths(curves: Snapshot) -> Iterator[Fault]:
+    """Find curves without a usable diameter: a missing one is drawn one unit thick."""
+    values = curves.array("widths")
+    if values is None or not len(values):
+        yield Fault(curves.path("widths"), "has no value; every hair is drawn one unit thick", curves.code)
+    elif (values < 0).any():
+        yield Fault(curves.path("widths"), f"element {np.argmax(values < 0)} is negative", curves.code)
+    elif curves.consistent:
+        interpolation = UsdGeom.Curves(curves.prim).GetWidthsInterpolation()
+        wanted = curves.size(interpolation)
+        if interpolation not in (TOKENS.vertex, TOKENS.constant):
+            message = f"interpolation is {interpolation}, which clients count differently; use vertex or constant"
+            yield Fault(curves.path("widths"), message, curves.code)
+        elif len(values) != wanted:
+            message = f"has {len(values)} elements; {interpolation} interpolation takes {wanted}"
+            yield Fault(curves.path("widths"), message, curves.code)
+
+
+def hair_ids(curves: Snapshot) -> Iterator[Fault]:
+    """Find two hairs of one name."""
+    ids = curves.array("primvars:hairId")
+    if ids is None:
+        return
+    names, first, seen = np.unique(ids, return_index=True, return_counts=True)
+    if (seen > 1).any():
+        twice = first[seen > 1].min()
+        message = f"{ids[twice]} names {seen[names == ids[twice]][0]} curves; {(seen > 1).sum()} such ids"
+        yield Fault(curves.path("primvars:hairId"), message, curves.code)
+
+
+def shape(curves: Snapshot) -> tuple[str, str, str]:
+    """Return type, basis and wrap, as authored or as the schema has it."""
+    prim = UsdGeom.BasisCurves(curves.prim)
+    return prim.GetTypeAttr().Get(), prim.GetBasisAttr().Get(), prim.GetWrapAttr().Get()
+
+
+RULES = (
+    Rule("curve-counts", "error", curve_counts),
+    Rule("curve-length", "error", curve_length),
+    Rule("hair-basis", "warning", hair_basis),
+    Rule("widths", "error", widths),
+    Rule("hair-ids", "error", hair_ids),
+)

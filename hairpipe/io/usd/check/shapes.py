@@ -1,0 +1,116 @@
+"""Rules for curves and meshes at one time."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from pxr import UsdGeom
+
+from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.snapshot import Snapshot
+
+TOKENS = UsdGeom.Tokens
+USUAL = {"pref": TOKENS.vertex, "hairId": TOKENS.uniform, "st": TOKENS.uniform}
+"""How the values of a hair are laid over it: one rest position a point, one id and one place on the skin a hair."""
+TOUCH, SLACK = 1e-5, 0.1  # an extent may miss the points, and be too large, by these parts of their box
+
+
+def finite(shape: Snapshot) -> Iterator[Fault]:
+    """Find numbers that are none: one of them can make a renderer drop the whole groom."""
+    for attribute in shape.prim.GetAuthoredAttributes():
+        value = attribute.Get(shape.time)
+        array = np.asarray(value) if attribute.GetTypeName().isArray and value is not None else np.empty(0)
+        if array.dtype.kind == "f" and not np.isfinite(array).all():
+            bad = np.flatnonzero(~np.isfinite(array.reshape(len(array), -1)).all(axis=1))
+            message = f"element {bad[0]}{_owner(shape, attribute.GetName(), bad[0])} is not finite; {len(bad)} such"
+            yield Fault(str(attribute.GetPath()), message, shape.code)
+
+
+def _owner(shape: Snapshot, name: str, element: int) -> str:
+    if not (shape.curves and shape.consistent and name in ("points", "velocities")):
+        return ""
+    return f" of curve {np.searchsorted(np.cumsum(shape.counts), element, side='right')}"
+
+
+def mesh_faces(shape: Snapshot) -> Iterator[Fault]:
+    """Find faces whose corners are missing, or no points."""
+    if shape.curves:
+        return
+    corners = shape.array("faceVertexIndices")
+    if shape.points is None or shape.counts is None or corners is None:
+        yield Fault(str(shape.prim.GetPath()), "has no points, faceVertexCounts or faceVertexIndices", shape.code)
+    elif not shape.consistent:
+        message = f"sums to {shape.counts.sum()}, but there are {len(corners)} faceVertexIndices"
+        yield Fault(shape.path("faceVertexCounts"), message, shape.code)
+    elif (shape.counts < 3).any():
+        message = f"face {np.argmin(shape.counts)} has {shape.counts.min()} corners; it takes 3"
+        yield Fault(shape.path("faceVertexCounts"), message, shape.code)
+    elif len(corners) and not (corners.min() >= 0 and corners.max() < len(shape.points)):
+        message = f"spans {corners.min()} to {corners.max()}, but there are {len(shape.points)} points"
+        yield Fault(shape.path("faceVertexIndices"), message, shape.code)
+
+
+def element_count(shape: Snapshot) -> Iterator[Fault]:
+    """Find velocities, normals and primvars that have more or fewer elements than the shape."""
+    if not shape.consistent:
+        return
+    for name in ("velocities", "accelerations"):
+        array = shape.array(name, 3)
+        yield from _count(shape, name, array, TOKENS.vertex)
+    normals = UsdGeom.PointBased(shape.prim)
+    yield from _count(shape, "normals", shape.array("normals", 3), normals.GetNormalsInterpolation())
+    for primvar in UsdGeom.PrimvarsAPI(shape.prim).GetPrimvarsWithAuthoredValues():
+        value = primvar.ComputeFlattened(shape.time) if primvar.IsIndexed() else primvar.Get(shape.time)
+        if primvar.GetTypeName().isArray:
+            tuples = primvar.GetElementSize()
+            yield from _count(shape, primvar.GetName(), value, primvar.GetInterpolation(), tuples)
+
+
+def _count(shape: Snapshot, name: str, array: object, interpolation: str, tuples: int = 1) -> Iterator[Fault]:
+    wanted = shape.size(interpolation) * tuples
+    if array is not None and len(array) != wanted:
+        message = f"has {len(array)} elements; {interpolation} interpolation takes {wanted}"
+        yield Fault(shape.path(name), message, shape.code)
+
+
+def hair_interpolation(shape: Snapshot) -> Iterator[Fault]:
+    """Find rest positions, ids and root coordinates laid over the hair in a way others do not look for."""
+    for name, wanted in USUAL.items() if shape.curves else ():
+        primvar = UsdGeom.PrimvarsAPI(shape.prim).GetPrimvar(name)
+        if primvar.HasAuthoredValue() and primvar.GetInterpolation() != wanted:
+            yield Fault(shape.path(primvar.GetName()), f"interpolation is {primvar.GetInterpolation()}; use {wanted}")
+
+
+def extent(shape: Snapshot) -> Iterator[Fault]:
+    """Find a missing box, one that cuts the shape off, and one that is far too large."""
+    if shape.points is None or not len(shape.points):
+        return
+    box = shape.array("extent", 3)
+    if box is None or len(box) != 2:
+        yield Fault(shape.path("extent"), "has no value; clients have to read all points", shape.code)
+        return
+    points = shape.points[np.isfinite(shape.points).all(axis=1)]
+    if not len(points):
+        return
+    thick = _half_width(shape)
+    lower, upper = points.min(axis=0) - thick, points.max(axis=0) + thick
+    size = np.linalg.norm(upper - lower)
+    outside = np.maximum(box[0] - lower, upper - box[1]).max()
+    if not outside <= TOUCH * size + np.abs(box).max() * 1e-6:
+        yield Fault(shape.path("extent"), f"leaves out {outside:.3g} of the shape and its half width", shape.code)
+    elif np.maximum(lower - box[0], box[1] - upper).max() > SLACK * size + 4 * thick:
+        yield Fault(shape.path("extent"), "is much larger than the shape", shape.code)
+
+
+def _half_width(shape: Snapshot) -> float:
+    values = shape.array("widths") if shape.curves else None
+    values = np.empty(0) if values is None else values[np.isfinite(values)]
+    return float(values.max()) / 2 if len(values) else 0.0
+
+
+RULES = (
+    Rule("finite", "error", finite),
+    Rule("mesh-faces", "error", mesh_faces),
+    Rule("element-count", "error", element_count),
+    Rule("hair-interpolation", "warning", hair_interpolation),
+    Rule("extent", "error", extent),
+)

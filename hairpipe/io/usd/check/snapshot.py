@@ -1,0 +1,69 @@
+"""A shape at one time as arrays, read once and looked at by many rules."""
+
+from functools import cached_property
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+TOKENS = UsdGeom.Tokens
+
+
+class Snapshot:
+    """Curves or a mesh at one time; what is absent or no array of numbers reads as None.
+
+    curves  whether these are curves
+    code    time code, or None where nothing changes
+    """
+
+    def __init__(self, prim: Usd.Prim, time: Usd.TimeCode) -> None:
+        self.prim = prim
+        self.time = time
+        self.code = None if time.IsDefault() else time.GetValue()
+        self.curves = prim.IsA(UsdGeom.BasisCurves)
+        self._arrays: dict[str, np.ndarray | None] = {}
+
+    def path(self, name: str) -> str:
+        """Return the path of an attribute, for messages."""
+        return f"{self.prim.GetPath()}.{name}"
+
+    def array(self, name: str, columns: int = 1) -> np.ndarray | None:
+        """Return a numeric array attribute, (n,) or (n, columns), as it is stored."""
+        if name not in self._arrays:
+            value = self.prim.GetAttribute(name).Get(self.time) if self.prim.HasAttribute(name) else None
+            array = None if value is None else np.asarray(value)
+            self._arrays[name] = array if array is not None and array.dtype.kind in "iuf" else None
+        array = self._arrays[name]
+        shape = () if columns == 1 else (columns,)
+        return array if array is not None and array.ndim and array.shape[1:] == shape else None
+
+    @cached_property
+    def points(self) -> np.ndarray | None:
+        """Return positions, (n, 3) float32."""
+        return self.array("points", 3)
+
+    @cached_property
+    def counts(self) -> np.ndarray | None:
+        """Return the vertices of every curve or face, (c,) int64."""
+        counts = self.array("curveVertexCounts" if self.curves else "faceVertexCounts")
+        return None if counts is None else counts.astype(np.int64)
+
+    @cached_property
+    def consistent(self) -> bool:
+        """Return whether counts and elements agree, so that other arrays can be measured against them."""
+        elements = self.points if self.curves else self.array("faceVertexIndices")
+        if self.points is None or self.counts is None or elements is None:
+            return False
+        return bool(self.counts.sum() == len(elements) and (self.counts >= 0).all())
+
+    def size(self, interpolation: str) -> int | None:
+        """Return how many values an interpolation asks for, None where the prim knows no such interpolation."""
+        if interpolation == TOKENS.constant:
+            return 1
+        if interpolation == TOKENS.uniform:
+            return len(self.counts)
+        if interpolation == TOKENS.vertex:
+            return len(self.points)
+        if self.curves:
+            return UsdGeom.BasisCurves(self.prim).ComputeVaryingDataSize(self.time)
+        corners = interpolation == TOKENS.faceVarying
+        return len(self.array("faceVertexIndices")) if corners else len(self.points)

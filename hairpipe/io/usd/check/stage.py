@@ -1,0 +1,71 @@
+"""Rules for a stage as a whole: what every client reads before anything else."""
+
+import math
+from collections.abc import Iterator
+
+from pxr import Usd, UsdGeom
+
+from hairpipe.io.usd.check.finding import Fault, Rule
+
+
+def default_prim(stage: Usd.Stage) -> Iterator[Fault]:
+    """Find a stage that nobody can reference."""
+    if not stage.GetDefaultPrim():
+        yield Fault("/", "no defaultPrim that exists")
+
+
+def up_axis(stage: Usd.Stage) -> Iterator[Fault]:
+    """Find a stage that lies on its side wherever another axis is assumed."""
+    if not stage.HasAuthoredMetadata(UsdGeom.Tokens.upAxis):
+        yield Fault("/", "no upAxis")
+
+
+def metres_per_unit(stage: Usd.Stage) -> Iterator[Fault]:
+    """Find a stage of unknown size."""
+    scale = UsdGeom.GetStageMetersPerUnit(stage)
+    if not UsdGeom.StageHasAuthoredMetersPerUnit(stage):
+        yield Fault("/", "no metersPerUnit")
+    elif not (math.isfinite(scale) and scale > 0):
+        yield Fault("/", f"metersPerUnit is {scale:g}; it has to be positive")
+
+
+def frame_rate(stage: Usd.Stage) -> Iterator[Fault]:
+    """Find a stage whose velocities mean nothing, or that plays at another speed than its frames."""
+    codes, frames = stage.GetTimeCodesPerSecond(), stage.GetFramesPerSecond()
+    if not (math.isfinite(codes) and codes > 0):
+        yield Fault("/", f"timeCodesPerSecond is {codes:g}; it has to be positive")
+    elif not stage.HasAuthoredMetadata("timeCodesPerSecond"):
+        if is_animated(stage):
+            yield Fault("/", "no timeCodesPerSecond")
+    elif not math.isclose(codes, frames, rel_tol=1e-6):
+        yield Fault("/", f"timeCodesPerSecond is {codes:g} and framesPerSecond {frames:g}; they have to be equal")
+
+
+def time_codes(stage: Usd.Stage) -> Iterator[Fault]:
+    """Find a stage that does not say from when to when it lasts."""
+    if not stage.HasAuthoredTimeCodeRange():
+        if is_animated(stage):
+            yield Fault("/", "no startTimeCode and endTimeCode")
+    elif not has_range(stage):
+        yield Fault("/", f"startTimeCode {stage.GetStartTimeCode():g} is after endTimeCode {stage.GetEndTimeCode():g}")
+
+
+def has_range(stage: Usd.Stage) -> bool:
+    """Return whether the stage says from when to when it lasts, and means it."""
+    start, end = stage.GetStartTimeCode(), stage.GetEndTimeCode()
+    return stage.HasAuthoredTimeCodeRange() and math.isfinite(end - start) and start <= end
+
+
+def is_animated(stage: Usd.Stage) -> bool:
+    """Return whether any attribute has values at more than one time."""
+    prims = stage.Traverse(Usd.TraverseInstanceProxies())
+    return any(a.ValueMightBeTimeVarying() for prim in prims for a in prim.GetAttributes())
+
+
+RULES = (
+    Rule("default-prim", "error", default_prim),
+    Rule("up-axis", "error", up_axis),
+    Rule("metres-per-unit", "error", metres_per_unit),
+    Rule("frame-rate", "error", frame_rate),
+    Rule("time-codes", "error", time_codes),
+)
