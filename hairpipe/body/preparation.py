@@ -1,0 +1,90 @@
+"""A body as it came from a file made ready: metres, Y up, no stray vertices, always a joint to move it by."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+
+from hairpipe.body.scalp import Scalp, paint_scalp
+from hairpipe.data import Body, Mesh, Skeleton
+from hairpipe.errors import BadInput
+
+Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # takes Z up, face -Y to Y up, face +Z
+SMALLEST, LARGEST = 0.05, 4.0  # [m] of a head and of a person, with room to spare
+
+
+def prepare(body: Body, *, unit: float, up: str, joint: str, scalp: Scalp | None) -> Body:
+    """Return the body in metres with Y up, vertices that no triangle uses dropped, and rigged. Pure.
+
+    unit   of the file [m]
+    up     "y" or "z"
+    joint  name of the joint where there is only one: a body without a skeleton gets it
+    scalp  rule to paint map "scalp" by, or None
+
+    Raises BadInput where the mesh is empty or broken; warns where its size is not that of a person or a head.
+    """
+    body = drop_unused(check(body))
+    body = transform(body, unit * (Z_UP if up == "z" else np.eye(3)))
+    size = np.ptp(body.mesh.points, axis=0).max()
+    if not SMALLEST <= size <= LARGEST:
+        warnings.warn(
+            f"the body is {size:.3g} m large: is unit = {unit:g} (metres in one unit of the file)?", stacklevel=2
+        )
+    if not body.skeleton.names:
+        body = rig_rigidly(body)
+    if len(body.skeleton.names) == 1:
+        body = replace(body, skeleton=replace(body.skeleton, names=(joint,)))
+    return body if scalp is None else replace(body, maps={**body.maps, "scalp": paint_scalp(body, scalp)})
+
+
+def check(body: Body) -> Body:
+    """Return the body as it is, or raise BadInput where it has no triangles, bad indices or values not finite."""
+    mesh = body.mesh
+    if not len(mesh.triangles):
+        raise BadInput("the body has no triangles", where="file", right="a mesh")
+    if mesh.triangles.min() < 0 or mesh.triangles.max() >= len(mesh.points):
+        raise BadInput(
+            "a triangle names a vertex that does not exist", where="file", right=f"0 to {len(mesh.points) - 1}"
+        )
+    for name, values in (("positions", mesh.points), ("joints", body.skeleton.rest), ("weights", body.weights)):
+        if not np.isfinite(values).all():
+            raise BadInput(f"{name} are not all finite", where="file", right="finite numbers")
+    return body
+
+
+def drop_unused(body: Body) -> Body:
+    """Return the body without the vertices that no triangle uses, and without joint columns that all weigh nothing. Pure."""
+    mesh = body.mesh
+    used = np.unique(mesh.triangles)
+    place = np.zeros(len(mesh.points), np.int32)
+    place[used] = np.arange(len(used))
+    weights = body.weights[used]
+    columns = int((weights > 0.0).any(axis=0).sum()) if (np.diff(weights, axis=1) <= 0.0).all() else weights.shape[1]
+    return replace(
+        body,
+        mesh=Mesh(mesh.points[used], place[mesh.triangles], uv=mesh.uv),
+        joints=body.joints[used, :columns],
+        weights=weights[:, :columns],
+        maps={name: values[used] for name, values in body.maps.items()},
+    )
+
+
+def transform(body: Body, matrix: np.ndarray) -> Body:
+    """Return the body with positions multiplied by a matrix (3, 3): a rotation times a scale. Pure."""
+    rest = body.skeleton.rest.copy()
+    rest[:, :3, 3] = rest[:, :3, 3] @ matrix.T
+    rest[:, :3, :3] = matrix @ rest[:, :3, :3] / np.cbrt(np.linalg.det(matrix))
+    skeleton = replace(body.skeleton, rest=rest, tips=body.skeleton.tips @ matrix.T)
+    return replace(body, mesh=replace(body.mesh, points=body.mesh.points @ matrix.T), skeleton=skeleton)
+
+
+def rig_rigidly(body: Body) -> Body:
+    """Return the body carried as a whole by one joint at the middle of its vertices, its tip at their top. Pure."""
+    points = body.mesh.points
+    rest = np.eye(4)[None].copy()
+    rest[0, :3, 3] = points.mean(axis=0)
+    tip = points.mean(axis=0) * (1.0, 0.0, 1.0) + (0.0, points[:, 1].max(), 0.0)
+    skeleton = Skeleton(("root",), np.array([-1], np.int32), rest, tip[None])
+    return replace(
+        body, skeleton=skeleton, joints=np.zeros((len(points), 1), np.int32), weights=np.ones((len(points), 1))
+    )

@@ -1,0 +1,124 @@
+"""The pose of a clip that is taken for the body's pose at rest, and the turns that make the two agree."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.body.performer import Placement, place_at_zero, place_joints
+from hairpipe.body.quaternion import shortest_turn
+from hairpipe.body.roles import Role
+from hairpipe.data import Skeleton
+from hairpipe.data.clip import Clip
+
+Roles = dict[Role, list[int]]
+
+Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+UPRIGHT = 0.7  # cosine beyond which a performer counts as standing along an axis
+
+
+class Reference(NamedTuple):
+    """The joints of a clip in its reference pose, Y up.
+
+    world      takes the file's axes to Y up (3, 3)
+    heading    turn about Y from facing +Z to facing as the performer does (3, 3)
+    rotations  joint-to-world (J, 3, 3)
+    positions  [file units] (J, 3)
+    drawn      whether it is a drawn pose (all channels zero), not a recorded one
+    """
+
+    world: np.ndarray
+    heading: np.ndarray
+    rotations: np.ndarray
+    positions: np.ndarray
+    drawn: bool
+
+
+def find_reference(clip: Clip, roles: Roles, up: str | None, reference: str | None) -> Reference:
+    """Return the reference pose; axes and pose that are left open are told by how the performer stands. Pure.
+
+    up         "y", "z", or None: Z where the all-zero pose stands along Z
+    reference  "zero", "first", or None: all channels zero where that pose stands upright, else the first frame
+    """
+    zero = place_at_zero(clip)
+    upward = standing_direction(zero.positions[0], roles)
+    if up is None:
+        up = "z" if upward[2] > UPRIGHT else "y"
+    world = Z_UP if up == "z" else np.eye(3)
+    drawn = reference == "zero" or (reference is None and bool((world @ upward)[1] > UPRIGHT))
+    placement = turn(zero if drawn else place_joints(clip, np.zeros(1)), world)
+    positions = placement.positions[0]
+    return Reference(world, find_heading(positions, roles), placement.rotations[0], positions, drawn)
+
+
+def turn(placement: Placement, world: np.ndarray) -> Placement:
+    """Return joints turned as a whole by a rotation matrix (3, 3). Pure."""
+    return Placement(world @ placement.rotations, placement.positions @ world.T)
+
+
+def standing_direction(positions: np.ndarray, roles: Roles) -> np.ndarray:
+    """Return the direction from feet over hips to head, shortened where they are not in line; Y where unknown. Pure."""
+    head, hips = first(roles, Role("head")), first(roles, Role("hips"))
+    feet = [first(roles, Role("foot", side)) for side in ("left", "right")]
+    if head is None or hips is None or None in feet:
+        return np.array([0.0, 1.0, 0.0])
+    trunk = positions[head] - positions[hips]
+    legs = positions[hips] - positions[feet].mean(axis=0)
+    return (trunk + legs) / max(np.linalg.norm(trunk) + np.linalg.norm(legs), 1e-12)
+
+
+def find_heading(positions: np.ndarray, roles: Roles) -> np.ndarray:
+    """Return the turn about Y (3, 3) after which right thigh to left thigh, or arm to arm, points along it. Pure."""
+    for part in ("thigh", "upperarm"):
+        left, right = first(roles, Role(part, "left")), first(roles, Role(part, "right"))
+        if left is not None and right is not None:
+            across = positions[left] - positions[right]
+            length = np.hypot(across[0], across[2])
+            if length > 0.5 * np.linalg.norm(across):
+                cosine, sine = across[0] / length, -across[2] / length
+                return np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
+    return np.eye(3)
+
+
+def first(roles: Roles, role: Role) -> int | None:
+    """Return the first joint that plays a part, or None."""
+    return roles[role][0] if role in roles else None
+
+
+LIMBS = (("upperarm", "forearm", "hand"), ("thigh", "shin", "foot"))
+
+
+def align_parts(skeleton: Skeleton, body: Roles, clip: Roles, reference: Reference) -> dict[Role, np.ndarray]:
+    """Return the turn of every part from the body's rest pose to the clip's reference pose, both facing +Z, (3, 3). Pure.
+
+    Arms and legs take the smallest turn that lays bone on bone, from the one of their parent on: an A pose meets a T pose
+    without twist. Hands go with forearms; feet with shins in a drawn pose, while in a recorded one they stand flat. Head
+    and neck keep their directions, which clips draw too differently to be compared; so does a drawn trunk, while a
+    recorded one leans as the performer did.
+    """
+    rest, seen = skeleton.rest[:, :3, 3], reference.positions @ reference.heading
+    trunk = np.eye(3)
+    ends = Role("hips"), Role("neck")
+    if not reference.drawn and all(role in roles for role in ends for roles in (body, clip)):
+        lower, upper = ends
+        trunk = shortest_turn(rest[body[upper][0]] - rest[body[lower][0]], seen[clip[upper][0]] - seen[clip[lower][0]])
+    turns = {role: trunk for role in body if role.part in ("hips", "spine", "clavicle")}
+    for side in ("left", "right"):
+        for limb in LIMBS:
+            turns |= _align_limb([Role(part, side) for part in limb], rest, seen, body, clip, trunk)
+        if not reference.drawn:
+            turns[Role("foot", side)] = np.eye(3)
+    return turns
+
+
+def _align_limb(
+    limb: list[Role], rest: np.ndarray, seen: np.ndarray, body: Roles, clip: Roles, start: np.ndarray
+) -> dict[Role, np.ndarray]:
+    turns, current = {}, start
+    for upper, lower in zip(limb[:-1], limb[1:], strict=True):
+        if all(role in roles for role in (upper, lower) for roles in (body, clip)):
+            bone = current @ (rest[body[lower][0]] - rest[body[upper][0]])
+            target = seen[clip[lower][0]] - seen[clip[upper][0]]
+            if np.linalg.norm(bone) > 0.0 and np.linalg.norm(target) > 0.0:
+                current = shortest_turn(bone, target) @ current
+        turns[upper] = current
+    return turns | {limb[-1]: current}

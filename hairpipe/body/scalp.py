@@ -1,0 +1,81 @@
+"""Where hair may grow on a head: a hairline drawn as elevations seen from the point between the ears."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+
+from hairpipe.data import Body
+from hairpipe.errors import BadInput
+from hairpipe.units import Degrees, Interval, Metres
+
+Elevation = Annotated[Degrees, Interval(ge=-89.0, le=89.0)]
+
+
+@dataclass(frozen=True)
+class Scalp:
+    """A hairline on a body that comes without a scalp map: how high hair begins, seen from between the ears.
+
+    joint     that carries the head
+    up        from the joint to the point between the ear canals
+    forward   likewise
+    front     elevation of the hairline in the middle of the forehead
+    temple    at its corner above the temple
+    sideburn  before the ear
+    ear       above the ear
+    behind    behind the ear
+    nape      in the middle of the neck
+    edge      width over which the map rises from 0 to 1
+    """
+
+    joint: str = "head"
+    up: Metres = 0.010
+    forward: Metres = 0.035
+    front: Elevation = 46.0
+    temple: Elevation = 44.0
+    sideburn: Elevation = 16.0
+    ear: Elevation = 28.0
+    behind: Elevation = -18.0
+    nape: Elevation = -30.0
+    edge: Annotated[Degrees, Interval(ge=0.1, le=90.0)] = 12.0
+
+
+AZIMUTHS = (0.0, 45.0, 76.0, 98.0, 130.0, 180.0)  # of front, temple, sideburn, ear, behind and nape [deg from +Z]
+
+
+def paint_scalp(body: Body, rule: Scalp) -> np.ndarray:
+    """Return the scalp map of a body by a hairline rule, 0 below and 1 above it, (n,). Pure.
+
+    Raises BadInput where the body has no such joint.
+    """
+    if rule.joint not in body.skeleton.names:
+        names = ", ".join(body.skeleton.names[:12])
+        raise BadInput(f"the body has no joint {rule.joint!r}", where="scalp.joint", right=f"one of {names}")
+    joint = body.skeleton.names.index(rule.joint)
+    centre = body.skeleton.rest[joint, :3, 3] + (0.0, rule.up, rule.forward)
+    carried = np.where(body.joints == joint, body.weights, 0.0).sum(axis=1)
+    return height_above(rule, body.mesh.points - centre) * smooth_step(carried, 0.0, 0.25)
+
+
+def height_above(rule: Scalp, directions: np.ndarray) -> np.ndarray:
+    """Return how far directions from between the ears (n, 3) lie above the hairline, 0..1, (n,). Pure."""
+    flat = np.hypot(directions[:, 0], directions[:, 2])
+    elevation = np.degrees(np.arctan2(directions[:, 1], flat))
+    azimuth = np.degrees(np.arctan2(np.abs(directions[:, 0]), directions[:, 2]))
+    line = interpolate_hairline(rule, azimuth)
+    return smooth_step(elevation, line - 0.5 * rule.edge, line + 0.5 * rule.edge)
+
+
+def interpolate_hairline(rule: Scalp, azimuth: np.ndarray) -> np.ndarray:
+    """Return the elevation of the hairline [deg] at azimuths 0..180 [deg], level between knots where it turns. Pure."""
+    heights = np.array([rule.front, rule.temple, rule.sideburn, rule.ear, rule.behind, rule.nape])
+    knots = np.array(AZIMUTHS)
+    piece = np.clip(np.searchsorted(knots, azimuth, side="right") - 1, 0, len(knots) - 2)
+    share = smooth_step(azimuth, knots[piece], knots[piece + 1])
+    return heights[piece] + share * (heights[piece + 1] - heights[piece])
+
+
+def smooth_step(value: np.ndarray, low: np.ndarray | float, high: np.ndarray | float) -> np.ndarray:
+    """Return the cubic 3t^2 - 2t^3 that rises from 0 at `low` to 1 at `high`."""
+    share = np.clip((value - low) / (high - low), 0.0, 1.0)
+    return share * share * (3.0 - 2.0 * share)

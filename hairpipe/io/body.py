@@ -1,0 +1,42 @@
+"""A body from a file of any format we read, told by its suffix, in the units and axes of the file."""
+
+from pathlib import Path
+
+import numpy as np
+
+from hairpipe.data import Body, Skeleton
+from hairpipe.errors import BadInput
+from hairpipe.io.makehuman import read_skeleton, read_weights
+from hairpipe.io.obj import read_obj
+
+USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+
+
+def read_body(
+    path: Path, *, group: str | None = None, skeleton: Path | None = None, weights: Path | None = None
+) -> Body:
+    """Read mesh, skeleton, weights and painted maps; an OBJ file without a skeleton gives a body without joints.
+
+    group              to read: a group or object of an OBJ file, the path of a prim of a USD file; None for all
+    skeleton, weights  files of a MakeHuman rig, for an OBJ file whose vertices they count
+
+    Raises BadInput where a file cannot be read, the suffix is unknown, or settings do not go together.
+    """
+    if (skeleton is None) != (weights is None):
+        raise BadInput(
+            "a skeleton and weights only make sense together", where="skeleton, weights", right="both or neither"
+        )
+    if path.suffix.lower() in USD_SUFFIXES:
+        if skeleton is not None:
+            raise BadInput("USD files carry their own skeleton", where="skeleton", right="no skeleton and weights")
+        from hairpipe.io.usd.read import read_body as read_usd_body
+
+        return read_usd_body(path, group)
+    if path.suffix.lower() != ".obj":
+        raise BadInput(f"bodies are not read from {path.suffix or 'such'} files", where=path, right=".obj or USD")
+    mesh = read_obj(path, group)
+    if skeleton is None or weights is None:
+        nobody = Skeleton((), np.zeros(0, np.int32), np.zeros((0, 4, 4)), np.zeros((0, 3)))
+        return Body(mesh, nobody, np.zeros((len(mesh.points), 0), np.int32), np.zeros((len(mesh.points), 0)))
+    joints = read_skeleton(skeleton, mesh.points)
+    return Body(mesh, joints, *read_weights(weights, joints.names, len(mesh.points)))

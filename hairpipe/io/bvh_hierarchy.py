@@ -1,0 +1,145 @@
+"""The HIERARCHY section of a Biovision file: joints within joints, word by word."""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from hairpipe.errors import BadInput
+from hairpipe.io.text import parse_number
+
+CHANNELS = {
+    name.lower(): name for name in ("Xposition", "Yposition", "Zposition", "Xrotation", "Yrotation", "Zrotation")
+}
+MOST_CHANNELS = 6  # of one joint
+
+
+@dataclass
+class Joint:
+    name: str
+    parent: int
+    offset: list[float] | None = None
+    end: list[float] = field(default_factory=lambda: [np.nan] * 3)
+    channels: list[str] = field(default_factory=list)
+
+
+def tokenise(lines: list[str]) -> list[tuple[str, int]]:
+    """Words and braces with the number of their line, each line ended by an empty word: names may contain blanks."""
+    words = []
+    for number, line in enumerate(lines, start=1):
+        words += [(word, number) for word in re.findall(r"[{}]|[^\s{}]+", line)]
+        words.append(("", number))
+    return words
+
+
+class Hierarchy:
+    """The HIERARCHY section, read word by word without recursion: depth is limited by nothing but the file."""
+
+    def __init__(self, path: Path, tokens: list[tuple[str, int]]) -> None:
+        self.path, self.tokens, self.place = path, tokens, 0
+        self.joints: list[Joint] = []
+        self.open: list[int | None] = []  # the joints whose braces are open; None for an End Site
+
+    def read(self) -> None:
+        if self.word().upper() != "HIERARCHY":
+            raise self.fault("the file does not begin with HIERARCHY", "a BVH file")
+        for word in iter(self.word, ""):
+            self.read_item(word)
+        if self.open:
+            raise self.fault("a brace is never closed", f"{len(self.open)} more }}")
+        if not self.joints:
+            raise self.fault("there is no joint", "ROOT and a name")
+
+    def read_item(self, word: str) -> None:
+        match word.upper():
+            case "ROOT" | "JOINT":
+                self.begin_joint(word.upper())
+            case "END":
+                self.rest_of_line()
+                self.begin(None)
+            case "OFFSET":
+                self.read_offset()
+            case "CHANNELS":
+                self.read_channels()
+            case "}" if self.open:
+                self.end_block()
+            case _:
+                raise self.fault(
+                    f"{word!r} is not understood here", "ROOT, JOINT, End Site, OFFSET, CHANNELS or a brace"
+                )
+
+    def begin_joint(self, keyword: str) -> None:
+        if (keyword == "ROOT") == bool(self.open):
+            raise self.fault(f"a {keyword} stands in the wrong place", "ROOT outermost, JOINT within a joint")
+        parent = self.open[-1] if self.open else -1
+        if parent is None:
+            raise self.fault("a JOINT stands within an End Site", "JOINT within a joint")
+        name = self.rest_of_line()
+        if not name:
+            raise self.fault(f"a {keyword} has no name", f"{keyword} Hips")
+        self.joints.append(Joint(name, parent))
+        self.begin(len(self.joints) - 1)
+
+    def begin(self, joint: int | None) -> None:
+        if joint is None and not (self.open and self.open[-1] is not None):
+            raise self.fault("an End Site stands outside a joint", "End Site within a joint")
+        if self.word() != "{":
+            raise self.fault("a brace is missing", "{ after the name")
+        self.open.append(joint)
+
+    def end_block(self) -> None:
+        joint = self.open.pop()
+        if joint is not None and self.joints[joint].offset is None:
+            raise self.fault(f"joint {self.joints[joint].name!r} has no OFFSET", "OFFSET x y z")
+
+    def read_offset(self) -> None:
+        numbers = [self.number() for _ in range(3)]
+        if not self.open:
+            raise self.fault("an OFFSET stands outside a joint", "OFFSET within a joint")
+        if self.open[-1] is None:
+            self.joints[self.open[-2]].end = numbers
+        else:
+            self.joints[self.open[-1]].offset = numbers
+
+    def read_channels(self) -> None:
+        count = self.number()
+        if not self.open or self.open[-1] is None or self.joints[self.open[-1]].channels:
+            raise self.fault("CHANNELS stand in the wrong place", "once within a joint")
+        if count not in range(MOST_CHANNELS + 1):
+            raise self.fault(f"a joint cannot have {count:g} channels", f"0 to {MOST_CHANNELS}")
+        names = [CHANNELS.get(self.word().lower(), "") for _ in range(int(count))]
+        if "" in names:
+            raise self.fault("a channel is missing or unknown", f"{int(count)} of {', '.join(CHANNELS.values())}")
+        positions = [name for name in names if name.endswith("position")]
+        if len(set(positions)) < len(positions):
+            raise self.fault("a position channel stands twice in one joint", "each once")
+        self.joints[self.open[-1]].channels = names
+
+    def word(self) -> str:
+        """The next word, skipping line ends; empty at the end of the section."""
+        while self.place < len(self.tokens):
+            word, _ = self.tokens[self.place]
+            self.place += 1
+            if word:
+                return word
+        return ""
+
+    def rest_of_line(self) -> str:
+        """The words up to the end of the line or a brace, as one name."""
+        words = []
+        while self.place < len(self.tokens) and self.tokens[self.place][0] not in ("", "{", "}"):
+            words.append(self.tokens[self.place][0])
+            self.place += 1
+        return " ".join(words)
+
+    def number(self) -> float:
+        word = self.word()
+        value = parse_number(word)
+        if value is None:
+            raise self.fault(f"{word!r} is not a finite number", "a number")
+        return value
+
+    def fault(self, what: str, right: str) -> BadInput:
+        line = self.tokens[min(max(self.place - 1, 0), len(self.tokens) - 1)][1] if self.tokens else 1
+        return BadInput(what, where=f"{self.path}, line {line}", right=right)

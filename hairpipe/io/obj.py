@@ -1,0 +1,129 @@
+"""Wavefront files (.obj): polygons with texture coordinates and groups, as text."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
+
+import numpy as np
+
+from hairpipe.data import Mesh
+from hairpipe.errors import BadInput
+from hairpipe.io.polygons import triangulate
+from hairpipe.io.text import parse_number, read_text
+
+
+def read_obj(path: Path, group: str | None = None) -> Mesh:
+    """Read the triangles of a file, or of one group or object of it; every vertex of the file is kept, in its order.
+
+    Polygons are cut into triangles. Texture coordinates are kept where every face kept has them.
+    Raises BadInput, with the line, where the file cannot be read or is not a mesh.
+    """
+    file = _Obj(path)
+    file.read()
+    return file.mesh(group)
+
+
+@dataclass
+class _Face:
+    corners: list[int]
+    texture: list[int | None]
+    groups: tuple[str, ...]
+
+
+@dataclass
+class _Obj:
+    path: Path
+    points: list[list[float]] = field(default_factory=list)
+    coordinates: list[list[float]] = field(default_factory=list)
+    faces: list[_Face] = field(default_factory=list)
+    groups: tuple[str, ...] = ()
+    object: tuple[str, ...] = ()
+    line: int = 0
+
+    def read(self) -> None:
+        for self.line, words in _statements(read_text(self.path)):
+            match words[0]:
+                case "v":
+                    self.points.append(self.numbers(words[1:], least=3, most=3))
+                case "vt":
+                    self.coordinates.append((self.numbers(words[1:], least=1, most=2) + [0.0])[:2])
+                case "f":
+                    self.add_face(words[1:])
+                case "g":
+                    self.groups = tuple(words[1:])
+                case "o":
+                    self.object = (" ".join(words[1:]),)
+                case _:
+                    pass  # normals, materials and curves do not concern us
+
+    def numbers(self, words: list[str], least: int, most: int) -> list[float]:
+        values = [parse_number(word) for word in words[:most]]
+        if len(values) < least or None in values:
+            raise self.fault(f"{' '.join(words)[:60]!r} are not {least} finite numbers", "v x y z, vt u v")
+        return values
+
+    def add_face(self, words: list[str]) -> None:
+        corners = [self.corner(word) for word in words]
+        if len(corners) < 3:
+            raise self.fault(f"a face has {len(corners)} corners", "three or more")
+        points, texture = zip(*corners, strict=True)
+        self.faces.append(_Face(list(points), list(texture), self.groups + self.object))
+
+    def corner(self, word: str) -> tuple[int, int | None]:
+        """Indices from 0 of the vertex and of the texture coordinate: i, i/j, i//k or i/j/k."""
+        parts = word.split("/")
+        if len(parts) > 3:
+            raise self.fault(f"{word[:40]!r} is not a corner of a face", "i, i/j, i//k or i/j/k")
+        texture = self.index(parts[1], len(self.coordinates)) if len(parts) > 1 and parts[1] else None
+        return self.index(parts[0], len(self.points)), texture
+
+    def index(self, word: str, count: int) -> int:
+        """Count from 0 what the file counts from 1, or backwards from the last one so far where it is negative."""
+        try:
+            number = int(word)
+        except ValueError:
+            raise self.fault(f"{word[:40]!r} is not an index", "a whole number") from None
+        if not 1 <= abs(number) <= count:
+            raise self.fault(f"index {word[:20]} does not exist", f"1 to {count}, or -1 to -{count}")
+        return number - 1 if number > 0 else count + number
+
+    def mesh(self, group: str | None) -> Mesh:
+        faces = [face for face in self.faces if group is None or group in face.groups]
+        if not faces:
+            raise self.missing(group)
+        points = np.array(self.points)
+        sizes = np.array([len(face.corners) for face in faces])
+        corners = np.array([corner for face in faces for corner in face.corners], np.int32)
+        chosen = triangulate(points[corners], sizes)
+        triangles = corners[chosen]
+        real = (triangles != triangles[:, (1, 2, 0)]).all(axis=1)
+        texture = [corner for face in faces for corner in face.texture]
+        uv = None if None in texture else np.array(self.coordinates, np.float32)[texture][chosen][real]
+        return Mesh(points, triangles[real], uv=uv)
+
+    def missing(self, group: str | None) -> BadInput:
+        names = sorted({name for face in self.faces for name in face.groups if name})
+        if group is None or not names:
+            return BadInput("there are no faces", where=self.path, right="an OBJ file with v and f lines")
+        near = get_close_matches(group, names, n=3) or names[:8]
+        return BadInput(f"there is no group {group!r}", where=self.path, right=f"for example {', '.join(near)}")
+
+    def fault(self, what: str, right: str) -> BadInput:
+        return BadInput(what, where=f"{self.path}, line {self.line}", right=right)
+
+
+def _statements(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Words of every statement with the number of its first line: comments gone, continued lines joined."""
+    pending: list[str] = []
+    first = 1
+    for number, line in enumerate(text.split("\n"), start=1):
+        line = line.split("#", 1)[0].strip()
+        if not pending:
+            first = number
+        pending += line.removesuffix("\\").split()
+        if pending and not line.endswith("\\"):
+            yield first, pending
+            pending = []
+    if pending:
+        yield first, pending

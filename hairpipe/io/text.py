@@ -1,0 +1,31 @@
+"""Text files as people send them: any line ends, a byte order mark, and faults said in one sentence."""
+
+from math import isfinite
+from pathlib import Path
+
+from hairpipe.errors import BadInput
+
+
+def read_text(path: Path) -> str:
+    """Return the whole text of a UTF-8 file.
+
+    Raises BadInput where it is missing, a directory, forbidden, empty or not text.
+    """
+    try:
+        text = Path(path).read_bytes().decode("utf-8-sig")
+    except OSError as fault:
+        raise BadInput(f"the file cannot be read: {fault.strerror}", where=path, right="a readable file") from None
+    except UnicodeDecodeError as fault:
+        raise BadInput(f"byte {fault.start} is not UTF-8", where=path, right="a text file in UTF-8") from None
+    if not text.strip():
+        raise BadInput("the file is empty", where=path, right="a text file")
+    return text
+
+
+def parse_number(word: str) -> float | None:
+    """Return the finite number a word says, or None."""
+    try:
+        value = float(word)
+    except ValueError:
+        return None
+    return value if isfinite(value) else None

@@ -1,0 +1,39 @@
+"""A body from a file."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from hairpipe.body.scalp import Scalp
+from hairpipe.data import Body
+from hairpipe.graph import node
+from hairpipe.units import Interval, Metres
+
+
+@node(frames="once")
+def load_body(
+    *,
+    file: Path,
+    group: str | None = None,
+    skeleton: Path | None = None,
+    weights: Path | None = None,
+    unit: Annotated[Metres, Interval(ge=1e-6, le=1e6)] = 1.0,
+    up: Literal["y", "z"] = "y",
+    joint: str = "head",
+    scalp: Scalp | None = None,
+) -> Body:
+    """Mesh, skeleton, weights and painted maps from an OBJ or USD file; in metres, Y up, the face towards +Z.
+
+    file      .obj, .usd, .usda, .usdc or .usdz
+    group     to keep: a group or object of an OBJ file, the path of a prim of a USD file
+    skeleton  MakeHuman rig (.mhskel) of an OBJ file
+    weights   MakeHuman weights (.mhw) that go with it
+    unit      metres in one unit of an OBJ file; USD files say theirs
+    up        axis of the file that points up; Z-up bodies face -Y
+    joint     name of the one joint of a body without a skeleton: what it follows in a clip
+    scalp     hairline to paint map "scalp" by, where the file has none
+    """
+    from hairpipe.body.preparation import prepare
+    from hairpipe.io.body import read_body
+
+    body = read_body(file, group=group, skeleton=skeleton, weights=weights)
+    return prepare(body, unit=unit, up=up, joint=joint, scalp=scalp)

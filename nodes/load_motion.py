@@ -1,0 +1,43 @@
+"""Motion capture on a body's skeleton."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+from hairpipe.data import Body, Pose
+from hairpipe.graph import Time, node
+from hairpipe.units import Ge, Gt, Metres, Seconds
+
+
+@node(frames="each")
+def load_motion(
+    rest: Body,
+    time: Time,
+    *,
+    file: Path,
+    at: int = 1001,
+    start: Seconds = 0.0,
+    speed: Annotated[float, Gt(0)] = 1.0,
+    unit: Annotated[Metres, Gt(0)] | None = None,
+    up: Literal["y", "z"] | None = None,
+    reference: Literal["zero", "first"] | None = None,
+    skip: Annotated[int, Ge(0)] | None = None,
+    joints: tuple[tuple[str, str], ...] = (),
+) -> Pose:
+    """The pose of the body at a frame, from a BVH clip of any skeleton, resampled to the frame rate.
+
+    file       .bvh
+    at         frame of the shot at which the clip starts; before it and after its end it holds still
+    start      where in the clip it starts then
+    speed      of playing: 0.5 is half as fast as recorded
+    unit       metres in one unit of the clip; legs are scaled to the body's legs if not given
+    up         axis of the clip that points up; told from its all-zero pose if not given
+    reference  pose of the clip that stands for the body at rest: all channels zero, or its first frame; the first of them that stands if not given
+    skip       frames to drop at the beginning; a T pose is recognised and dropped if not given
+    joints     pairs of a joint of the body and the joint of the clip it follows, where their names do not tell
+    """
+    from hairpipe.body.motion import Playback, pose_at
+    from hairpipe.io.bvh import recall_bvh
+
+    seconds = start + (time.frame - at) / time.fps * speed
+    playback = Playback(up=up, reference=reference, unit=unit, skip=skip, joints=joints)
+    return pose_at(rest.skeleton, recall_bvh(file), seconds, speed, playback)

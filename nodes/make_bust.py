@@ -1,0 +1,12 @@
+"""Our own default body."""
+
+from hairpipe.data import Body
+from hairpipe.graph import node
+
+
+@node(frames="once")
+def make_bust() -> Body:
+    """Head, neck and shoulders of a mannequin as one closed mesh, rigged, with maps "scalp" and "length"."""
+    from hairpipe.body.bust import build_bust
+
+    return build_bust()
