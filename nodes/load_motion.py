@@ -29,9 +29,9 @@ def load_motion(
     at         frame of the shot at which the clip starts; before it and after its end it holds still
     start      where in the clip it starts then
     speed      of playing: 0.5 is half as fast as recorded
-    unit       metres in one unit of the clip; legs are scaled to the body's legs if not given
+    unit       metres in one unit of the clip; legs are scaled to the body's if not given
     up         axis of the clip that points up; told from its all-zero pose if not given
-    reference  pose of the clip that stands for the body at rest: all channels zero, or its first frame; the first of them that stands if not given
+    reference  pose of the clip that stands for the body at rest: zero in all channels, or its first frame
     skip       frames to drop at the beginning; a T pose is recognised and dropped if not given
     joints     pairs of a joint of the body and the joint of the clip it follows, where their names do not tell
     """

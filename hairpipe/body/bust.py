@@ -31,7 +31,7 @@ SHORTEST = 0.6  # length of the hair at the hairline, as a share of that at the 
 
 
 def build_bust() -> Body:
-    """Return the bust [m]: one closed mesh, four joints, weights, uv about the crown, maps "scalp" and "length". Pure."""
+    """Return the bust [m]: a closed mesh, four joints, weights, uv about the crown, maps "scalp", "length". Pure."""
     points, triangles = polygonise()
     around = points - np.array(EARS)
     maps = {
@@ -81,7 +81,7 @@ def blend_weights(points: np.ndarray) -> np.ndarray:
 
 
 def crown_uv(around: np.ndarray) -> np.ndarray:
-    """Return texture coordinates (n, 2): the crown at (1/2, 1/2), distance from it the angle from straight up, front below."""
+    """Return texture coordinates (n, 2): the crown at (1/2, 1/2), the angle from it as distance, the front below."""
     flat = np.hypot(around[:, 0], around[:, 2])
     angle = np.arctan2(flat, around[:, 1]) / (2.0 * np.pi)
     direction = around[:, (0, 2)] * (1.0, -1.0) / np.maximum(flat, 1e-12)[:, None]

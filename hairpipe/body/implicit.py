@@ -29,7 +29,7 @@ class Ellipsoid:
         return axis_rotation(2, self.turn[2]) @ axis_rotation(1, self.turn[1]) @ axis_rotation(0, self.turn[0])
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Estimate the signed distance [m] of points (n, 3): k (k - 1) / |grad k|, exact to first order at the surface."""
+        """Estimate the signed distance [m] of points (n, 3): k (k - 1) / |grad k|, exact to first order."""
         local = (points - np.array(self.centre)) @ self.axes
         scaled = local / np.array(self.radii)
         level = np.sqrt(np.einsum("ij,ij->i", scaled, scaled))
@@ -51,7 +51,7 @@ class Cone:
     radii: tuple[float, float]
 
     def distance(self, points: np.ndarray) -> np.ndarray:
-        """Estimate the signed distance [m] of points (n, 3): to the axis, less the radius at the nearest point of it."""
+        """Estimate the signed distance [m] of points (n, 3): to the axis, less the radius there."""
         axis = np.array(self.end) - np.array(self.start)
         local = points - np.array(self.start)
         along = np.clip(local @ axis / (axis @ axis), 0.0, 1.0)
@@ -115,7 +115,7 @@ def _evaluate_chunk(strokes: tuple[Stroke, ...], points: np.ndarray) -> np.ndarr
 
 
 def smooth_min(a: np.ndarray, b: np.ndarray, width: float) -> np.ndarray:
-    """Return the minimum of two fields, rounded with continuous curvature where they differ by less than `width` [m]."""
+    """Return the minimum of two fields, rounded with continuous curvature where they differ by < `width` [m]."""
     overlap = np.maximum(width - np.abs(a - b), 0.0) / width
     return np.minimum(a, b) - overlap**3 * (width / 6.0)
 

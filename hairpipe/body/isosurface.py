@@ -2,8 +2,11 @@
 
 import numpy as np
 
-# Gibson, "Constrained elastic surface nets", 1998: one vertex in every cell the surface passes through, one quadrilateral
-# around every grid edge it crosses. Triangles come out far more even than those of marching cubes.
+# Gibson, "Constrained elastic surface nets", 1998: one vertex in every cell the surface passes through, one
+# quadrilateral around every grid edge it crosses. Triangles come out far more even than those of marching cubes. Where
+# two sheets pass through one cell they share its vertex: the grid has to be finer than the gaps.
+
+Axes = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def extract_surface(
@@ -42,7 +45,7 @@ def _cell(offset: tuple[int, int, int]) -> tuple[slice, ...]:
     return tuple(slice(o, o - 1 if o == 0 else None) for o in offset)
 
 
-def _cell_points(values: np.ndarray, inside: np.ndarray, cells: np.ndarray, axes: tuple) -> np.ndarray:
+def _cell_points(values: np.ndarray, inside: np.ndarray, cells: np.ndarray, axes: Axes) -> np.ndarray:
     """Mean of the points where the surface crosses the edges of each cell (c, 3)."""
     total, count = np.zeros((len(cells), 3)), np.zeros(len(cells))
     for start, end in _EDGES:

@@ -40,6 +40,8 @@ def pose_at(skeleton: Skeleton, clip: Clip, seconds: float, speed: float, playba
     if skip >= len(clip.values):
         raise BadInput(f"skip = {skip} leaves none of the {len(clip.values)} frames", where="skip", right="less")
     played = replace(clip, values=clip.values[skip:])
+    if seconds < 0.0:
+        warnings.warn("the shot begins before the clip does, whose first pose is held (see `at`)", stacklevel=2)
     frames = seconds / clip.frame_time + np.array([-0.5, 0.0, 0.5])
     before, now, after = retarget.transforms(played, frames)
     return Pose(now, (after - before) * (speed / clip.frame_time))

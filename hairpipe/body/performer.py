@@ -70,7 +70,7 @@ def local_positions(clip: Clip, frames: np.ndarray) -> np.ndarray:
     """Return the position of every joint in its parent at whole frames (k,), (k, J, 3). Pure.
 
     Position channels of a root stand in place of its OFFSET. Those of other joints do so in most files (Maya,
-    MotionBuilder, Blender) but are added to it in some (MakeHuman): the first frame tells, by being nearer to one or other.
+    MotionBuilder, Blender) but are added to it in some (MakeHuman): the first frame tells, being nearer to it or to 0.
     """
     positions = np.tile(clip.offsets, (len(frames), 1, 1))
     column = 0

@@ -53,18 +53,18 @@ def check(body: Body) -> Body:
 
 
 def drop_unused(body: Body) -> Body:
-    """Return the body without the vertices that no triangle uses, and without joint columns that all weigh nothing. Pure."""
+    """Return the body without vertices that no triangle uses, and without weights that are 0 all down. Pure."""
     mesh = body.mesh
     used = np.unique(mesh.triangles)
     place = np.zeros(len(mesh.points), np.int32)
     place[used] = np.arange(len(used))
     weights = body.weights[used]
-    columns = int((weights > 0.0).any(axis=0).sum()) if (np.diff(weights, axis=1) <= 0.0).all() else weights.shape[1]
+    filled = (weights != 0.0).any(axis=0)
     return replace(
         body,
         mesh=Mesh(mesh.points[used], place[mesh.triangles], uv=mesh.uv),
-        joints=body.joints[used, :columns],
-        weights=weights[:, :columns],
+        joints=body.joints[used][:, filled],
+        weights=weights[:, filled],
         maps={name: values[used] for name, values in body.maps.items()},
     )
 

@@ -1,5 +1,6 @@
 """The pose of a clip that is taken for the body's pose at rest, and the turns that make the two agree."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -88,12 +89,12 @@ LIMBS = (("upperarm", "forearm", "hand"), ("thigh", "shin", "foot"))
 
 
 def align_parts(skeleton: Skeleton, body: Roles, clip: Roles, reference: Reference) -> dict[Role, np.ndarray]:
-    """Return the turn of every part from the body's rest pose to the clip's reference pose, both facing +Z, (3, 3). Pure.
+    """Return the turn (3, 3) of every part from the body's rest pose to the clip's reference pose. Pure.
 
-    Arms and legs take the smallest turn that lays bone on bone, from the one of their parent on: an A pose meets a T pose
-    without twist. Hands go with forearms; feet with shins in a drawn pose, while in a recorded one they stand flat. Head
-    and neck keep their directions, which clips draw too differently to be compared; so does a drawn trunk, while a
-    recorded one leans as the performer did.
+    Both face +Z. Arms and legs take the smallest turn that lays bone on bone, after that of their parent: an A pose
+    meets a T pose without twist. Hands go with forearms; feet with shins in a drawn pose, while in a recorded one they
+    stand flat. Head and neck keep their directions, which clips draw too differently to be compared; so does a drawn
+    trunk, while a recorded one leans as the performer did.
     """
     rest, seen = skeleton.rest[:, :3, 3], reference.positions @ reference.heading
     trunk = np.eye(3)
@@ -114,7 +115,7 @@ def _align_limb(
     limb: list[Role], rest: np.ndarray, seen: np.ndarray, body: Roles, clip: Roles, start: np.ndarray
 ) -> dict[Role, np.ndarray]:
     turns, current = {}, start
-    for upper, lower in zip(limb[:-1], limb[1:], strict=True):
+    for upper, lower in pairwise(limb):
         if all(role in roles for role in (upper, lower) for roles in (body, clip)):
             bone = current @ (rest[body[lower][0]] - rest[body[upper][0]])
             target = seen[clip[lower][0]] - seen[clip[upper][0]]

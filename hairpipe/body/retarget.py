@@ -109,7 +109,7 @@ def _find_name(name: str, names: tuple[str, ...], owner: str) -> int:
 
 
 def find_scale(skeleton: Skeleton, follows: np.ndarray, body: Roles, performer: Roles, pose: Reference) -> float:
-    """Return the metres in a unit of the clip: leg by leg, or an adult's legs, or the way from the root to the head. Pure."""
+    """Return the metres in a unit of the clip: leg to leg, or to an adult's leg, or from root to head. Pure."""
     rest = skeleton.rest[:, :3, 3]
     own, theirs = leg_length(rest, body), leg_length(pose.positions, performer)
     if theirs > 0.0:
@@ -149,7 +149,7 @@ def find_origins(
     if leg_length(skeleton.rest[:, :3, 3], body) > 0.0 and Role("hips") in body:
         rest = skeleton.rest[:, 1, 3]
         height = (rest[body[Role("hips")][0]] - skeleton.tips[:, 1].min()) / scale - pose.positions[hips][1]
-    return origins + (0.0, height, 0.0)
+    return origins + np.array([0.0, height, 0.0])
 
 
 def invert(transform: np.ndarray) -> np.ndarray:

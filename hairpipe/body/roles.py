@@ -83,7 +83,7 @@ def match_roles(body: dict[Role, list[int]], clip: dict[Role, list[int]]) -> dic
 
 
 def spread(chain: list[int], count: int) -> list[int]:
-    """Return `count` joints of a chain, evenly from its first to its last (the last alone if one is asked for). Pure."""
+    """Return `count` joints of a chain, evenly from its first to its last; the last alone for 1. Pure."""
     if count == 1:
         return chain[-1:]
     places = np.rint(np.linspace(0.0, len(chain) - 1.0, count)).astype(int)

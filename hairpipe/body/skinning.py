@@ -12,7 +12,7 @@ def skin(rest: Body, pose: Pose | None) -> Mesh:
 
     x = sum_j w_j T_j B_j^-1 x_rest,   v = sum_j w_j dT_j/dt B_j^-1 x_rest
 
-    with the joints' transforms T_j and their rest transforms B_j (linear blend skinning; Magnenat-Thalmann et al. 1988).
+    with the joints' transforms T_j and their rest transforms B_j (Magnenat-Thalmann et al. 1988).
     """
     mesh = rest.mesh
     if pose is None:

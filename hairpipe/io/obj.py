@@ -42,12 +42,13 @@ class _Obj:
     line: int = 0
 
     def read(self) -> None:
-        for self.line, words in _statements(read_text(self.path)):
+        for line, words in _statements(read_text(self.path)):
+            self.line = line
             match words[0]:
                 case "v":
                     self.points.append(self.numbers(words[1:], least=3, most=3))
                 case "vt":
-                    self.coordinates.append((self.numbers(words[1:], least=1, most=2) + [0.0])[:2])
+                    self.coordinates.append([*self.numbers(words[1:], least=1, most=2), 0.0][:2])
                 case "f":
                     self.add_face(words[1:])
                 case "g":

@@ -38,7 +38,7 @@ def _is_convex(polygons: np.ndarray) -> np.ndarray:
 
 
 def cut_ears(polygon: np.ndarray) -> np.ndarray:
-    """Return the triangles of one simple polygon (size, 3), clipping ears in the plane of its normal, (size-2, 3). Pure.
+    """Return the triangles of one simple polygon (size, 3), clipping ears, (size-2, 3). Pure.
 
     A polygon that crosses itself has no ears left at some point: the corner that turns most outward goes then.
     """
