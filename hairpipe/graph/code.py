@@ -32,6 +32,11 @@ class Code:
     digest: str
     parts: dict[str, str]
 
+    @property
+    def manifest(self) -> str:
+        """The parts as text."""
+        return json.dumps(self.parts)
+
 
 class CodeReader:
     """Digests the code behind modules; every file is read once and analysed only when its bytes are new."""

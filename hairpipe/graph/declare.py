@@ -46,7 +46,12 @@ class SettingField:
 
 @dataclass(frozen=True, eq=False)
 class NodeType:
-    """All that a signature declares; `state` names the output that a scan receives back as `previous`."""
+    """All that a signature declares.
+
+    state           output that a scan receives back as `previous`
+    asks_time       names of its parameters that take the time, and
+    asks_workspace  a folder to write in
+    """
 
     name: str
     mode: Mode
@@ -55,8 +60,8 @@ class NodeType:
     settings: dict[str, SettingField]
     outputs: dict[str, type]
     state: str | None
-    asks_time: bool
-    asks_workspace: bool
+    asks_time: tuple[str, ...]
+    asks_workspace: tuple[str, ...]
 
     @property
     def module(self) -> str:
@@ -105,8 +110,8 @@ def read_signature(function: Callable[..., Any], mode: Mode) -> NodeType:
         settings=read_settings(parameters, hints, refuse),
         outputs=outputs,
         state=read_state(mode, hints if "previous" in special else {}, outputs, refuse),
-        asks_time=any(hints[name] is Time for name in special),
-        asks_workspace=any(hints[name] is Workspace for name in special),
+        asks_time=tuple(name for name in special if hints[name] is Time),
+        asks_workspace=tuple(name for name in special if hints[name] is Workspace),
     )
 
 

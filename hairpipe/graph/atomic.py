@@ -1,0 +1,82 @@
+"""Files appear whole or not at all: a temporary name, the bytes on disk, then a rename.
+
+A process that is killed in between leaves a temporary file that carries its process number; the next one sweeps it.
+"""
+
+import itertools
+import os
+import shutil
+import socket
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+HOST = "".join(letter for letter in socket.gethostname() if letter.isalnum()) or "host"
+STALE = 24 * 3600.0
+"""Age after which a temporary file of another machine is taken for left over [s]."""
+
+_counter = itertools.count()
+
+
+def temporary_name(folder: Path) -> Path:
+    """Give a name in the folder that no other process uses; the folder is made where it is missing."""
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / f"{HOST}-{os.getpid()}-{next(_counter)}.tmp"
+
+
+@contextmanager
+def replacing(path: Path, folder: Path | None = None) -> Iterator[Path]:
+    """Give a temporary path to write to; it becomes `path` once its bytes are on disk, or is removed on an error.
+
+    folder  of the temporary file, on the same file system; that of `path` by default
+    """
+    temporary = temporary_name(folder or path.parent)
+    try:
+        yield temporary
+        flush(temporary)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary.replace(path)
+    finally:
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def flush(path: Path) -> None:
+    """Wait until the bytes of a file are on disk."""
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def write_text(path: Path, text: str, folder: Path | None = None) -> None:
+    """Write a text file atomically."""
+    with replacing(path, folder) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def sweep(folder: Path) -> int:
+    """Remove temporary files and folders whose process is gone; returns how many."""
+    swept = 0
+    with suppress(OSError):
+        for path in folder.glob("*.tmp"):
+            if is_left_over(path):
+                shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink(missing_ok=True)
+                swept += 1
+    return swept
+
+
+def is_left_over(path: Path) -> bool:
+    """Whether the process that made a temporary file is gone, as far as this machine can tell."""
+    host, _, rest = path.name.partition("-")
+    if host != HOST:
+        return time.time() - path.stat().st_mtime > STALE
+    try:
+        os.kill(int(rest.partition("-")[0]), 0)
+    except ProcessLookupError:
+        return True
+    except (PermissionError, ValueError, OverflowError):
+        return False
+    return False

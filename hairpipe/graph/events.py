@@ -1,0 +1,74 @@
+"""What a run tells whoever draws it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from hairpipe.graph.tasks import Task
+
+Kind = Literal["begun", "started", "finished", "cached", "failed", "warning", "published"]
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened to a task.
+
+    kind     begun: totals are known; started and finished: an evaluation; cached: its result was there; failed;
+             warning: a node has something to say, also when its result was there; published: a file was written
+    seconds  that the evaluation took, of `finished` and of `cached` [s]
+    message  of a failure, a warning, or the path that was published
+    totals   number of tasks by node, of `begun`
+    """
+
+    kind: Kind
+    task: Task | None = None
+    seconds: float = 0.0
+    message: str = ""
+    totals: tuple[tuple[str, int], ...] = ()
+
+
+Report = Callable[[Event], None]
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A task that did not give a result.
+
+    kind       input: something a person can mend; node: it raised; disk: full; crash: its process died; publish
+    traceback  of the node, for those who wrote it
+    """
+
+    task: Task
+    kind: Literal["input", "node", "disk", "crash", "publish"]
+    message: str
+    traceback: str = ""
+
+    def __str__(self) -> str:
+        """One line: which node, which frame, what."""
+        return f"{self.task}: {self.message}"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended.
+
+    evaluated  number of evaluations; cached number of results that were there; blocked tasks that were not reached
+    seconds    of evaluation by node, those of cached results not counted
+    """
+
+    evaluated: int
+    cached: int
+    blocked: int
+    failures: tuple[Failure, ...]
+    published: tuple[str, ...]
+    seconds: dict[str, float]
+    interrupted: bool
+
+    @property
+    def exit_code(self) -> int:
+        """0 all is there, 1 a node failed, 2 only for input that a person can mend, 130 interrupted."""
+        if self.interrupted:
+            return 130
+        if not self.failures:
+            return 0
+        return 2 if all(failure.kind == "input" for failure in self.failures) else 1

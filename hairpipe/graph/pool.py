@@ -1,0 +1,121 @@
+"""The coordinator's side of its workers: started when there is work, spoken to in JSON, noticed when they die.
+
+Values never pass through here: workers read and write the store.
+"""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Any, Literal
+
+from hairpipe.graph.tasks import Task
+
+Lane = Literal["narrow", "wide"]
+"""A narrow worker computes on one thread beside others like it; the wide one uses all threads for a critical path."""
+
+BOOT = "import sys, json; sys.path[:] = json.loads(sys.argv[1]); from hairpipe.graph.worker import main; main({})"
+MEMORY = 256 << 20
+"""Memory in which a worker keeps values it may need again [bytes]."""
+
+
+@dataclass(eq=False)
+class Member:
+    """A worker process and the task it is at."""
+
+    lane: Lane
+    process: "subprocess.Popen[bytes]"
+    connection: Connection
+    task: Task | None = None
+
+    @property
+    def fate(self) -> str:
+        """Say how the process ended."""
+        code = self.process.wait()
+        if code >= 0:
+            return f"the worker process ended with exit code {code}"
+        hint = ", perhaps for lack of memory" if -code == signal.SIGKILL else ""
+        return f"the worker process was ended by {signal.Signals(-code).name}{hint}"
+
+
+class Pool:
+    """Up to `jobs` narrow workers, and a wide one with `jobs` threads.
+
+    hello  what every worker is told first: store, codec, folder of node types
+    """
+
+    def __init__(self, store: Path, codec: str, folder: Path, jobs: int) -> None:
+        self.hello = {"store": str(store), "codec": codec, "folder": str(folder), "memory": MEMORY}
+        self.jobs = jobs
+        self.members: list[Member] = []
+
+    @property
+    def busy(self) -> list[Member]:
+        """Workers that are at a task."""
+        return [member for member in self.members if member.task is not None]
+
+    def free(self, lane: Lane) -> bool:
+        """Whether a worker of this lane is idle or may be started."""
+        own = [member for member in self.members if member.lane == lane]
+        return any(m.task is None for m in own) or len(own) < (self.jobs if lane == "narrow" else 1)
+
+    def send(self, lane: Lane, task: Task, job: dict[str, Any]) -> None:
+        """Give a job to a free worker of this lane."""
+        idle = (m for m in self.members if m.lane == lane and m.task is None)
+        member = next(idle, None) or self._start(lane)
+        member.task = task
+        with suppress(OSError):  # a worker that is dead already is noticed by `receive`
+            member.connection.send_bytes(json.dumps(job).encode())
+
+    def receive(self, timeout: float | None) -> Iterator[tuple[Task, dict[str, Any]]]:
+        """Wait for replies; a worker that died gives the failure that says so."""
+        members = {member.connection: member for member in self.busy}
+        for connection in wait(list(members), timeout):
+            member = members[connection]
+            task, member.task = member.task, None
+            try:
+                reply = json.loads(member.connection.recv_bytes())
+            except (EOFError, OSError):
+                self.members.remove(member)
+                reply = {"failure": {"kind": "crash", "message": member.fate, "traceback": ""}}
+            yield task, reply
+
+    def close(self) -> None:
+        """Stop all workers at once: what they have published stays, what they were at is done again."""
+        for member in self.members:
+            member.process.kill()
+        for member in self.members:
+            member.process.wait()
+            member.connection.close()
+        self.members.clear()
+
+    def _start(self, lane: Lane) -> Member:
+        """Start a worker; its standard output goes to ours for errors, where it disturbs no result."""
+        ours, theirs = socket.socketpair()
+        with theirs:
+            command = [sys.executable, "-c", BOOT.format(theirs.fileno()), json.dumps(sys.path)]
+            process = subprocess.Popen(
+                command,
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+                stdout=2,
+                env=environment(self.jobs if lane == "wide" else 1),
+            )
+        member = Member(lane, process, Connection(ours.detach()))
+        self.members.append(member)
+        with suppress(OSError):
+            member.connection.send_bytes(json.dumps(self.hello).encode())
+        return member
+
+
+def environment(threads: int) -> dict[str, str]:
+    """Environment of a worker: numba on these threads, linear algebra on one, since its sums depend on their number."""
+    single = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
+    return os.environ | single | {"NUMBA_NUM_THREADS": str(threads)}

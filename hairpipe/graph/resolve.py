@@ -1,0 +1,115 @@
+"""From tasks to keys to what the store has: the part that a plan and a run share."""
+
+from pathlib import Path
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.code import Code, CodeReader
+from hairpipe.graph.fields import fields_of
+from hairpipe.graph.fingerprint import fingerprint, stamp_of
+from hairpipe.graph.graph import Graph, Node
+from hairpipe.graph.key import Parts, key_parts
+from hairpipe.graph.record import Record
+from hairpipe.graph.settings import map_files
+from hairpipe.graph.store import Store
+from hairpipe.graph.tasks import Inputs, Source, Task, sources, unroll
+
+
+class Resolver:
+    """Knows for every task what it needs, what its key is once that is known, and the result that is established.
+
+    frames   that are asked for; more are evaluated where a scan needs them
+    results  established so far, by task
+    """
+
+    def __init__(self, graph: Graph, store: Store, frames: tuple[int, ...]) -> None:
+        self.graph = graph
+        self.store = store
+        self.frames = frames
+        self.tasks: dict[Task, Inputs] = unroll(graph, frames)
+        self.results: dict[Task, Record] = {}
+        self.demanded: set[Task] = set()
+        self.codes = self._read_codes()
+        self.files = {node.name: self._file_stamps(node) for node in graph.nodes.values()}
+        self._settings = {node.name: self._key_settings(node) for node in graph.nodes.values()}
+        self._shown = {edge for _, _, edge in graph.consumers()}
+
+    def parts(self, task: Task) -> Parts:
+        """What the key of a task is made of; all that it needs must be established."""
+        node = self.graph.nodes[task.node]
+        time = {"frame": self.frame_of(task), "fps": self.graph.fps} if node.type.asks_time else None
+        code = self.codes[node.name].digest
+        return key_parts(node.type.name, code, self._settings[node.name], self.objects(task), time)
+
+    def objects(self, task: Task) -> dict[str, Any]:
+        """Names of the objects that go into a task, by socket and in the shape of its view."""
+        node, inputs = self.graph.nodes[task.node], self.tasks[task]
+        objects: dict[str, Any] = {}
+        for name, socket in node.type.sockets.items():
+            found = [self.object(source) for source in inputs.get(name, ())]
+            if socket.view == "frames" and found:
+                objects[name] = [list(pair) for pair in zip(self.frames, found, strict=True)]
+            else:
+                objects[name] = (found if socket.view == "pair" else found[0]) if found else None
+        if node.type.state is not None:
+            objects["previous"] = next((self.object(source) for source in inputs.get("previous", ())), None)
+        return objects
+
+    def object(self, source: Source) -> str:
+        """Name of the object that a source has given."""
+        return self.results[source.task].outputs[source.output].object
+
+    def frame_of(self, task: Task) -> int:
+        """The frame a node is told: its own, or the first of the run."""
+        return self.frames[0] if task.frame is None else task.frame
+
+    def find(self, task: Task, key: str) -> Record | None:
+        """Find the result of a task in the store, whole as far as it is needed."""
+        without = self.thinnable(self.graph.nodes[task.node]) if task not in self.demanded else None
+        return self.store.find(key, without=without)
+
+    def thinnable(self, node: Node) -> str | None:
+        """The output of a scan that only serves to go on from: it may be thinned away. None where it is looked at."""
+        state = node.type.state
+        return None if state is None or len(node.type.outputs) == 1 or (node.name, state) in self._shown else state
+
+    def missing(self, task: Task) -> set[Task]:
+        """Tasks whose objects a task needs but which the store no longer has."""
+        gone = set()
+        for source in sources(self.tasks[task]):
+            output = self.results[source.task].outputs[source.output]
+            if not all(self.store.has(name, size) for name, size in ((output.object, output.size), *output.parts)):
+                gone.add(source.task)
+        return gone
+
+    def settings(self, node: Node) -> dict[str, Any]:
+        """Settings as the node is called with: files by absolute path."""
+        return map_files(fields_of(node.type), node.settings, lambda _, file: str(self._path(file)))
+
+    def _path(self, file: str) -> Path:
+        return (self.graph.path.parent / file).absolute()
+
+    def _read_codes(self) -> dict[str, Code]:
+        reader = CodeReader(self.store.remember)
+        codes = {}
+        for node in self.graph.nodes.values():
+            codes[node.name] = reader.code_of(node.type.module)
+            self.store.remember(codes[node.name].digest, lambda found=codes[node.name]: found.manifest)
+        return codes
+
+    def _key_settings(self, node: Node) -> dict[str, Any]:
+        """Settings as they enter a key: files by their bytes, and by the suffix that tells a reader the format."""
+
+        def by_content(_: str, file: str) -> dict[str, str]:
+            try:
+                return {"file": fingerprint(self._path(file), self.store), "suffix": Path(file).suffix.lower()}
+            except OSError as error:
+                raise BadInput(f"{file} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
+
+        return map_files(fields_of(node.type), node.settings, by_content)
+
+    def _file_stamps(self, node: Node) -> dict[str, list[int]]:
+        """Stamps of a node's input files, taken before they are digested."""
+        paths: list[Path] = []
+        map_files(fields_of(node.type), node.settings, lambda _, file: paths.append(self._path(file)))
+        return {str(path): stamp_of(path) for path in paths}

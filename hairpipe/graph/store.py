@@ -1,0 +1,140 @@
+"""The store: records of actions by key, objects by content. It knows no types and trusts nothing it reads.
+
+    actions/ab/<key>.json       what was evaluated and which objects came of it
+    objects/ab/<name>           a value (.h5), the bytes of a file (.bin), or a file with companions (.set)
+    latest/<graph>/<node>.json  key of each frame's latest result, by which `plan` explains differences
+    notes/ab/<name>             what is cheap to know again: analysed source files, digests of input files
+    tmp/                        files and workspaces in the making
+    lock                        one byte range per key that is being evaluated
+
+Everything appears by rename; any number of processes may share a store, and one that is killed leaves nothing to mend.
+"""
+
+import json
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from hairpipe.graph.atomic import sweep, write_text
+from hairpipe.graph.record import Record, read_record, write_record
+
+
+class LostObject(Exception):
+    """An object that is needed is missing or was damaged, and has been removed."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"object {name} is missing or damaged")
+        self.name = name
+
+
+class Store:
+    """A folder of results; it is made when something is written.
+
+    read_only  writes and removes nothing, as a plan promises
+    """
+
+    def __init__(self, root: Path, *, read_only: bool = False) -> None:
+        self.root = root.absolute()
+        self.read_only = read_only
+        self.temporary = self.root / "tmp"
+
+    def sweep(self) -> int:
+        """Remove what killed processes left behind; returns how many files and folders."""
+        return sweep(self.temporary)
+
+    def action_path(self, key: str) -> Path:
+        """Where the record of a key lies."""
+        return self.root / "actions" / key[:2] / f"{key}.json"
+
+    def object_path(self, name: str) -> Path:
+        """Where an object lies."""
+        return self.root / "objects" / name[:2] / name
+
+    def find(self, key: str, *, without: str | None = None) -> Record | None:
+        """Find a result whose objects are all there, but for those of the output `without`; a damaged one is none."""
+        record = self.record(key)
+        if record and all(self.has(name, size) for name, size in record.objects(without)):
+            return record
+        return None
+
+    def record(self, key: str) -> Record | None:
+        """Read the record of a key, whether its objects are there or not; a damaged record is removed."""
+        path = self.action_path(key)
+        try:
+            text = path.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return None
+        except UnicodeDecodeError:
+            text = ""
+        record = read_record(text)
+        if record is None or record.key != key:
+            self.remove(path)
+            return None
+        return record
+
+    def has(self, name: str, size: int | None = None) -> bool:
+        """Whether an object is there with the right size; its bytes are checked when it is read."""
+        path = self.object_path(name)
+        try:
+            found = path.stat().st_size
+        except OSError:
+            return False
+        if size is None or found == size:
+            return True
+        self.remove(path)
+        return False
+
+    def add(self, record: Record) -> None:
+        """Keep a record; its objects are in the store already."""
+        write_text(self.action_path(record.key), write_record(record), self.temporary)
+
+    def touch(self, key: str) -> None:
+        """Note that a result was used, for those who clean by age."""
+        with suppress(OSError):
+            os.utime(self.action_path(key))
+
+    def remove(self, path: Path) -> None:
+        """Remove a file of the store."""
+        if not self.read_only:
+            with suppress(OSError):
+                path.unlink(missing_ok=True)
+
+    def recall(self, name: str) -> str | None:
+        """Give the text noted under a name; None where there is none that can be read."""
+        try:
+            note = json.loads((self.root / "notes" / name[:2] / name).read_text(encoding="utf-8"))["note"]
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+        return note if isinstance(note, str) else None
+
+    def remember(self, name: str, make: Callable[[], str]) -> str:
+        """Give the text noted under a name, or make and note it."""
+        known = self.recall(name)
+        if known is None:
+            known = make()
+            self.note(name, known)
+        return known
+
+    def note(self, name: str, text: str) -> None:
+        """Note a text under a name."""
+        if not self.read_only:
+            with suppress(OSError):  # a note saves time and nothing else
+                write_text(self.root / "notes" / name[:2] / name, json.dumps({"note": text}), self.temporary)
+
+    def latest(self, graph: str, node: str) -> dict[str, str]:
+        """Keys of the latest results of a node, by frame as text ("" for the shot)."""
+        try:
+            keys = json.loads(self._latest_path(graph, node).read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            return {}
+        return keys if isinstance(keys, dict) else {}
+
+    def set_latest(self, graph: str, node: str, keys: dict[str, str]) -> None:
+        """Note the latest results of a node; frames that are not given stay as they were."""
+        known = self.latest(graph, node)
+        if any(known.get(frame) != key for frame, key in keys.items()):
+            write_text(self._latest_path(graph, node), json.dumps(known | keys), self.temporary)
+
+    def _latest_path(self, graph: str, node: str) -> Path:
+        return self.root / "latest" / graph / f"{node}.json"

@@ -1,0 +1,89 @@
+"""A graph unrolled over frames: which evaluation needs which."""
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
+
+from hairpipe.graph.graph import Graph, Node
+
+
+class Task(NamedTuple):
+    """A node at a frame; the frame of a value for the shot is None."""
+
+    node: str
+    frame: int | None
+
+    def __str__(self) -> str:
+        """Write `hair@12`, or `groom`."""
+        return self.node if self.frame is None else f"{self.node}@{self.frame}"
+
+
+class Source(NamedTuple):
+    """Where a value comes from: an output of a task."""
+
+    task: Task
+    output: str
+
+
+Inputs = dict[str, list[Source]]
+"""What each socket of a task sees: one source; the previous and the current one; or one for every frame."""
+
+
+def inputs_of(graph: Graph, task: Task, frames: tuple[int, ...]) -> Inputs:
+    """List the sources of a task; `frames` are those that a `Frames` socket sees.
+
+    At the first frame of the graph a pair is the current value twice, and a scan has no `previous`.
+    """
+    node = graph.nodes[task.node]
+    inputs: Inputs = {}
+    for name, edge in node.edges.items():
+        source = graph.nodes[edge.node]
+        seen = frames_seen(node.type.sockets[name].view, task.frame, frames, graph.frames[0])
+        inputs[name] = [Source(at(source, frame), edge.output) for frame in seen]
+    if node.type.state is not None and task.frame is not None and task.frame > graph.frames[0]:
+        inputs["previous"] = [Source(Task(task.node, task.frame - 1), node.type.state)]
+    return inputs
+
+
+def frames_seen(view: str, frame: int | None, frames: tuple[int, ...], first: int) -> Iterable[int | None]:
+    """Frames of its source that a socket sees."""
+    if view == "frames":
+        return frames
+    if view == "pair" and frame is not None:
+        return (max(frame - 1, first), frame)
+    return (frame,)
+
+
+def at(node: Node, frame: int | None) -> Task:
+    """The task of a node at a frame; a value for the shot is the same at all of them."""
+    return Task(node.name, frame if node.per_frame else None)
+
+
+def unroll(graph: Graph, frames: tuple[int, ...]) -> dict[Task, Inputs]:
+    """List the tasks behind all nodes at these frames, each after those it needs.
+
+    A scan needs every frame from the first of the graph on, whatever is selected.
+    """
+    tasks: dict[Task, Inputs] = {}
+    wanted: set[Task] = set()
+    for node in reversed(graph.nodes.values()):
+        wanted |= {at(node, frame) for frame in frames}
+        own = {task.frame for task in wanted if task.node == node.name}
+        if node.type.mode == "scan":
+            own = set(range(graph.frames[0], max(own) + 1))
+        for frame in own:
+            task = Task(node.name, frame)
+            tasks[task] = inputs_of(graph, task, frames)
+            wanted |= {source.task for source in sources(tasks[task])}
+    return {task: tasks[task] for task in sorted(tasks, key=order_of(graph))}
+
+
+def sources(inputs: Inputs) -> Iterator[Source]:
+    """Iterate over all sources of a task."""
+    for found in inputs.values():
+        yield from found
+
+
+def order_of(graph: Graph) -> Callable[[Task], tuple[int, int]]:
+    """Order tasks so that each stands after those it needs: by node, then by frame."""
+    rank = {name: number for number, name in enumerate(graph.nodes)}
+    return lambda task: (rank[task.node], task.frame or 0)

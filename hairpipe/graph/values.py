@@ -1,0 +1,180 @@
+"""Values in the store: written by what they are, read back only when they are whole. This is the workers' side.
+
+The codec is handed in: a module that takes a value apart into a tree of arrays and scalars, digests it, writes and
+reads it, and builds it again. What a node is given is always a fresh copy built from such a tree, so that a node cannot
+change what another one sees, and a value that was just computed is the same, byte for byte, as one that was read.
+"""
+
+import copy
+import errno
+import json
+import os
+import shutil
+from collections import OrderedDict
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.atomic import replacing
+from hairpipe.graph.canonical import digest
+from hairpipe.graph.files import File
+from hairpipe.graph.fingerprint import digest_file
+from hairpipe.graph.record import Output
+from hairpipe.graph.store import LostObject, Store
+
+MARGIN = 16 << 20
+"""Room that is left on a disk: a file that does not fit is refused before it is begun [bytes]."""
+
+
+class Codec(Protocol):
+    """What values are written with; `hairpipe.io.hdf5` is one."""
+
+    take_apart: Callable[[Any], Any]
+    digest_tree: Callable[[Any], str]
+    nbytes: Callable[[Any], int]
+    write: Callable[[Any, Path], None]
+    read: Callable[[Path], Any]
+    build: Callable[[Any, Any], Any]
+
+
+class Values:
+    """Reads and writes values of a store; the latest ones stay in memory.
+
+    limit  of the memory that values kept for later may take [bytes]
+    """
+
+    def __init__(self, store: Store, codec: Codec, limit: int) -> None:
+        self.store = store
+        self.codec = codec
+        self.limit = limit
+        self._trees: OrderedDict[str, Any] = OrderedDict()
+        self._held = 0
+        self._verified: set[str] = set()
+
+    def get(self, name: str, kind: type) -> Any:
+        """Read a value of this type; LostObject where it is not there, whole."""
+        if kind is File:
+            return self._get_file(name)
+        tree = self._trees.get(name)
+        if tree is None:
+            tree = self._read(name)
+            self._keep(name, tree)
+        else:
+            self._trees.move_to_end(name)
+        return self.codec.build(kind, copy.deepcopy(tree))
+
+    def put(self, value: Any, kind: type, workspace: Path | None) -> Output:
+        """Write a value under the name of its content; TypeError where it is not of the declared type."""
+        if not isinstance(value, kind):
+            raise TypeError(f"returned a {type(value).__name__}, declared {kind.__name__}")
+        if isinstance(value, File):
+            return self._put_file(value, workspace)
+        tree = self.codec.take_apart(value)
+        name = self.codec.digest_tree(tree) + ".h5"
+        size = self._write(name, self.codec.nbytes(tree), lambda path: self.codec.write(tree, path))
+        self._keep(name, copy.deepcopy(tree))  # the node's arrays may be views of larger ones, or still its own
+        return Output(name, size)
+
+    def _read(self, name: str) -> Any:
+        """Read a tree and check its digest."""
+        path = self.store.object_path(name)
+        with suppress(FileNotFoundError, BadInput):
+            tree = self.codec.read(path)
+            if self.codec.digest_tree(tree) + ".h5" == name:
+                return tree
+        self._lose(name)
+
+    def _keep(self, name: str, tree: Any) -> None:
+        """Keep a tree in memory, and let go of the ones that were not used for longest."""
+        self._held += self.codec.nbytes(tree) - (self.codec.nbytes(self._trees[name]) if name in self._trees else 0)
+        self._trees[name] = tree
+        self._trees.move_to_end(name)
+        while self._held > self.limit and self._trees:
+            self._held -= self.codec.nbytes(self._trees.popitem(last=False)[1])
+
+    def _lose(self, name: str) -> None:
+        self.store.remove(self.store.object_path(name))
+        raise LostObject(name)
+
+    def _get_file(self, name: str) -> File:
+        """Check the bytes of a file, and of those beside it."""
+        if name.endswith(".bin"):
+            return File(self._checked(name))
+        path = self.store.object_path(name)
+        with suppress(OSError, ValueError):
+            listing = json.loads(path.read_text(encoding="utf-8"))
+            if set_name(listing) == name:
+                parts = {label: self._checked(part) for label, part in listing["companions"].items()}
+                return File(self._checked(listing["path"]), parts)
+        self._lose(name)
+
+    def _checked(self, name: str) -> Path:
+        path = self.store.object_path(name)
+        if name not in self._verified:
+            with suppress(OSError):
+                if digest_file(path) + ".bin" == name:
+                    self._verified.add(name)
+        if name not in self._verified or not path.exists():
+            self._lose(name)
+        return path
+
+    def _put_file(self, file: File, workspace: Path | None) -> Output:
+        """Store the bytes of a file; with companions, a list of files by name is the object."""
+        main = self._put_bytes(file.path, workspace)
+        if not file.companions:
+            return main
+        parts = {checked_name(label): self._put_bytes(path, workspace) for label, path in file.companions.items()}
+        listing = {"path": main.object, "companions": {label: part.object for label, part in parts.items()}}
+        name, text = set_name(listing), json.dumps(listing)
+        size = self._write(name, len(text), lambda path: write_listing(path, text))
+        return Output(name, size, tuple((part.object, part.size) for part in (main, *parts.values())))
+
+    def _put_bytes(self, path: Path, workspace: Path | None) -> Output:
+        path = path.resolve()
+        name = digest_file(path) + ".bin"
+        inside = workspace is not None and path.is_relative_to(workspace.resolve())
+        return Output(
+            name, self._write(name, path.stat().st_size, lambda to: (os.link if inside else copy_file)(path, to))
+        )
+
+    def _write(self, name: str, expected: int, write: Callable[[Path], None]) -> int:
+        """Write an object unless it is there; returns its size [bytes]."""
+        path = self.store.object_path(name)
+        if not path.exists():
+            check_space(self.store.root, expected)
+            with replacing(path, self.store.temporary) as temporary:
+                write(temporary)
+                temporary.chmod(0o444)
+        return path.stat().st_size
+
+
+def copy_file(source: Path, target: Path) -> None:
+    """Copy the bytes of a file, nothing else."""
+    shutil.copyfile(source, target)
+
+
+def write_listing(path: Path, text: str) -> None:
+    """Write the list of a file and its companions."""
+    path.write_text(text, encoding="utf-8")
+
+
+def check_space(root: Path, needed: int) -> None:
+    """Raise the error of a full disk before a file is begun that does not fit: half a file helps nobody."""
+    root.mkdir(parents=True, exist_ok=True)
+    if shutil.disk_usage(root).free < needed + MARGIN:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(root))
+
+
+def set_name(listing: dict[str, Any]) -> str:
+    """Name a file with companions by what belongs to it."""
+    return digest("set", listing) + ".set"
+
+
+def checked_name(label: str) -> str:
+    """Refuse the name of a companion that would lead out of the folder of its file."""
+    parts: Iterable[str] = Path(label).parts
+    if not label or Path(label).is_absolute() or ".." in parts or "\0" in label:
+        raise ValueError(f"companion {label!r} is no relative name")
+    return label

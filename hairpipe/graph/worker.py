@@ -1,0 +1,190 @@
+"""A worker process: evaluates one action at a time, reads and writes the store, and speaks JSON over a pipe.
+
+A job names a node type, settings, the objects of its inputs and the time; the reply is the record that was added to the
+store, the object that was lost, or what went wrong. A worker dies with its coordinator.
+"""
+
+import ctypes
+import errno
+import importlib
+import json
+import os
+import shutil
+import signal
+import sys
+import time
+import traceback
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.atomic import temporary_name
+from hairpipe.graph.catalogue import Catalogue
+from hairpipe.graph.declare import SINGLE, NodeType
+from hairpipe.graph.files import Workspace
+from hairpipe.graph.fingerprint import stamp_of
+from hairpipe.graph.frames import Frames, Pair, Time
+from hairpipe.graph.record import Output, Record
+from hairpipe.graph.settings import build_settings
+from hairpipe.graph.store import LostObject, Store
+from hairpipe.graph.values import Values
+
+MOST_WARNINGS = 20
+PR_SET_PDEATHSIG = 1
+FULL = (errno.ENOSPC, errno.EDQUOT)
+
+Job = dict[str, Any]
+Reply = dict[str, Any]
+
+
+class Worker:
+    """Evaluates jobs with the node types and the store of one run."""
+
+    def __init__(self, hello: Job, is_orphan: Callable[[], bool]) -> None:
+        self.catalogue = Catalogue(Path(hello["folder"]))
+        self.store = Store(Path(hello["store"]))
+        self.values = Values(self.store, importlib.import_module(hello["codec"]), hello["memory"])
+        self.is_orphan = is_orphan
+
+    def reply(self, job: Job) -> Reply:
+        """Evaluate a job; whatever goes wrong is part of the reply."""
+        try:
+            return {"record": asdict(self.evaluate(job))}
+        except LostObject as error:
+            return {"lost": error.name}
+        except BadInput as error:
+            return failure("input", str(error))
+        except OSError as error:
+            kind = "disk" if is_full(error) else "node"
+            return failure(kind, f"{type(error).__name__}: {error}")
+        except Exception as error:  # a node may raise anything; the run goes on and says which node it was
+            return failure("node", f"{type(error).__name__}: {error}")
+
+    def evaluate(self, job: Job) -> Record:
+        """Evaluate a job and add its record to the store."""
+        node_type = self.catalogue.find(job["type"])
+        with workspace(self.store, node_type.asks_workspace) as folder:
+            arguments = self._arguments(node_type, job, folder)
+            begun = time.perf_counter()
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                result = node_type.function(**arguments)
+            seconds = time.perf_counter() - begun
+            del arguments
+            check_files(job)
+            outputs = self._put(node_type, result, folder)
+        record = Record(
+            key=job["key"],
+            node=job["node"],
+            frame=job["frame"],
+            parts=job["parts"],
+            outputs=outputs,
+            state=node_type.state,
+            seconds=seconds,
+            warnings=tuple(spoken(caught)),
+            created=time.time(),
+        )
+        if self.is_orphan():
+            raise SystemExit(1)
+        self.store.add(record)
+        return record
+
+    def _arguments(self, node_type: NodeType, job: Job, folder: Path | None) -> dict[str, Any]:
+        """Build the arguments of a node: sockets, what it asks of the engine, settings."""
+        arguments: dict[str, Any] = {}
+        for name, socket in node_type.sockets.items():
+            arguments[name] = self._input(job["inputs"].get(name), socket.view, socket.type)
+        for name in node_type.asks_time:
+            arguments[name] = Time(job["time"]["frame"], job["time"]["fps"])
+        for name in node_type.asks_workspace:
+            arguments[name] = Workspace(folder)
+        if node_type.state is not None:
+            state = job["inputs"]["previous"]
+            arguments["previous"] = state and self.values.get(state, node_type.outputs[node_type.state])
+        return arguments | build_settings(node_type, job["settings"])
+
+    def _input(self, given: Any, view: str, kind: type) -> Any:
+        """Read what a socket sees."""
+        if given is None:
+            return None
+        if view == "now":
+            return self.values.get(given, kind)
+        if view == "pair":
+            return Pair(*(self.values.get(name, kind) for name in given))
+        names = dict(given)
+        return Frames(tuple(names), lambda frame: self.values.get(names[frame], kind))
+
+    def _put(self, node_type: NodeType, result: Any, folder: Path | None) -> dict[str, Output]:
+        """Write the outputs of a node."""
+        results = {SINGLE: result} if SINGLE in node_type.outputs else result._asdict()
+        return {name: self.values.put(results[name], kind, folder) for name, kind in node_type.outputs.items()}
+
+
+@contextmanager
+def workspace(store: Store, wanted: object) -> Iterator[Path | None]:
+    """Make an empty folder, and remove it with all that was left in it."""
+    if not wanted:
+        yield None
+        return
+    folder = temporary_name(store.temporary)
+    folder.mkdir()
+    try:
+        yield folder
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def check_files(job: Job) -> None:
+    """Refuse a result whose input files were written to meanwhile: its key would lie."""
+    for path, stamp in job["files"].items():
+        if stamp_of(Path(path)) != stamp:
+            raise BadInput("changed while it was read", where=path, right="run again when it is complete")
+
+
+def failure(kind: str, message: str) -> Reply:
+    """Describe the exception at hand."""
+    return {"failure": {"kind": kind, "message": message, "traceback": traceback.format_exc()}}
+
+
+def is_full(error: OSError) -> bool:
+    """Whether an error says that a disk is full; HDF5 says it in words only."""
+    return error.errno in FULL or f"errno = {errno.ENOSPC}" in str(error)
+
+
+def spoken(caught: list[warnings.WarningMessage]) -> list[str]:
+    """Keep what warnings say to the user, each once."""
+    meant = [str(w.message) for w in caught if issubclass(w.category, UserWarning | RuntimeWarning)]
+    return list(dict.fromkeys(meant))[:MOST_WARNINGS]
+
+
+def die_with_parent() -> None:
+    """Ask Linux to end this process when its parent ends; elsewhere the end of the pipe does it, between jobs."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def is_closed(connection: Connection) -> bool:
+    """Whether the other end is gone: it never sends anything while a job is being evaluated."""
+    try:
+        return connection.poll(0)
+    except OSError:
+        return True
+
+
+def main(descriptor: int) -> None:
+    """Serve a coordinator until it is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group; the coordinator decides
+    die_with_parent()
+    connection = Connection(descriptor)
+    try:
+        worker = Worker(json.loads(connection.recv_bytes()), lambda: is_closed(connection))
+        while True:
+            job = json.loads(connection.recv_bytes())
+            connection.send_bytes(json.dumps(worker.reply(job)).encode())
+    except (EOFError, OSError):
+        os._exit(0)
