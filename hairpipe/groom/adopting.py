@@ -1,0 +1,78 @@
+"""Strands made elsewhere become a groom: thinned, cut into equal segments, bound to the body."""
+
+import warnings
+
+import numpy as np
+
+from hairpipe.data import Body, Groom
+from hairpipe.errors import BadInput
+from hairpipe.groom.binding import bind_roots, name_strands, root_frames
+from hairpipe.groom.resampling import equal_segments
+from hairpipe.groom.surface import site_uv
+
+SHORTEST = 1e-6  # strand that is a curve and not a point [m]
+
+
+def adopt(
+    body: Body, points: np.ndarray, offsets: np.ndarray, *, segments: int | None, strands: int | None, reach: float
+) -> Groom:
+    """Return strands as a groom; their ids are their places in what was given.
+
+    points    of all strands, root first [m], (p, 3) float64
+    offsets   strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
+    segments  of every strand; as many as it has where None
+    strands   how many to keep, evenly spread over their order; all where None
+    reach     farthest a root may lie from the body [m]
+    Raise BadInput naming strands that are no curves or whose roots are too far off; warn of roots in one place.
+    """
+    ids = choose_strands(len(offsets) - 1, strands)
+    points, offsets = take_strands(points, offsets, ids)
+    refuse_points(points, offsets, ids)
+    counts = np.diff(offsets) - 1 if segments is None else np.full(len(ids), segments)
+    cut = offsets_of(counts + 1)
+    points = equal_segments(points, offsets, cut)
+    roots = points[cut[:-1]]
+    warn_of_shared_roots(roots)
+    sites = bind_roots(body.mesh, roots, reach, ids)
+    frames = root_frames(body.mesh.points, body.mesh.triangles, *sites)
+    return Groom(points, cut, ids, *sites, frames, site_uv(body.mesh, sites))
+
+
+def choose_strands(total: int, wanted: int | None) -> np.ndarray:
+    """Return which of total strands to keep, evenly spread, (S,) int32."""
+    kept = total if wanted is None else min(wanted, total)
+    return (np.arange(kept, dtype=np.int64) * total // max(kept, 1)).astype(np.int32)
+
+
+def offsets_of(counts: np.ndarray) -> np.ndarray:
+    """Return the offsets of strands with given numbers of points, (S+1,) int32."""
+    return np.concatenate(([0], np.cumsum(counts))).astype(np.int32)
+
+
+def take_strands(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points and offsets of some of the strands."""
+    kept = offsets_of(np.diff(offsets)[ids])
+    shift = np.repeat(offsets[ids] - kept[:-1], np.diff(kept))
+    return np.ascontiguousarray(points[np.arange(kept[-1]) + shift], dtype=np.float64), kept
+
+
+def refuse_points(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> None:
+    """Raise BadInput where there are no strands, or some are not curves of finite points."""
+    if len(ids) == 0:
+        raise BadInput("there are no strands", right="at least one")
+    strand = np.repeat(np.arange(len(ids)), np.diff(offsets))
+    broken = np.bincount(strand, ~np.isfinite(points).all(axis=1), len(ids)) > 0
+    if broken.any():
+        raise BadInput(f"{name_strands(ids[broken])} have points that are not finite", right="finite coordinates")
+    inside = strand[1:] == strand[:-1]
+    pieces = np.linalg.norm(np.diff(points, axis=0), axis=1) * inside
+    lengths = np.bincount(strand[1:], pieces, len(ids))
+    if np.any(lengths < SHORTEST):
+        raise BadInput(f"{name_strands(ids[lengths < SHORTEST])} have no length", right="two points apart, or more")
+
+
+def warn_of_shared_roots(roots: np.ndarray) -> None:
+    """Warn where several strands grow from one and the same point."""
+    shared = len(roots) - len(np.unique(roots, axis=0))
+    if shared:
+        warnings.warn(f"{shared} strands grow from a point from which another grows", stacklevel=3)

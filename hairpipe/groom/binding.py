@@ -1,0 +1,64 @@
+"""Roots bound to the body: a place in a triangle, and the frame that the triangle carries along."""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.data import Mesh
+from hairpipe.errors import BadInput
+from hairpipe.groom.closest import project
+from hairpipe.groom.surface import Sites
+from hairpipe.groom.tree import plant
+from hairpipe.groom.vectors import cross, minus, plus, row, times, unit
+
+MOST_NAMED = 5
+
+
+def bind_roots(mesh: Mesh, roots: np.ndarray, reach: float, ids: np.ndarray) -> Sites:
+    """Return the sites of a mesh closest to the roots [m], (S, 3).
+
+    A root off the surface stays where it is: it keeps its coordinates in the frame of its site, and moves with it.
+    Raise BadInput naming strands by their ids, (S,), where roots lie farther than reach [m] from the mesh.
+    """
+    sites, distances = project(plant(mesh), roots)
+    far = distances > reach
+    if far.any():
+        raise BadInput(
+            f"roots up to {distances.max():.3g} m off the body: {name_strands(ids[far])}",
+            right=f"every root within reach = {reach:g} m of the body; look at the unit and the up axis",
+        )
+    return sites
+
+
+def name_strands(ids: np.ndarray) -> str:
+    """Return the first of some ids of strands and how many more there are, for a message."""
+    named = ", ".join(map(str, ids[:MOST_NAMED]))
+    return f"strands {named}" + (f" and {len(ids) - MOST_NAMED} more" if len(ids) > MOST_NAMED else "")
+
+
+@njit(cache=True, parallel=True)
+def root_frames(
+    points: np.ndarray, triangles: np.ndarray, root_triangles: np.ndarray, root_barycentrics: np.ndarray
+) -> np.ndarray:
+    """Return the frames of roots on a mesh, (S, 3, 4) float64: columns tangent, bitangent, outward normal, origin [m].
+
+    The tangent runs along the first edge of the triangle. At rest and in a pose it is the same function, so that a hair
+    follows the body by the product of the one frame with the inverse of the other, which at rest is the identity.
+
+    points             of the mesh [m], (n, 3) float64
+    triangles          (m, 3) int32
+    root_triangles     triangle of every root, (S,) int32
+    root_barycentrics  where in it, (S, 3) float64
+    """
+    frames = np.empty((len(root_triangles), 3, 4))
+    for s in prange(len(root_triangles)):
+        t, w = root_triangles[s], row(root_barycentrics, s)
+        a, b, c = row(points, triangles[t, 0]), row(points, triangles[t, 1]), row(points, triangles[t, 2])
+        ab = minus(b, a)
+        tangent = unit(ab, (1.0, 0.0, 0.0))
+        normal = unit(cross(ab, minus(c, a)), (0.0, 0.0, 1.0))
+        bitangent = cross(normal, tangent)
+        origin = plus(plus(times(w[0], a), times(w[1], b)), times(w[2], c))
+        for k in range(3):
+            frames[s, k, 0], frames[s, k, 1] = tangent[k], bitangent[k]
+            frames[s, k, 2], frames[s, k, 3] = normal[k], origin[k]
+    return frames

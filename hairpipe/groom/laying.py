@@ -1,0 +1,66 @@
+"""The axis of a strand: it leaves the skin, bends over, slides along the body and hangs."""
+
+import numpy as np
+from numba import njit
+
+from hairpipe.groom.closest import FACE, distance_and_normal
+from hairpipe.groom.resampling import put
+from hairpipe.groom.tree import Tree
+from hairpipe.groom.vectors import Vector, dot, length, minus, mix, plus, row, times, unit
+
+DOWN = (0.0, -1.0, 0.0)
+FADE = 0.01  # above the layer it lies in, over which a strand leaves the comb to gravity [m]
+RISE = 0.03  # from the root, over which a strand rises to its layer [m]
+
+
+@njit(cache=True)
+def pull(comb: Vector, touch: float, normal: Vector) -> Vector:
+    """Return the direction a strand is pulled, never into the body: gravity, and the comb as far as it touches."""
+    direction = unit(plus(DOWN, times(touch, comb)), DOWN)
+    return minus(direction, times(touch * min(dot(direction, normal), 0.0), normal))
+
+
+@njit(cache=True)
+def lay(
+    tree: Tree, axis: np.ndarray, ahead: Vector, triangle: int, comb: Vector, layer: float, bend: float, step: float
+) -> None:
+    """Write a polyline (k, 3) with a point every step [m] from its first point, which is the root.
+
+    ahead     unit direction in which it leaves the skin
+    triangle  of the body that it grows from
+    comb      pull where it touches the body, in units of gravity
+    layer     distance from the body at which it slides along [m]
+    bend      length over which it turns to where it is pulled [m]
+    """
+    here, normal = row(axis, 0), row(tree.normals[triangle], FACE)
+    gap, need, free = 0.0, 0.0, 0.0
+    for k in range(1, len(axis)):
+        touch = min(max(1.0 - (gap - need) / FADE, 0.0), 1.0)
+        ahead = unit(mix(ahead, pull(comb, touch, normal), min(step / bend, 1.0)), ahead)
+        there = plus(here, times(step, ahead))
+        need = layer * (1.0 - np.exp(-k * step / RISE))
+        free -= step
+        if free <= 0.0:
+            gap, normal, triangle = distance_and_normal(tree, there, triangle)
+            free = gap - layer - FADE
+        if gap < need:
+            ahead = unit(minus(plus(there, times(need - gap, normal)), here), ahead)
+            there, gap = plus(here, times(step, ahead)), need
+        put(axis, k, there)
+        here = there
+
+
+@njit(cache=True)
+def lift_off(tree: Tree, curve: np.ndarray, triangle: int, gap: float) -> None:
+    """Move the points of a polyline (k, 3) but the first out of the body, in place, to clear it by a gap [m]."""
+    free = 0.0
+    before = row(curve, 0)
+    for k in range(1, len(curve)):
+        here = row(curve, k)
+        free -= length(minus(here, before))
+        before = here
+        if free <= 0.0:
+            d, normal, triangle = distance_and_normal(tree, here, triangle)
+            free = d - gap
+            if d < gap:
+                put(curve, k, plus(here, times(gap - d, normal)))

@@ -1,0 +1,120 @@
+"""Curves cut into segments of equal length: every new point lies on the curve, one chord from the last."""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.groom.vectors import Vector, dot, length, minus, mix, plus, row, times, unit
+
+HALVINGS = 60  # of the interval that holds the chord: down to rounding
+PIECES = 8  # of a smooth span, as a polyline
+SLACK = 1e-9  # by which the arc may come out short of the chords of a straight strand
+
+
+@njit(cache=True)
+def put(array: np.ndarray, i: int, a: Vector) -> None:
+    """Write a vector into row i of an array (n, 3), in place."""
+    array[i, 0], array[i, 1], array[i, 2] = a
+
+
+@njit(cache=True)
+def cut_by_sphere(a: Vector, b: Vector, centre: Vector, radius: float) -> Vector:
+    """Return the point between a, inside a sphere, and b, outside it, at which it is crossed."""
+    ab, ca = minus(b, a), minus(a, centre)
+    square, half, rest = dot(ab, ab), dot(ab, ca), dot(ca, ca) - radius * radius
+    root = np.sqrt(max(half * half - square * rest, 0.0))
+    t = (root - half) / square if half <= 0.0 else -rest / (root + half)
+    return mix(a, b, min(max(t, 0.0), 1.0))
+
+
+@njit(cache=True)
+def stride(curve: np.ndarray, chord: float, points: np.ndarray) -> int:
+    """Walk along a polyline (k, 3) with dividers opened to a chord [m]; return how many points (n, 3) were reached.
+
+    The first point is that of the polyline; those beyond its end are not written.
+    """
+    here = a = row(curve, 0)
+    put(points, 0, here)
+    k = 1
+    for i in range(1, len(points)):
+        while k < len(curve) and length(minus(row(curve, k), here)) < chord:
+            a, k = row(curve, k), k + 1
+        if k == len(curve):
+            return i
+        here = a = cut_by_sphere(a, row(curve, k), here, chord)
+        put(points, i, here)
+    return len(points)
+
+
+@njit(cache=True)
+def stride_on(curve: np.ndarray, chord: float, points: np.ndarray) -> None:
+    """Do the same, and go straight on beyond the end of the polyline until all points are written."""
+    reached, last = stride(curve, chord, points), len(curve) - 1
+    ahead = unit(minus(row(curve, last), row(curve, last - 1)), (0.0, -1.0, 0.0))
+    for i in range(reached, len(points)):
+        put(points, i, plus(row(points, i - 1), times(chord, ahead)))
+
+
+@njit(cache=True)
+def arc_length(curve: np.ndarray) -> float:
+    """Return the length of a polyline [m]."""
+    total = 0.0
+    for k in range(1, len(curve)):
+        total += length(minus(row(curve, k), row(curve, k - 1)))
+    return total
+
+
+@njit(cache=True)
+def divide(curve: np.ndarray, points: np.ndarray) -> None:
+    """Write points (n + 1, 3) that divide a polyline into n equal chords, from its first point to its last.
+
+    The chord is found by bisection: n of them reach no farther than the arc, and no less far than the straight line.
+    """
+    n = len(points) - 1
+    low = length(minus(row(curve, len(curve) - 1), row(curve, 0))) / n * (1.0 - SLACK)
+    high = arc_length(curve) / n * (1.0 + SLACK)
+    for _ in range(HALVINGS):
+        chord = 0.5 * (low + high)
+        if stride(curve, chord, points) > n:
+            low = chord
+        else:
+            high = chord
+    stride_on(curve, low, points)
+
+
+@njit(cache=True)
+def smooth(points: np.ndarray) -> np.ndarray:
+    """Return the uniform Catmull-Rom curve through points (k, 3), its ends pinned, as a polyline."""
+    spans = len(points) - 1
+    curve = np.empty((spans * PIECES + 1, 3))
+    for i in range(spans):
+        b, c = row(points, i), row(points, i + 1)
+        a = row(points, i - 1) if i > 0 else minus(times(2.0, b), c)
+        d = row(points, i + 2) if i + 2 <= spans else minus(times(2.0, c), b)
+        for j in range(PIECES):
+            put(curve, i * PIECES + j, catmull_rom(a, b, c, d, j / PIECES))
+    put(curve, spans * PIECES, row(points, spans))
+    return curve
+
+
+@njit(cache=True)
+def catmull_rom(a: Vector, b: Vector, c: Vector, d: Vector, t: float) -> Vector:
+    """Return the uniform Catmull-Rom curve at t, from b at 0 to c at 1."""
+    wa, wd = -0.5 * t * (1.0 - t) ** 2, -0.5 * t * t * (1.0 - t)
+    wb = 1.0 - 2.5 * t * t + 1.5 * t**3
+    wc = 1.0 - wa - wb - wd
+    return plus(plus(times(wa, a), times(wb, b)), plus(times(wc, c), times(wd, d)))
+
+
+@njit(cache=True, parallel=True)
+def equal_segments(points: np.ndarray, offsets: np.ndarray, new_offsets: np.ndarray) -> np.ndarray:
+    """Return strands cut anew, along smooth curves through their points, into segments of equal length each.
+
+    points       of all strands [m], (p, 3) float64; no strand without length
+    offsets      strand s owns points offsets[s]:offsets[s+1], (S+1,)
+    new_offsets  the same for the points returned, (S+1,)
+    """
+    cut = np.empty((new_offsets[-1], 3))
+    for s in prange(len(offsets) - 1):
+        curve = smooth(points[offsets[s] : offsets[s + 1]])
+        divide(curve, cut[new_offsets[s] : new_offsets[s + 1]])
+    return cut

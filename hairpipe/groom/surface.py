@@ -1,0 +1,71 @@
+"""Places on a triangle mesh, and which triangle lies across each edge."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.data import Mesh
+
+
+class Sites(NamedTuple):
+    """Points on the surface of a mesh.
+
+    triangles     the triangle each lies in, (k,) int32
+    barycentrics  where in it, (k, 3) float64, rows sum to 1
+    """
+
+    triangles: np.ndarray
+    barycentrics: np.ndarray
+
+
+def site_points(mesh: Mesh, sites: Sites) -> np.ndarray:
+    """Return the positions of sites on a mesh [m], (k, 3) float64."""
+    return blend_corners(mesh.points[mesh.triangles[sites.triangles]], sites)
+
+
+def site_uv(mesh: Mesh, sites: Sites) -> np.ndarray:
+    """Return the texture coordinates of sites, (k, 2) float32; zero where the mesh has none."""
+    if mesh.uv is None:
+        return np.zeros((len(sites.triangles), 2), np.float32)
+    return blend_corners(mesh.uv[sites.triangles], sites).astype(np.float32)
+
+
+def blend_corners(corners: np.ndarray, sites: Sites) -> np.ndarray:
+    """Return values at sites from those at the three corners of their triangles, (k, 3, ...) to (k, ...)."""
+    return np.einsum("kc,kc...->k...", sites.barycentrics, corners)
+
+
+def area_vectors(mesh: Mesh) -> np.ndarray:
+    """Return the outward normal of every triangle times its area [m^2], (m, 3) float64."""
+    a, b, c = np.moveaxis(mesh.points[mesh.triangles], 1, 0)
+    return 0.5 * np.cross(b - a, c - a)
+
+
+def unit_normals(mesh: Mesh) -> np.ndarray:
+    """Return the outward unit normal of every triangle, (m, 3) float64; zero for a triangle without area."""
+    return normalized(area_vectors(mesh))
+
+
+def normalized(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors scaled to unit length, (..., 3) float64; a zero vector stays zero."""
+    lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)
+
+
+def twin_corners(triangles: np.ndarray) -> np.ndarray:
+    """Return, for the edge opposite to corner k of triangle t, the corner that faces it from the other side.
+
+    Corners are numbered 3 t + k; the answer is (m, 3) int32, with -1 where an edge belongs to one triangle only, to
+    more than two, or to two that disagree on which side is outside.
+    """
+    tails, heads = np.roll(triangles, -1, axis=1).ravel(), np.roll(triangles, -2, axis=1).ravel()
+    stride = np.int64(triangles.max(initial=0)) + 1
+    keys, wanted = tails * stride + heads, heads * stride + tails
+    order = np.argsort(keys, kind="stable")
+    ordered = keys[order]
+    first, last = np.searchsorted(ordered, wanted, "left"), np.searchsorted(ordered, wanted, "right")
+    own = np.searchsorted(ordered, keys, "right") - np.searchsorted(ordered, keys, "left")
+    paired = (last - first == 1) & (own == 1)
+    twins = np.full(len(keys), -1, np.int32)
+    twins[paired] = order[first[paired]]
+    return twins.reshape(-1, 3)
