@@ -60,8 +60,15 @@ class Field:
         return ", ".join(texts)
 
     @property
+    def shorthand(self) -> "Field | None":
+        """The field `value` of a group that has one: the graph file may give it alone for the whole group."""
+        return next((field for field in self.group if field.name == "value"), None)
+
+    @property
     def kind(self) -> str:
         """What is accepted, in words."""
+        if self.shorthand:
+            return f"{kind_text(self.shorthand.annotation)} or a group"
         return "a group" if self.group else kind_text(self.base)
 
     @property

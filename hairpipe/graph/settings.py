@@ -77,11 +77,16 @@ def map_files(fields: Iterable[Field], plain: Plain, change: Callable[[str, str]
 
 
 def merge_defaults(fields: Iterable[Field], given: Plain) -> Plain:
-    """Lay what is given over the default of its group, where that default is a group and not None."""
+    """Lay what is given over the default of its group, where that default is a group and not None.
+
+    A value given for a group that has a field `value` is that field's.
+    """
     merged = dict(given)
     for field in fields:
         has_default = dataclasses.is_dataclass(field.default)
         value = given.get(field.name, {} if has_default else None)
+        if field.shorthand and value is not None and not isinstance(value, dict):
+            value = {field.shorthand.name: value}
         if field.group and isinstance(value, dict):
             base = json.loads(json.dumps(dataclasses.asdict(field.default), default=str)) if has_default else {}
             merged[field.name] = merge_defaults(field.group, {**base, **value})
