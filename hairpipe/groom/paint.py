@@ -28,7 +28,7 @@ class Canvas:
     read_image: Callable[[Path], np.ndarray]
     seed: int
 
-    def coat(self, paint: Paint, name: str) -> Coat | None:
+    def coat(self, paint: Paint | Painted, name: str) -> Coat | None:
         """Return the paint of a setting, or None where there is none; BadInput where the body cannot carry it."""
         if paint.map is not None and paint.image is not None:
             raise BadInput("both a map and an image are given", where=name, right="one of the two")

@@ -7,7 +7,7 @@ from typing import Annotated
 from hairpipe.units import Degrees, Fraction, Ge, Gt, Interval, Metres
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Paint:
     """Values 0..1 painted on the body, as a vertex map or as an image over its texture coordinates.
 
@@ -20,7 +20,7 @@ class Paint:
 
 
 @dataclass(frozen=True)
-class Painted(Paint):
+class Painted:
     """A number for every strand, which the graph file gives as such or as a table.
 
     value      where the paint is 1, and everywhere when nothing is painted
@@ -33,6 +33,8 @@ class Painted(Paint):
     value: float
     low: float = 0.0
     variation: Fraction = 0.0
+    map: str | None = None
+    image: Path | None = None
 
 
 @dataclass(frozen=True)
