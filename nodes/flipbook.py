@@ -13,7 +13,7 @@ def flipbook(
     workspace: Workspace,
     *,
     scale: Annotated[float, Gt(0.0), Interval(le=1.0)] = 1.0,
-    quality: Annotated[int, Interval(ge=0, le=100)] = 80,
+    quality: Annotated[int, Interval(ge=0, le=100)] = 85,
 ) -> File:
     """Animated WebP of all frames, at the speed of the shot, over and over; browsers open it.
 

@@ -22,7 +22,7 @@ def preview(
     eye: Place | None = None,
     target: Place | None = None,
     fov: Annotated[Degrees, Interval(ge=1.0, le=120.0)] = 24.0,
-    colour: tuple[Fraction, Fraction, Fraction] = (0.42, 0.26, 0.15),
+    colour: tuple[Fraction, Fraction, Fraction] = (0.37, 0.25, 0.17),
     thickness: Annotated[float, Gt(0.0)] = 1.0,
 ) -> File:
     """PNG of the hair, and of the body where there is one, lit as in a studio.

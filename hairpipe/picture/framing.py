@@ -14,7 +14,7 @@ AZIMUTHS = {"three_quarter": 38.0, "front": 0.0, "side": 90.0, "back": 180.0}
 """Of the eye about the up axis, from where the face looks (+Z) towards the left ear (+X) [degrees]."""
 ELEVATION = 6.0
 """Of the eye above the horizon [degrees]."""
-DROP = 0.42
+DROP = 0.4
 """How far below the centre of the roots the picture has its centre, over its radius."""
 
 
@@ -63,7 +63,7 @@ def frame_hair(points: np.ndarray, offsets: np.ndarray) -> Framing:
     centre = roots.mean(axis=0)
     spread = float(np.sqrt(np.mean(np.sum((roots - centre) ** 2, axis=1))))
     length = float(np.median(strand_lengths(points, offsets)))
-    radius = max(1.9 * spread + 0.75 * length, 1e-3)
+    radius = max(1.6 * spread + 0.65 * length, 1e-3)
     return Framing(centre - [0.0, DROP * radius, 0.0], radius)
 
 

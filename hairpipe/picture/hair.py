@@ -7,13 +7,13 @@ from numba import njit
 
 from hairpipe.picture.shadow import Shadow, look_up
 
-AMBIENT = 0.05
+AMBIENT = 0.12
 """Light that comes from everywhere."""
-MATT, SHEEN, GLOSS = 0.5, 0.55, 0.12
+MATT, SHEEN, GLOSS = 0.42, 0.6, 0.15
 """Strength of the diffuse light, of the wide highlight in the hair's colour, and of the narrow white one."""
 BACK = 0.4
 """What a hair lit from behind sends to the eye, over what it sends when lit from the eye's side."""
-DENSITY, TINT = 0.12, 1.0
+DENSITY, TINT = 0.15, 0.6
 """How fast light dies away in hair, and how much faster where the hair is dark."""
 LIFT = 1.0
 """How far towards the lamp its shadow is looked up, so that a hair does not shade itself [cells]."""
@@ -63,7 +63,7 @@ def strand_colours(colour: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     shade, warmth = noise(len(counts), 1), noise(len(counts), 2)
     tint = np.stack([1.0 + 0.10 * warmth, np.ones(len(counts)), 1.0 - 0.10 * warmth], axis=1)
     along = (np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)) / np.repeat(np.maximum(counts - 1, 1), counts)
-    strength = np.repeat(np.exp2(0.6 * shade), counts) * (0.7 + 0.55 * along)
+    strength = np.repeat(np.exp2(0.6 * shade), counts) * (0.8 + 0.4 * along)
     return np.clip(colour * np.repeat(tint, counts, axis=0) * strength[:, None], 0.0, 0.95)
 
 

@@ -20,8 +20,8 @@ class Light:
 # Towards the lamp (right, up, to the viewer) and its colour. A warm key from the upper left, a cool fill from the
 # right, a strong rim from behind that draws the outline of the hair, and the sky, which leaves what lies under it dark.
 STUDIO = (
-    ((-0.55, 0.62, 0.56), (2.9, 2.62, 2.3)),
-    ((0.85, 0.18, 0.5), (0.52, 0.62, 0.78)),
+    ((-0.4, 0.62, 0.67), (2.8, 2.55, 2.25)),
+    ((0.85, 0.25, 0.5), (0.8, 0.85, 0.95)),
     ((0.5, 0.55, -0.67), (2.2, 2.2, 2.3)),
     ((0.0, 0.98, 0.2), (0.6, 0.63, 0.7)),
 )

@@ -105,16 +105,19 @@ def draw_line(film: np.ndarray, depth: np.ndarray, a: np.ndarray, b: np.ndarray)
     reach, size = (width, height) if steep else (height, width)
     if a[major] > b[major]:
         a, b = b, a
-    run = b[major] - a[major]
-    for m in range(first_centre(a[major], size), first_centre(b[major], size)):
-        t = (m + 0.5 - a[major]) / run
-        z = a[2] + t * (b[2] - a[2])
-        across = a[minor] + t * (b[minor] - a[minor])
-        half = 0.5 * (a[3] + t * (b[3] - a[3])) * math.hypot(run, b[minor] - a[minor]) / run
-        low, high = min(max(across - half, 0.0), reach), min(max(across + half, 0.0), reach)
+    start, run = a[major], b[major] - a[major]
+    thick = 0.5 * math.hypot(run, b[minor] - a[minor]) / run if run > 0.0 else 0.0
+    across, z, half, red, green, blue = a[minor], a[2], thick * a[3], a[4], a[5], a[6]
+    d_across, d_z, d_half = b[minor] - across, b[2] - z, thick * b[3] - half
+    d_red, d_green, d_blue = b[4] - red, b[5] - green, b[6] - blue
+    for m in range(first_centre(start, size), first_centre(b[major], size)):
+        t = (m + 0.5 - start) / run
+        middle, spread = across + t * d_across, half + t * d_half
+        low, high = min(max(middle - spread, 0.0), reach), min(max(middle + spread, 0.0), reach)
         for k in range(int(low), min(int(high) + 1, reach)):
             row, column = (m, k) if steep else (k, m)
-            if z - SKIN < depth[row, column]:
+            if z + t * d_z - SKIN < depth[row, column]:
                 cover = min(high, k + 1.0) - max(low, float(k))
-                for d in range(3):
-                    film[row, column, d] += cover * (a[4 + d] + t * (b[4 + d] - a[4 + d]) - film[row, column, d])
+                film[row, column, 0] += cover * (red + t * d_red - film[row, column, 0])
+                film[row, column, 1] += cover * (green + t * d_green - film[row, column, 1])
+                film[row, column, 2] += cover * (blue + t * d_blue - film[row, column, 2])

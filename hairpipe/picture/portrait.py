@@ -10,16 +10,19 @@ from hairpipe.picture.framing import Framing, Shot, frame_hair, place_camera
 from hairpipe.picture.hair import shade_hair
 from hairpipe.picture.lights import studio
 from hairpipe.picture.lines import draw_strands
+from hairpipe.picture.scalp import hair_share
 from hairpipe.picture.shadow import cast_shadow
-from hairpipe.picture.skin import shade_skin
+from hairpipe.picture.skin import CLAY, shade_skin
 from hairpipe.picture.surface import see_body
 
 FULLNESS = 14.0
 """Strands times drawn width, over the radius of the picture: about that of 100,000 hairs of 60 um."""
 WIDEST = 1.6
 """What few strands are drawn with at most [pixels]."""
-SCENE = 1.35
+SCENE = 1.15
 """Half the edge of the cube in which shadows fall, over the radius of the picture."""
+SCALP = 0.8
+"""How far the skin takes the colour of the hair where hair grows: every strand drawn stands for many."""
 NOBODY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 
@@ -43,7 +46,8 @@ def draw_portrait(hair: Strands, body: Mesh | None, shot: Shot, colour: np.ndarr
     ]
     film = backdrop(camera.height, camera.width)
     surface = see_body(body, camera)
-    film[surface.rows, surface.columns] = shade_skin(surface, camera.eye, shadows)
+    share = SCALP * hair_share(surface.points, points[hair.offsets[:-1]], camera.axes)[:, None]
+    film[surface.rows, surface.columns] = shade_skin(surface, CLAY + share * (0.5 * colour - CLAY), camera.eye, shadows)
     colours = shade_hair(points, hair.offsets, colour, camera.eye, shadows)
     draw_strands(film, surface.depth, camera.project(points), hair.offsets, colours, width * camera.focal)
     return develop(film)

@@ -16,9 +16,9 @@ from hairpipe.data import Mesh
 from hairpipe.picture.lights import Light
 from hairpipe.picture.triangles import rasterise
 
-CELLS = 128
+CELLS = 144
 """Along an edge of the cube."""
-SOLID = 20.0
+SOLID = 15.0
 """Hairs that the body is worth: next to no light comes through so many, yet the shadow has a soft edge."""
 FINE = 2
 """Rays across a cell that look for the body."""

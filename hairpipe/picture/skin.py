@@ -12,7 +12,7 @@ CLAY = np.array([0.25, 0.21, 0.19])
 """Colour of the body, linear."""
 WRAP = np.array([0.38, 0.22, 0.15])
 """How far light creeps around into the shade: red furthest, as in skin."""
-SHEEN = 0.06
+SHEEN = 0.25
 """Strength of the highlight."""
 AMBIENT = 0.05
 """Light that comes from everywhere."""
@@ -22,19 +22,21 @@ LIFT = 1.5
 """How far off the surface the shadow is looked up [cells]."""
 
 
-def shade_skin(surface: Surface, eye: np.ndarray, shadows: list[Shadow]) -> np.ndarray:
+def shade_skin(surface: Surface, colours: np.ndarray, eye: np.ndarray, shadows: list[Shadow]) -> np.ndarray:
     """Light that the seen points of the body send to the eye, linear, (n, 3) float64.
 
+    colours  of the points, linear, (n, 3)
     eye      [m], (3,)
     shadows  of every lamp
     """
-    shed = np.tile(AMBIENT * CLAY, (len(surface.points), 1))
+    shed = AMBIENT * colours
     for shadow in shadows:
         lift, light = LIFT * shadow.cell, shadow.light
         add_light(
             shed,
             surface.points,
             surface.normals,
+            colours,
             eye,
             light.towards,
             light.colour,
@@ -50,6 +52,7 @@ def add_light(
     shed: np.ndarray,
     points: np.ndarray,
     normals: np.ndarray,
+    colours: np.ndarray,
     eye: np.ndarray,
     towards: np.ndarray,
     light: np.ndarray,
@@ -60,7 +63,7 @@ def add_light(
     """Add what one lamp makes the points (n, 3) send to the eye, into `shed` (n, 3).
 
     Diffuse ((n.l + w)/(1 + w))^2 where positive, with a width w for every colour; specular (n.h)^16, h halfway between
-    lamp and eye (Blinn 1977).
+    lamp and eye (Blinn 1977); both in the colour of the point.
     """
     lx, ly, lz = towards
     for i in range(len(shed)):
@@ -77,4 +80,4 @@ def add_light(
         through = math.exp(-DENSITY * look_up(depth, to_cells, x + lift * nx, y + lift * ny, z + lift * nz))
         for c in range(3):
             wrapped = max(0.0, (facing + WRAP[c]) / (1.0 + WRAP[c]))
-            shed[i, c] += light[c] * through * (CLAY[c] * wrapped * wrapped + sheen)
+            shed[i, c] += light[c] * through * colours[i, c] * (wrapped * wrapped + sheen)

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from hairpipe.picture.hair import add_light, noise, strand_colours, tangents
+from hairpipe.picture.shadow import CELLS
 
 
 def shine(along: np.ndarray, to_eye: np.ndarray, towards: np.ndarray, tilt: float = 0.0) -> float:
     """What one black hair, which has the white highlight only, sends to a far eye."""
-    shed, open_air = np.zeros((1, 3)), np.zeros((128, 128, 128), np.float32)
+    shed, open_air = np.zeros((1, 3)), np.zeros((CELLS, CELLS, CELLS), np.float32)
     add_light(
         shed,
         np.zeros((1, 3)),
