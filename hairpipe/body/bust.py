@@ -74,9 +74,9 @@ def build_skeleton() -> Skeleton:
 
 def blend_weights(points: np.ndarray) -> np.ndarray:
     """Return weights (n, 4) that pass from joint to joint up the neck; the cuts tilt so that the jaw is all head."""
-    level = points[:, 1] + 0.48 * points[:, 2] - 1.5 * points[:, 0] ** 2
+    level = points[:, 1] + 0.48 * points[:, 2] - 4.0 * points[:, 0] ** 2
     above = [np.ones(len(points))]
-    above += [smooth_step(level, low, high) for low, high in ((0.105, 0.185), (0.155, 0.230), (0.205, 0.262))]
+    above += [smooth_step(level, low, high) for low, high in ((0.115, 0.185), (0.155, 0.225), (0.200, 0.255))]
     return -np.diff(np.stack([*above, np.zeros(len(points))], axis=1), axis=1)
 
 
