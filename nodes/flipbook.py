@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from hairpipe.graph import File, Frames, Time, Workspace, node
-from hairpipe.units import Gt, Interval
+from hairpipe.units import Interval
 
 
 @node(frames="once")
@@ -12,7 +12,7 @@ def flipbook(
     time: Time,
     workspace: Workspace,
     *,
-    scale: Annotated[float, Gt(0.0), Interval(le=1.0)] = 1.0,
+    scale: Annotated[float, Interval(gt=0.0, le=1.0)] = 1.0,
     quality: Annotated[int, Interval(ge=0, le=100)] = 85,
 ) -> File:
     """Animated WebP of all frames, at the speed of the shot, over and over; browsers open it.

@@ -5,7 +5,7 @@ from typing import Annotated
 from hairpipe.data import Mesh, Strands
 from hairpipe.graph import File, Workspace, node
 from hairpipe.picture.framing import View
-from hairpipe.units import Degrees, Fraction, Gt, Interval, Metres, Pixels
+from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels
 
 Place = tuple[Metres, Metres, Metres]
 
@@ -16,24 +16,25 @@ def preview(
     body: Mesh | None,
     workspace: Workspace,
     *,
-    width: Annotated[Pixels, Interval(ge=16, le=8192)] = 720,
-    height: Annotated[Pixels, Interval(ge=16, le=8192)] = 720,
+    width: Annotated[Pixels, Interval(ge=16, le=4096)] = 720,
+    height: Annotated[Pixels, Interval(ge=16, le=4096)] = 720,
     view: View = "three_quarter",
     eye: Place | None = None,
     target: Place | None = None,
     fov: Annotated[Degrees, Interval(ge=1.0, le=120.0)] = 24.0,
     colour: tuple[Fraction, Fraction, Fraction] = (0.37, 0.25, 0.17),
-    thickness: Annotated[float, Gt(0.0)] = 1.0,
+    thickness: Annotated[float, Interval(gt=0.0, le=100.0)] = 1.0,
 ) -> File:
     """PNG of the hair, and of the body where there is one, lit as in a studio.
 
-    width, height  of the picture
-    view           from where; the picture's scale follows from the strands' length, its centre from their roots
-    eye            position of the camera, instead of the one that `view` gives
-    target         what is at the centre of the picture, instead of a point below the roots: keeps the camera still
-    fov            field of view across the shorter side
-    colour         of the hair: red, green and blue, sRGB
-    thickness      of a strand over the one that makes the hair look full: few strands are drawn thick, many as they are
+    width      of the picture
+    height     of the picture
+    view       from where; the strands' length gives the scale, their roots the centre
+    eye        position of the camera, instead of the one that `view` gives
+    target     centre of the picture, instead of a place below the roots: keeps the camera still
+    fov        field of view across the shorter side
+    colour     of the hair: red, green and blue, sRGB
+    thickness  of a strand, over what makes so many look full: few are drawn thick, very many as thick as they are
     """
     from hairpipe.io.picture import write_png
     from hairpipe.picture.film import linear
