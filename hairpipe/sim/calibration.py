@@ -9,12 +9,16 @@ from functools import lru_cache
 
 import numpy as np
 
+from hairpipe.errors import BadInput
 from hairpipe.sim import lattice
 from hairpipe.sim.material import Material
 
 ALTITUDE_RATIO = 0.3  # of the torsion constant; more stiffens bending against twist, less lets a long hair collapse
 _PROBED = 18  # segments the response is measured over: 4.25 turns of the perturbed particles, so directions average out
 _MARGIN = 3  # segments left at either end
+_GRID = 0.02  # of the edges' compliance over that of bending
+_SOFTEST = 0.1  # beyond, an edge gives way before the strand bends
+_STIFFEST = 1e-4  # of that compliance: stiffer edges change nothing and cost digits
 
 
 def spring_constants(material: Material, length: np.ndarray) -> np.ndarray:
@@ -22,37 +26,48 @@ def spring_constants(material: Material, length: np.ndarray) -> np.ndarray:
 
     length   of a segment [m], (s,)
     returns  edge, bending, torsion and altitude constants: force per unit strain [N], (4, s)
+
+    BadInput where the edges are so soft, or so short, that the network is no rod.
     """
     unit = material.bending / length**2
     slack = unit / material.axial
-    ends = np.array([slack.min(), slack.max()])
     ratio = material.torsion / material.bending
-    fits = np.array([_fit(float(1 / s), ratio) for s in ends])
-    # The fitted constants are linear in the edge's compliance wherever edges are stiffer than bending.
-    blend = (slack - ends[0]) / max(np.ptp(ends), 1e-300)
-    bending, torsion = fits[0][:, None] * (1 - blend) + fits[1][:, None] * blend
-    return np.stack(
-        [np.full_like(length, material.axial), bending * unit, torsion * unit, ALTITUDE_RATIO * torsion * unit]
-    )
+    if slack.max() > _SOFTEST:
+        raise BadInput(
+            f"edges of {length.min():.2g} m softened by {material.softening:g} are no stiffer than bending",
+            where="material.softening",
+            right=f"at most {material.softening * _SOFTEST / slack.max():.2g}, or fewer segments",
+        )
+    # Fits lie on a fixed grid, not at the lengths at hand: a strand's constants do not depend on which others there are.
+    below = np.floor(slack / _GRID).astype(int)
+    fits = {n: _fit(n * _GRID, ratio) for n in {*below.tolist(), *(below + 1).tolist()}}
+    low, high = (np.array([fits[n + up] for n in below.tolist()]) for up in (0, 1))
+    bending, torsion = unit / (low + (slack / _GRID - below)[:, None] * (high - low)).T
+    return np.stack([np.full_like(length, material.axial), bending, torsion, ALTITUDE_RATIO * torsion])
 
 
 @lru_cache(maxsize=64)
-def _fit(edge: float, torsion_ratio: float) -> tuple[float, float]:
-    """Bending and torsion constants for EI = 1, GJ = torsion_ratio, segment length 1 and the given edge constant."""
-    log = np.log([6.2, 3.7])
+def _fit(slack: float, ratio: float) -> tuple[float, float]:
+    """Compliances of bending and torsion springs for EI = 1, GJ = ratio and segments of length 1.
+
+    slack  compliance of the edges; compliances in series add, so the fit is nearly linear in it
+    """
+    log = np.log([1 / 6.2, 1 / 3.7])
     for _ in range(30):
-        misfit = _misfit(log, edge, torsion_ratio)
+        misfit = _misfit(log, slack, ratio)
         if np.abs(misfit).max() < 1e-10:
             break
-        slopes = [(_misfit(log + step, edge, torsion_ratio) - misfit) / 1e-6 for step in np.eye(2) * 1e-6]
+        slopes = [(_misfit(log + step, slack, ratio) - misfit) / 1e-6 for step in np.eye(2) * 1e-6]
         log = log - np.clip(np.linalg.solve(np.transpose(slopes), misfit), -1, 1)
-    return tuple(np.exp(log))
-
-
-def _misfit(log: np.ndarray, edge: float, torsion_ratio: float) -> np.ndarray:
     bending, torsion = np.exp(log)
+    return float(bending), float(torsion)
+
+
+def _misfit(log: np.ndarray, slack: float, ratio: float) -> np.ndarray:
+    bending, torsion = np.exp(-log)
+    edge = 1 / max(slack, _STIFFEST)
     stiffness = rod_stiffness(np.array([edge, bending, torsion, ALTITUDE_RATIO * torsion]))
-    return np.log(stiffness / [1.0, torsion_ratio])
+    return np.log(stiffness / [1.0, ratio])
 
 
 def rod_stiffness(constants: np.ndarray) -> np.ndarray:
@@ -72,7 +87,7 @@ def rod_stiffness(constants: np.ndarray) -> np.ndarray:
     moved = np.zeros((len(particles) * 3, 3))
     moved[free] = np.linalg.solve(hessian, loads.reshape(-1, 3)[free])
     moved = moved.reshape(-1, 3, 3)
-    start = 2 * _MARGIN + 1
+    start = 2 * _MARGIN
     turn = [np.diag(_rotation(particles, moved, p)) for p in (start, start + 2 * _PROBED)]
     per_length = (turn[1] - turn[0]) / _PROBED
     return 1 / np.array([per_length[:2].mean(), per_length[2]])
@@ -102,7 +117,7 @@ def _hessian(particles: np.ndarray, constants: np.ndarray) -> np.ndarray:
     count = len(particles)
     hessian = np.zeros((count, 3, count, 3))
     for i in range(count):
-        for offset, k in ((1, edge), (2, edge if i % 2 else bending), (3, torsion)):
+        for offset, k in ((1, edge), (2, bending if i % 2 else edge), (3, torsion)):
             if i + offset < count:
                 span = particles[i + offset] - particles[i]
                 length = np.linalg.norm(span)

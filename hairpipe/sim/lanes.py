@@ -1,8 +1,8 @@
 """One strand per SIMD lane: a numba value of eight float64 that adds, multiplies and compares like one.
 
-Strands of equal particle count are computed side by side, eight to a block; kernels are written as if for one strand and
-numba emits explicit vector instructions (an unvectorised loop over lanes costs four to eight times as much). Arrays of
-strands end in an axis of WIDTH: `load` and `store` move a row of it to a register and back.
+Strands of equal particle count are computed side by side, eight to a block; kernels are written as if for one strand,
+and explicit vector instructions come out (a loop over lanes that is not vectorised costs four to eight times as much).
+Arrays of strands end in an axis of WIDTH: `load` and `store` move a row of it to a register and back.
 
 Products and sums may be contracted to fused multiply-adds; every lane is computed alone, so a strand's result depends
 neither on its lane nor on its neighbours.
@@ -15,6 +15,7 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.extending import intrinsic, lower_builtin, lower_cast, models, register_model
+from numba.core.errors import TypingError
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 
@@ -160,6 +161,12 @@ def any_lane(typingctx, condition):  # noqa: ANN001, ANN201
     return signature(types.boolean, mask), emit
 
 
+def _check_array(array: types.Type) -> None:
+    """A row of any other array is not WIDTH numbers in a row of memory."""
+    if not isinstance(array, types.Array) or array.dtype != types.float64 or array.layout != "C":
+        raise TypingError(f"lanes lie in a float64 array in C order, not in {array}")
+
+
 def _row_pointer(context, builder, array_type, array, index_type, index):  # noqa: ANN001, ANN202
     view = context.make_array(array_type)(context, builder, array)
     axes = zip(cgutils.unpack_tuple(builder, index), index_type, strict=True)
@@ -171,7 +178,8 @@ def _row_pointer(context, builder, array_type, array, index_type, index):  # noq
 
 @intrinsic
 def load(typingctx, array, index):  # noqa: ANN001, ANN201
-    """The lanes at array[index], index a tuple of all axes but the last."""
+    """The lanes at array[index], index a tuple of all axes but the last; the array is float64 in C order."""
+    _check_array(array)
 
     def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
         pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1])
@@ -182,7 +190,8 @@ def load(typingctx, array, index):  # noqa: ANN001, ANN201
 
 @intrinsic
 def store(typingctx, array, index, value):  # noqa: ANN001, ANN201
-    """Write lanes to array[index], index a tuple of all axes but the last."""
+    """Write lanes to array[index], index a tuple of all axes but the last; the array is float64 in C order."""
+    _check_array(array)
 
     def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
         pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1])

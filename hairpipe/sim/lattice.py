@@ -1,23 +1,25 @@
 """The spring network of a strand: Fig. 7b of Selle, Lentine, Fedkiw 2008, as it must be to work.
 
-A strand of n segments is a chain of 2n+2 particles
+A strand of n segments is a chain of 2n+3 particles
 
-    q_-1  m_0  q_0  m_1  q_1  ...  q_n-1  m_n
+    m_-1  q_-1  m_0  q_0  m_1  ...  q_n-1  m_n
 
-The m lie on the axis, m_0 at the root; q_i stands off the middle of segment i so that (m_i, q_i, m_i+1) is an equilateral
-triangle. Along the chain every pair at distance one, two or three carries a spring and every four in a row a tetrahedron:
+The m lie on the axis, m_0 at the root; q_i stands off the middle of segment i so that (m_i, q_i, m_i+1) is an
+equilateral triangle. Along the chain every pair at distance one, two or three carries a spring, and every four
+particles in a row a tetrahedron:
 
-    offset 1   m-q        extra edges (as strong as the hair's edges)
+    offset 1   m-q                    extra edges (as strong as the hair's edges)
     offset 2   m-m edge, q-q bending
-    offset 3   m-q        torsion
-    4 in a row            altitude spring
+    offset 3   m-q                    torsion
+    4 in a row                        altitude spring
 
 so all couplings lie within three particles and one strand is one block-heptadiagonal matrix.
 
 We differ from the paper:
-- q turns about the axis by 85 degrees a segment. Without a turn the network is floppy (physics.md 1.3); 90 degrees exactly
-  ties two altitude springs at rest.
-- q_-1, m_0 and q_0 are clamped. The clamp is symmetric about the root, half a segment buried, so the free length is exact.
+- q turns about the axis by 85 degrees a segment. Without a turn the network is floppy (physics.md 1.3); 90 degrees
+  exactly ties two altitude springs at rest.
+- One segment (m_-1, q_-1, m_0) is buried and clamped. The network bends at the m_i, and m_0 stands for half a segment
+  of free hair only: springs across it are twice as stiff. The free length is then exact for every roll of the strand.
 - Curls are perturbed too, instead of using their own turns as triangles, which degenerate as a curl is drawn out.
 - Perturbed particles carry 5 % of the mass instead of a third: off-axis mass slows torsion by orders of magnitude.
 """
@@ -28,21 +30,28 @@ CLAMPED = 3
 TURN = np.deg2rad(85.0)
 HEIGHT = np.sqrt(3.0) / 2.0
 OFF_AXIS_MASS = 0.05
+AXIS = slice(2, None, 2)
+"""Where m_0 ... m_n stand in the chain."""
+
+
+def particle_count(segments: int) -> int:
+    """Number of particles of a strand."""
+    return 2 * segments + 3
 
 
 def perturb(axis: np.ndarray) -> np.ndarray:
     """Interleave the perturbed particles with the axis.
 
     axis     points of strands of n equal segments, root first [m], (s, n+1, 3)
-    returns  particles in the order of the chain [m], (s, 2n+2, 3)
+    returns  particles in the order of the chain [m], (s, 2n+3, 3)
     """
+    axis = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
     edges = np.diff(axis, axis=1)
-    edges = np.concatenate([edges[:, :1], edges], axis=1)
-    tangents = edges / np.linalg.norm(edges, axis=2, keepdims=True)
-    middles = np.concatenate([axis[:, :1] - edges[:, :1] / 2, (axis[:, :-1] + axis[:, 1:]) / 2], axis=1)
     lengths = np.linalg.norm(edges, axis=2, keepdims=True)
-    off_axis = middles + HEIGHT * lengths * _normals(tangents)
-    return np.stack([off_axis, axis], axis=2).reshape(len(axis), -1, 3)
+    off_axis = (axis[:, :-1] + axis[:, 1:]) / 2 + HEIGHT * lengths * _normals(edges / lengths)
+    particles = np.empty((len(axis), 2 * axis.shape[1] - 1, 3))
+    particles[:, ::2], particles[:, 1::2] = axis, off_axis
+    return particles
 
 
 def _normals(tangents: np.ndarray) -> np.ndarray:
@@ -80,9 +89,9 @@ def masses(length: np.ndarray, segments: int, line_density: float) -> np.ndarray
 
     length        of a segment [m], (s,)
     line_density  [kg/m]
-    returns       [kg], (s, 2n+2); the clamped ones count what their segment would carry
+    returns       [kg], (s, 2n+3); the clamped ones count what their segment would carry
     """
-    weights = np.tile([OFF_AXIS_MASS, 1 - OFF_AXIS_MASS], segments + 1)
+    weights = np.tile([1 - OFF_AXIS_MASS, OFF_AXIS_MASS], segments + 2)[:-1]
     weights[-1] /= 2
     return line_density * length[:, None] * weights
 

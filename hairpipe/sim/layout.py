@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.sim.lanes import WIDTH
+from hairpipe.sim.lattice import AXIS, particle_count
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class Layout:
         for segments in np.unique(self.segments):
             blocks = np.flatnonzero(self.segments == segments)
             rows = values[self.first[blocks[0]] : self.first[blocks[-1] + 1]]
-            axis = rows.reshape(len(blocks), -1, 3, WIDTH)[:, 1::2].transpose(0, 3, 1, 2)
+            axis = rows.reshape(len(blocks), -1, 3, WIDTH)[:, AXIS].transpose(0, 3, 1, 2)
             starts = self.offsets[self.strands[blocks]]
             collected[starts[:, :, None] + np.arange(segments + 1)] = axis
         return collected
@@ -63,6 +64,6 @@ def lay_out(offsets: np.ndarray) -> Layout:
         strands.append(np.pad(members, (0, missing), mode="edge").reshape(-1, WIDTH))
         idle.append((np.arange(len(members) + missing) >= len(members)).reshape(-1, WIDTH))
         segments.append(np.full(len(strands[-1]), count))
-    sizes = 2 * np.concatenate(segments) + 2
+    sizes = particle_count(np.concatenate(segments))
     first = np.concatenate([[0], np.cumsum(sizes)])
     return Layout(offsets, np.concatenate(strands), np.concatenate(idle), np.concatenate(segments), first)

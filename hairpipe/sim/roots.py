@@ -40,7 +40,7 @@ def carry(frames: np.ndarray, groom: Groom, rest: np.ndarray, strands: np.ndarra
     """
     turn = np.einsum("sij,skj->sik", frames[:, :, :3], groom.root_frames[:, :, :3])
     shift = frames[:, :, 3] - np.einsum("sij,sj->si", turn, groom.root_frames[:, :, 3])
-    return np.einsum("rlij,rjl->ril", turn[strands], rest) + shift[strands].transpose(0, 2, 1)
+    return np.ascontiguousarray(np.einsum("rlij,rjl->ril", turn[strands], rest) + shift[strands].transpose(0, 2, 1))
 
 
 def clamps(mesh: Mesh, groom: Groom, rest: np.ndarray, layout: Layout) -> Clamps:

@@ -25,10 +25,16 @@ _STRAIN_GUARD = 0.03  # an edge strained by more than this at the guess sends it
 def _constant(constants, block, p, offset):  # noqa: ANN001, ANN202
     """Constant of the spring from particle p to p + offset: edge, bending or torsion, see the lattice."""
     if offset == 3:
-        return load(constants, (block, 2))
-    if offset == 2 and p % 2 == 0:
-        return load(constants, (block, 1))
+        return _at_root(p) * load(constants, (block, 2))
+    if offset == 2 and p % 2:
+        return _at_root(p) * load(constants, (block, 1))
     return load(constants, (block, 0))
+
+
+@njit(cache=True)
+def _at_root(p: int) -> float:
+    """Stiffness across m_0, half of whose joint is buried."""
+    return 2.0 if p < 2 else 1.0
 
 
 @njit(cache=True)
@@ -55,7 +61,7 @@ def _solve(A, b, x, v, vh, T, mass, inverse_lengths, inverse_heights, constants,
     for p in range(count):
         if p + 3 < count:
             _start_row(A, b, mass, vh, v, p + 3, h, gravity, drag)
-            add_altitude(A, b, x, p, altitude, inverse_heights, h)
+            add_altitude(A, b, x, p, _at_root(p) * altitude, inverse_heights, h)
         for o in range(1, min(3, count - 1 - p) + 1):
             k = _constant(constants, block, p, o)
             add_spring(A, b, x, T, p, o, k, load(inverse_lengths, (p, o - 1)), h)
@@ -92,7 +98,7 @@ def _update(x, v, T, dx, b, bad, only_bad, inverse_lengths, constants, block, h)
 def _overstrained(x, inverse_lengths):  # noqa: ANN001, ANN202
     """Lanes with an axis edge strained beyond the guard."""
     worst = load(x, (0, 0)) < load(x, (0, 0))
-    for p in range(1, x.shape[0] - 2, 2):
+    for p in range(0, x.shape[0] - 2, 2):
         dx = load(x, (p + 2, 0)) - load(x, (p, 0))
         dy = load(x, (p + 2, 1)) - load(x, (p, 1))
         dz = load(x, (p + 2, 2)) - load(x, (p, 2))

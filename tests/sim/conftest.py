@@ -5,10 +5,9 @@ import pytest
 
 from hairpipe.data import Groom, Mesh
 from hairpipe.groom.binding import root_frames
-from hairpipe.sim.advance import Surroundings, advance_frame, make_hair, start, strands_of
-from hairpipe.sim.control import StepControl
-from hairpipe.sim.filters.collide_body import BodyContact
+from hairpipe.sim.advance import advance_frame, make_hair, start, strands_of
 from hairpipe.sim.material import Material
+from hairpipe.sim.scene import Air, Scene, StepControl
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])
 
@@ -41,30 +40,20 @@ def line(length, segments, direction):
     return TRIANGLE.mean(0) + np.linspace(0, length, segments + 1)[:, None] * direction
 
 
-class Scene:
+class Shot:
     """Hair on the plate, run frame by frame."""
 
     def __init__(self, strands, material=None, *, step=1 / 240, gravity=9.81, drag=0.0, fps=24.0):
         self.hair = make_hair(groom_of(strands), material or Material())
         self.body = plate()
-        self.state = start(self.hair, self.body)
-        self.control = StepControl(longest=step)
-        self.surroundings = Surroundings(gravity, drag, 0.02)
+        self.scene = Scene(gravity, Air(drag), steps=StepControl(longest=step))
+        self.state = start(self.hair, self.body, self.scene)
         self.frame = 1 / fps
 
-    def run(self, seconds, surfaces=None, contact=None, body=None):
+    def run(self, seconds, surfaces=None, body=None):
         for _ in range(round(seconds / self.frame)):
             after = body() if body else self.body
-            self.state = advance_frame(
-                self.hair,
-                self.state,
-                (self.body, after),
-                surfaces,
-                self.frame,
-                self.control,
-                contact or BodyContact(),
-                self.surroundings,
-            )
+            self.state = advance_frame(self.hair, self.state, (self.body, after), surfaces, self.frame, self.scene)
             self.body = after
         return self
 
@@ -79,7 +68,7 @@ class Scene:
 
 @pytest.fixture
 def scene():
-    return Scene
+    return Shot
 
 
 @pytest.fixture

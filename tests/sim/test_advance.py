@@ -16,26 +16,21 @@ def elastica_tip(gamma):
     gamma  rho A g L^3 / (E I); returns (horizontal, downward)
     """
 
-    def slope(s, y):
-        return np.stack([y[1], -gamma * (1 - s) * np.cos(y[0])])
-
     s = np.linspace(0, 1, 200)
-    guess = np.zeros((2, 200))
-    for part in np.linspace(0.05, 1, 20):
-        scaled = solve_bvp(
-            lambda s, y, g=gamma * part: np.stack([y[1], -g * (1 - s) * np.cos(y[0])]),
-            lambda a, b: np.array([a[0], b[1]]),
+    angle = np.zeros((2, 200))
+    for load in gamma * np.linspace(0.05, 1, 20):
+        solution = solve_bvp(
+            lambda s, y, load=load: np.stack([y[1], -load * (1 - s) * np.cos(y[0])]),
+            lambda clamp, tip: np.array([clamp[0], tip[1]]),
             s,
-            guess,
+            angle,
             tol=1e-8,
             max_nodes=20000,
         )
-        guess = scaled.sol(s)
+        angle = solution.sol(s)
     fine = np.linspace(0, 1, 20001)
-    angle = scaled.sol(fine)[0]
-    return np.trapezoid(np.cos(angle), fine) if hasattr(np, "trapezoid") else np.trapz(np.cos(angle), fine), -(
-        np.trapz(np.sin(angle), fine)
-    )
+    theta = solution.sol(fine)[0]
+    return np.trapz(np.cos(theta), fine), np.trapz(np.sin(theta), fine)
 
 
 @pytest.mark.parametrize("gamma", [0.3, 3.0, 30.0])
@@ -74,16 +69,24 @@ def _energy(scene):
     return np.sum(mass * (0.5 * np.sum(v**2, axis=1) + G * (x[:, 1] - hanging)))
 
 
-def test_error_falls_with_the_square_of_the_step(scene, straight):
-    tips = [scene([straight(0.1, 10, [1, -1, 0])], step=h, drag=2.0).run(0.25).points[-1] for h in (1 / 960, 1 / 480, 1 / 240)]
-    reference = scene([straight(0.1, 10, [1, -1, 0])], step=1 / 7680, drag=2.0).run(0.25).points[-1]
-    errors = [np.linalg.norm(t - reference) for t in tips]
-    orders = np.log2(np.array(errors[1:]) / np.array(errors[:-1]))
-    assert orders.mean() > 1.5
+def test_error_falls_with_nearly_the_square_of_the_step(scene, straight):
+    """1.7 in the study the scheme comes from; kinks where altitude springs change hands keep it below 2."""
+    counts = np.array([5, 10, 20, 40, 80])
+
+    def tip(steps):
+        return scene([straight(0.1, 10, [1, -1, 0])], step=1 / 24 / steps, drag=2.0).run(0.25).axis[-1]
+
+    reference = tip(640)
+    errors = [np.linalg.norm(tip(count) - reference) for count in counts]
+    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
+    assert order > 1.5
+    assert errors[0] < 0.002 * 0.1
 
 
 def test_weightless_groom_on_a_still_body_does_not_move(scene):
-    curl = np.stack([0.01 * np.cos(np.arange(26) * 0.7), -0.004 * np.arange(26.0), 0.01 * np.sin(np.arange(26) * 0.7)], axis=1)
+    curl = np.stack(
+        [0.01 * np.cos(np.arange(26) * 0.7), -0.004 * np.arange(26.0), 0.01 * np.sin(np.arange(26) * 0.7)], axis=1
+    )
     s = scene([curl], gravity=0.0)
     before = s.axis
     np.testing.assert_allclose(s.run(0.5).axis, before, atol=1e-12)
@@ -113,7 +116,7 @@ def test_hair_moves_rigidly_with_a_body_in_free_translation(scene, straight, tri
     from hairpipe.sim.advance import start
 
     moving.body = triangle(velocities=np.tile(speed, (3, 1)))
-    moving.state = start(moving.hair, moving.body)
+    moving.state = start(moving.hair, moving.body, moving.scene)
     still.run(0.5)
     moving.run(0.5, body=body)
     np.testing.assert_allclose(moving.axis - clock[0] / 24 * speed, still.axis, atol=1e-6)

@@ -13,34 +13,38 @@ behind as strain; and a particle that already was inside is pushed out at a boun
 within the body does not burst.
 """
 
-from dataclasses import dataclass
-from typing import Annotated, Literal
-
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.levelset.field import Field
-from hairpipe.levelset.interpolation import evaluate
+from hairpipe.data import LevelSet
+from hairpipe.levelset.field import Field, field_of
+from hairpipe.levelset.interpolation import Interpolation, distance_between, evaluate
 from hairpipe.sim.lattice import CLAMPED
 from hairpipe.sim.network import Network
-from hairpipe.units import Ge, Interval, Metres
+from hairpipe.sim.scene import BodyContact
 
 _RISE = 5  # particles over which the thickness grows
 _PUSH_OUT = 0.5  # [m/s]
 
 
-@dataclass(frozen=True)
-class BodyContact:
-    """How hair touches the body.
+class Touch:
+    """The body between two frames, as something that hair is moved out of.
 
-    friction       Coulomb coefficient
-    thickness      distance kept from the surface, from the fifth particle on; one fifth of it at the first
-    interpolation  of the level set between frames: two_sided as published, linear and one_sided beside it
+    surfaces  at the previous and at this frame
+    frame     time between them [s]
     """
 
-    friction: Annotated[float, Ge(0.0)] = 0.3
-    thickness: Annotated[Metres, Interval(ge=0.0, le=0.02)] = 1e-3
-    interpolation: Literal["two_sided", "linear", "one_sided"] = "two_sided"
+    def __init__(self, surfaces: tuple[LevelSet, LevelSet], frame: float, contact: BodyContact) -> None:
+        self.fields = field_of(surfaces[0]), field_of(surfaces[1])
+        self.frame, self.contact = frame, contact
+
+    def __call__(
+        self, network: Network, x: np.ndarray, v: np.ndarray, before: np.ndarray, times: tuple[float, float]
+    ) -> None:
+        """Correct positions [m] and velocities [m/s] at the end of a step, in place; see `collide_body`."""
+        contact = self.contact
+        scheme = int(Interpolation[contact.interpolation])
+        collide_body(network, x, v, before, self.fields, self.frame, times, scheme, contact.friction, contact.thickness)
 
 
 @njit(cache=True)
@@ -61,9 +65,9 @@ def _follow(change: np.ndarray, target: np.ndarray) -> None:
         for c in range(3):
             for lane in range(target.shape[2]):
                 if p % 2:
-                    target[p, c, lane] += change[p, c, lane]
-                else:
                     target[p, c, lane] += 0.5 * (change[p - 1, c, lane] + change[p + 1, c, lane])
+                else:
+                    target[p, c, lane] += change[p, c, lane]
 
 
 @njit(cache=True, parallel=True)
@@ -92,19 +96,18 @@ def collide_body(
         xs, vs, x0 = x[rows], v[rows], before[rows]
         dx, dv = np.zeros_like(xs), np.zeros_like(vs)
         touched = False
-        for p in range(CLAMPED, xs.shape[0], 2):
-            kept = thickness * min((p - 1) // 2, _RISE) / _RISE
+        for p in range(CLAMPED + 1, xs.shape[0], 2):
+            kept = thickness * min(p // 2 - 1, _RISE) / _RISE
             for lane in range(xs.shape[2]):
                 px, py, pz = xs[p, 0, lane], xs[p, 1, lane], xs[p, 2, lane]
-                phi, nx, ny, nz, bx, by, bz = evaluate(
-                    scheme, fields[0], fields[1], times[1] / frame, frame, px, py, pz
-                )
-                depth = kept - phi
-                if depth <= 0.0:
+                a = times[1] / frame
+                if distance_between(scheme, fields[0], fields[1], a, frame, px, py, pz) >= kept:
                     continue
+                phi, nx, ny, nz, bx, by, bz = evaluate(scheme, fields[0], fields[1], a, frame, px, py, pz)
+                depth = kept - phi
                 touched = True
                 qx, qy, qz = x0[p, 0, lane], x0[p, 1, lane], x0[p, 2, lane]
-                start = evaluate(scheme, fields[0], fields[1], times[0] / frame, frame, qx, qy, qz)[0]
+                start = distance_between(scheme, fields[0], fields[1], times[0] / frame, frame, qx, qy, qz)
                 if start < 0.0:
                     depth = min(depth, _PUSH_OUT * dt)
                 ux, uy, uz = px - qx - dt * bx, py - qy - dt * by, pz - qz - dt * bz

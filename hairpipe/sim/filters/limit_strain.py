@@ -1,11 +1,12 @@
 """Biased strain limiting: Sec. 4.2 of Selle, Lentine, Fedkiw 2008.
 
-From root to tip every particle that lies farther than (1 + tolerance) l0 from its neighbour nearer the root is drawn in
-along the line between them, and only it moves, so one pass satisfies every limit. A perturbed particle follows the one of
-its two edges that is nearer the root.
+From root to tip every particle that lies farther than (1 + tolerance) l0 from its neighbour nearer the root is drawn
+in along the line between them, and only it moves, so one pass satisfies every limit. A perturbed particle follows the
+one of its two edges that is nearer the root.
 
-We differ from the paper: the limit is a tolerance, not the rest length, so that springs carry the weight of resting hair
-and no hidden velocity grows (physics.md 1.6), and the correction stays out of the velocity, where it would add energy.
+We differ from the paper: the limit is a tolerance, not the rest length, so that springs carry the weight of resting
+hair and no hidden velocity grows (physics.md 1.6), and the correction stays out of the velocity, where it would add
+energy.
 """
 
 import numpy as np
@@ -38,5 +39,5 @@ def limit_strain(network: Network, x: np.ndarray, tolerance: float) -> None:
         rows = slice(network.first[block], network.first[block + 1])
         strand, lengths = x[rows], network.inverse_lengths[rows]
         for p in range(CLAMPED, strand.shape[0]):
-            parent = p - 2 if p % 2 else p - 1
+            parent = p - 1 if p % 2 else p - 2
             _draw_in(strand, p, parent, load(lengths, (parent, p - parent - 1)), 1.0 + tolerance)

@@ -1,8 +1,8 @@
 """Altitude springs: Sec. 3.1 of Selle, Lentine, Fedkiw 2008, without a branch.
 
-For four particles let N_i be the gradient of six times their volume with respect to particle i. The seven candidates are
-the four N_i (point against face) and N_1+N_2, N_1+N_3, N_2+N_3 (edge against edge). The one with the largest |N| is the
-shortest, h = 6V / |N|, and only it acts, along n = N / |N| with weights g_i = N_i . N / |N|^2:
+For four particles let N_i be the gradient of six times their volume with respect to particle i. The seven candidates
+are the four N_i (point against face) and N_1+N_2, N_1+N_3, N_2+N_3 (edge against edge). The one with the largest |N| is
+the shortest, h = 6V / |N|, and only it acts, along n = N / |N| with weights g_i = N_i . N / |N|^2:
 
     f_i = -k (h / h0 - 1) g_i n,   K_ij = (k / |h0|) g_i g_j n n^T
 

@@ -37,7 +37,8 @@ def test_stiffness_with_its_own_tension_is_the_exact_hessian(system):
         moved = np.zeros(12)
         moved[i] = step
         change = (
-            _apply(system, points + moved.reshape(4, 3), 1).force - _apply(system, points - moved.reshape(4, 3), 1).force
+            _apply(system, points + moved.reshape(4, 3), 1).force
+            - _apply(system, points - moved.reshape(4, 3), 1).force
         )
         np.testing.assert_allclose(dense[:, i], -change.reshape(-1) / (2 * step), rtol=1e-5, atol=1e-7)
 
