@@ -24,6 +24,7 @@ class Reference(NamedTuple):
     heading    turn about Y from facing +Z to facing as the performer does (3, 3)
     rotations  joint-to-world (J, 3, 3)
     positions  [file units] (J, 3)
+    lowest     height of the lowest joint or End Site [file units]
     drawn      whether it is a drawn pose (all channels zero), not a recorded one
     """
 
@@ -31,6 +32,7 @@ class Reference(NamedTuple):
     heading: np.ndarray
     rotations: np.ndarray
     positions: np.ndarray
+    lowest: float
     drawn: bool
 
 
@@ -47,8 +49,10 @@ def find_reference(clip: Clip, roles: Roles, up: str | None, reference: str | No
     world = Z_UP if up == "z" else np.eye(3)
     drawn = reference == "zero" or (reference is None and bool((world @ upward)[1] > UPRIGHT))
     placement = turn(zero if drawn else place_joints(clip, np.zeros(1)), world)
-    positions = placement.positions[0]
-    return Reference(world, find_heading(positions, roles), placement.rotations[0], positions, drawn)
+    rotations, positions = placement.rotations[0], placement.positions[0]
+    ends = positions + np.einsum("jab,jb->ja", rotations, np.nan_to_num(clip.ends))
+    lowest = float(min(positions[:, 1].min(), ends[:, 1].min()))
+    return Reference(world, find_heading(positions, roles), rotations, positions, lowest, drawn)
 
 
 def turn(placement: Placement, world: np.ndarray) -> Placement:

@@ -145,7 +145,7 @@ def find_origins(
     if hips is None or leg_length(pose.positions, performer) == 0.0:
         return origins
     origins = origins - pose.positions[hips] * (1.0, 0.0, 1.0)
-    height = -pose.positions[:, 1].min()
+    height = -pose.lowest
     if leg_length(skeleton.rest[:, :3, 3], body) > 0.0 and Role("hips") in body:
         rest = skeleton.rest[:, 1, 3]
         height = (rest[body[Role("hips")][0]] - skeleton.tips[:, 1].min()) / scale - pose.positions[hips][1]

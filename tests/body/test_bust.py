@@ -110,7 +110,7 @@ def test_hair_grows_on_the_scalp_alone(bust, place, scalp):
 def test_hair_is_longest_at_the_crown(bust):
     assert value_at(bust, "length", (0.0, 0.45, -0.02)) == pytest.approx(1.0)
     assert value_at(bust, "length", (0.0, 0.28, -0.08)) < 0.7
-    assert all(0.0 <= values.min() and values.max() <= 1.0 for values in bust.maps.values())
+    assert all(values.min() >= 0.0 and values.max() <= 1.0 for values in bust.maps.values())
 
 
 def test_texture_of_the_scalp_has_neither_seam_nor_fold(bust):

@@ -48,7 +48,7 @@ def test_only_what_the_head_carries_is_scalp():
 
 
 def test_a_missing_joint_is_named():
-    with pytest.raises(BadInput, match="skull.*hips, head"):
+    with pytest.raises(BadInput, match=r"skull.*hips, head"):
         paint_scalp(make_body(np.zeros((1, 3)), np.array([[0.0, 1.0]])), Scalp(joint="skull"))
 
 

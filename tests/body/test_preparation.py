@@ -1,0 +1,109 @@
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hairpipe.body.preparation import prepare, transform
+from hairpipe.body.scalp import Scalp
+from hairpipe.data import Body, Mesh, Skeleton
+from hairpipe.errors import BadInput
+
+DEFAULTS = {"unit": 1.0, "up": "y", "joint": "head", "scalp": None}
+
+
+def make_body(rigged: bool = True) -> Body:
+    """A tetrahedron of 1 m, and a vertex that no triangle uses."""
+    points = np.array([[0.0, 0, 0], [9.0, 9.0, 9.0], [1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
+    triangles = np.array([[0, 3, 2], [0, 2, 4], [0, 4, 3], [2, 3, 4]], np.int32)
+    rest = np.tile(np.eye(4), (2, 1, 1))
+    rest[1, :3, 3] = (0.1, 0.2, 0.9)
+    skeleton = Skeleton(("hips", "head"), np.array([-1, 0], np.int32), rest, rest[:, :3, 3] + 0.1)
+    if not rigged:
+        skeleton = Skeleton((), np.zeros(0, np.int32), np.zeros((0, 4, 4)), np.zeros((0, 3)))
+    count = 2 if rigged else 0
+    weights = np.tile([0.25, 0.75][:count], (5, 1))
+    joints = np.tile(np.array([0, 1][:count], np.int32), (5, 1))
+    return Body(Mesh(points, triangles), skeleton, joints, weights, {"paint": np.arange(5.0) / 5.0})
+
+
+def test_stray_vertices_are_dropped_with_all_they_carry():
+    body = prepare(make_body(), **DEFAULTS)
+    np.testing.assert_array_equal(body.mesh.points, make_body().mesh.points[[0, 2, 3, 4]])
+    np.testing.assert_array_equal(body.mesh.triangles, [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
+    np.testing.assert_array_equal(body.maps["paint"], [0.0, 0.4, 0.6, 0.8])
+    assert body.weights.shape == body.joints.shape == (4, 2)
+
+
+def test_weights_that_are_nothing_all_down_are_dropped():
+    body = replace(make_body(), weights=np.tile([0.0, 1.0], (5, 1)))
+    np.testing.assert_array_equal(prepare(body, **DEFAULTS).joints, [[1]] * 4)
+
+
+def test_units_scale_everything_but_directions():
+    body = prepare(make_body(), **{**DEFAULTS, "unit": 0.1})
+    np.testing.assert_allclose(body.mesh.points[1], [0.1, 0.0, 0.0])
+    np.testing.assert_allclose(body.skeleton.rest[1, :3, 3], [0.01, 0.02, 0.09])
+    np.testing.assert_allclose(body.skeleton.rest[1, :3, :3], np.eye(3))
+    np.testing.assert_allclose(body.skeleton.tips[1], [0.02, 0.03, 0.10])
+
+
+def test_z_up_is_turned_and_still_faces_the_viewer():
+    body = prepare(make_body(), **{**DEFAULTS, "up": "z"})
+    np.testing.assert_allclose(body.mesh.points[3], [0.0, 1.0, 0.0])  # what was up
+    np.testing.assert_allclose(body.mesh.points[2], [0.0, 0.0, -1.0])  # behind the face, which looks along -Y
+    assert np.linalg.det(body.skeleton.rest[0, :3, :3]) == pytest.approx(1.0)
+
+
+def test_transform_keeps_the_body_on_its_joints():
+    """What a joint sees of a vertex does not change when both are turned."""
+    body, matrix = make_body(), np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    turned = transform(body, matrix)
+    seen = [(p.skeleton.rest[1, :3, :3].T @ (p.mesh.points - p.skeleton.rest[1, :3, 3]).T) for p in (body, turned)]
+    np.testing.assert_allclose(seen[0], seen[1], atol=1e-12)
+
+
+def test_a_body_without_a_skeleton_gets_one_joint():
+    body = prepare(make_body(rigged=False), **{**DEFAULTS, "joint": "Head"})
+    assert body.skeleton.names == ("Head",)
+    np.testing.assert_allclose(body.skeleton.rest[0, :3, 3], [0.25, 0.25, 0.25])
+    np.testing.assert_array_equal(body.weights, np.ones((4, 1)))
+    assert body.skeleton.tips[0, 1] == 1.0
+
+
+@pytest.mark.parametrize(("unit", "size"), [(10.0, "10 m"), (0.001, "0.001 m")])
+def test_giants_and_specks_are_told(unit, size):
+    with pytest.warns(UserWarning, match=f"{size} large: is unit = "):
+        prepare(make_body(), **{**DEFAULTS, "unit": unit})
+
+
+def test_people_pass_without_a_word():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        prepare(make_body(), **DEFAULTS)
+
+
+def test_a_scalp_is_painted_on_request():
+    rule = Scalp(joint="head", up=-0.5, forward=0.0)
+    assert "scalp" not in prepare(make_body(), **DEFAULTS).maps
+    assert set(prepare(make_body(), **{**DEFAULTS, "scalp": rule}).maps) == {"paint", "scalp"}
+
+
+def broken(**mesh) -> Body:
+    body = make_body()
+    return replace(body, mesh=replace(body.mesh, **mesh))
+
+
+@pytest.mark.parametrize(
+    ("body", "message"),
+    [
+        (broken(triangles=np.zeros((0, 3), np.int32)), "no triangles"),
+        (broken(triangles=np.array([[0, 1, 5]], np.int32)), "vertex that does not exist"),
+        (broken(triangles=np.array([[0, 1, -1]], np.int32)), "vertex that does not exist"),
+        (broken(points=np.full((5, 3), np.nan)), "positions are not all finite"),
+        (replace(make_body(), weights=np.full((5, 2), np.inf)), "weights are not all finite"),
+    ],
+)
+def test_broken_meshes_are_refused(body, message):
+    with pytest.raises(BadInput, match=message):
+        prepare(body, **DEFAULTS)

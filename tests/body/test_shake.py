@@ -1,0 +1,39 @@
+"""The clip we ship is what the code beside it makes."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hairpipe.body.bust import build_skeleton
+from hairpipe.body.performer import place_at_zero
+from hairpipe.io.bvh import read_bvh
+from hairpipe.io.bvh_writing import write_bvh
+
+ASSETS = Path(__file__).resolve().parents[2] / "graphs" / "assets"
+
+
+@pytest.fixture
+def clip():
+    spec = importlib.util.spec_from_file_location("shake", ASSETS / "shake.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.make_clip()
+
+
+def test_the_file_is_what_the_code_writes(clip, tmp_path):
+    write_bvh(tmp_path / "shake.bvh", clip)
+    kept, made = read_bvh(ASSETS / "shake.bvh"), read_bvh(tmp_path / "shake.bvh")
+    assert (kept.names, kept.channels, kept.frame_time) == (made.names, made.channels, made.frame_time)
+    np.testing.assert_allclose(kept.values, made.values, atol=2e-6)  # another libm may round the last digit
+
+
+def test_its_joints_are_those_of_the_bust(clip):
+    skeleton = build_skeleton()
+    assert clip.names == skeleton.names
+    np.testing.assert_allclose(place_at_zero(clip).positions[0], skeleton.rest[:, :3, 3], atol=1e-12)
+
+
+def test_it_lasts_sixty_frames_at_film_rate(clip):
+    assert (len(clip.values) - 1) * clip.frame_time > 59.5 / 24.0
