@@ -73,10 +73,17 @@ def is_left_over(path: Path) -> bool:
     host, _, rest = path.name.partition("-")
     if host != HOST:
         return time.time() - path.stat().st_mtime > STALE
+    number = rest.partition("-")[0]
+    return number.isdigit() and not is_running(int(number))
+
+
+def is_running(process: int) -> bool:
+    """Whether a process of this machine runs; one that is dead and waits to be noticed does not."""
     try:
-        os.kill(int(rest.partition("-")[0]), 0)
-    except ProcessLookupError:
-        return True
-    except (PermissionError, ValueError, OverflowError):
+        os.kill(process, 0)
+        status = Path(f"/proc/{process}/stat").read_text()
+    except (ProcessLookupError, OverflowError):
         return False
-    return False
+    except OSError:
+        return True
+    return status.rpartition(")")[2].split()[0] not in ("Z", "X")

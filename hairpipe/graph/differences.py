@@ -8,8 +8,11 @@ from hairpipe.graph.key import Parts
 from hairpipe.graph.store import Store
 
 
-def differences(old: Parts, new: Parts, store: Store) -> Iterator[str]:
-    """Say what differs, the most telling first: type, settings, inputs, time, code."""
+def differences(old: Parts, new: Parts, modules: dict[str, str], store: Store) -> Iterator[str]:
+    """Say what differs, the most telling first: type, settings, inputs, time, code.
+
+    modules  that the new code digest was made of; what the old one was made of, the store knows
+    """
     if old["type"] != new["type"]:
         yield f"type {old['type']} -> {new['type']}"
         return
@@ -17,7 +20,7 @@ def differences(old: Parts, new: Parts, store: Store) -> Iterator[str]:
     yield from inputs(old["inputs"], new["inputs"])
     yield from settings(old["time"] or {}, new["time"] or {}, "")
     if old["code"] != new["code"]:
-        yield from code(old["code"], new["code"], store)
+        yield from code(json.loads(store.recall(old["code"]) or "{}"), modules)
 
 
 def settings(old: dict[str, Any], new: dict[str, Any], label: str) -> Iterator[str]:
@@ -56,17 +59,18 @@ def frames(old: dict[int, str], new: dict[int, str]) -> str:
     return f"at frame {changed[0]}" + (f" and {len(changed) - 1} more" if len(changed) > 1 else "")
 
 
-def code(old: str, new: str, store: Store) -> Iterator[str]:
-    """Name the modules and versions that differ, as far as the store still knows what a digest was made of."""
-    before, after = (json.loads(store.recall(name) or "{}") for name in (old, new))
-    changed = [name for name in sorted(before.keys() | after.keys()) if before.get(name) != after.get(name)]
-    if not before or not changed:
+def code(old: dict[str, str], new: dict[str, str]) -> Iterator[str]:
+    """Name the modules and versions that differ; just the code where it is not known what the old one was made of."""
+    if not old:
         yield "code"
-    for name in changed if before else ():
+        return
+    for name in sorted(old.keys() | new.keys()):
+        if old.get(name) == new.get(name):
+            continue
         if name.endswith(" (version)"):
-            yield f"version of {name.removesuffix(' (version)')} {before.get(name)} -> {after.get(name)}"
+            yield f"version of {name.removesuffix(' (version)')} {old.get(name)} -> {new.get(name)}"
         else:
-            yield f"code {name}"
+            yield f"code {name}" + (" (new)" if name not in old else " (no longer used)" if name not in new else "")
 
 
 def is_file(value: Any) -> bool:

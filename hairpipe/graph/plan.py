@@ -114,7 +114,9 @@ class Planner:
         if key == action_key(parts):
             return ["its result is missing or damaged" if not self.store.find(key) else "as before"]
         record = self.store.record(key)
-        return list(differences(record.parts, parts, self.store)) if record else ["its latest result is gone"]
+        if record is None:
+            return ["its latest result is gone"]
+        return list(differences(record.parts, parts, self.resolver.codes[task.node].parts, self.store))
 
     def gone(self, task: Task) -> set[Task]:
         """Established tasks whose objects this one needs but which are not there."""

@@ -161,6 +161,11 @@ def read(path: Path) -> Tree:
         raise BadInput(f"not a whole HDF5 value: {error}", where=path) from None
 
 
+def digest_file(path: Path) -> str:
+    """Digest the value in a file, as `digest` does; BadInput where there is none."""
+    return digest_tree(read(path))
+
+
 def read_group(group: h5py.Group, size: int) -> dict[str, Tree]:
     """Read everything in a group."""
     tree: dict[str, Tree] = {}

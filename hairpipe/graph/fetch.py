@@ -1,0 +1,32 @@
+"""Looks up the value of a node at a frame, for whoever wants to see it."""
+
+import importlib
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.graph import Graph
+from hairpipe.graph.plan import explain
+from hairpipe.graph.run import CODEC
+from hairpipe.graph.settings import nearest
+from hairpipe.graph.store import LostObject, Store
+from hairpipe.graph.tasks import Task
+from hairpipe.graph.values import Values
+
+
+def fetch(graph: Graph, store: Store, task: Task, output: str | None = None, codec: str = CODEC) -> Any:
+    """Read a result from the store: a value of its type, or a File; BadInput where it has not been computed.
+
+    output  of a node with several; without one, the only one or the first
+    """
+    found = explain(graph, store, task)
+    if found.record is None or found.entry.status != "cached":
+        raise BadInput(f"'{task}' has not been computed", where=graph.path, right=f"hairpipe run --to {task.node}")
+    outputs = graph.nodes[task.node].type.outputs
+    name = next(iter(outputs)) if output is None else output
+    if name not in outputs:
+        raise BadInput(f"'{task.node}' has no output '{name}'", where=graph.path, right=nearest(name, list(outputs)))
+    try:
+        return Values(store, importlib.import_module(codec), 0).get(found.record.outputs[name].object, outputs[name])
+    except LostObject:
+        right = f"hairpipe run --to {task.node} computes it again"
+        raise BadInput(f"'{task}' is not in the store any more", where=store.root, right=right) from None

@@ -1,0 +1,128 @@
+"""Housekeeping of a store: what is in it, whether it is whole, and what may go."""
+
+import json
+import time
+from collections.abc import Callable, Iterable, Iterator, Set
+from dataclasses import dataclass
+from pathlib import Path
+
+from hairpipe.graph.fingerprint import digest_file
+from hairpipe.graph.graph import Graph
+from hairpipe.graph.plan import plan
+from hairpipe.graph.record import Record
+from hairpipe.graph.store import Store
+from hairpipe.graph.values import set_name
+
+CheckValue = Callable[[Path], str]
+"""Gives the digest of the value in an object file; raises where there is none."""
+
+
+@dataclass(frozen=True)
+class Item:
+    """A result in the store.
+
+    used  when it was last established by a run, in seconds since 1970 [s]
+    size  of its objects, some of which other results may share [bytes]
+    """
+
+    record: Record
+    used: float
+    size: int
+
+
+@dataclass(frozen=True)
+class Swept:
+    """What a cleaning removed: results, objects, and bytes."""
+
+    records: int
+    objects: int
+    size: int
+
+
+def items(store: Store) -> Iterator[Item]:
+    """Iterate over all results in a store, unordered; damaged records are left out."""
+    for path in (store.root / "actions").glob("??/*.json"):
+        record = store.record(path.stem)
+        if record:
+            yield Item(record, path.stat().st_mtime, record.size)
+
+
+def objects(store: Store) -> dict[str, int]:
+    """Sizes of all objects in a store by name [bytes]."""
+    return {path.name: path.stat().st_size for path in (store.root / "objects").glob("??/*")}
+
+
+def usage(store: Store) -> dict[str, tuple[int, int]]:
+    """Number of results and bytes on disk by node type; an object that is shared counts for the first that has it."""
+    sizes, used = objects(store), {}
+    for item in items(store):
+        count, total = used.get(item.record.parts["type"], (0, 0))
+        own = sum(sizes.pop(name, 0) for name, _ in item.record.objects())
+        used[item.record.parts["type"]] = (count + 1, total + own)
+    if sizes:
+        used["(unused)"] = (len(sizes), sum(sizes.values()))
+    return used
+
+
+def verify(store: Store, check_value: CheckValue) -> list[str]:
+    """Read every record and object; remove and name those that are damaged, so that they are computed again."""
+    damaged = []
+    for path in (store.root / "actions").glob("??/*.json"):
+        if store.record(path.stem) is None:
+            damaged.append(f"actions/{path.name}")
+    for name in objects(store):
+        path = store.object_path(name)
+        if not is_whole(path, check_value):
+            store.remove(path)
+            damaged.append(f"objects/{name}")
+    return damaged
+
+
+def is_whole(path: Path, check_value: CheckValue) -> bool:
+    """Whether an object is what its name says."""
+    try:
+        if path.suffix == ".h5":
+            return check_value(path) == path.stem
+        if path.suffix == ".set":
+            return set_name(json.loads(path.read_text(encoding="utf-8"))) == path.name
+        return digest_file(path) == path.stem
+    except Exception:  # whatever a reader says about a damaged file
+        return False
+
+
+def reached(store: Store, graphs: Iterable[Graph]) -> set[str]:
+    """Keys of the results that these graphs would find, over all their frames."""
+    return {entry.key for graph in graphs for entry in plan(graph, store) if entry.status == "cached" and entry.key}
+
+
+def clean(store: Store, *, keep: Set[str] = frozenset(), older: float = 0.0, size: int = 0) -> Swept:
+    """Remove results, least recently used first, then every object that no result holds.
+
+    keep   keys of results that stay in any case, as `reached` gives them
+    older  only results unused for this long go [s]
+    size   they go until the store takes no more than this [bytes]
+
+    A run that is under way loses nothing but time: what it misses it computes again.
+    """
+    known = sorted(items(store), key=lambda item: item.used)
+    held: dict[str, int] = {}
+    for item in known:
+        for name, _ in item.record.objects():
+            held[name] = held.get(name, 0) + 1
+    sizes = objects(store)
+    total, gone, now = sum(sizes[name] for name in sizes if name in held), 0, time.time()
+    for item in known:
+        if total <= size or now - item.used < older:
+            break
+        if item.record.key in keep:
+            continue
+        store.remove(store.action_path(item.record.key))
+        gone += 1
+        for name, _ in item.record.objects():
+            held[name] -= 1
+            total -= 0 if held[name] else sizes.get(name, 0)
+    unused = [name for name in sizes if not held.get(name)]
+    for name in unused:
+        store.remove(store.object_path(name))
+    store.sweep()
+    return Swept(gone, len(unused), sum(sizes[name] for name in unused))

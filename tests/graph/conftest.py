@@ -1,0 +1,124 @@
+"""A shot to try the engine on: toy nodes beside a graph file, and a count of what was evaluated."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import pytest
+
+from hairpipe.graph.load import load_graph
+from hairpipe.graph.plan import plan
+from hairpipe.graph.run import Options, run
+from hairpipe.graph.store import Store
+
+HERE = Path(__file__).parent
+
+HEAD = """schema = 1
+frames = [{first}, {last}]
+fps = 24
+[seed]
+type = "make_seed"
+value = 3
+[move]
+type = "move_seed"
+in.seed = "seed"
+"""
+CHAIN = (
+    HEAD
+    + """
+[sum]
+type = "add_up"
+in.number = "move"
+checkpoint = 4
+[list]
+type = "write_list"
+in.numbers = "sum"
+publish = "out/list.txt"
+"""
+)
+
+
+class Shot:
+    """A graph file in a folder of its own, and its store."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.path = folder / "shot.toml"
+        self.nodes = folder / "nodes"
+        self.store = Store(folder / "cache")
+        shutil.copytree(HERE / "toys", self.nodes, ignore=shutil.ignore_patterns("__pycache__"))
+        self.write(CHAIN)
+
+    def write(self, text: str, first: int = 1, last: int = 10) -> None:
+        """Write the graph file."""
+        self.path.write_text(text.replace("{first}", str(first)).replace("{last}", str(last)))
+
+    def edit(self, file: str, old: str, new: str) -> None:
+        """Change a file of nodes; its length changes too, so that no stale bytecode is taken for it."""
+        path = self.nodes / file
+        text = path.read_text()
+        assert old in text
+        path.write_text(text.replace(old, new) + "#" * len(text))
+
+    def load(self, **settings):
+        """Load the graph afresh, as a new process would."""
+        for name in [path.stem for path in self.nodes.glob("*.py")]:
+            sys.modules.pop(name, None)
+        return load_graph(self.path, {name.replace("__", "."): str(value) for name, value in settings.items()})
+
+    def run(self, frames=None, *, to=(), store=None, report=lambda event: None, jobs=1, keep_going=False, **settings):
+        """Run the graph; returns the outcome."""
+        graph = self.load(**settings)
+        graph = graph.upto(to) if to else graph
+        options = Options(jobs=jobs, keep_going=keep_going)
+        return run(graph, store or self.store, frames, options, report)
+
+    def plan(self, frames=None, **settings):
+        """Plan the graph; returns entries by name of the task."""
+        return {str(entry.task): entry for entry in plan(self.load(**settings), self.store, frames)}
+
+    def tally(self) -> Counter:
+        """Count evaluations by node type since the last call."""
+        path = Path(os.environ["TOY_TALLY"])
+        lines = path.read_text().splitlines() if path.exists() else []
+        path.unlink(missing_ok=True)
+        return Counter(line.split()[0] for line in lines)
+
+    def results(self, store=None, **settings) -> dict[str, dict[str, str]]:
+        """Objects of all results, by task and output; everything has to be there."""
+        from hairpipe.graph.resolve import Resolver
+        from hairpipe.graph.key import action_key
+
+        graph = self.load(**settings)
+        resolver = Resolver(graph, store or self.store, graph.select(None))
+        for task in resolver.tasks:
+            resolver.results[task] = resolver.find(task, action_key(resolver.parts(task)))
+        return {str(t): {n: o.object for n, o in r.outputs.items()} for t, r in resolver.results.items()}
+
+    def start(self, store=None, jobs=2, **environment) -> subprocess.Popen:
+        """Start a run in a process of its own."""
+        command = [sys.executable, HERE / "drive.py", self.path, (store or self.store).root, str(jobs)]
+        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ | environment)
+
+
+@pytest.fixture
+def shot(tmp_path, monkeypatch) -> Shot:
+    """A shot of ten frames: seed -> move -> sum (a scan) -> list (a file)."""
+    monkeypatch.setenv("TOY_TALLY", str(tmp_path / "tally"))
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    before = set(sys.modules)
+    yield Shot(tmp_path)
+    for name in set(sys.modules) - before:
+        if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):
+            del sys.modules[name]
+
+
+def outcome_of(process: subprocess.Popen) -> dict:
+    """Wait for a run of its own and read its outcome."""
+    output, errors = process.communicate(timeout=60)
+    assert output, errors.decode()
+    return json.loads(output)

@@ -1,0 +1,16 @@
+"""Runs a graph in a process of its own, for tests that kill it: graph, store and jobs as arguments; the outcome as JSON."""
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+
+from hairpipe.graph.load import load_graph
+from hairpipe.graph.run import Options, run
+from hairpipe.graph.store import Store
+
+if __name__ == "__main__":
+    graph, store, jobs = sys.argv[1:4]
+    outcome = run(load_graph(Path(graph)), Store(Path(store)), options=Options(jobs=int(jobs)))
+    print(json.dumps(asdict(outcome)))
+    sys.exit(outcome.exit_code)

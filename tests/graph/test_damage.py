@@ -1,0 +1,95 @@
+"""Damaged results: noticed when they are used, computed again, never an error."""
+
+import struct
+from collections import Counter
+
+import pytest
+
+from hairpipe.graph.keep import verify
+from hairpipe.graph.store import Store
+from hairpipe.io.hdf5 import digest_file
+
+
+def flip(path):
+    """Flip a bit of the array in a value, of the middle of anything else: HDF5 leaves room where a bit means nothing."""
+    data = bytearray(path.read_bytes())
+    at = max(data.find(struct.pack("<2d", value, value)) for value in (3.0, 9.0))
+    data[at if at > 0 else len(data) // 2] ^= 16
+    rewrite(path, bytes(data))
+
+
+def truncate(path):
+    rewrite(path, path.read_bytes()[:-7])
+
+
+def rewrite(path, data):
+    path.chmod(0o644)
+    path.write_bytes(data)
+
+
+def remove(path):
+    path.unlink()
+
+
+@pytest.mark.parametrize("harm", [flip, truncate, remove])
+def test_damaged_value_is_computed_again(shot, harm):
+    shot.run()
+    before = shot.results()
+    shot.tally()
+    harm(shot.store.object_path(before["move@6"][""]))
+    shot.run(sum__warn=99)
+    counts = shot.tally()
+    assert counts == Counter(move_seed=1, add_up=10)
+    assert shot.results() == before
+
+
+@pytest.mark.parametrize("harm", [flip, truncate, remove])
+def test_damaged_file_is_published_whole(shot, harm):
+    shot.run()
+    published = shot.folder / "out" / "list.txt"
+    right = published.read_bytes()
+    shot.tally()
+    harm(shot.store.object_path(shot.results()["list"][""]))
+    published.unlink()
+    assert shot.run().exit_code == 0
+    assert shot.tally() == Counter(write_list=1)
+    assert published.read_bytes() == right
+
+
+@pytest.mark.parametrize("harm", [flip, truncate, remove])
+def test_damaged_record_is_a_miss(shot, harm):
+    shot.run()
+    record = next(
+        shot.store.record(p.stem) for p in shot.store.root.glob("actions/??/*.json") if '"move"' in p.read_text()
+    )
+    shot.tally()
+    harm(shot.store.action_path(record.key))
+    shot.run()
+    assert shot.tally() == Counter(move_seed=1)
+
+
+def test_damaged_notes_cost_nothing_but_time(shot):
+    shot.run()
+    shot.tally()
+    for path in [*shot.store.root.glob("notes/??/*"), *shot.store.root.glob("latest/*/*")]:
+        path.write_bytes(b"\xff{")
+    assert shot.run().exit_code == 0
+    assert shot.tally() == Counter()
+
+
+def test_verify_finds_and_removes_what_is_damaged(shot):
+    shot.run()
+    results = shot.results()
+    assert verify(shot.store, digest_file) == []
+    flip(shot.store.object_path(results["seed"][""]))
+    truncate(shot.store.object_path(results["list"][""]))
+    found = verify(shot.store, digest_file)
+    assert sorted(found) == sorted(f"objects/{results[name]['']}" for name in ("seed", "list"))
+    shot.run()
+    assert shot.results() == results
+    assert verify(shot.store, digest_file) == []
+
+
+def test_store_is_remade_from_nothing_but_a_folder(shot):
+    store = Store(shot.folder / "deep" / "new")
+    assert shot.run(store=store, to=["seed"]).exit_code == 0

@@ -1,0 +1,99 @@
+"""Runs that are killed: the next one goes on, and ends with the bytes of a run that nobody disturbed."""
+
+import os
+import random
+import signal
+import time
+
+import pytest
+
+from hairpipe.graph.store import Store
+from tests.graph.conftest import outcome_of
+
+
+@pytest.fixture
+def undisturbed(shot):
+    """Results and published bytes of a run that nobody disturbed."""
+    store = Store(shot.folder / "undisturbed")
+    assert shot.run(store=store).exit_code == 0
+    shot.tally()
+    published = shot.folder / "out" / "list.txt"
+    text = published.read_bytes()
+    published.unlink()
+    return shot.results(store), text
+
+
+def resumed(shot):
+    """Finish a run; its results, and what it published."""
+    assert shot.run().exit_code == 0
+    assert list((shot.store.root / "tmp").iterdir()) == [], "nothing of the killed run is left"
+    return shot.results(), (shot.folder / "out" / "list.txt").read_bytes()
+
+
+@pytest.mark.parametrize("rename", [1, 2, 7, 18])
+def test_killed_between_write_and_rename(shot, undisturbed, rename):
+    """Worker and coordinator die when a whole temporary file is about to get its name."""
+    process = shot.start(jobs=1, TOY_KILL_AT_RENAME=str(rename))
+    process.communicate(timeout=60)
+    assert process.returncode == -signal.SIGKILL
+    wait_for_workers(shot)
+    assert any((shot.store.root / "tmp").iterdir()), "the kill did hit the gap"
+    assert resumed(shot) == undisturbed
+
+
+def test_killed_at_any_moment(shot, undisturbed):
+    moments = random.Random(7)
+    for _ in range(3):
+        process = shot.start(jobs=2)
+        lines = moments.randint(1, 6)
+        while process.poll() is None and tally_lines(shot) < lines:
+            time.sleep(0.002)
+        process.kill()
+        process.communicate()
+        wait_for_workers(shot)
+        (shot.folder / "tally").unlink(missing_ok=True)
+    assert resumed(shot) == undisturbed
+
+
+def test_worker_dies_with_its_coordinator(shot):
+    shot.path.write_text(
+        shot.path.read_text() + '[slow]\ntype = "go_wrong"\nin.number = "move"\nhow = "slow"\nat = 1\n'
+    )
+    process = shot.start(jobs=2)
+    while "go_wrong 1" not in (shot.folder / "tally").read_text() if tally_lines(shot) else True:
+        time.sleep(0.02)
+    process.kill()
+    process.communicate()
+    wait_for_workers(shot)
+
+
+def test_two_processes_share_the_work(shot):
+    """Each evaluation is made once, by one or the other."""
+    shot.path.write_text(shot.path.read_text().replace("[1, 10]", "[1, 40]"))
+    outcomes = [outcome_of(process) for process in [shot.start(jobs=1), shot.start(jobs=1)]]
+    assert [outcome["failures"] for outcome in outcomes] == [[], []]
+    counts = shot.tally()
+    assert counts == {"make_seed": 1, "move_seed": 40, "add_up": 40, "write_list": 1}
+    assert sum(outcome["evaluated"] for outcome in outcomes) == 82
+
+
+def tally_lines(shot) -> int:
+    path = shot.folder / "tally"
+    return len(path.read_text().splitlines()) if path.exists() else 0
+
+
+def wait_for_workers(shot) -> None:
+    """Wait until no process has the store's folder on its command line or in its messages any more."""
+    for _ in range(200):
+        if not any(is_worker_of(shot, process) for process in os.listdir("/proc") if process.isdigit()):
+            return
+        time.sleep(0.02)
+    raise AssertionError("a worker outlives its coordinator")
+
+
+def is_worker_of(shot, process: str) -> bool:
+    try:
+        with open(f"/proc/{process}/cmdline", "rb") as file:
+            return b"hairpipe.graph.worker" in (command := file.read()) and str(shot.nodes).encode() in command
+    except OSError:
+        return False

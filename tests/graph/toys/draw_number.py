@@ -1,0 +1,14 @@
+"""A file per frame."""
+
+from hairpipe.graph import File, Workspace, node
+from numeral import Numeral
+from tally import tally
+
+
+@node(frames="each")
+def draw_number(number: Numeral, workspace: Workspace) -> File:
+    """Draw a number as that many digits."""
+    tally("draw_number")
+    path = workspace / "picture"
+    path.write_text(repr(number.value))
+    return File(path)

@@ -1,0 +1,38 @@
+"""Fails in the ways that nodes fail."""
+
+import errno
+import os
+import signal
+import time as clock
+from typing import Literal
+
+from hairpipe.errors import BadInput
+from hairpipe.graph import Time, node
+from numeral import Numeral
+from tally import numeral, tally
+
+
+@node(frames="each")
+def go_wrong(
+    number: Numeral,
+    time: Time,
+    *,
+    at: int = 3,
+    how: Literal["raise", "input", "kill", "full", "type", "slow"] = "raise",
+) -> Numeral:
+    """Fail at a frame."""
+    tally("go_wrong", time.frame)
+    if time.frame == at:
+        if how == "raise":
+            raise ZeroDivisionError("no strands left")
+        if how == "input":
+            raise BadInput("not a clip", where="walk.bvh:7")
+        if how == "kill":
+            os.kill(os.getpid(), signal.SIGKILL)
+        if how == "full":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        if how == "type":
+            return 3.0
+        if how == "slow":
+            clock.sleep(60)
+    return numeral(number.value)
