@@ -8,6 +8,7 @@ from pxr import Sdf, UsdGeom
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
+from hairpipe.io.polygons import triangulate
 from hairpipe.io.usd.stage import checked, location, move, numbers
 
 PER_VERTEX = (UsdGeom.Tokens.vertex, UsdGeom.Tokens.varying)
@@ -25,34 +26,23 @@ class Painted:
 def read_mesh(prim: UsdGeom.Mesh, points: np.ndarray, matrix: np.ndarray) -> Painted:
     """Read the faces, texture coordinates and maps of a mesh whose points (n, 3) the matrix (4, 4) takes to metres.
 
-    Polygons become fans of triangles, counter-clockwise seen from outside; holes are left out.
+    Polygons become triangles, counter-clockwise seen from outside; holes are left out.
 
     Raises BadInput if counts, indices and points do not agree.
     """
     counts = numbers(prim.GetFaceVertexCountsAttr(), kind=np.int64)
     vertices = numbers(prim.GetFaceVertexIndicesAttr(), kind=np.int64)
     _check_faces(prim, counts, vertices, len(points))
-    corners = fans(counts, _solid_faces(prim, len(counts)))
+    uv, solid = _read_uv(prim, vertices, len(points)), _solid_faces(prim, len(counts))
+    kept = np.repeat(solid, counts)
+    points, vertices = move(matrix, points), vertices[kept]
+    corners = triangulate(points[vertices], counts[solid])
     mirrored = np.linalg.det(matrix[:3, :3]) < 0
     if mirrored != (prim.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded):
         corners = corners[:, ::-1]
-    uv = _read_uv(prim, vertices, len(points))
     triangles = np.ascontiguousarray(vertices[corners], np.int32)
-    mesh = Mesh(move(matrix, points), triangles, uv=None if uv is None else uv[corners])
+    mesh = Mesh(points, triangles, uv=None if uv is None else np.ascontiguousarray(uv[kept][corners]))
     return Painted(mesh, _read_maps(prim, len(points)))
-
-
-def fans(counts: np.ndarray, faces: np.ndarray) -> np.ndarray:
-    """Return the face corners of a fan of triangles for each of some faces, (m, 3) int64.
-
-    counts  of the corners of all faces, (F,) int64
-    faces   to be cut, indices into counts
-    """
-    starts = np.cumsum(counts) - counts
-    pieces = counts[faces] - 2
-    face = np.repeat(faces, pieces)
-    step = np.arange(len(face)) - np.repeat(np.cumsum(pieces) - pieces, pieces)
-    return np.stack([starts[face], starts[face] + step + 1, starts[face] + step + 2], axis=1)
 
 
 def _check_faces(prim: UsdGeom.Mesh, counts: np.ndarray, vertices: np.ndarray, n: int) -> None:
@@ -70,10 +60,15 @@ def _check_faces(prim: UsdGeom.Mesh, counts: np.ndarray, vertices: np.ndarray, n
 
 
 def _solid_faces(prim: UsdGeom.Mesh, count: int) -> np.ndarray:
-    holes = numbers(prim.GetHoleIndicesAttr(), kind=np.int64)
+    """Return which faces are no holes, (count,) bool."""
+    holes, where = numbers(prim.GetHoleIndicesAttr(), kind=np.int64), location(prim.GetPrim())
     if len(holes) and (holes.min() < 0 or holes.max() >= count):
-        raise BadInput("holeIndices names no face", where=location(prim.GetPrim()), right=f"0 to {count - 1}")
-    return np.setdiff1d(np.arange(count), holes)
+        raise BadInput("holeIndices names no face", where=where, right=f"0 to {count - 1}")
+    solid = np.ones(count, bool)
+    solid[holes] = False
+    if not solid.any():
+        raise BadInput("all faces are holes", where=where, right="at least one face")
+    return solid
 
 
 def _read_uv(prim: UsdGeom.Mesh, vertices: np.ndarray, n: int) -> np.ndarray | None:

@@ -42,37 +42,46 @@ class Rig:
 
 
 def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
-    """Return the binding of every mesh that a skeleton moves."""
+    """Return the binding of every mesh that a skeleton moves.
+
+    Raises BadInput if the joints of a skeleton are no tree.
+    """
     cache, found, predicate = UsdSkel.Cache(), {}, Usd.TraverseInstanceProxies()
     for prim in stage.Traverse(predicate):
         root = UsdSkel.Root(prim)
         if root and cache.Populate(root, predicate):
             for binding in cache.ComputeSkelBindings(root, predicate):
-                query = cache.GetSkelQuery(binding.GetSkeleton())
+                query = _query(cache, binding.GetSkeleton())
                 found |= {skin.GetPrim().GetPath(): Binding(query, skin) for skin in binding.GetSkinningTargets()}
     return found
+
+
+def _query(cache: UsdSkel.Cache, skeleton: UsdSkel.Skeleton) -> UsdSkel.SkeletonQuery:
+    query = cache.GetSkelQuery(skeleton)
+    if not query or not query.GetJointOrder():
+        _, why = UsdSkel.Topology(skeleton.GetJointsAttr().Get() or []).Validate()
+        right = "each joint once, a parent before its children"
+        raise BadInput(
+            f"the joints are no tree: {why or 'there are none'}", where=location(skeleton.GetPrim()), right=right
+        )
+    return query
 
 
 def read_rig(query: UsdSkel.SkeletonQuery, first: int) -> Rig:
     """Read a skeleton; its rest pose is restTransforms, or the bind pose where these are absent.
 
-    Raises BadInput if joints are out of order, or neither pose fits them.
+    Raises BadInput if the bind pose does not fit the joints, or cannot be undone.
     """
-    prim, topology = query.GetPrim(), query.GetTopology()
-    where = location(prim)
-    sound, why = topology.Validate()
-    if not (len(topology) and sound):
-        raise BadInput(f"the joints are no tree: {why or 'there are none'}", where=where, right="parents first")
+    joints, where = tuple(query.GetJointOrder()), location(query.GetPrim())
     if not query.HasBindPose():
-        raise BadInput("bindTransforms do not fit the joints", where=where, right=f"{len(topology)} matrices")
-    bind, matrix = query.GetJointWorldBindTransforms(), place(prim)
+        raise BadInput("bindTransforms do not fit the joints", where=where, right=f"{len(joints)} matrices")
+    bind, matrix = query.GetJointWorldBindTransforms(), place(query.GetPrim())
     if query.HasRestPose():
         rest = query.ComputeJointSkelTransforms(REST, True)
         skin = Vt.Matrix4dArray([_inverse(b, where) * r for b, r in zip(bind, rest, strict=True)])
     else:
         rest, skin = bind, Vt.Matrix4dArray([Gf.Matrix4d(1)] * len(bind))
-    joints = tuple(query.GetJointOrder())
-    parents = np.array(topology.GetParentIndices(), np.int32)
+    parents = np.array(query.GetTopology().GetParentIndices(), np.int32)
     return Rig(first, joints, parents, _rigid(matrix, np.array([columns(r) for r in rest]), where), skin, matrix)
 
 
@@ -96,9 +105,7 @@ def _rigid(matrix: np.ndarray, joints: np.ndarray, where: str) -> np.ndarray:
 def skin_at_rest(rig: Rig, skinning: UsdSkel.SkinningQuery, points: np.ndarray) -> np.ndarray:
     """Return the points (n, 3) of a bound mesh in the skeleton's space at its rest pose, (n, 3) float64."""
     moved = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(points, np.float32))
-    mapper = skinning.GetJointMapper()
-    skin = rig.skin if mapper is None else mapper.RemapTransforms(rig.skin)
-    if not skinning.ComputeSkinnedPoints(skin, moved, REST):
+    if not skinning.ComputeSkinnedPoints(rig.skin, moved, REST):
         raise BadInput("cannot be skinned", where=location(skinning.GetPrim()), right="influences that fit the points")
     return np.array(moved, np.float64)
 

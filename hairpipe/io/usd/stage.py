@@ -11,6 +11,7 @@ from pxr import Tf, Usd, UsdGeom
 from hairpipe.errors import BadInput
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+LINE = 160  # characters of a message of OpenUSD that are shown
 Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
 
@@ -40,25 +41,24 @@ def check_file(path: Path) -> None:
 
 @contextmanager
 def usd_faults(path: Path) -> Iterator[None]:
-    """Turn what OpenUSD reports in this block into BadInput, with line and column where it names them."""
+    """Turn what OpenUSD reports in this block into BadInput."""
     try:
         yield
     except Tf.ErrorException as error:
-        place, what = _fault(error, path)
-        raise BadInput(f"not a readable USD file: {what}", where=place, right="a file OpenUSD can open") from None
+        what = f"not a readable USD file: {said(error)}"
+        raise BadInput(what, where=path, right="a file OpenUSD can open") from None
     except UnicodeDecodeError:
         raise BadInput("a name or text in it is not UTF-8", where=path, right="a USD file in UTF-8") from None
 
 
-def _fault(error: Tf.ErrorException, path: Path) -> tuple[str, str]:
+def said(error: Tf.ErrorException) -> str:
+    """Return what OpenUSD says, on one line that can be read, with line and column first where it names them."""
     try:
-        said = error.args[0].commentary
+        line = error.args[0].commentary.splitlines()[0]
     except UnicodeDecodeError:
-        return str(path), "text that is not UTF-8"
-    located = re.search(r":(\d+):(\d+): (.*)", said)
-    place = f"{path}:{located[1]}:{located[2]}" if located else str(path)
-    what = (located[3] if located else said).splitlines()[0]
-    return place, what if len(what) <= 120 else what[:117] + "..."
+        return "text in it is not UTF-8"
+    line = re.sub(r"^.*:(\d+):(\d+): ", r"line \1, column \2: ", line)
+    return line if len(line) <= LINE else line[:LINE] + "..."
 
 
 def to_metres(stage: Usd.Stage) -> np.ndarray:
@@ -141,7 +141,7 @@ def checked(value: object, attribute: Usd.Attribute, columns: int = 1, kind: typ
     where = f"{location(attribute.GetPrim())}.{attribute.GetName()}"
     if array.dtype.kind not in "iuf" or array.shape[1:] != shape[1:] or array.ndim != len(shape):
         right = "an array of numbers" if columns == 1 else f"an array of {columns} numbers each"
-        raise BadInput(f"has the type {attribute.GetTypeName()}", where=where, right=right)
+        raise BadInput(f"holds a {type(value).__name__}", where=where, right=right)
     if not np.isfinite(array).all():
         row = int(np.argmin(np.isfinite(array.reshape(len(array), -1)).all(axis=1)))
         raise BadInput(f"element {row} is not finite", where=where, right="finite numbers")

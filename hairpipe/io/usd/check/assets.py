@@ -7,10 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from pxr import Ar, Sdf, Usd, UsdVol
+from pxr import Ar, Sdf, Tf, Usd, UsdVol
 
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.stage import said
 
 ABSOLUTE = re.compile(r"^(/|\\\\|[A-Za-z]:[/\\]|file:)")
 TEMPLATE = 100_000  # files of a template that are looked for
@@ -99,6 +100,15 @@ def missing_file(asset: Asset) -> Iterator[Fault]:
         yield Fault(asset.path, f"names {asset.name}, which is not there", asset.time)
 
 
+def broken_layer(asset: Asset) -> Iterator[Fault]:
+    """Find layers that are there but do not open."""
+    if asset.file and Sdf.FileFormat.FindByExtension(asset.file):
+        try:
+            Sdf.Layer.FindOrOpen(asset.file)
+        except Tf.ErrorException as error:
+            yield Fault(asset.path, f"names {asset.name}, which does not open: {said(error)}", asset.time)
+
+
 def absolute_path(asset: Asset) -> Iterator[Fault]:
     """Find files that nobody finds on another machine."""
     if ABSOLUTE.match(asset.name):
@@ -145,6 +155,7 @@ def _mismatch(path: Path, field: UsdVol.OpenVDBAsset, inspect: Inspect) -> str:
 
 RULES = (
     Rule("missing-file", "error", missing_file),
+    Rule("broken-layer", "error", broken_layer),
     Rule("absolute-path", "warning", absolute_path),
 )
 PRIM_RULES = (Rule("openvdb-grid", "error", openvdb_grid),)

@@ -25,7 +25,7 @@ def curve_counts(curves: Snapshot) -> Iterator[Fault]:
 
 def curve_length(curves: Snapshot) -> Iterator[Fault]:
     """Find curves of too few points for their basis, which renderers drop."""
-    if curves.counts is None:
+    if not curves.consistent:
         return
     kind, basis, wrap = shape(curves)
     least = SMALLEST.get(wrap, 2) if kind == TOKENS.cubic else 2

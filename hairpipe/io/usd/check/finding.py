@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning"]
 
@@ -26,10 +26,6 @@ class Rule(NamedTuple):
     name: str
     severity: Severity
     faults: Callable[..., Iterator[Fault]]
-
-    def over(self, *subject: Any) -> Iterator[tuple["Rule", Fault]]:
-        """Apply the rule to what it looks at."""
-        return ((self, fault) for fault in self.faults(*subject))
 
 
 @dataclass(frozen=True)

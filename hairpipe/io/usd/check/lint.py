@@ -2,14 +2,16 @@
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
-from pxr import Usd, UsdGeom
+from pxr import Tf, Usd, UsdGeom
 
 from hairpipe.io.usd.check import assets, clips, curves, motion, prims, shapes, stage
 from hairpipe.io.usd.check.finding import Fault, Finding, Rule
 from hairpipe.io.usd.check.snapshot import Snapshot
-from hairpipe.io.usd.stage import open_stage, usd_faults
+from hairpipe.io.usd.stage import open_stage, said, usd_faults
 
+UNREADABLE = Rule("unreadable", "error", lambda: iter(()))  # broken by whatever the other rules cannot read
 Found = Iterator[tuple[Rule, Fault]]
 
 
@@ -36,16 +38,12 @@ def summarise(found: Iterable[tuple[Rule, Fault]]) -> list[Finding]:
 
 
 def _lint_stage(opened: Usd.Stage, inspect: assets.Inspect | None) -> Found:
-    for rule in stage.RULES:
-        yield from rule.over(opened)
+    yield from _apply(stage.RULES, opened)
     for asset in assets.find_assets(opened):
-        for rule in assets.RULES:
-            yield from rule.over(asset)
+        yield from _apply(assets.RULES, asset)
     for prim in opened.Traverse(Usd.TraverseInstanceProxies()):
-        for rule in (*prims.RULES, *motion.RULES, *clips.RULES):
-            yield from rule.over(prim)
-        for rule in assets.PRIM_RULES:
-            yield from rule.over(prim, inspect)
+        yield from _apply((*prims.RULES, *motion.RULES, *clips.RULES), prim)
+        yield from _apply(assets.PRIM_RULES, prim, inspect)
         if prim.IsA(UsdGeom.BasisCurves) or prim.IsA(UsdGeom.Mesh):
             yield from _lint_shape(prim)
 
@@ -55,11 +53,18 @@ def _lint_shape(prim: Usd.Prim) -> Found:
     rules = (*curves.RULES, *shapes.RULES) if prim.IsA(UsdGeom.BasisCurves) else shapes.RULES
     for time in _times(prim):
         now = Snapshot(prim, time)
-        for rule in rules:
-            yield from rule.over(now)
-        for rule in motion.PAIR_RULES if before else ():
-            yield from rule.over(before, now)
+        yield from _apply(rules, now)
+        yield from _apply(motion.PAIR_RULES, before, now) if before else ()
         before = now
+
+
+def _apply(rules: Iterable[Rule], *subject: Any) -> Found:
+    """Apply rules to what they look at; where a file of the stage breaks off, that is a fault of its own."""
+    for rule in rules:
+        try:
+            yield from ((rule, fault) for fault in rule.faults(*subject))
+        except Tf.ErrorException as error:
+            yield UNREADABLE, Fault("/", said(error))
 
 
 def _times(prim: Usd.Prim) -> list[Usd.TimeCode]:

@@ -82,17 +82,14 @@ def hair_interpolation(shape: Snapshot) -> Iterator[Fault]:
 
 def extent(shape: Snapshot) -> Iterator[Fault]:
     """Find a missing box, one that cuts the shape off, and one that is far too large."""
-    if shape.points is None or not len(shape.points):
+    if not (shape.consistent and len(shape.points) and np.isfinite(shape.points).all()):
         return
     box = shape.array("extent", 3)
     if box is None or len(box) != 2:
         yield Fault(shape.path("extent"), "has no value; clients have to read all points", shape.code)
         return
-    points = shape.points[np.isfinite(shape.points).all(axis=1)]
-    if not len(points):
-        return
     thick = _half_width(shape)
-    lower, upper = points.min(axis=0) - thick, points.max(axis=0) + thick
+    lower, upper = shape.points.min(axis=0) - thick, shape.points.max(axis=0) + thick
     size = np.linalg.norm(upper - lower)
     outside = np.maximum(box[0] - lower, upper - box[1]).max()
     if not outside <= TOUCH * size + np.abs(box).max() * 1e-6:

@@ -1,0 +1,60 @@
+"""What is no USD file is refused in one sentence, with the line where there is one."""
+
+import errno
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.io.usd.stage import open_stage
+
+TEXT = b'#usda 1.0\ndef Xform "a"\n{\n    float b = \n}\n'
+
+
+def make(name: str, data: bytes) -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        (folder / name).write_bytes(data)
+        return folder / name
+
+    return write
+
+
+def folder(parent: Path) -> Path:
+    (parent / "a.usd").mkdir()
+    return parent / "a.usd"
+
+
+CASES = {
+    "missing": (lambda p: p / "a.usd", "cannot be read: No such file"),
+    "folder": (folder, "cannot be read: Is a directory"),
+    "empty": (make("a.usda", b""), "the file is empty"),
+    "other": (make("a.obj", b"v 0 0 0"), "not named like a USD file"),
+    "garbage": (make("a.usd", b"hello"), "not a readable USD file"),
+    "header": (make("a.usdc", b"PXR-USDC"), "not a readable USD file"),
+    "zip": (make("a.usdz", b"PK\x03\x04 nothing"), "not a readable USD file"),
+    "syntax": (make("a.usda", TEXT), "a.usda: not a readable USD file: line 4, column 5: Expected }"),
+    "crlf": (
+        make("a.usda", TEXT.replace(b"\n", b"\r\n")),
+        "a.usda: not a readable USD file: line 4, column 5: Expected }",
+    ),
+    "latin": (make("a.usda", b'#usda 1.0\ndef Xform "\xe4" {}\n'), "not UTF-8"),
+}
+
+
+@pytest.mark.parametrize(("write", "message"), CASES.values(), ids=CASES)
+def test_refuses_what_is_no_usd_file(tmp_path: Path, write: Callable[[Path], Path], message: str) -> None:
+    path = write(tmp_path)
+    with pytest.raises(BadInput) as caught:
+        open_stage(path)
+    assert message in str(caught.value) and path.name in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_refuses_what_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def deny(*_: object) -> None:
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(Path, "open", deny)
+    with pytest.raises(BadInput, match=r"a\.usda: cannot be read: Permission denied"):
+        open_stage(tmp_path / "a.usda")

@@ -1,0 +1,202 @@
+"""Meshes come in metres, Y up, outside out, with their maps; broken ones are refused with the place."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
+
+from hairpipe.data import Mesh
+from hairpipe.errors import BadInput
+from hairpipe.io.usd.body import read
+from hairpipe.io.usd.read import read_body
+
+CUBE = np.array([[x, y, z] for x in (0.0, 2) for y in (0.0, 2) for z in (0.0, 2)])
+QUADS = [0, 1, 3, 2, 4, 6, 7, 5, 0, 4, 5, 1, 2, 3, 7, 6, 0, 2, 6, 4, 1, 5, 7, 3]
+TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
+
+
+def cube(stage: Usd.Stage, path: str = "/body", corners: list[int] = QUADS) -> UsdGeom.Mesh:
+    """A cube of 2 units, its faces counter-clockwise seen from outside."""
+    mesh = UsdGeom.Mesh.Define(stage, path)
+    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(CUBE.astype(np.float32)))
+    mesh.CreateFaceVertexCountsAttr([4] * 6)
+    mesh.CreateFaceVertexIndicesAttr(corners)
+    return mesh
+
+
+def volume(mesh: Mesh) -> float:
+    a, b, c = np.moveaxis(mesh.points[mesh.triangles], 1, 0)
+    return float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6)
+
+
+@pytest.mark.parametrize(("up", "scale"), [("Y", 1.0), ("Y", 0.01), ("Z", 1.0), ("Z", 0.01)])
+def test_stands_in_metres_with_y_up(new_stage, saved, up: str, scale: float) -> None:
+    stage = new_stage(up, scale)
+    UsdGeom.Xform.Define(stage, "/root").AddTranslateOp().Set(Gf.Vec3d(10, 20, 30))
+    cube(stage, "/root/body")
+    body = read_body(saved(stage))
+    x, y, z = ((CUBE + np.array([10, 20, 30])) * scale).T
+    expected = np.stack([x, y, z] if up == "Y" else [x, z, -y], axis=1)
+    np.testing.assert_allclose(body.mesh.points, expected, rtol=0, atol=1e-6)
+    assert volume(body.mesh) == pytest.approx(8 * scale**3)
+    assert body.skeleton.names == ("root",) and (body.weights == 1).all() and (body.joints == 0).all()
+
+
+def test_takes_the_transform_of_the_earliest_time(new_stage, saved) -> None:
+    stage = new_stage()
+    op = UsdGeom.Xform.Define(stage, "/root").AddTranslateOp()
+    for time in (1001, 1002):
+        op.Set(Gf.Vec3d(time, 0, 0), time)
+    cube(stage, "/root/body")
+    assert read(saved(stage), None).mesh.points[:, 0].min() == pytest.approx(1001)
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+@pytest.mark.parametrize("left", [False, True])
+def test_triangles_face_out_whatever_the_handedness(new_stage, saved, mirrored: bool, left: bool) -> None:
+    stage = new_stage()
+    mesh = cube(stage, corners=QUADS[::-1] if left else QUADS)
+    mesh.CreateOrientationAttr(TOKENS.leftHanded if left else TOKENS.rightHanded)
+    if mirrored:
+        mesh.AddScaleOp().Set(Gf.Vec3f(-1, 1, 1))
+    assert volume(read(saved(stage), None).mesh) == pytest.approx(8)
+
+
+def test_leaves_holes_out_with_their_texture_coordinates(new_stage, saved) -> None:
+    stage = new_stage()
+    mesh = cube(stage)
+    mesh.CreateHoleIndicesAttr([1])
+    values = Vt.Vec2fArray([Gf.Vec2f(n, 2 * n) for n in range(24)])
+    UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("st", TYPES.TexCoord2fArray, TOKENS.faceVarying).Set(values)
+    read_in = read(saved(stage), None).mesh
+    assert len(read_in.triangles) == 10 and read_in.uv.shape == (10, 3, 2)
+    corner = {(v, f) for f in range(6) for v in QUADS[4 * f : 4 * f + 4] if f != 1}
+    for triangle, uv in zip(read_in.triangles, read_in.uv, strict=True):
+        at = uv[:, 0].astype(int)
+        assert [QUADS[n] for n in at] == list(triangle) and (uv[:, 1] == 2 * at).all()
+        assert {(v, n // 4) for v, n in zip(triangle, at, strict=True)} <= corner
+
+
+@pytest.mark.parametrize("interpolation", [TOKENS.vertex, TOKENS.varying, TOKENS.faceVarying])
+def test_lays_texture_coordinates_on_the_corners(new_stage, saved, interpolation: str) -> None:
+    stage = new_stage()
+    primvar = UsdGeom.PrimvarsAPI(cube(stage)).CreatePrimvar("st", TYPES.TexCoord2fArray, interpolation)
+    per_vertex = interpolation != TOKENS.faceVarying
+    primvar.Set(Vt.Vec2fArray([Gf.Vec2f(n, -n) for n in range(8)]))
+    if not per_vertex:
+        primvar.SetIndices(Vt.IntArray(QUADS))
+    mesh = read(saved(stage), None).mesh
+    np.testing.assert_array_equal(mesh.uv[..., 0], mesh.triangles)
+    np.testing.assert_array_equal(mesh.uv[..., 1], -mesh.triangles)
+
+
+def test_float_primvars_on_vertices_are_maps(new_stage, saved) -> None:
+    stage = new_stage()
+    primvars = UsdGeom.PrimvarsAPI(cube(stage))
+    primvars.CreatePrimvar("scalp", TYPES.FloatArray, TOKENS.vertex).Set([0, 0.25, 0.5, 1, 0, 0, 0, 1])
+    primvars.CreatePrimvar("density", TYPES.DoubleArray, TOKENS.varying).Set([0.5] * 7 + [1.5])
+    primvars.CreatePrimvar("colour", TYPES.Color3fArray, TOKENS.vertex).Set([Gf.Vec3f(0)] * 8)
+    with pytest.warns(UserWarning, match=r"map density spans 0.5 to 1.5"):
+        maps = read_body(saved(stage)).maps
+    assert sorted(maps) == ["density", "scalp"] and maps["density"][7] == 1
+    np.testing.assert_allclose(maps["scalp"], [0, 0.25, 0.5, 1, 0, 0, 0, 1])
+
+
+def test_merges_all_that_is_shown_and_takes_one_prim_on_request(new_stage, saved) -> None:
+    stage = new_stage()
+    second = cube(stage, "/char/second")
+    second.AddTranslateOp().Set(Gf.Vec3d(5, 0, 0))
+    UsdGeom.PrimvarsAPI(second).CreatePrimvar("scalp", TYPES.FloatArray, TOKENS.vertex).Set([1.0] * 8)
+    cube(stage, "/char/first")
+    cube(stage, "/char/hidden").MakeInvisible()
+    cube(stage, "/char/proxy").CreatePurposeAttr(TOKENS.proxy)
+    path = saved(stage)
+    both, one = read(path, None), read(path, "/char/first")
+    assert len(both.mesh.points) == 16 and volume(both.mesh) == pytest.approx(16)
+    assert both.maps["scalp"].sum() == 8 and len(both.weights) == 16
+    assert len(one.mesh.points) == 8 and one.mesh.points.max() == 2 and not one.maps
+
+
+def test_reads_instances(new_stage, saved) -> None:
+    stage = new_stage()
+    cube(stage, "/asset/body")
+    for n in range(2):
+        instance = UsdGeom.Xform.Define(stage, f"/world/n{n}")
+        instance.GetPrim().GetReferences().AddInternalReference("/asset")
+        instance.GetPrim().SetInstanceable(True)
+        instance.AddTranslateOp().Set(Gf.Vec3d(10 * n, 0, 0))
+    assert read(saved(stage), "/world").mesh.points[:, 0].max() == 12
+
+
+def bent(change: Callable[[UsdGeom.Mesh], object]) -> Callable[[Usd.Stage], object]:
+    return lambda stage: change(cube(stage))
+
+
+def wrong_type(mesh: UsdGeom.Mesh, name: str) -> None:
+    spec = mesh.GetPrim().GetStage().GetRootLayer().GetPrimAtPath(mesh.GetPath())
+    Sdf.AttributeSpec(spec, name, TYPES.StringArray).default = Vt.StringArray(["a"])
+
+
+BROKEN = {
+    "no mesh": (lambda stage: UsdGeom.Xform.Define(stage, "/body"), "no visible Mesh"),
+    "no points": (bent(lambda m: m.CreatePointsAttr([])), "no points"),
+    "NaN": (
+        bent(lambda m: m.CreatePointsAttr([Gf.Vec3f(0)] * 7 + [Gf.Vec3f(0, np.nan, 0)])),
+        "element 7 is not finite",
+    ),
+    "index": (bent(lambda m: m.CreateFaceVertexIndicesAttr([*QUADS[:-1], 8])), "names point 8"),
+    "negative index": (bent(lambda m: m.CreateFaceVertexIndicesAttr([-1, *QUADS[1:]])), "names point -1"),
+    "short indices": (bent(lambda m: m.CreateFaceVertexIndicesAttr(QUADS[:-1])), "has 23 elements"),
+    "two corners": (bent(lambda m: m.CreateFaceVertexCountsAttr([2, 4, 4, 4, 5, 5])), "face 0 has 2 corners"),
+    "negative count": (bent(lambda m: m.CreateFaceVertexCountsAttr([-4, 8, 4, 4, 8, 4])), "face 0 has -4 corners"),
+    "hole": (bent(lambda m: m.CreateHoleIndicesAttr([6])), "holeIndices names no face"),
+    "all holes": (bent(lambda m: m.CreateHoleIndicesAttr(range(6))), "all faces are holes"),
+    "scale": (bent(lambda m: UsdGeom.SetStageMetersPerUnit(m.GetPrim().GetStage(), 0)), "metersPerUnit is 0"),
+    "transform": (bent(lambda m: m.AddTranslateOp().Set(Gf.Vec3d(np.inf))), "transform is not finite"),
+    "map": (
+        bent(lambda m: UsdGeom.PrimvarsAPI(m).CreatePrimvar("scalp", TYPES.FloatArray, TOKENS.vertex).Set([1.0])),
+        "has 1 elements (8 for vertex interpolation)",
+    ),
+    "st": (
+        bent(lambda m: UsdGeom.PrimvarsAPI(m).CreatePrimvar("st", TYPES.TexCoord2fArray, TOKENS.faceVarying).Set([])),
+        "has 0 elements (24 for faceVarying interpolation)",
+    ),
+    "type": (
+        bent(lambda m: wrong_type(m, "holeIndices")),
+        "holds a StringArray (an array of numbers)",
+    ),
+}
+
+
+@pytest.mark.parametrize(("plant", "message"), BROKEN.values(), ids=BROKEN)
+def test_refuses_what_is_broken_and_says_where(new_stage, saved, plant: Callable, message: str) -> None:
+    stage = new_stage()
+    plant(stage)
+    with pytest.raises(BadInput) as caught:
+        read(saved(stage), None)
+    assert message in str(caught.value) and "given.usda" in str(caught.value)
+
+
+def test_names_what_there_is_when_a_prim_is_not_there(new_stage, saved) -> None:
+    stage = new_stage()
+    cube(stage)
+    path = saved(stage)
+    for wrong in ("/bodi", "body", "", "//", "/body.points"):
+        with pytest.raises(BadInput, match=r"no prim .*\(a path under /body\)"):
+            read(path, wrong)
+
+
+def test_reads_every_kind_of_usd_file(new_stage, tmp_path: Path) -> None:
+    from pxr import UsdUtils
+
+    stage = new_stage()
+    cube(stage)
+    for name in ("a.usdc", "a.usd", "a.usda", "A.USDA"):
+        stage.Export(str(tmp_path / name))
+    text = (tmp_path / "a.usda").read_bytes()
+    (tmp_path / "crlf.usda").write_bytes(text.replace(b"\n", b"\r\n"))
+    assert UsdUtils.CreateNewUsdzPackage(str(tmp_path / "a.usdc"), str(tmp_path / "a.usdz"))
+    for name in ("a.usdc", "a.usd", "a.usda", "A.USDA", "crlf.usda", "a.usdz"):
+        assert volume(read(tmp_path / name, None).mesh) == pytest.approx(8), name

@@ -1,0 +1,184 @@
+"""UsdSkel bodies rest, and bend, as UsdSkel itself bends them."""
+
+import numpy as np
+import pytest
+from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
+
+from hairpipe.data import Body
+from hairpipe.errors import BadInput
+from hairpipe.io.usd.body import read
+
+JOINTS = ["hips", "hips/spine", "hips/spine/head", "hips/spine/tail"]
+ORIGINS = [(0, 1, 0), (0, 2, 0), (0, 4, 0), (1, 2, 0)]
+PLACE = Gf.Matrix4d(Gf.Rotation(Gf.Vec3d(1, 2, 3), 40), Gf.Vec3d(7, -3, 2))
+N = 12
+
+
+def at(*origin: float, turn: float = 0.0) -> Gf.Matrix4d:
+    return Gf.Matrix4d(Gf.Rotation(Gf.Vec3d(0, 0, 1), turn), Gf.Vec3d(*origin))
+
+
+def locals_of(world: list[Gf.Matrix4d]) -> list[Gf.Matrix4d]:
+    parents = [None, 0, 1, 1]
+    return [m if p is None else m * world[p].GetInverse() for m, p in zip(world, parents, strict=True)]
+
+
+def character(stage: Usd.Stage, rest: list[Gf.Matrix4d] | None = None) -> UsdGeom.Mesh:
+    """A mesh of 12 vertices on four joints, each vertex on two of them; the skeleton stands away from the origin."""
+    root = UsdSkel.Root.Define(stage, "/char")
+    root.AddTransformOp().Set(PLACE)
+    skeleton = UsdSkel.Skeleton.Define(stage, "/char/skeleton")
+    bind = [at(*origin, turn=10 * n) for n, origin in enumerate(ORIGINS)]
+    skeleton.CreateJointsAttr(JOINTS)
+    skeleton.CreateBindTransformsAttr(bind)
+    skeleton.CreateRestTransformsAttr(locals_of(bind) if rest is None else rest)
+    mesh = UsdGeom.Mesh.Define(stage, "/char/mesh")
+    points = np.random.default_rng(0).random((N, 3)).astype(np.float32) * 4
+    mesh.CreatePointsAttr(Vt.Vec3fArray.FromNumpy(points))
+    mesh.CreateFaceVertexCountsAttr([3] * (N - 2))
+    mesh.CreateFaceVertexIndicesAttr([i for n in range(N - 2) for i in (n, n + 1, n + 2)])
+    binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
+    binding.CreateSkeletonRel().SetTargets([skeleton.GetPath()])
+    UsdSkel.BindingAPI.Apply(root.GetPrim())
+    joints = np.stack([np.arange(N) % 4, np.arange(N) // 4], axis=1)
+    binding.CreateJointIndicesPrimvar(False, 2).Set([int(j) for j in joints.ravel()])
+    binding.CreateJointWeightsPrimvar(False, 2).Set([0.75, 0.25] * N)
+    binding.CreateGeomBindTransformAttr(at(0.5, 0.25, 0, turn=5))
+    return mesh
+
+
+def baked(stage: Usd.Stage, pose: list[Gf.Matrix4d]) -> np.ndarray:
+    """World positions after UsdSkel's own skinning, with the joints at local transforms."""
+    animation = UsdSkel.Animation.Define(stage, "/char/animation")
+    animation.CreateJointsAttr(JOINTS)
+    animation.SetTransforms(Vt.Matrix4dArray(pose))
+    binding = UsdSkel.BindingAPI.Apply(stage.GetPrimAtPath("/char/skeleton"))
+    binding.CreateAnimationSourceRel().SetTargets([animation.GetPath()])
+    assert UsdSkel.BakeSkinning(stage.Traverse())
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/char/mesh"))
+    world = mesh.ComputeLocalToWorldTransform(0)
+    return np.array([world.Transform(Gf.Vec3d(p)) for p in mesh.GetPointsAttr().Get(0)])
+
+
+def y_up(points: np.ndarray) -> np.ndarray:
+    return 0.01 * np.stack([points[:, 0], points[:, 2], -points[:, 1]], axis=1)
+
+
+def bend(body: Body, joints: np.ndarray) -> np.ndarray:
+    """Linear blend skinning of the body as its docstring says, in plain numpy."""
+    skin = joints @ np.linalg.inv(body.skeleton.rest)
+    points = np.concatenate([body.mesh.points, np.ones((len(body.mesh.points), 1))], axis=1)
+    each = np.einsum("nkij,nj->nki", skin[body.joints], points)[..., :3]
+    return (body.weights[..., None] * each).sum(axis=1)
+
+
+@pytest.mark.parametrize("own_rest", [False, True])
+def test_rests_where_usdskel_puts_it(new_stage, saved, own_rest: bool) -> None:
+    stage = new_stage("Z", 0.01)
+    rest = locals_of([at(*o, turn=-20 * n) for n, o in enumerate(ORIGINS)]) if own_rest else None
+    character(stage, rest)
+    path = saved(stage)
+    body = read(path, None)
+    pose = [Gf.Matrix4d(m) for m in stage.GetPrimAtPath("/char/skeleton").GetAttribute("restTransforms").Get()]
+    np.testing.assert_allclose(body.mesh.points, y_up(baked(stage, pose)), atol=2e-8)
+
+
+def test_bends_as_usdskel_bends_it(new_stage, saved) -> None:
+    stage = new_stage("Z", 0.01)
+    character(stage)
+    body = read(saved(stage), None)
+    world = [at(*o, turn=25 * n) for n, o in enumerate(ORIGINS)]
+    to_metres = np.array([[0.01, 0, 0, 0], [0, 0, 0.01, 0], [0, -0.01, 0, 0], [0, 0, 0, 1]])
+    joints = np.stack([to_metres @ np.array(w * PLACE).T for w in world])
+    joints[:, :3, :3] *= 100
+    np.testing.assert_allclose(bend(body, joints), y_up(baked(stage, locals_of(world))), atol=2e-8)
+
+
+def test_joints_have_names_parents_origins_and_tips(new_stage, saved) -> None:
+    stage = new_stage("Z", 0.01)
+    character(stage)
+    skeleton = read(saved(stage), None).skeleton
+    assert skeleton.names == ("hips", "spine", "head", "tail")
+    assert skeleton.parents.tolist() == [-1, 0, 1, 1] and skeleton.parents.dtype == np.int32
+    origins = y_up(np.array([PLACE.Transform(Gf.Vec3d(*o)) for o in ORIGINS]))
+    np.testing.assert_allclose(skeleton.rest[:, :3, 3], origins, atol=1e-12)
+    rotations = skeleton.rest[:, :3, :3]
+    np.testing.assert_allclose(rotations @ rotations.transpose(0, 2, 1), np.tile(np.eye(3), (4, 1, 1)), atol=1e-12)
+    hips, spine, head, tail = skeleton.tips
+    np.testing.assert_allclose(hips, origins[1], atol=1e-12)
+    np.testing.assert_allclose(spine, (origins[2] + origins[3]) / 2, atol=1e-12)
+    np.testing.assert_allclose(head, 2 * origins[2] - origins[1], atol=1e-12)
+    np.testing.assert_allclose(tail, 2 * origins[3] - origins[1], atol=1e-12)
+
+
+def test_leaves_of_one_name_keep_their_paths(new_stage, saved) -> None:
+    stage = new_stage()
+    character(stage)
+    stage.GetPrimAtPath("/char/skeleton").GetAttribute("joints").Set(["a", "a/b", "a/b/c", "a/b/c/b"])
+    assert read(saved(stage), None).skeleton.names == ("a", "a/b", "c", "a/b/c/b")
+
+
+def test_weights_are_normalised_and_a_bare_vertex_follows_the_root(new_stage, saved) -> None:
+    stage = new_stage()
+    mesh = character(stage)
+    weights = np.tile([1.5, 0.5], (N, 1))
+    weights[3] = 0
+    UsdSkel.BindingAPI(mesh).GetJointWeightsPrimvar().Set(weights.ravel().tolist())
+    body = read(saved(stage), None)
+    np.testing.assert_allclose(body.weights.sum(axis=1), 1, atol=1e-12)
+    np.testing.assert_allclose(body.weights[0], [0.75, 0.25])
+    assert body.joints[3, 0] == 0 and body.weights[3, 0] == 1
+
+
+def test_a_rigid_mesh_follows_its_joints_by_the_meshs_own_order(new_stage, saved) -> None:
+    stage = new_stage()
+    binding = UsdSkel.BindingAPI(character(stage))
+    binding.CreateJointsAttr(["hips/spine/tail", "hips"])
+    binding.CreateJointIndicesPrimvar(True, 1).Set([0])
+    binding.CreateJointWeightsPrimvar(True, 1).Set([1.0])
+    body = read(saved(stage), None)
+    pose = list(stage.GetPrimAtPath("/char/skeleton").GetAttribute("restTransforms").Get())
+    np.testing.assert_allclose(body.mesh.points, baked(stage, pose), atol=2e-6)
+    assert body.joints.shape == (N, 1) and (body.joints == 3).all() and (body.weights == 1).all()
+
+
+def test_several_skeletons_become_one(new_stage, saved) -> None:
+    stage = new_stage()
+    character(stage)
+    second = UsdGeom.Xform.Define(stage, "/second")
+    second.GetPrim().GetReferences().AddInternalReference("/char")
+    second.GetPrim().SetTypeName("SkelRoot")
+    UsdGeom.Mesh.Define(stage, "/hat").CreatePointsAttr([Gf.Vec3f(n, 0, n * n) for n in range(3)])
+    UsdGeom.Mesh(stage.GetPrimAtPath("/hat")).CreateFaceVertexCountsAttr([3])
+    UsdGeom.Mesh(stage.GetPrimAtPath("/hat")).CreateFaceVertexIndicesAttr([0, 1, 2])
+    with pytest.warns(UserWarning, match="/hat is bound to no skeleton"):
+        body = read(saved(stage), None)
+    skeleton = body.skeleton
+    assert skeleton.parents.tolist() == [-1, 0, 1, 1, -1, 4, 5, 5] and len(set(skeleton.names)) == 8
+    assert body.joints[N : 2 * N].min() == 4 and (body.joints[2 * N :] == 0).all()
+    np.testing.assert_allclose(body.weights.sum(axis=1), 1)
+
+
+BROKEN = {
+    "joint": ("/char/mesh", "primvars:skel:jointIndices", [4] * 2 * N, "jointIndices names no joint"),
+    "negative joint": ("/char/mesh", "primvars:skel:jointIndices", [-1] * 2 * N, "jointIndices names no joint"),
+    "weight": ("/char/mesh", "primvars:skel:jointWeights", [-1.0] * 2 * N, "negative or not finite"),
+    "NaN weight": ("/char/mesh", "primvars:skel:jointWeights", [float("nan")] * 2 * N, "negative or not finite"),
+    "short weights": ("/char/mesh", "primvars:skel:jointWeights", [1.0], "do not fit the points"),
+    "bind": ("/char/skeleton", "bindTransforms", [Gf.Matrix4d(1)], "bindTransforms do not fit"),
+    "flat bind": ("/char/skeleton", "bindTransforms", [Gf.Matrix4d(0)] * 4, "cannot be inverted"),
+    "rest": ("/char/skeleton", "restTransforms", [Gf.Matrix4d(float("nan"))] * 4, "not finite"),
+    "order": ("/char/skeleton", "joints", ["a/b", "a", "c", "d"], "no tree"),
+    "own joints": ("/char/mesh", "skel:joints", ["nobody"], "skel:joints names nobody"),
+}
+
+
+@pytest.mark.parametrize(("prim", "name", "value", "message"), BROKEN.values(), ids=BROKEN)
+def test_refuses_broken_skeletons(new_stage, saved, prim: str, name: str, value: list, message: str) -> None:
+    stage = new_stage()
+    character(stage)
+    UsdSkel.BindingAPI(stage.GetPrimAtPath("/char/mesh")).CreateJointsAttr(JOINTS)
+    stage.GetPrimAtPath(prim).GetAttribute(name).Set(value)
+    with pytest.raises(BadInput) as caught:
+        read(saved(stage), None)
+    assert message in str(caught.value) and prim in str(caught.value)
