@@ -14,7 +14,7 @@ AZIMUTHS = {"three_quarter": 38.0, "front": 0.0, "side": 90.0, "back": 180.0}
 """Of the eye about the up axis, from where the face looks (+Z) towards the left ear (+X) [degrees]."""
 ELEVATION = 6.0
 """Of the eye above the horizon [degrees]."""
-DROP = 0.4
+DROP = 0.3
 """How far below the centre of the roots the picture has its centre, over its radius."""
 
 

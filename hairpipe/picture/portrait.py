@@ -19,7 +19,7 @@ FULLNESS = 14.0
 """Strands times drawn width, over the radius of the picture: about that of 100,000 hairs of 60 um."""
 WIDEST = 1.6
 """What few strands are drawn with at most [pixels]."""
-SCENE = 1.15
+SCENE = 1.35
 """Half the edge of the cube in which shadows fall, over the radius of the picture."""
 SCALP = 0.8
 """How far the skin takes the colour of the hair where hair grows: every strand drawn stands for many."""

@@ -16,7 +16,7 @@ from hairpipe.data import Mesh
 from hairpipe.picture.lights import Light
 from hairpipe.picture.triangles import rasterise
 
-CELLS = 144
+CELLS = 160
 """Along an edge of the cube."""
 SOLID = 15.0
 """Hairs that the body is worth: next to no light comes through so many, yet the shadow has a soft edge."""
@@ -121,12 +121,12 @@ def accumulate(depth: np.ndarray, solid: np.ndarray) -> None:
 
 @njit(cache=True, nogil=True, inline="always")
 def look_up(depth: np.ndarray, to_cells: np.ndarray, px: float, py: float, pz: float) -> float:
-    """Optical depth at a world point, between the centres of the cells; outside the cube that of its face."""
+    """Optical depth at a world point, between the centres of the cells; none beside the cube."""
     x = to_cells[0, 0] * px + to_cells[0, 1] * py + to_cells[0, 2] * pz + to_cells[0, 3] - 0.5
     y = to_cells[1, 0] * px + to_cells[1, 1] * py + to_cells[1, 2] * pz + to_cells[1, 3] - 0.5
     z = to_cells[2, 0] * px + to_cells[2, 1] * py + to_cells[2, 2] * pz + to_cells[2, 3] - 0.5
-    x = min(max(x, 0.0), CELLS - 1.001)
-    y = min(max(y, 0.0), CELLS - 1.001)
+    if not (0.0 <= x < CELLS - 1 and 0.0 <= y < CELLS - 1):
+        return 0.0
     z = min(max(z, 0.0), CELLS - 1.001)
     i, j, k = int(x), int(y), int(z)
     u, v, w = x - i, y - j, z - k

@@ -18,6 +18,8 @@ AMBIENT = 0.05
 """Light that comes from everywhere."""
 DENSITY = 0.2
 """How fast light dies away in the hair before the body."""
+GRAZING = 0.3
+"""Cosine to the lamp below which the cells are too coarse to tell a surface's own shadow: there it fades away."""
 LIFT = 1.5
 """How far off the surface the shadow is looked up [cells]."""
 
@@ -77,7 +79,8 @@ def add_light(
         hx, hy, hz = ex / away + lx, ey / away + ly, ez / away + lz
         half = (nx * hx + ny * hy + nz * hz) / math.sqrt(hx * hx + hy * hy + hz * hz + 1e-12)
         sheen = SHEEN * max(0.0, half) ** 16 * min(1.0, max(0.0, 4.0 * facing))
-        through = math.exp(-DENSITY * look_up(depth, to_cells, x + lift * nx, y + lift * ny, z + lift * nz))
+        sure = min(1.0, max(0.0, facing / GRAZING))
+        through = math.exp(-DENSITY * sure * look_up(depth, to_cells, x + lift * nx, y + lift * ny, z + lift * nz))
         for c in range(3):
             wrapped = max(0.0, (facing + WRAP[c]) / (1.0 + WRAP[c]))
             shed[i, c] += light[c] * through * colours[i, c] * (wrapped * wrapped + sheen)
