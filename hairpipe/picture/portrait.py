@@ -16,7 +16,7 @@ from hairpipe.picture.skin import CLAY, shade_skin
 from hairpipe.picture.surface import see_body
 
 FULLNESS = 14.0
-"""Strands times drawn width, over the radius of the picture: about that of 100,000 hairs of 60 um."""
+"""Strands times drawn width, over the radius of the picture: that of 50,000 hairs of 80 um in a picture of 0.6 m."""
 WIDEST = 1.6
 """What few strands are drawn with at most [pixels]."""
 SCENE = 1.35
