@@ -10,6 +10,7 @@ import json
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 
@@ -139,6 +140,7 @@ def is_first_party(module: str, spec: ModuleSpec) -> bool:
     return top == "hairpipe" or not any(folder in Path(spec.origin).parts for folder in INSTALLED)
 
 
+@cache
 def version(name: str) -> str:
     """Version of the distribution that provides a top-level module, or "none"."""
     try:

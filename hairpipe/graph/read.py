@@ -63,13 +63,14 @@ def read_graph_text(path: Path) -> GraphText:
         raise BadInput("no such file", where=path, right="a graph file, such as demo.toml") from None
     except (OSError, ValueError) as error:
         raise BadInput(f"cannot be read: {getattr(error, 'strerror', None) or error}", where=path) from None
+    status = os.fstat(handle)
+    if not stat.S_ISREG(status.st_mode):
+        os.close(handle)
+        raise BadInput("not a file", where=path, right="a graph file, such as demo.toml")
     with os.fdopen(handle, "rb") as file:
-        status = os.fstat(file.fileno())
-        if not stat.S_ISREG(status.st_mode):
-            raise BadInput("not a file", where=path, right="a graph file, such as demo.toml")
-        if status.st_size > MOST_BYTES:
-            raise BadInput(f"{status.st_size} bytes are too many for a graph", where=path, right=f"<= {MOST_BYTES}")
-        data = file.read()
+        data = file.read(MOST_BYTES + 1)
+    if len(data) > MOST_BYTES:
+        raise BadInput(f"{status.st_size} bytes are too many for a graph", where=path, right=f"<= {MOST_BYTES}")
     try:
         return GraphText(path, data.decode("utf-8-sig"))
     except UnicodeDecodeError as error:

@@ -116,11 +116,11 @@ def explain(error: "ErrorDetails", fields: tuple[Field, ...], place: Place) -> B
     """Turn a finding of pydantic into one message: the field, what was given, what is allowed."""
     names, known, field = [], fields, None
     for part in map(str, error["loc"]):
-        inner = next((f for f in known if f.name == part), None)
-        if inner is None and not known:
+        if field is not None and not field.group:
             break  # an index into a list
         names.append(part)
-        field, known = inner, inner.group if inner else known
+        field = next((f for f in known if f.name == part), None)
+        known = field.group if field else known
     dotted, where = ".".join(names), place(names)
     if error["type"] == "extra_forbidden":
         return BadInput(f"unknown setting '{dotted}'", where=where, right=nearest(names[-1], [f.name for f in known]))
