@@ -6,17 +6,17 @@ from numba import njit
 from hairpipe.groom.closest import FACE, distance_and_normal
 from hairpipe.groom.resampling import put
 from hairpipe.groom.tree import Tree
-from hairpipe.groom.vectors import Vector, dot, length, minus, mix, plus, row, times, unit
+from hairpipe.groom.vectors import Vector, dot, flattened, length, minus, mix, plus, row, times, unit
 
 DOWN = (0.0, -1.0, 0.0)
 FADE = 0.01  # above the layer it lies in, over which a strand leaves the comb to gravity [m]
-RISE = 0.03  # from the root, over which a strand rises to its layer [m]
+RISE = 0.03  # from the root, over which a strand rises to its layer, and clears the skin by the full gap [m]
 
 
 @njit(cache=True)
 def pull(comb: Vector, touch: float, normal: Vector) -> Vector:
-    """Return the direction a strand is pulled, never into the body: gravity, and the comb as far as it touches."""
-    direction = unit(plus(DOWN, times(touch, comb)), DOWN)
+    """Return the direction a strand is pulled: gravity, and where it touches the body the comb; never into the body."""
+    direction = unit(plus(DOWN, times(touch, flattened(comb, normal))), DOWN)
     return minus(direction, times(touch * min(dot(direction, normal), 0.0), normal))
 
 
@@ -52,15 +52,16 @@ def lay(
 
 @njit(cache=True)
 def lift_off(tree: Tree, curve: np.ndarray, triangle: int, gap: float) -> None:
-    """Move the points of a polyline (k, 3) but the first out of the body, in place, to clear it by a gap [m]."""
-    free = 0.0
+    """Move the points of a polyline (k, 3) out of the body, in place, to clear it by a gap that grows to gap [m]."""
+    free, way = 0.0, 0.0
     before = row(curve, 0)
     for k in range(1, len(curve)):
         here = row(curve, k)
-        free -= length(minus(here, before))
-        before = here
+        step = length(minus(here, before))
+        free, way, before = free - step, way + step, here
         if free <= 0.0:
             d, normal, triangle = distance_and_normal(tree, here, triangle)
             free = d - gap
-            if d < gap:
-                put(curve, k, plus(here, times(gap - d, normal)))
+            need = gap * min(way / RISE, 1.0)
+            if d < need:
+                put(curve, k, plus(here, times(need - d, normal)))

@@ -21,6 +21,7 @@ def read_image(path: Path) -> np.ndarray:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)
+            warnings.simplefilter("ignore", UserWarning)  # of metadata, and of transparency, which are not used
             with Image.open(path) as image:
                 values = pixel_values(image)
     except UnidentifiedImageError:

@@ -1,0 +1,90 @@
+"""Strands made elsewhere become a groom."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.groom.adopting import adopt, choose_strands
+from hairpipe.groom.surface import Sites, site_points
+
+
+@pytest.fixture
+def strands(ball):
+    """Twenty wavy strands of 5 to 24 points, rooted a little above the ball."""
+    random = np.random.default_rng(0)
+    curves = []
+    for count in range(5, 25):
+        out = random.normal(size=3)
+        out /= np.linalg.norm(out)
+        steps = np.outer(np.ones(count), out) * 0.01 + random.normal(size=(count, 3)) * 0.002
+        curves.append(out * 0.103 + np.concatenate([np.zeros((1, 3)), np.cumsum(steps[1:], axis=0)]))
+    return np.concatenate(curves), np.cumsum([0, *map(len, curves)]).astype(np.int32)
+
+
+def adopted(ball, strands, segments=None, count=None, reach=0.01):
+    return adopt(ball, *strands, segments=segments, strands=count, reach=reach)
+
+
+def test_every_strand_is_cut_into_equal_segments_from_root_to_tip(ball, strands):
+    points, offsets = strands
+    groom = adopted(ball, strands, segments=9)
+    assert np.array_equal(groom.offsets, np.arange(21) * 10)
+    cut = groom.points.reshape(20, 10, 3)
+    assert np.allclose(cut[:, 0], points[offsets[:-1]], atol=1e-15)
+    assert np.allclose(cut[:, -1], points[offsets[1:] - 1], atol=1e-9)
+    lengths = np.linalg.norm(np.diff(cut, axis=1), axis=2)
+    assert np.ptp(lengths, axis=1).max() < 1e-10
+
+
+def test_strands_keep_their_number_of_segments_unless_told(ball, strands):
+    groom = adopted(ball, strands)
+    assert np.array_equal(groom.offsets, strands[1])
+
+
+def test_roots_stay_where_they_are_and_are_bound_to_the_nearest_skin(ball, strands):
+    groom = adopted(ball, strands, segments=9)
+    roots, origins = groom.points[groom.offsets[:-1]], groom.root_frames[:, :, 3]
+    assert np.allclose(origins, site_points(ball.mesh, Sites(groom.root_triangles, groom.root_barycentrics)))
+    assert np.allclose(np.linalg.norm(roots - origins, axis=1), 0.003, atol=3e-4)
+    assert {a.dtype for a in (groom.offsets, groom.ids, groom.root_triangles)} == {np.dtype(np.int32)}
+
+
+def test_thinned_strands_are_spread_over_all_and_keep_their_ids(ball, strands):
+    groom, whole = adopted(ball, strands, 4, 6), adopted(ball, strands, 4)
+    assert np.array_equal(groom.ids, [0, 3, 6, 10, 13, 16])
+    assert np.array_equal(groom.points.reshape(-1, 5, 3), whole.points.reshape(-1, 5, 3)[groom.ids])
+    assert np.array_equal(choose_strands(5, 9), np.arange(5))
+    assert np.array_equal(choose_strands(5, None), np.arange(5))
+
+
+def test_strands_that_are_no_curves_are_named(ball, strands):
+    points, offsets = strands
+    broken = points.copy()
+    broken[offsets[3] + 1, 2] = np.nan
+    with pytest.raises(BadInput, match="strands 3 have points that are not finite"):
+        adopted(ball, (broken, offsets))
+    flat = points.copy()
+    for s in (2, 7):
+        flat[offsets[s] : offsets[s + 1]] = flat[offsets[s]]
+    with pytest.raises(BadInput, match="strands 2, 7 have no length"):
+        adopted(ball, (flat, offsets))
+    with pytest.raises(BadInput, match="strands 1 have no length"):
+        adopted(ball, (np.array([[0, 0.1, 0], [0, 0.2, 0], [0.1, 0, 0]]), np.array([0, 2, 3], np.int32)))
+    with pytest.raises(BadInput, match="no strands"):
+        adopted(ball, (np.zeros((0, 3)), np.zeros(1, np.int32)))
+
+
+def test_roots_out_of_reach_are_refused(ball, strands):
+    with pytest.raises(BadInput, match=r"off the body: strands 0, 1, 2, 3, 4 and 15 more"):
+        adopted(ball, strands, reach=0.002)
+
+
+def test_roots_in_one_place_are_warned_of(ball, strands):
+    points, offsets = np.concatenate([strands[0], strands[0][:5]]), np.append(strands[1], strands[1][-1] + 5)
+    with pytest.warns(UserWarning, match="1 strands grow from a point"):
+        adopted(ball, (points, offsets.astype(np.int32)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        adopted(ball, strands)

@@ -1,0 +1,80 @@
+"""Roots follow the body."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hairpipe.errors import BadInput
+from hairpipe.groom.binding import bind_roots, name_strands, root_frames
+from hairpipe.groom.surface import Sites, site_points, unit_normals
+
+
+@pytest.fixture
+def mesh(icosphere):
+    return icosphere(3, 0.1)
+
+
+@pytest.fixture
+def sites(mesh):
+    random = np.random.default_rng(0)
+    return Sites(random.integers(0, len(mesh.triangles), 100).astype(np.int32), random.dirichlet([1, 1, 1], 100))
+
+
+def carried(mesh, points, sites, roots):
+    """Roots moved by the product of the posed frame with the inverse of the rest frame."""
+    rest, posed = root_frames(mesh.points, mesh.triangles, *sites), root_frames(points, mesh.triangles, *sites)
+    local = np.einsum("sji,sj->si", rest[:, :, :3], roots - rest[:, :, 3])
+    return np.einsum("sij,sj->si", posed[:, :, :3], local) + posed[:, :, 3]
+
+
+def test_points_above_the_body_are_bound_below_themselves(mesh, sites):
+    above = site_points(mesh, sites) + 0.004 * unit_normals(mesh)[sites.triangles]
+    bound = bind_roots(mesh, above, 0.005, np.arange(100))
+    assert np.array_equal(bound.triangles, sites.triangles)
+    assert np.allclose(bound.barycentrics, sites.barycentrics, atol=1e-9)
+
+
+def test_frames_are_orthonormal_and_right_handed(mesh, sites):
+    frames = root_frames(mesh.points, mesh.triangles, *sites)
+    axes = frames[:, :, :3]
+    assert np.allclose(np.einsum("sji,sjk->sik", axes, axes), np.eye(3), atol=1e-12)
+    assert np.allclose(np.linalg.det(axes), 1)
+    assert np.allclose(axes[:, :, 2], unit_normals(mesh)[sites.triangles])
+    edge = mesh.points[mesh.triangles[sites.triangles, 1]] - mesh.points[mesh.triangles[sites.triangles, 0]]
+    assert np.allclose(np.cross(axes[:, :, 0], edge), 0, atol=1e-15)
+    assert np.allclose(frames[:, :, 3], site_points(mesh, sites))
+
+
+def test_a_rigid_motion_carries_roots_along_rigidly(mesh, sites):
+    turn, shift = Rotation.random(random_state=1).as_matrix(), np.array([0.3, -2.0, 0.7])
+    frames = root_frames(mesh.points, mesh.triangles, *sites)
+    moved = root_frames(mesh.points @ turn.T + shift, mesh.triangles, *sites)
+    assert np.allclose(moved[:, :, :3], turn @ frames[:, :, :3], atol=1e-12)
+    roots = site_points(mesh, sites) + np.random.default_rng(2).normal(size=(100, 3)) * 0.003
+    assert np.allclose(carried(mesh, mesh.points @ turn.T + shift, sites, roots), roots @ turn.T + shift, atol=1e-12)
+
+
+def test_an_affine_motion_carries_points_on_the_skin_exactly(mesh, sites):
+    stretch, shift = np.array([[1.2, 0.3, 0.0], [0.1, 0.7, 0.2], [0.0, -0.4, 1.1]]), np.array([0.0, 1.0, 0.0])
+    roots = site_points(mesh, sites)
+    assert np.allclose(
+        carried(mesh, mesh.points @ stretch.T + shift, sites, roots), roots @ stretch.T + shift, atol=1e-12
+    )
+
+
+def test_at_rest_roots_off_the_skin_stay_where_they_are(mesh, sites):
+    roots = site_points(mesh, sites) * 1.04
+    bound = bind_roots(mesh, roots, 0.005, np.arange(100))
+    assert np.allclose(carried(mesh, mesh.points, bound, roots), roots, atol=1e-15)
+
+
+def test_frames_of_a_collapsed_triangle_are_finite(mesh, sites):
+    assert np.isfinite(root_frames(np.zeros_like(mesh.points), mesh.triangles, *sites)).all()
+
+
+def test_roots_out_of_reach_are_named(mesh, sites):
+    roots = site_points(mesh, sites)
+    roots[[4, 17]] *= 1.3
+    with pytest.raises(BadInput, match=r"off the body: strands 104, 117 .*reach = 0.02 m"):
+        bind_roots(mesh, roots, 0.02, 100 + np.arange(100))
+    assert name_strands(np.arange(8)) == "strands 0, 1, 2, 3, 4 and 3 more"

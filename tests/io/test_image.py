@@ -1,0 +1,93 @@
+"""Images that carry paint."""
+
+import warnings
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from hairpipe.errors import BadInput
+from hairpipe.io.image import read_image
+
+GREY = np.array([[0, 51, 255], [102, 204, 1]], np.uint8)
+
+
+def saved(folder, array, name="paint.png", mode=None):
+    path = folder / name
+    image = Image.fromarray(array)
+    (image if mode is None else image.convert(mode)).save(path)
+    return path
+
+
+@pytest.mark.parametrize("mode", ["L", "RGB", "RGBA", "LA", "P"])
+def test_grey_is_the_value_over_white_whatever_the_mode(tmp_path, mode):
+    values = read_image(saved(tmp_path, GREY, mode=mode))
+    assert values.dtype == np.float64 and np.allclose(values, GREY / 255)
+
+
+def test_sixteen_bits_are_kept(tmp_path):
+    deep = np.array([[0, 1, 65535], [32768, 257, 1000]], np.uint16)
+    assert np.allclose(read_image(saved(tmp_path, deep)), deep / 65535, atol=1e-9)
+
+
+def test_floats_are_taken_as_they_are(tmp_path):
+    path = saved(tmp_path, np.array([[0.0, 0.25], [1.0, 0.123]], np.float32), "paint.tif")
+    assert np.allclose(read_image(path), [[0.0, 0.25], [1.0, 0.123]])
+    for wild in (1.5, -0.1, np.nan, np.inf):
+        with pytest.raises(BadInput, match="below black or above white"):
+            read_image(saved(tmp_path, np.array([[0.5, wild]], np.float32), "paint.tif"))
+
+
+def test_black_and_white_pictures_are_zero_and_one(tmp_path):
+    assert np.array_equal(read_image(saved(tmp_path, GREY > 100, "paint.png")), GREY > 100)
+
+
+def test_what_is_no_image_is_told(tmp_path):
+    text = tmp_path / "paint.png"
+    for content in (b"", b"length,radius\r\n1,2\r\n", bytes(range(256))):
+        text.write_bytes(content)
+        with pytest.raises(BadInput, match=r"paint.png: not an image \(a PNG"):
+            read_image(text)
+    with pytest.raises(BadInput, match="cannot be read: No such file"):
+        read_image(tmp_path / "none.png")
+    with pytest.raises(BadInput, match="cannot be read: Is a directory"):
+        read_image(tmp_path)
+
+
+def test_half_an_image_is_told(tmp_path):
+    path = saved(tmp_path, np.random.default_rng(0).integers(0, 255, (64, 64)).astype(np.uint8))
+    path.write_bytes(path.read_bytes()[:2000])
+    with pytest.raises(BadInput, match=r"cannot be read|broken"):
+        read_image(path)
+
+
+def test_a_header_that_promises_too_many_pixels_is_refused_before_they_are_made(tmp_path):
+    path = saved(tmp_path, GREY)
+    data = bytearray(path.read_bytes())
+    for size in (11_000, 60_000):
+        data[16:24] = size.to_bytes(4, "big") * 2
+        data[29:33] = zlib.crc32(data[12:29]).to_bytes(4, "big")
+        path.write_bytes(data)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with pytest.raises(BadInput, match=r"broken: .*decompression bomb"):
+                read_image(path)
+
+
+@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+@pytest.mark.parametrize("name", ["paint.png", "paint.tif", "paint.jpg"])
+def test_damage_anywhere_gives_values_or_a_message(tmp_path, name, data):
+    path = saved(tmp_path, GREY, name)
+    whole = bytearray(path.read_bytes())
+    for _ in range(data.draw(st.integers(1, 5))):
+        whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
+    path.write_bytes(bytes(whole[: data.draw(st.integers(0, len(whole)))]))
+    try:
+        values = read_image(path)
+    except BadInput:
+        return
+    assert values.ndim == 2 and values.min() >= 0 and values.max() <= 1

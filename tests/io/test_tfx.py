@@ -1,0 +1,98 @@
+"""TressFX files, packed by hand and fuzzed."""
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from hairpipe.errors import BadInput
+from hairpipe.io.tfx import read_tfx
+
+POINTS = [[(0, 1, 2), (3, 4, 5), (6, 7, 8)], [(-1, 0.5, 0), (-1, 0.25, 0), (-1, 0.125, 4)]]
+
+
+def pack(points=POINTS, *, version=4.0, strands=None, count=None, start=160, tail=b""):
+    """A file as the layout says: header of 160 bytes, then x, y, z and inverse mass of every point."""
+    strands = len(points) if strands is None else strands
+    count = len(points[0]) if count is None else count
+    header = struct.pack("<f7I", version, strands, count, start, 0, 0, 0, 0).ljust(160, b"\0")
+    body = b"".join(struct.pack("<4f", *p, float(k > 0)) for strand in points for k, p in enumerate(strand))
+    return header + b"\0" * (start - 160) + body + tail
+
+
+def write(folder: Path, data: bytes) -> Path:
+    path = folder / "hair.tfx"
+    path.write_bytes(data)
+    return path
+
+
+@pytest.mark.parametrize("more", [{}, {"tail": b"uv and more"}, {"start": 176}])
+def test_positions_are_read_strand_after_strand(tmp_path, more):
+    points, offsets = read_tfx(write(tmp_path, pack(**more)))
+    assert np.array_equal(points, np.array(POINTS, float).reshape(-1, 3)) and points.dtype == np.float64
+    assert np.array_equal(offsets, [0, 3, 6]) and offsets.dtype == np.int32
+    assert points.flags.c_contiguous
+
+
+def test_centimetres_with_z_up_become_metres_with_y_up(tmp_path):
+    points, _ = read_tfx(write(tmp_path, pack()), 0.01, "z")
+    assert np.allclose(points[:2], [[0.0, 0.02, -0.01], [0.03, 0.05, -0.04]])
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"", r"hair.tfx: the file has 0 bytes \(a header of 160 bytes\)"),
+        (pack()[:159], "the file has 159 bytes"),
+        (pack()[:-1], r"byte 4: 2 strands of 3 points need 256 bytes, the file has 255"),
+        (pack(strands=2**32 - 1), "4294967295 strands of 3 points need"),
+        (pack(count=2**32 - 1), "2 strands of 4294967295 points need"),
+        (pack(strands=0), "byte 4: no strands"),
+        (pack(count=1), "byte 8: 1 points a strand"),
+        (pack(version=3.0), r"byte 0: version 3 \(TressFX version 4.0\)"),
+        (pack(version=float("nan")), "version nan"),
+        (pack()[:12] + b"\0\0\0\0" + pack()[16:], "byte 12: positions begin at byte 0"),
+        (
+            pack([[(0, 0, 0), (0, 1, 0)], [(0, 0, 0), (0, float("inf"), 0)]]),
+            "byte 208, strand 1, point 1: a position is",
+        ),
+        (b"v 0 0 0\r\n" * 40, "version"),
+    ],
+)
+def test_a_bad_file_is_told_by_place_and_fault(tmp_path, data, message):
+    with pytest.raises(BadInput, match=message):
+        read_tfx(write(tmp_path, data))
+
+
+def test_a_file_that_cannot_be_read_is_told(tmp_path):
+    with pytest.raises(BadInput, match="cannot be read: No such file"):
+        read_tfx(tmp_path / "none.tfx")
+    with pytest.raises(BadInput, match="cannot be read: Is a directory"):
+        read_tfx(tmp_path)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(st.data())
+def test_damage_anywhere_gives_points_or_a_message(tmp_path, data):
+    whole = bytearray(pack())
+    for _ in range(data.draw(st.integers(0, 4))):
+        whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
+    path = write(tmp_path, bytes(whole[: data.draw(st.integers(0, len(whole)))]))
+    try:
+        points, offsets = read_tfx(path)
+    except BadInput:
+        return
+    assert np.isfinite(points).all() and len(points) == offsets[-1]
+
+
+def test_sintels_hair_is_what_was_measured(shared):
+    points, offsets = read_tfx(shared / "sintel" / "SintelHairOriginal-sintel_hair.16points.tfx")
+    assert len(offsets) - 1 == 11_400 and (np.diff(offsets) == 16).all()
+    roots = points[offsets[:-1]]
+    assert np.allclose(roots.min(axis=0), (-0.082, 1.476, -0.102), atol=1e-3)
+    assert np.allclose(roots.max(axis=0), (0.082, 1.655, 0.098), atol=1e-3)
+    lengths = np.linalg.norm(np.diff(points.reshape(-1, 16, 3), axis=1), axis=2).sum(axis=1)
+    assert np.allclose(np.quantile(lengths, (0, 0.5, 1)), (0.025, 0.102, 0.248), atol=6e-4)

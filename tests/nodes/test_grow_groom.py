@@ -1,0 +1,84 @@
+"""Hair on our own bust, and the settings as a graph file gives them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hairpipe.nodes.grow_groom import grow_groom
+from hairpipe.nodes.make_bust import make_bust
+from PIL import Image
+
+from hairpipe.data import Body
+from hairpipe.errors import BadInput
+from hairpipe.graph.settings import build_settings, check_settings
+from hairpipe.groom.closest import distance_and_normal
+from hairpipe.groom.style import Curl, Paint, PaintedMetres
+from hairpipe.groom.tree import plant
+
+NODE = grow_groom.__node__
+
+
+@pytest.fixture(scope="module")
+def bust() -> Body:
+    return make_bust()
+
+
+def given(**settings: object) -> dict[str, object]:
+    """Settings of a graph file as the node gets them."""
+
+    def place(names: Sequence[str]) -> str:
+        return ".".join(names)
+
+    return build_settings(NODE, check_settings(NODE, settings, place))
+
+
+def test_a_painted_setting_is_a_number_or_a_table() -> None:
+    assert given(length=0.3)["length"] == PaintedMetres(0.3)
+    assert given(length={"map": "length", "variation": 0.1})["length"] == PaintedMetres(
+        0.25, variation=0.1, map="length"
+    )
+    assert given()["curl"] is None and given()["density"] is None
+    curl = {"radius": 0.01, "pitch": {"value": 0.02, "low": 0.01, "image": "pitch.png"}}
+    assert given(curl=curl)["curl"] == Curl(PaintedMetres(0.01), PaintedMetres(0.02, 0.01, image=Path("pitch.png")))
+    assert given(density={"image": "d.png"})["density"] == Paint(image=Path("d.png"))
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"length": -0.1}, r"length.value = -0.1 is not allowed \(a number in m, > 0\)"),
+        ({"lift": {"value": 120.0}}, r"lift.value = 120.0 is not allowed \(a number in deg, >= 0, <= 90\)"),
+        ({"length": {"vale": 0.1}}, "unknown setting 'length.vale'"),
+        ({"curl": 0.01}, "curl = 0.01 is not allowed"),
+        ({"strands": 0}, "strands = 0 is not allowed"),
+    ],
+)
+def test_what_is_not_allowed_is_told(settings: dict[str, object], message: str) -> None:
+    with pytest.raises(BadInput, match=message):
+        given(**settings)
+
+
+@pytest.mark.parametrize("style", [{}, {"curl": {}, "segments": 60}], ids=["straight", "curly"])
+def test_hair_on_the_bust_lies_on_the_head_and_leaves_the_face_free(bust: Body, style: dict[str, object]) -> None:
+    groom = grow_groom(bust, **given(strands=300, **style))
+    points = groom.points.reshape(300, -1, 3)
+    tree = plant(bust.mesh)
+    depth = [distance_and_normal(tree, tuple(p), tree.order[0])[0] for p in points[:, 1:].reshape(-1, 3)]
+    assert min(depth) > 0.0
+    lengths = np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1)
+    assert np.allclose(lengths, 0.25, rtol=1e-9)
+    nose = bust.mesh.points[np.argmax(bust.mesh.points[:, 2] * (bust.mesh.points[:, 1] > 0.25))]
+    before_the_face = (np.abs(points[..., 0]) < 0.02) & (points[..., 1] < nose[1] + 0.03) & (points[..., 2] > 0.06)
+    assert np.mean(before_the_face.any(axis=1)) < 0.01
+    assert (points[:, -1, 1] < points[:, 0, 1]).mean() > 0.99, "it hangs"
+
+
+def test_an_image_thins_the_hair_out(bust: Body, tmp_path: Path) -> None:
+    picture = np.zeros((64, 64), np.uint8)
+    picture[:, 32:] = 255  # the crown is in the middle of the bust's texture, the left ear at its right
+    Image.fromarray(picture).save(tmp_path / "half.png")
+    groom = grow_groom(bust, **given(strands=200, segments=4, density={"image": str(tmp_path / "half.png")}))
+    assert (groom.root_uv[:, 0] > 0.48).all() and groom.points[groom.offsets[:-1], 0].min() > -0.01
+    with pytest.raises(BadInput, match="has no map .beard."):
+        grow_groom(bust, **given(density={"map": "beard"}))

@@ -1,0 +1,74 @@
+"""Hair made elsewhere, on the body it was made for."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hairpipe.nodes.load_body import load_body
+from hairpipe.nodes.load_groom import load_groom
+
+from hairpipe.data import Body, Mesh, Skeleton
+from hairpipe.errors import BadInput
+
+USD = """#usda 1.0
+(
+    metersPerUnit = 0.01
+    upAxis = "Y"
+)
+def BasisCurves "hair"
+{
+    uniform token type = "linear"
+    int[] curveVertexCounts = [3, 2]
+    point3f[] points = [(10, 0, 10), (10, 10, 10), (10, 30, 10), (20, 0, 50), (20, 8, 50)]
+}
+"""
+
+
+@pytest.fixture
+def floor() -> Body:
+    """A square metre of floor."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [1, 0, 1], [0, 0, 1.0]])
+    mesh = Mesh(points, np.array([[0, 2, 1], [0, 3, 2]], np.int32))
+    skeleton = Skeleton(("root",), np.array([-1], np.int32), np.eye(4)[None], np.array([[0.0, 1.0, 0.0]]))
+    return Body(mesh, skeleton, np.zeros((4, 1), np.int32), np.ones((4, 1)))
+
+
+def test_usd_curves_are_bound_in_metres(floor: Body, tmp_path: Path) -> None:
+    file = tmp_path / "hair.usda"
+    file.write_text(USD)
+    groom = load_groom(floor, file=file, segments=3)
+    strands = groom.points.reshape(2, 4, 3)
+    assert np.allclose(strands[0, :, 1], [0.0, 0.1, 0.2, 0.3], atol=1e-7)
+    assert np.allclose(strands[1, :, 1], np.linspace(0, 0.08, 4), atol=1e-7)
+    assert np.allclose(groom.root_frames[:, :, 2], (0, 1, 0))
+    assert np.allclose(groom.root_frames[:, :, 3], [[0.1, 0, 0.1], [0.2, 0, 0.5]])
+
+
+def test_sintels_hair_grows_on_sintel(shared: Path) -> None:
+    scalp = load_body(file=shared / "sintel" / "sintel.obj")
+    file = shared / "sintel" / "SintelHairOriginal-sintel_hair.16points.tfx"
+    groom = load_groom(scalp, file=file)
+    assert len(groom.ids) == 11_400 and np.array_equal(np.diff(groom.offsets), np.full(11_400, 16))
+    lengths = np.linalg.norm(np.diff(groom.points.reshape(-1, 16, 3), axis=1), axis=2)
+    assert (np.ptp(lengths, axis=1) < 1e-9).all()
+    assert np.allclose(np.quantile(lengths.sum(axis=1), (0, 0.5, 1)), (0.025, 0.102, 0.248), atol=2e-3)
+    off = np.linalg.norm(groom.points[groom.offsets[:-1]] - groom.root_frames[:, :, 3], axis=1)
+    assert np.median(off) < 0.64e-3 and 6.0e-3 < off.max() < 6.3e-3
+    fewer = load_groom(scalp, file=file, strands=500, segments=10)
+    assert len(fewer.points) == 500 * 11 and np.array_equal(fewer.root_frames, groom.root_frames[fewer.ids])
+
+
+def test_a_wrong_unit_is_told(shared: Path) -> None:
+    scalp = load_body(file=shared / "sintel" / "sintel.obj")
+    file = shared / "sintel" / "SintelHairOriginal-sintel_hair.16points.tfx"
+    with pytest.raises(
+        BadInput, match=r"roots up to .* m off the body: strands 0, 1, 2, 3, 4 and 11395 more .*the unit"
+    ):
+        load_groom(scalp, file=file, unit=0.01)
+
+
+def test_files_of_another_kind_are_refused(floor: Body, tmp_path: Path) -> None:
+    file = tmp_path / "hair.abc"
+    file.write_bytes(b"not hair")
+    with pytest.raises(BadInput, match=r"hair\.abc"):
+        load_groom(floor, file=file)
