@@ -1,0 +1,156 @@
+import json
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from hairpipe.errors import BadInput
+from hairpipe.io.makehuman import read_skeleton, read_weights
+
+POINTS = np.array([[0.0, 0, 0], [2.0, 0, 0], [0, 4.0, 0], [0, 0, 6.0]])
+RIG = {
+    "bones": {
+        "tip": {"head": "b", "tail": "c", "parent": "base"},
+        "base": {"head": "a", "tail": "b", "parent": None},
+    },
+    "joints": {"a": [0], "b": [0, 1], "c": [2, 3]},
+}
+WEIGHTS = {"weights": {"base": [[0, 1.0], [1, 0.25], [2, 0.1]], "tip": [[1, 0.5], [2, 0.1], [2, 0.2]]}}
+NAMES = ("base", "tip")
+
+
+def written(folder, content):
+    path = folder / "file.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    return path
+
+
+def test_joints_stand_at_the_mean_of_their_vertices_parents_first(tmp_path):
+    skeleton = read_skeleton(written(tmp_path, RIG), POINTS)
+    assert skeleton.names == NAMES
+    np.testing.assert_array_equal(skeleton.parents, [-1, 0])
+    np.testing.assert_array_equal(skeleton.rest[:, :3, 3], [[0, 0, 0], [1, 0, 0]])
+    np.testing.assert_array_equal(skeleton.rest[:, :3, :3], np.tile(np.eye(3), (2, 1, 1)))
+    np.testing.assert_array_equal(skeleton.tips, [[1, 0, 0], [0, 2, 3]])
+
+
+def test_weights_are_normalised_heaviest_first_and_the_rest_follow_the_root(tmp_path):
+    joints, weights = read_weights(written(tmp_path, WEIGHTS), NAMES, 4)
+    np.testing.assert_array_equal(joints, [[0, 1], [1, 0], [1, 0], [0, 1]])
+    np.testing.assert_allclose(weights, [[1, 0], [2 / 3, 1 / 3], [0.75, 0.25], [1, 0]])
+
+
+def changed(content: dict, path: str, value) -> dict:
+    copy = json.loads(json.dumps(content))
+    *folders, last = path.split(".")
+    place = copy
+    for name in folders:
+        place = place[name]
+    place[last] = value
+    return copy
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("bones", [], "'bones' is missing"),
+        ("bones", {}, "'bones' is missing, empty"),
+        ("joints", None, "'joints' is missing"),
+        ("bones.tip", 3, "parent '' does not exist"),
+        ("bones.tip.parent", "nobody", r"bones\.tip: parent 'nobody' does not exist"),
+        ("bones.tip.parent", "tip", r"bones\.tip: the bone is its own ancestor"),
+        ("bones.base.parent", "tip", "its own ancestor"),
+        ("bones.tip.head", "nowhere", r"bones\.tip\.head"),
+        ("bones.tip.tail", ["a"], r"bones\.tip\.tail"),
+        ("joints.c", [], r"bones\.tip\.tail"),
+        ("joints.c", [4], r"bones\.tip\.tail"),
+        ("joints.c", [-1], r"bones\.tip\.tail"),
+        ("joints.c", [1.5], r"bones\.tip\.tail"),
+        ("joints.c", [True], r"bones\.tip\.tail"),
+    ],
+)
+def test_broken_rigs_are_refused(tmp_path, path, value, message):
+    with pytest.raises(BadInput, match=message):
+        read_skeleton(written(tmp_path, changed(RIG, path, value)), POINTS)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("weights", None, "'weights' is missing"),
+        ("weights.wing", [[0, 1.0]], "no bone 'wing'"),
+        ("weights.tip", {}, "not pairs"),
+        ("weights.tip", [[0]], "not pairs"),
+        ("weights.tip", [[4, 0.5]], r"weights\.tip: .*out of range .*0 to 3"),
+        ("weights.tip", [[-1, 0.5]], "out of range"),
+        ("weights.tip", [["0", 0.5]], "out of range"),
+        ("weights.tip", [[0, -0.5]], "out of range"),
+        ("weights.tip", [[0, float("nan")]], "out of range"),
+        ("weights.tip", [[0, float("inf")]], "out of range"),
+        ("weights.tip", [[0, None]], "out of range"),
+    ],
+)
+def test_broken_weights_are_refused(tmp_path, path, value, message):
+    with pytest.raises(BadInput, match=message):
+        read_weights(written(tmp_path, changed(WEIGHTS, path, value)), NAMES, 4)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('{"bones": ', "line 1"),
+        ("[1]", "not an object"),
+        ("[" * 100_000, "nested too deeply"),
+        ("9" * 5000, "too long a number"),
+    ],
+)
+def test_what_is_no_json_object_is_refused(tmp_path, text, message):
+    with pytest.raises(BadInput, match=message):
+        read_skeleton(written(tmp_path, text), POINTS)
+
+
+anything = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
+    max_leaves=6,
+)
+quiet = settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+RIG_PATHS = ["bones", "joints", "bones.tip", "bones.tip.head", "bones.base.parent", "joints.a"]
+
+
+@quiet
+@given(st.sampled_from(RIG_PATHS), anything)
+def test_any_value_in_a_rig_gives_a_skeleton_or_one_message(tmp_path, path, value):
+    try:
+        skeleton = read_skeleton(written(tmp_path, changed(RIG, path, value)), POINTS)
+    except BadInput:
+        return
+    assert np.isfinite(skeleton.rest).all()
+
+
+@quiet
+@given(st.sampled_from(["weights", "weights.tip", "weights.base"]), anything)
+def test_any_value_in_weights_gives_weights_or_one_message(tmp_path, path, value):
+    try:
+        _, weights = read_weights(written(tmp_path, changed(WEIGHTS, path, value)), NAMES, 4)
+    except BadInput:
+        return
+    np.testing.assert_allclose(weights.sum(axis=1), 1.0)
+
+
+def test_the_real_rig_fits_the_real_body(shared):
+    from hairpipe.io.obj import read_obj
+
+    folder = shared / "body_makehuman"
+    points = read_obj(folder / "base.obj").points
+    skeleton = read_skeleton(folder / "default.mhskel", points)
+    assert len(skeleton.names) == 163 and (skeleton.parents < np.arange(163)).all()
+    head = skeleton.names.index("head")
+    np.testing.assert_allclose(skeleton.rest[head, :3, 3], [0.0, 6.975, 0.161], atol=5e-4)
+    np.testing.assert_allclose(skeleton.tips[head], [0.0, 8.404, 0.082], atol=5e-4)
+    joints, weights = read_weights(folder / "default_weights.mhw", skeleton.names, len(points))
+    assert (weights[:13380] > 0.0).sum(axis=1).max() == 9
+    heavy = np.where(joints == head, weights, 0.0).sum(axis=1)[:13380]
+    assert np.count_nonzero(heavy > 0.0) == 4240
+    assert np.count_nonzero(heavy >= 0.5) == pytest.approx(2635, abs=25)  # counted before the rows were scaled

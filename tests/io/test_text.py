@@ -1,0 +1,34 @@
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.io.text import parse_number, read_text
+
+
+def test_text_is_read_without_its_byte_order_mark(tmp_path):
+    path = tmp_path / "a.txt"
+    path.write_bytes(b"\xef\xbb\xbfa\r\nb")
+    assert read_text(path) == "a\r\nb"
+
+
+@pytest.mark.parametrize(
+    ("content", "message"), [(b"", "empty"), (b" \n\t", "empty"), (b"ab\xff", "byte 2 is not UTF-8")]
+)
+def test_what_is_no_text_is_refused(tmp_path, content, message):
+    path = tmp_path / "a.txt"
+    path.write_bytes(content)
+    with pytest.raises(BadInput, match=message):
+        read_text(path)
+
+
+def test_what_cannot_be_opened_is_refused(tmp_path):
+    for path in (tmp_path, tmp_path / "none", tmp_path / "none" / "below"):
+        with pytest.raises(BadInput, match="cannot be read"):
+            read_text(path)
+
+
+NUMBERS = {"1": 1.0, "-1e-5": -1e-5, ".5": 0.5, "nan": None, "inf": None, "1e999": None, "x": None, "": None}
+
+
+@pytest.mark.parametrize(("word", "value"), NUMBERS.items())
+def test_numbers_are_finite(word, value):
+    assert parse_number(word) == value

@@ -1,0 +1,103 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hairpipe.nodes.load_body import load_body
+from hairpipe.nodes.load_motion import load_motion
+
+from hairpipe.body.bust import build_skeleton
+from hairpipe.data import Body, Mesh
+from hairpipe.graph import Time
+
+SHAKE = Path(__file__).resolve().parents[2] / "graphs" / "assets" / "shake.bvh"
+
+
+@pytest.fixture
+def bust() -> Body:
+    """The skeleton of our bust without its skin."""
+    return Body(
+        Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32)), build_skeleton(), np.zeros((0, 1)), np.zeros((0, 1))
+    )
+
+
+def yaw(pose) -> float:
+    return float(np.degrees(np.arctan2(pose.transforms[-1, 0, 2], pose.transforms[-1, 2, 2])))
+
+
+def test_the_clip_starts_at_the_first_frame_of_a_shot(bust):
+    pose = load_motion(bust, Time(1001, 24.0), file=SHAKE)
+    np.testing.assert_allclose(pose.transforms, bust.skeleton.rest, atol=1e-9)
+    np.testing.assert_array_equal(pose.rates, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("frame", "fps", "settings"),
+    [
+        (1021, 24.0, {}),
+        (1051, 60.0, {}),
+        (21, 24.0, {"at": 1}),
+        (1001, 24.0, {"start": 20.0 / 24.0}),
+        (1041, 24.0, {"speed": 0.5}),
+        (1001 + 2000, 2400.0, {}),
+    ],
+)
+def test_frame_rate_start_and_speed_all_lead_to_the_same_instant(bust, frame, fps, settings):
+    pose = load_motion(bust, Time(frame, fps), file=SHAKE, **settings)
+    same = load_motion(bust, Time(1021, 24.0), file=SHAKE)
+    np.testing.assert_allclose(pose.transforms, same.transforms, atol=1e-9)
+    np.testing.assert_allclose(pose.rates, same.rates * settings.get("speed", 1.0), atol=1e-9)
+    assert abs(yaw(pose)) > 20.0
+
+
+def test_velocities_are_those_of_neighbouring_frames(bust):
+    fps = 960.0
+    before, now, after = (load_motion(bust, Time(1001 + f, fps), file=SHAKE) for f in (999, 1000, 1001))
+    change = (after.transforms - before.transforms) * fps / 2.0
+    np.testing.assert_allclose(now.rates, change, atol=0.02 * np.abs(now.rates).max())
+
+
+@pytest.fixture(scope="module")
+def person(shared) -> Body:
+    folder = shared / "body_makehuman"
+    rig = {"skeleton": folder / "default.mhskel", "weights": folder / "default_weights.mhw"}
+    return load_body(file=folder / "base.obj", group="body", unit=0.1, **rig)
+
+
+# Seconds at which the performer stands on both feet, seen in pictures of the clips.
+UPRIGHT = {"cmu_05_06": 6.0, "cmu_61_12_scaled": 0.1, "fair1_dab": 0.1, "rokoko_jesse_dance": 0.1}
+
+
+@pytest.mark.filterwarnings("ignore:the clip's first frame")
+@pytest.mark.parametrize("name", UPRIGHT)
+def test_a_person_stands_where_the_performer_stands(shared, person, name):
+    from hairpipe.body.skinning import skin
+
+    pose = load_motion(person, Time(1001, 24.0), file=shared / "mocap" / f"{name}.bvh", start=UPRIGHT[name])
+    up = {
+        joint: pose.transforms[person.skeleton.names.index(joint), 1, 3]
+        for joint in ("head", "root", "foot.L", "foot.R")
+    }
+    assert up["head"] - up["root"] > 0.5
+    assert up["root"] - max(up["foot.L"], up["foot.R"]) > 0.5
+    sole, floor = skin(person, pose).points[:, 1].min(), person.mesh.points[:, 1].min()
+    assert sole == pytest.approx(floor, abs=0.08)
+
+
+@pytest.mark.filterwarnings("ignore:the clip's first frame")
+def test_a_cartwheel_turns_the_person_over(shared, person):
+    file, head, root = shared / "mocap" / "cmu_49_08.bvh", person.skeleton.names.index("head"), 0
+    heights = []
+    for frame in range(0, 110, 5):
+        pose = load_motion(person, Time(1001 + frame, 24.0), file=file)
+        heights.append(pose.transforms[head, 1, 3] - pose.transforms[root, 1, 3])
+    assert max(heights) > 0.5 and min(heights) < -0.3
+
+
+@pytest.mark.parametrize("name", ["bust", "person"])
+def test_our_own_clip_fits_every_body(request, name):
+    body = request.getfixturevalue(name)
+    head = body.skeleton.names.index("head")
+    rest, pose = body.skeleton.rest[head], load_motion(body, Time(1021, 24.0), file=SHAKE).transforms[head]
+    turn = pose[:3, :3] @ rest[:3, :3].T
+    assert 30.0 < np.degrees(np.arccos((np.trace(turn) - 1.0) / 2.0)) < 60.0
+    assert np.linalg.norm(pose[:3, 3] - rest[:3, 3]) < 0.05
