@@ -44,7 +44,7 @@ class Touch:
         """Correct positions [m] and velocities [m/s] at the end of a step, in place; see `collide_body`."""
         contact = self.contact
         scheme = int(Interpolation[contact.interpolation])
-        collide_body(network, x, v, before, self.fields, self.frame, times, scheme, contact.friction, contact.thickness)
+        collide_body(network, x, v, before, *self.fields, self.frame, times, scheme, contact.friction, contact.thickness)
 
 
 @njit(cache=True)
@@ -76,7 +76,8 @@ def collide_body(
     x: np.ndarray,
     v: np.ndarray,
     before: np.ndarray,
-    fields: tuple[Field, Field],
+    field0: Field,
+    field1: Field,
     frame: float,
     times: tuple[float, float],
     scheme: int,
@@ -87,7 +88,7 @@ def collide_body(
 
     x, v    positions [m] and velocities [m/s] at the end of the step, (rows, 3, WIDTH)
     before  positions at its start
-    fields  the body at the previous and at this frame; frame  time between them [s]
+    field0, field1  the body at the previous and at this frame; frame  time between them [s]
     times   start and end of the step since the previous frame [s]
     """
     dt = times[1] - times[0]
@@ -101,13 +102,13 @@ def collide_body(
             for lane in range(xs.shape[2]):
                 px, py, pz = xs[p, 0, lane], xs[p, 1, lane], xs[p, 2, lane]
                 a = times[1] / frame
-                if distance_between(scheme, fields[0], fields[1], a, frame, px, py, pz) >= kept:
+                if distance_between(scheme, field0, field1, a, frame, px, py, pz) >= kept:
                     continue
-                phi, nx, ny, nz, bx, by, bz = evaluate(scheme, fields[0], fields[1], a, frame, px, py, pz)
+                phi, nx, ny, nz, bx, by, bz = evaluate(scheme, field0, field1, a, frame, px, py, pz)
                 depth = kept - phi
                 touched = True
                 qx, qy, qz = x0[p, 0, lane], x0[p, 1, lane], x0[p, 2, lane]
-                start = distance_between(scheme, fields[0], fields[1], times[0] / frame, frame, qx, qy, qz)
+                start = distance_between(scheme, field0, field1, times[0] / frame, frame, qx, qy, qz)
                 if start < 0.0:
                     depth = min(depth, _PUSH_OUT * dt)
                 ux, uy, uz = px - qx - dt * bx, py - qy - dt * by, pz - qz - dt * bz
