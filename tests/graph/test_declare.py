@@ -1,0 +1,141 @@
+"""Declarations: the signature says everything, and what it cannot say is refused where it stands."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graph import File, Frames, Pair, Time, Workspace, node
+
+
+class Mesh:
+    """A value."""
+
+
+class State:
+    """Another value."""
+
+
+class Both(NamedTuple):
+    """Two outputs."""
+
+    mesh: Mesh
+    state: State
+
+
+def test_signature_is_read_and_the_function_stays_callable():
+    @node(frames="scan")
+    def simulate(
+        a: Mesh,
+        b: Pair[Mesh] | None,
+        c: Frames[File] | None,
+        previous: State | None,
+        when: Time,
+        place: Workspace,
+        d: Mesh | None = None,
+        *,
+        size: float = 2.0,
+        count: int,
+    ) -> Both:
+        """Simulate."""
+        return Both(a, State())
+
+    found = simulate.__node__
+    assert {s.name: (s.type, s.view, s.optional) for s in found.sockets.values()} == {
+        "a": (Mesh, "now", False),
+        "b": (Mesh, "pair", True),
+        "c": (File, "frames", True),
+        "d": (Mesh, "now", True),
+    }
+    assert found.outputs == {"mesh": Mesh, "state": State} and found.state == "state"
+    assert (found.asks_time, found.asks_workspace) == (("when",), ("place",))
+    assert [(s.name, s.required) for s in found.settings.values()] == [("size", False), ("count", True)]
+    mesh = Mesh()
+    assert simulate(mesh, None, None, None, Time(1, 24.0), Path(), count=1).mesh is mesh
+
+
+def no_docstring() -> Mesh: ...
+def no_return(a: Mesh):
+    """D."""
+
+
+def no_annotation(a) -> Mesh:
+    """D."""
+
+
+def stars(*a: Mesh) -> Mesh:
+    """D."""
+
+
+def default(a: Mesh = Mesh()) -> Mesh:  # noqa: B008
+    """D."""
+
+
+def optional_default(a: Mesh = None) -> Mesh:  # noqa: RUF013
+    """D."""
+
+
+def union(a: Mesh | State) -> Mesh:
+    """D."""
+
+
+def pair_of_none(a: Pair[Mesh | None]) -> Mesh:
+    """D."""
+
+
+def reserved(*, publish: int = 1) -> Mesh:
+    """D."""
+
+
+def previous(previous: Mesh | None) -> Mesh:
+    """D."""
+
+
+def union_out() -> Mesh | None:
+    """D."""
+
+
+def pair(a: Pair[Mesh]) -> Mesh:
+    """D."""
+
+
+def scan() -> Mesh:
+    """D."""
+
+
+def scan_required(previous: Mesh) -> Mesh:
+    """D."""
+
+
+def scan_other(previous: State | None) -> Mesh:
+    """D."""
+
+
+@pytest.mark.parametrize(
+    ("function", "frames"),
+    [
+        *[(f, "each") for f in (no_docstring, no_return, no_annotation, stars, default, optional_default, union)],
+        *[(f, "each") for f in (pair_of_none, reserved, previous, union_out)],
+        (pair, "once"),
+        *[(f, "scan") for f in (scan, scan_required, scan_other)],
+        (scan, "sometimes"),
+    ],
+)  # fmt: skip
+def test_what_is_no_declaration_is_refused_at_its_line(function, frames):
+    with pytest.raises(BadInput, match=rf"test_declare\.py:\d+: @node {function.__name__}"):
+        node(frames=frames)(function)
+
+
+def test_frames_read_when_asked_and_not_before():
+    read = []
+    frames = Frames((3, 5), lambda frame: read.append(frame) or frame * 10)
+    assert list(frames) == [3, 5] == list(frames.numbers) and len(frames) == 2 and 5 in frames and read == []
+    assert dict(frames.items()) == {3: 30, 5: 50} and frames[3] == 30
+    assert read == [3, 5, 3]
+    with pytest.raises(KeyError):
+        frames[4]
+
+
+def test_time_knows_the_length_of_a_frame():
+    assert Time(7, 25.0).dt == 0.04
