@@ -14,8 +14,8 @@ class LevelSet:
 
     bricks      index of the brick that covers this block of space, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
     distance    signed distance, negative inside, clamped to +-voxel*half_width [m], (B, 9, 9, 9) float32
-    velocity    of the nearest point of the surface [m/s], (B, 9, 9, 9, 3) float32
-    origin      world position of the first sample [m], (3,) float64
+    velocity    of the nearest point of the surface; beyond the band, of one nearby [m/s], (B, 9, 9, 9, 3) float32
+    origin      position of the first sample, a multiple of 8 voxels from the world's origin [m], (3,) float64
     voxel       spacing of the samples [m]
     half_width  of the band, in voxels
     """

@@ -1,0 +1,114 @@
+"""The level set of a moving body at a time between two frames."""
+
+from enum import IntEnum
+
+import numpy as np
+
+from hairpipe.data import LevelSet
+from hairpipe.levelset.field import Field
+from hairpipe.levelset.inlined import inlined
+from hairpipe.levelset.linear import linear_places
+from hairpipe.levelset.one_sided import one_sided_places
+from hairpipe.levelset.places import Places
+from hairpipe.levelset.sample import brick_at, distance, gradient, velocity
+from hairpipe.levelset.two_sided import two_sided_places
+
+FAR_OUTSIDE = LevelSet.FAR_OUTSIDE
+
+
+class Interpolation(IntEnum):
+    """The schemes, by the name that a setting gives: `Interpolation["two_sided"]`."""
+
+    two_sided = 0
+    linear = 1
+    one_sided = 2
+
+
+LINEAR = int(Interpolation.linear)
+ONE_SIDED = int(Interpolation.one_sided)
+TINY = 1e-300
+
+
+@inlined
+def places(scheme: int, field0: Field, field1: Field, a: float, dt: float, x: float, y: float, z: float) -> Places:
+    """Return where a scheme reads the two frames."""
+    if scheme == LINEAR:
+        found = linear_places(field0, field1, a, dt, x, y, z)
+    elif scheme == ONE_SIDED:
+        found = one_sided_places(field0, field1, a, dt, x, y, z)
+    else:
+        found = two_sided_places(field0, field1, a, dt, x, y, z)
+    return found
+
+
+@inlined
+def is_far(field0: Field, field1: Field, x: float, y: float, z: float) -> bool:
+    """Tell whether a point is beyond the bricks of both frames, outside: no scheme can bring the body there."""
+    return brick_at(field0, x, y, z) == FAR_OUTSIDE and brick_at(field1, x, y, z) == FAR_OUTSIDE
+
+
+@inlined
+def distance_between(
+    scheme: int, field0: Field, field1: Field, a: float, dt: float, x: float, y: float, z: float
+) -> float:
+    """Return the signed distance [m] to the body between two frames; a third of the cost of `evaluate`.
+
+    scheme          an Interpolation
+    field0, field1  the body at the two frames
+    a               time since the first, as a fraction of the interval, 0 to 1
+    dt              interval between the frames [s]
+    x, y, z         point [m]
+    """
+    phi = field0.background
+    if not is_far(field0, field1, x, y, z):
+        at = places(scheme, field0, field1, a, dt, x, y, z)
+        before, after = distance(field0, at.x0, at.y0, at.z0), distance(field1, at.x1, at.y1, at.z1)
+        phi = (1 - at.weight) * before + at.weight * after
+    return phi
+
+
+@inlined
+def evaluate(
+    scheme: int, field0: Field, field1: Field, a: float, dt: float, x: float, y: float, z: float
+) -> tuple[float, float, float, float, float, float, float]:
+    """Return the signed distance [m], the unit outward normal and the velocity [m/s] of the body between two frames.
+
+    Arguments are those of `distance_between`. Normal and velocity are 0 beyond the band.
+
+    The normal is that of the two frames' gradients, blended where they are read. It leaves out how the velocity varies
+    in space: that would give the gradient of phi(x, a) itself, but while the body turns it is farther from the body's
+    normal (at 30 degrees a frame 1.3 degrees on the mean instead of 0.8) and dearer. The velocity is blended likewise.
+    """
+    phi = field0.background
+    nx = ny = nz = vx = vy = vz = 0.0
+    if not is_far(field0, field1, x, y, z):
+        at = places(scheme, field0, field1, a, dt, x, y, z)
+        before, after = distance(field0, at.x0, at.y0, at.z0), distance(field1, at.x1, at.y1, at.z1)
+        phi = (1 - at.weight) * before + at.weight * after
+        nx, ny, nz = normal_at(field0, field1, at)
+        vx, vy, vz = velocity_at(field0, field1, at)
+    return phi, nx, ny, nz, vx, vy, vz
+
+
+@inlined
+def normal_at(field0: Field, field1: Field, at: Places) -> tuple[float, float, float]:
+    """Return the unit outward normal, that of the blended gradients; 0 where both are."""
+    px, py, pz = gradient(field0, at.x0, at.y0, at.z0)
+    qx, qy, qz = gradient(field1, at.x1, at.y1, at.z1)
+    w0, w1 = 1 - at.weight, at.weight
+    nx, ny, nz = w0 * px + w1 * qx, w0 * py + w1 * qy, w0 * pz + w1 * qz
+    scale = 1 / max(np.sqrt(nx * nx + ny * ny + nz * nz), TINY)
+    return nx * scale, ny * scale, nz * scale
+
+
+@inlined
+def velocity_at(field0: Field, field1: Field, at: Places) -> tuple[float, float, float]:
+    """Return the blended velocity [m/s]; where one frame has none, that of the other."""
+    w0, w1 = 1 - at.weight, at.weight
+    if brick_at(field0, at.x0, at.y0, at.z0) < 0:
+        w0, w1 = 0.0, 1.0
+    elif brick_at(field1, at.x1, at.y1, at.z1) < 0:
+        w0, w1 = 1.0, 0.0
+    ux, uy, uz = velocity(field0, at.x0, at.y0, at.z0)
+    vx, vy, vz = velocity(field1, at.x1, at.y1, at.z1)
+    return w0 * ux + w1 * vx, w0 * uy + w1 * vy, w0 * uz + w1 * vz

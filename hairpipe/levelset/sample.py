@@ -1,0 +1,95 @@
+"""Read a level set at a point: distance, gradient, velocity, by trilinear interpolation."""
+
+import numpy as np
+
+from hairpipe.data import LevelSet
+from hairpipe.levelset.field import Field
+from hairpipe.levelset.inlined import inlined
+
+FAR_OUTSIDE = LevelSet.FAR_OUTSIDE
+
+
+@inlined
+def locate(field: Field, x: float, y: float, z: float) -> tuple[int, int, int, int, float, float, float]:
+    """Return the brick that holds a point [m], or FAR_OUTSIDE or FAR_INSIDE; the voxel in it; the fractions in that."""
+    na, nb, nc = field.bricks.shape
+    u, v, w = (x - field.x) * field.per_metre, (y - field.y) * field.per_metre, (z - field.z) * field.per_metre
+    n, i, j, k = FAR_OUTSIDE, 0, 0, 0
+    if 0.0 <= u < 8.0 * na and 0.0 <= v < 8.0 * nb and 0.0 <= w < 8.0 * nc:
+        i, j, k = int(u), int(v), int(w)
+        n = field.bricks[i >> 3, j >> 3, k >> 3]
+    return n, i & 7, j & 7, k & 7, u - i, v - j, w - k
+
+
+@inlined
+def brick_at(field: Field, x: float, y: float, z: float) -> int:
+    """Return the brick that holds a point [m], or FAR_OUTSIDE or FAR_INSIDE."""
+    return locate(field, x, y, z)[0]
+
+
+@inlined
+def sample(field: Field, x: float, y: float, z: float) -> tuple[float, float, float, float]:
+    """Return the signed distance [m] at a point [m] and its gradient, that of the interpolant itself.
+
+    Beyond the band the distance is that of the band's border, with its sign, and the gradient 0.
+    """
+    n, i, j, k, f, g, h = locate(field, x, y, z)
+    phi = field.background if n == FAR_OUTSIDE else -field.background
+    gx = gy = gz = 0.0
+    if n >= 0:
+        d = field.distance
+        c00, d00 = d[n, i, j, k], d[n, i + 1, j, k] - d[n, i, j, k]
+        c01, d01 = d[n, i, j, k + 1], d[n, i + 1, j, k + 1] - d[n, i, j, k + 1]
+        c10, d10 = d[n, i, j + 1, k], d[n, i + 1, j + 1, k] - d[n, i, j + 1, k]
+        c11, d11 = d[n, i, j + 1, k + 1], d[n, i + 1, j + 1, k + 1] - d[n, i, j + 1, k + 1]
+        c00, c01, c10, c11 = c00 + f * d00, c01 + f * d01, c10 + f * d10, c11 + f * d11
+        low, high = c00 + g * (c10 - c00), c01 + g * (c11 - c01)
+        phi = low + h * (high - low)
+        gx = field.per_metre * ((1 - h) * (d00 + g * (d10 - d00)) + h * (d01 + g * (d11 - d01)))
+        gy = field.per_metre * ((1 - h) * (c10 - c00) + h * (c11 - c01))
+        gz = field.per_metre * (high - low)
+    return phi, gx, gy, gz
+
+
+@inlined
+def distance(field: Field, x: float, y: float, z: float) -> float:
+    """Return the signed distance [m] at a point [m]; beyond the band that of the band's border, with its sign."""
+    return sample(field, x, y, z)[0]
+
+
+@inlined
+def gradient(field: Field, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return the gradient of the distance by central differences over one voxel.
+
+    The interpolant's own gradient jumps from voxel to voxel: by 1.2 degrees on the mean and 5 at most on a body of 6 to
+    12 cm at 5 mm, where this one is off by 0.1 and 0.4. A hair that slides feels those jumps as chatter.
+    """
+    e = 0.5 / field.per_metre
+    per = field.per_metre
+    gx = (distance(field, x + e, y, z) - distance(field, x - e, y, z)) * per
+    gy = (distance(field, x, y + e, z) - distance(field, x, y - e, z)) * per
+    gz = (distance(field, x, y, z + e) - distance(field, x, y, z - e)) * per
+    return gx, gy, gz
+
+
+@inlined
+def velocity(field: Field, x: float, y: float, z: float) -> tuple[float, float, float]:
+    """Return the velocity [m/s] of the surface near a point [m]; 0 where there is no brick."""
+    n, i, j, k, f, g, h = locate(field, x, y, z)
+    vx = vy = vz = 0.0
+    if n >= 0:
+        vx = component(field.velocity, n, i, j, k, 0, f, g, h)
+        vy = component(field.velocity, n, i, j, k, 1, f, g, h)
+        vz = component(field.velocity, n, i, j, k, 2, f, g, h)
+    return vx, vy, vz
+
+
+@inlined
+def component(v: np.ndarray, n: int, i: int, j: int, k: int, axis: int, f: float, g: float, h: float) -> float:
+    """Return one component of the vectors v of brick n in voxel (i, j, k) at the fractions (f, g, h)."""
+    c00 = v[n, i, j, k, axis] + f * (v[n, i + 1, j, k, axis] - v[n, i, j, k, axis])
+    c01 = v[n, i, j, k + 1, axis] + f * (v[n, i + 1, j, k + 1, axis] - v[n, i, j, k + 1, axis])
+    c10 = v[n, i, j + 1, k, axis] + f * (v[n, i + 1, j + 1, k, axis] - v[n, i, j + 1, k, axis])
+    c11 = v[n, i, j + 1, k + 1, axis] + f * (v[n, i + 1, j + 1, k + 1, axis] - v[n, i, j + 1, k + 1, axis])
+    low, high = c00 + g * (c10 - c00), c01 + g * (c11 - c01)
+    return low + h * (high - low)

@@ -1,0 +1,96 @@
+"""The closed surface of a moving body, as the triangles that a level set is baked from."""
+
+from typing import NamedTuple
+from warnings import warn
+
+import numpy as np
+
+from hairpipe.data import Mesh
+from hairpipe.errors import BadInput
+from hairpipe.levelset.holes import Hole, capped, describe, edge_uses, holes
+
+# A triangle thinner than this share of its longest side is left out: dividing by its area would make noise, and the
+# slit it leaves is narrower than any sample can see.
+THINNEST = 1e-6
+
+
+class Surface(NamedTuple):
+    """Triangles that stand alone, each with its own corners.
+
+    corners     [m], (m, 3, 3) float64
+    velocities  of the corners [m/s], (m, 3, 3) float64
+    """
+
+    corners: np.ndarray
+    velocities: np.ndarray
+
+
+def closed_surface(mesh: Mesh, open_edges: str) -> Surface:
+    """Return the mesh as a surface without holes; pure.
+
+    open_edges  "fill": every hole is capped, with a warning; "refuse": a hole is an error
+
+    Overlapping parts and edges shared by more than two triangles are fine: the sign of the distance comes from what can
+    be reached from outside. Raises BadInput for an empty, flat or broken mesh, and for holes that are refused.
+    """
+    mesh = checked(mesh)
+    found, crowded = openings(mesh)
+    if found and open_edges == "refuse":
+        right = 'a closed mesh, or the setting holes = "fill"'
+        raise BadInput(f"the surface is open: {describe(found)}", where="body", right=right)
+    if found:
+        warn(f"body: capped {describe(found)}", stacklevel=4)
+    if crowded:
+        warn(f"body: {crowded} edges have more than two triangles; what the outside touches is used", stacklevel=4)
+    return with_area(capped(mesh, found))
+
+
+def checked(mesh: Mesh) -> Mesh:
+    """Return the mesh with velocities, zero where it has none; raises BadInput where an array is unusable; pure."""
+    points, triangles = mesh.points, mesh.triangles
+    if len(points) == 0 or len(triangles) == 0:
+        raise BadInput("the mesh is empty", where="body", right="at least one triangle")
+    refuse_unless_finite(points, "point")
+    wild = np.flatnonzero(((triangles < 0) | (triangles >= len(points))).any(axis=1))
+    if len(wild):
+        right = f"indices 0 to {len(points) - 1}"
+        raise BadInput(f"triangle {wild[0]} names points {triangles[wild[0]].tolist()}", where="body", right=right)
+    velocities = np.zeros_like(points) if mesh.velocities is None else mesh.velocities
+    if velocities.shape != points.shape:
+        right = f"one for each of the {len(points)} points"
+        raise BadInput(f"the mesh has {len(velocities)} velocities", where="body", right=right)
+    refuse_unless_finite(velocities, "velocity of point")
+    return Mesh(points, triangles, velocities)
+
+
+def refuse_unless_finite(rows: np.ndarray, name: str) -> None:
+    """Raise BadInput naming the first row that holds a NaN or an infinity."""
+    bad = np.flatnonzero(~np.isfinite(rows).all(axis=1))
+    if len(bad):
+        given = ", ".join(f"{value:g}" for value in rows[bad[0]])
+        raise BadInput(f"{name} {bad[0]} is ({given})", where="body", right="finite numbers")
+
+
+def openings(mesh: Mesh) -> tuple[list[Hole], int]:
+    """Return the holes, and how many edges more than two triangles share; pure.
+
+    Points at one place count as one, so that a surface split along its texture seams is still closed.
+    """
+    edges, uses = edge_uses(mesh.triangles)
+    names = np.arange(len(mesh.points))
+    if (uses % 2).any():
+        _, first, same = np.unique(mesh.points, axis=0, return_index=True, return_inverse=True)
+        names = first[same.reshape(-1)]
+        edges, uses = edge_uses(names[mesh.triangles])
+    return holes(edges[uses % 2 == 1], mesh.points), int((uses > 2).sum())
+
+
+def with_area(mesh: Mesh) -> Surface:
+    """Return the triangles that have an area; raises BadInput where none has one; pure."""
+    corners = mesh.points[mesh.triangles]
+    sides = np.roll(corners, -1, axis=1) - corners
+    doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    keep = doubled > THINNEST * (sides**2).sum(axis=2).max(axis=1)
+    if not keep.any():
+        raise BadInput("no triangle of the mesh has an area", where="body", right="a surface that encloses a volume")
+    return Surface(corners[keep], mesh.velocities[mesh.triangles[keep]])
