@@ -12,7 +12,7 @@ from hairpipe.units import Ge, Gt, Interval, Metres
 def grow_groom(
     scalp: Body,
     *,
-    strands: Annotated[int, Interval(ge=1, le=10_000_000)] = 2500,
+    strands: Annotated[int, Interval(ge=1, le=1_000_000)] = 2500,
     segments: Annotated[int, Interval(ge=1, le=10_000)] = 25,
     density: Paint | None = None,
     length: PaintedMetres = Style.length,
