@@ -90,8 +90,8 @@ class Shot:
 
     def results(self, store=None, **settings) -> dict[str, dict[str, str]]:
         """Objects of all results, by task and output; everything has to be there."""
-        from hairpipe.graph.resolve import Resolver
         from hairpipe.graph.key import action_key
+        from hairpipe.graph.resolve import Resolver
 
         graph = self.load(**settings)
         resolver = Resolver(graph, store or self.store, graph.select(None))

@@ -1,4 +1,4 @@
-"""Runs a graph in a process of its own, for tests that kill it: graph, store and jobs as arguments; the outcome as JSON."""
+"""Runs a graph in a process of its own, for tests that kill it: graph, store, jobs; the outcome as JSON."""
 
 import json
 import sys

@@ -11,7 +11,7 @@ from hairpipe.io.hdf5 import digest_file
 
 
 def flip(path):
-    """Flip a bit of the array in a value, of the middle of anything else: HDF5 leaves room where a bit means nothing."""
+    """Flip a bit of the array in a value, or of the middle of anything else: some of HDF5 is padding."""
     data = bytearray(path.read_bytes())
     at = max(data.find(struct.pack("<2d", value, value)) for value in (3.0, 9.0))
     data[at if at > 0 else len(data) // 2] ^= 16

@@ -72,7 +72,7 @@ def default(a: Mesh = Mesh()) -> Mesh:  # noqa: B008
     """D."""
 
 
-def optional_default(a: Mesh = None) -> Mesh:  # noqa: RUF013
+def optional_default(a: Mesh = None) -> Mesh:
     """D."""
 
 

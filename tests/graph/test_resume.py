@@ -1,9 +1,9 @@
 """Runs that are killed: the next one goes on, and ends with the bytes of a run that nobody disturbed."""
 
-import os
 import random
 import signal
 import time
+from pathlib import Path
 
 import pytest
 
@@ -83,17 +83,17 @@ def tally_lines(shot) -> int:
 
 
 def wait_for_workers(shot) -> None:
-    """Wait until no process has the store's folder on its command line or in its messages any more."""
+    """Wait until no worker that was started with this shot's nodes runs any more."""
     for _ in range(200):
-        if not any(is_worker_of(shot, process) for process in os.listdir("/proc") if process.isdigit()):
+        if not any(is_worker_of(shot, process) for process in Path("/proc").iterdir()):
             return
         time.sleep(0.02)
     raise AssertionError("a worker outlives its coordinator")
 
 
-def is_worker_of(shot, process: str) -> bool:
+def is_worker_of(shot, process: Path) -> bool:
     try:
-        with open(f"/proc/{process}/cmdline", "rb") as file:
-            return b"hairpipe.graph.worker" in (command := file.read()) and str(shot.nodes).encode() in command
+        command = (process / "cmdline").read_bytes()
     except OSError:
         return False
+    return b"hairpipe.graph.worker" in command and str(shot.nodes).encode() in command

@@ -199,13 +199,13 @@ def test_foreign_hdf5_is_refused_or_read_as_what_it_is(tmp_path):
 
 
 def test_damage_is_refused_or_shows_in_the_digest(tmp_path):
-    """Bits flipped, bytes scrambled, ends cut off: never another value under the same digest, never another exception."""
+    """Bits flipped, bytes scrambled, ends cut off: never another value under this digest, or another exception."""
     path, damaged = tmp_path / "a.h5", tmp_path / "b.h5"
     hdf5.encode(value(), path)
     whole, right = path.read_bytes(), hdf5.digest(value())
     choose = random.Random(3)
     seen = set()
-    for _ in range(1500):
+    for _ in range(800):
         data = bytearray(whole)
         at = choose.randrange(len(data))
         how = choose.choice(["flip", "scramble", "cut"])

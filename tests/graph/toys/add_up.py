@@ -4,9 +4,10 @@ import warnings
 from typing import NamedTuple
 
 import numpy as np
-from hairpipe.graph import Time, node
 from numeral import Numeral, Sum
 from tally import numeral, tally
+
+from hairpipe.graph import Time, node
 
 
 class Added(NamedTuple):

@@ -1,8 +1,9 @@
 """A file per frame."""
 
-from hairpipe.graph import File, Workspace, node
 from numeral import Numeral
 from tally import tally
+
+from hairpipe.graph import File, Workspace, node
 
 
 @node(frames="each")

@@ -6,10 +6,11 @@ import signal
 import time as clock
 from typing import Literal
 
-from hairpipe.errors import BadInput
-from hairpipe.graph import Time, node
 from numeral import Numeral
 from tally import numeral, tally
+
+from hairpipe.errors import BadInput
+from hairpipe.graph import Time, node
 
 
 @node(frames="each")

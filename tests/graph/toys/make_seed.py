@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
-from hairpipe.graph import node
 from numeral import Bent, Numeral
 from tally import numeral, tally
+
+from hairpipe.graph import node
 
 
 @node(frames="once")

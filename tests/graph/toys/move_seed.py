@@ -2,10 +2,11 @@
 
 from typing import Annotated
 
-from hairpipe.graph import Time, node
-from hairpipe.units import Ge, Metres
 from numeral import Numeral
 from tally import numeral, tally
+
+from hairpipe.graph import Time, node
+from hairpipe.units import Ge, Metres
 
 
 @node(frames="each")

@@ -1,8 +1,9 @@
 """A value per frame from this frame and the one before."""
 
-from hairpipe.graph import Pair, node
 from numeral import Numeral
 from tally import numeral, tally
+
+from hairpipe.graph import Pair, node
 
 
 @node(frames="each")

@@ -12,7 +12,7 @@ FACTOR = 1.0
 
 
 def tally(name, frame=None):
-    with open(os.environ["TOY_TALLY"], "a") as file:
+    with Path(os.environ["TOY_TALLY"]).open("a") as file:
         file.write(f"{name} {'' if frame is None else frame}".strip() + "\n")
 
 

@@ -1,8 +1,9 @@
 """A file of all frames."""
 
-from hairpipe.graph import File, Frames, Workspace, node
 from numeral import Numeral
 from tally import tally
+
+from hairpipe.graph import File, Frames, Workspace, node
 
 
 @node(frames="once")

@@ -1,0 +1,68 @@
+"""Publishing: files where the graph says, whole, and written only when they differ."""
+
+import pytest
+
+from hairpipe.errors import BadInput
+
+DRAW = '[draw]\ntype = "draw_number"\nin.number = "sum"\npublish = "pictures/p.####.txt"\n'
+SUM = repr(sum(sum(0.9 ** (f - g) * (3.0 + g) for g in range(1, f + 1)) for f in range(1, 11)))
+
+
+def test_files_of_frames_carry_their_number(shot):
+    shot.path.write_text(shot.path.read_text() + DRAW)
+    outcome = shot.run(frames=[2, 4])
+    published = sorted(path.name for path in (shot.folder / "pictures").iterdir())
+    assert published == ["p.0002.txt", "p.0004.txt"]
+    assert len(outcome.published) == 3
+
+
+def test_only_what_differs_is_written(shot):
+    shot.run()
+    path = shot.folder / "out" / "list.txt"
+    right, stamp = path.read_bytes(), path.stat().st_mtime_ns
+    shot.run()
+    assert path.stat().st_mtime_ns == stamp
+    path.write_bytes(right[:-1] + b"!")
+    shot.run()
+    assert path.read_bytes() == right
+    assert shot.tally()["write_list"] == 1
+
+
+def test_companions_lie_beside_their_file(shot):
+    shot.run(list__parts="true")
+    assert (shot.folder / "out" / "parts" / "sums.txt").read_text() == SUM
+    (shot.folder / "out" / "parts" / "sums.txt").unlink()
+    outcome = shot.run(list__parts="true")
+    assert (shot.folder / "out" / "parts" / "sums.txt").exists() and outcome.evaluated == 0
+
+
+def test_companion_outside_of_its_folder_is_refused(shot):
+    shot.edit("write_list.py", "parts/sums.txt", "../sums.txt")
+    (failure,) = shot.run(list__parts="true").failures
+    assert "no relative name" in failure.message
+    assert not (shot.folder / "sums.txt").exists()
+
+
+def test_place_that_cannot_be_written_is_named_and_the_result_kept(shot):
+    (shot.folder / "out" / "list.txt").mkdir(parents=True)
+    outcome = shot.run()
+    assert [(f.kind, str(f.task)) for f in outcome.failures] == [("publish", "list")]
+    assert "out/list.txt: Is a directory" in outcome.failures[0].message and outcome.exit_code == 1
+    (shot.folder / "out" / "list.txt").rmdir()
+    assert shot.run().evaluated == 0
+    assert (shot.folder / "out" / "list.txt").is_file()
+
+
+def test_published_file_is_the_users_to_change(shot):
+    """It is a copy: writing to it does not reach the store."""
+    shot.run()
+    path = shot.folder / "out" / "list.txt"
+    path.write_text("mine")
+    outcome = shot.run()
+    assert outcome.evaluated == 0 and path.read_text() != "mine"
+
+
+def test_folder_that_is_a_file_is_no_store(shot):
+    shot.store.root.write_text("")
+    with pytest.raises(BadInput, match="store"):
+        shot.run()
