@@ -1,16 +1,65 @@
 """The bricks of a narrow band: which there are, and what their samples hold."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit, prange
 
 from hairpipe.data import LevelSet
 from hairpipe.levelset.closest import closest
-from hairpipe.levelset.lattice import BRICK, Lattice
+from hairpipe.levelset.lattice import BRICK, Lattice, refuse_if_huge
 from hairpipe.levelset.outside import OUTSIDE
 from hairpipe.levelset.tree import Tree
 
 SIDE = BRICK + 1
+# Room for a search: a box a level of the tree.
 STACK = 64
+# A stored sample takes 16 bytes: 1.6 GB.
+MOST_STORED = 100_000_000
+
+
+class Bricks(NamedTuple):
+    """The bricks of a band, as LevelSet holds them.
+
+    index     of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
+    distance  [m], (B, 9, 9, 9) float32
+    velocity  [m/s], (B, 9, 9, 9, 3) float32
+    """
+
+    index: np.ndarray
+    distance: np.ndarray
+    velocity: np.ndarray
+
+
+def filled_bricks(tree: Tree, lattice: Lattice, marks: np.ndarray, width: float) -> Bricks:
+    """Return the bricks that the band touches; pure.
+
+    tree   over the surface
+    marks  of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
+    width  of the band [m]
+
+    Raises BadInput where they would take too much room.
+    """
+    places = near_bricks(tree, lattice, width)
+    refuse_if_huge(len(places) * SIDE**3, lattice.size, lattice.voxel, MOST_STORED)
+    distance = np.empty((len(places), SIDE, SIDE, SIDE), np.float32)
+    velocity = np.empty((*distance.shape, 3), np.float32)
+    fill_bricks(tree, places, lattice.first, lattice.voxel, width, marks, distance, velocity)
+    index = np.pad(brick_index(places, marks), (0, 1), constant_values=LevelSet.FAR_OUTSIDE)
+    share_samples(index, places, width, distance, velocity)
+    kept = (np.abs(distance) < np.float32(width)).any(axis=(1, 2, 3))
+    return Bricks(brick_index(places[kept], marks), distance[kept], velocity[kept])
+
+
+def brick_index(places: np.ndarray, marks: np.ndarray) -> np.ndarray:
+    """Return the number of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32; pure.
+
+    kept  that have a brick, (n, 3) int64; all samples of any other place are on one side
+    """
+    corner = marks[:-1:BRICK, :-1:BRICK, :-1:BRICK] & OUTSIDE
+    index = np.where(corner, LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE).astype(np.int32)
+    index[tuple(places.T)] = np.arange(len(places), dtype=np.int32)
+    return index
 
 
 def near_bricks(tree: Tree, lattice: Lattice, width: float) -> np.ndarray:
@@ -45,7 +94,7 @@ def measure_middles(tree: Tree, first: np.ndarray, voxel: float, reach: float, d
 @njit(cache=True, parallel=True)
 def fill_bricks(
     tree: Tree,
-    bricks: np.ndarray,
+    places: np.ndarray,
     first: np.ndarray,
     voxel: float,
     width: float,
@@ -53,26 +102,24 @@ def fill_bricks(
     distance: np.ndarray,
     velocity: np.ndarray,
 ) -> None:
-    """Fill, in place, the samples of the bricks: signed distance, clamped to the band, velocity of the closest point.
+    """Fill, in place, the first 8 x 8 x 8 samples of every brick: distance, clamped, and velocity of the closest point.
 
-    In what lies beyond the band in a brick the velocity is that of a point nearby.
-
-    bricks    index of each along the axes, (n, 3) int64
+    places    of the bricks along the axes, (n, 3) int64
     first     index of the lattice's first sample, (3,) int64
     voxel     spacing of the samples [m]
-    width     of the band [m]
+    width     of the band [m]; what lies beyond it takes the velocity of a point nearby
     marks     of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
     distance  [m], (n, 9, 9, 9) float32
     velocity  [m/s], (n, 9, 9, 9, 3) float32
     """
     velocities = tree.velocities
-    for n in prange(len(bricks)):
+    for n in prange(len(places)):
         nodes, bounds = np.empty(STACK, np.int64), np.empty(STACK)
         near = 0
-        for i in range(SIDE):
-            for j in range(SIDE):
-                for k in range(SIDE):
-                    a, b, c = BRICK * bricks[n, 0] + i, BRICK * bricks[n, 1] + j, BRICK * bricks[n, 2] + k
+        for i in range(BRICK):
+            for j in range(BRICK):
+                for k in range(BRICK):
+                    a, b, c = BRICK * places[n, 0] + i, BRICK * places[n, 1] + j, BRICK * places[n, 2] + k
                     x, y, z = (first[0] + a) * voxel, (first[1] + b) * voxel, (first[2] + c) * voxel
                     squared, near, s, r = closest(tree, x, y, z, width * width, near, nodes, bounds)
                     far = min(np.sqrt(squared), width)
@@ -82,12 +129,29 @@ def fill_bricks(
                         velocity[n, i, j, k, axis] = v0 + s * (v1 - v0) + r * (v2 - v0)
 
 
-def brick_index(kept: np.ndarray, marks: np.ndarray, lattice: Lattice) -> np.ndarray:
-    """Return the number of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32; pure.
+@njit(cache=True)
+def share_samples(
+    index: np.ndarray, places: np.ndarray, width: float, distance: np.ndarray, velocity: np.ndarray
+) -> None:
+    """Fill, in place, the last samples of every brick along each axis: they are the first of the brick that begins there.
 
-    kept  places that have a brick, (n, 3) int64; all samples of any other place are on one side
+    index  of the brick at every place, negative where there is none, one place more on every axis than there are bricks,
+           (na + 1, nb + 1, nc + 1) int32
+
+    Where no brick begins the samples are beyond the band, and take sign and velocity of the nearest that the brick has.
     """
-    corner = marks[:-1:BRICK, :-1:BRICK, :-1:BRICK] & OUTSIDE
-    index = np.where(corner, LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE).astype(np.int32)
-    index[tuple(kept.T)] = np.arange(len(kept), dtype=np.int32)
-    return index
+    last = BRICK - 1
+    for n in range(len(places)):
+        a, b, c = places[n]
+        for i in range(SIDE):
+            for j in range(SIDE):
+                for k in range(SIDE):
+                    if max(i, j, k) == BRICK:
+                        owner = index[a + i // BRICK, b + j // BRICK, c + k // BRICK]
+                        if owner >= 0:
+                            distance[n, i, j, k] = distance[owner, i % BRICK, j % BRICK, k % BRICK]
+                            velocity[n, i, j, k] = velocity[owner, i % BRICK, j % BRICK, k % BRICK]
+                        else:
+                            near = distance[n, min(i, last), min(j, last), min(k, last)]
+                            distance[n, i, j, k] = np.copysign(width, near)
+                            velocity[n, i, j, k] = velocity[n, min(i, last), min(j, last), min(k, last)]
