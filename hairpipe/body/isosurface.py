@@ -3,27 +3,27 @@
 import numpy as np
 
 # Gibson, "Constrained elastic surface nets", 1998: one vertex in every cell the surface passes through, one
-# quadrilateral around every grid edge it crosses. Triangles come out far more even than those of marching cubes. Where
-# two sheets pass through one cell they share its vertex: the grid has to be finer than the gaps.
+# quadrilateral around every grid edge it crosses. Triangles come out far more even than those of marching cubes.
 
 Axes = tuple[np.ndarray, np.ndarray, np.ndarray]
 
+CORNERS = np.array([(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)])  # of a cell; number 4i + 2j + k
+EDGES = [(a, b) for a in range(8) for b in range(a) if np.abs(CORNERS[a] - CORNERS[b]).sum() == 1]
 
-def extract_surface(
-    values: np.ndarray, axes: tuple[np.ndarray, np.ndarray, np.ndarray]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return points [m] (n, 3) and outward triangles (m, 3) int32 of the surface values = 0. Pure.
+
+def extract_surface(values: np.ndarray, axes: Axes) -> tuple[np.ndarray, np.ndarray]:
+    """Return points [m] (n, 3) and triangles (m, 3) int32 of the surface values = 0: closed, manifold, outward. Pure.
 
     values  samples, negative inside and positive on the border of the grid, (nx, ny, nz)
     axes    coordinates of the samples along x, y and z [m], increasing
     """
-    inside = values < 0.0
-    corners = [inside[_cell(offset)] for offset in _CORNERS]
-    mixed = np.logical_or.reduce(corners) & ~np.logical_and.reduce(corners)
+    values = separate_sheets(values)
+    cases = cell_cases(values)
+    mixed = (cases > 0) & (cases < 255)
     index = np.full(mixed.shape, -1, np.int64)
     index[mixed] = np.arange(np.count_nonzero(mixed))
-    points = _cell_points(values, inside, np.argwhere(mixed), axes)
-    quads = np.concatenate([_quads_across(inside, index, axis) for axis in range(3)])
+    points = _cell_points(values, np.argwhere(mixed), axes)
+    quads = np.concatenate([_quads_across(values < 0.0, index, axis) for axis in range(3)])
     return points, split_quads(points, quads)
 
 
@@ -36,26 +36,57 @@ def split_quads(points: np.ndarray, quads: np.ndarray) -> np.ndarray:
     return np.where(first[:, None], along_ac, along_bd).reshape(-1, 3).astype(np.int32)
 
 
-_CORNERS = [(i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)]
-_EDGES = [(a, b) for a in _CORNERS for b in _CORNERS if a < b and sum(np.abs(np.subtract(a, b))) == 1]
+def separate_sheets(values: np.ndarray) -> np.ndarray:
+    """Return the samples with the least changes of sign after which no cell holds two sheets of the surface. Pure.
+
+    Two sheets would have to share the one vertex of a cell, and the mesh would not be manifold. In such a cell the
+    inside corner nearest to the surface is moved outside; as corners only ever go outside, this ends.
+    """
+    values = values.copy()
+    while len(cells := np.argwhere(TWO_SHEETS[cell_cases(values)])):
+        corners = cells[:, None, :] + CORNERS
+        depths = -values[tuple(np.moveaxis(corners, -1, 0))]
+        nearest = np.where(depths > 0.0, depths, np.inf).argmin(axis=1)
+        chosen = tuple(corners[np.arange(len(cells)), nearest].T)
+        values[chosen] = np.abs(values[chosen])
+    return values
 
 
-def _cell(offset: tuple[int, int, int]) -> tuple[slice, ...]:
-    """Slices of the sample array that give one corner of every cell."""
-    return tuple(slice(o, o - 1 if o == 0 else None) for o in offset)
+def cell_cases(values: np.ndarray) -> np.ndarray:
+    """Return which corners of every cell are inside, bit by bit, (nx-1, ny-1, nz-1). Pure."""
+    inside = (values < 0.0).astype(np.uint8)
+    low, high = slice(None, -1), slice(1, None)
+    corners = [inside[tuple(high if o else low for o in corner)] << bit for bit, corner in enumerate(CORNERS)]
+    return np.bitwise_or.reduce(corners)
 
 
-def _cell_points(values: np.ndarray, inside: np.ndarray, cells: np.ndarray, axes: Axes) -> np.ndarray:
+def _holds_two_sheets(case: int) -> bool:
+    """Whether inside or outside corners are not joined by edges, or a face has both at its opposite corners."""
+    inside = np.array([case >> bit & 1 for bit in range(8)], bool)
+    group = np.arange(8)
+    for _ in range(8):
+        for a, b in EDGES:
+            if inside[a] == inside[b]:
+                group[a] = group[b] = min(group[a], group[b])
+    faces = [CORNERS[:, axis] == side for axis in range(3) for side in (0, 1)]
+    crossed = [sum(inside[a] != inside[b] for a, b in EDGES if face[a] and face[b]) for face in faces]
+    return len(set(group)) > 2 or max(crossed) > 2
+
+
+TWO_SHEETS = np.array([_holds_two_sheets(case) for case in range(256)])
+
+
+def _cell_points(values: np.ndarray, cells: np.ndarray, axes: Axes) -> np.ndarray:
     """Mean of the points where the surface crosses the edges of each cell (c, 3)."""
     total, count = np.zeros((len(cells), 3)), np.zeros(len(cells))
-    for start, end in _EDGES:
-        a, b = cells + start, cells + end
-        crossed = inside[tuple(a.T)] != inside[tuple(b.T)]
-        a, b = a[crossed], b[crossed]
+    for start, end in EDGES:
+        a, b = cells + CORNERS[start], cells + CORNERS[end]
         value_a, value_b = values[tuple(a.T)], values[tuple(b.T)]
-        share = (value_a / (value_a - value_b))[:, None]
-        position_a = np.stack([axes[i][a[:, i]] for i in range(3)], axis=1)
-        position_b = np.stack([axes[i][b[:, i]] for i in range(3)], axis=1)
+        crossed = (value_a < 0.0) != (value_b < 0.0)
+        share = (value_a[crossed] / (value_a[crossed] - value_b[crossed]))[:, None]
+        position_a, position_b = (
+            np.stack([x[i] for x, i in zip(axes, p[crossed].T, strict=True)], axis=1) for p in (a, b)
+        )
         total[crossed] += position_a + share * (position_b - position_a)
         count[crossed] += 1.0
     return total / count[:, None]

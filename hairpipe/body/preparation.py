@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from hairpipe.body.rigid import Z_UP
 from hairpipe.body.scalp import Scalp, paint_scalp
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
 
-Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # takes Z up, face -Y to Y up, face +Z
 SMALLEST, LARGEST = 0.05, 4.0  # [m] of a head and of a person, with room to spare
 
 

@@ -7,13 +7,13 @@ import numpy as np
 
 from hairpipe.body.performer import Placement, place_at_zero, place_joints
 from hairpipe.body.quaternion import shortest_turn
+from hairpipe.body.rigid import Z_UP
 from hairpipe.body.roles import Role
 from hairpipe.data import Skeleton
 from hairpipe.data.clip import Clip
 
 Roles = dict[Role, list[int]]
 
-Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 UPRIGHT = 0.7  # cosine beyond which a performer counts as standing along an axis
 
 
@@ -62,21 +62,20 @@ def turn(placement: Placement, world: np.ndarray) -> Placement:
 
 def standing_direction(positions: np.ndarray, roles: Roles) -> np.ndarray:
     """Return the direction from feet over hips to head, shortened where they are not in line; Y where unknown. Pure."""
-    head, hips = first(roles, Role("head")), first(roles, Role("hips"))
-    feet = [first(roles, Role("foot", side)) for side in ("left", "right")]
-    if head is None or hips is None or None in feet:
+    joints = players(roles, Role("head"), Role("hips"), Role("foot", "left"), Role("foot", "right"))
+    if joints is None:
         return np.array([0.0, 1.0, 0.0])
-    trunk = positions[head] - positions[hips]
-    legs = positions[hips] - positions[feet].mean(axis=0)
+    head, hips, left, right = positions[joints]
+    trunk, legs = head - hips, hips - 0.5 * (left + right)
     return (trunk + legs) / max(np.linalg.norm(trunk) + np.linalg.norm(legs), 1e-12)
 
 
 def find_heading(positions: np.ndarray, roles: Roles) -> np.ndarray:
     """Return the turn about Y (3, 3) after which right thigh to left thigh, or arm to arm, points along it. Pure."""
     for part in ("thigh", "upperarm"):
-        left, right = first(roles, Role(part, "left")), first(roles, Role(part, "right"))
-        if left is not None and right is not None:
-            across = positions[left] - positions[right]
+        joints = players(roles, Role(part, "left"), Role(part, "right"))
+        if joints is not None:
+            across = positions[joints[0]] - positions[joints[1]]
             length = np.hypot(across[0], across[2])
             if length > 0.5 * np.linalg.norm(across):
                 cosine, sine = across[0] / length, -across[2] / length
@@ -84,9 +83,9 @@ def find_heading(positions: np.ndarray, roles: Roles) -> np.ndarray:
     return np.eye(3)
 
 
-def first(roles: Roles, role: Role) -> int | None:
-    """Return the first joint that plays a part, or None."""
-    return roles[role][0] if role in roles else None
+def players(roles: Roles, *parts: Role) -> list[int] | None:
+    """Return the joint that plays each part, the first one of a chain, or None where a part is missing. Pure."""
+    return [roles[part][0] for part in parts] if all(part in roles for part in parts) else None
 
 
 LIMBS = (("upperarm", "forearm", "hand"), ("thigh", "shin", "foot"))

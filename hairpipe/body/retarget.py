@@ -6,7 +6,8 @@ from difflib import get_close_matches
 import numpy as np
 
 from hairpipe.body.performer import place_joints
-from hairpipe.body.reference import Reference, Roles, align_parts, find_reference, first, turn
+from hairpipe.body.reference import Reference, Roles, align_parts, find_reference, players, turn
+from hairpipe.body.rigid import invert
 from hairpipe.body.roles import Role, find_roles, match_roles
 from hairpipe.data import Skeleton
 from hairpipe.data.clip import Clip
@@ -73,7 +74,8 @@ def build_retarget(
     parts = {joint: role for role, found in body.items() for joint in found}
     corrections = np.tile(np.eye(3), (len(follows), 1, 1))
     for joint in np.flatnonzero(follows >= 0):
-        aligned = pose.heading @ turns.get(parts.get(joint), np.eye(3)) @ skeleton.rest[joint, :3, :3]
+        part = parts.get(int(joint), Role(""))
+        aligned = pose.heading @ turns.get(part, np.eye(3)) @ skeleton.rest[joint, :3, :3]
         corrections[joint] = pose.rotations[follows[joint]].T @ aligned
     scale = unit if unit is not None else find_scale(skeleton, follows, body, performer, pose)
     origins = find_origins(skeleton, follows, body, performer, pose, scale)
@@ -88,11 +90,9 @@ def match_joints(skeleton: Skeleton, clip: Clip, body: Roles, performer: Roles, 
     for name, leader in joints:
         joint = _find_name(name, skeleton.names, "body")
         follows[joint] = _find_name(leader, clip.names, "clip")
-    hips = first(performer, Role("hips"))
-    if len(follows) == 1 and follows[0] < 0:
-        hips = first(performer, Role("head"))
-    if hips is not None:
-        follows[(skeleton.parents < 0) & (follows < 0)] = hips
+    leader = players(performer, Role("head" if len(follows) == 1 else "hips"))
+    if leader is not None:
+        follows[(skeleton.parents < 0) & (follows < 0)] = leader[0]
     if (follows < 0).all():
         names = ", ".join(clip.names[:8])
         raise BadInput(
@@ -114,11 +114,11 @@ def find_scale(skeleton: Skeleton, follows: np.ndarray, body: Roles, performer: 
     own, theirs = leg_length(rest, body), leg_length(pose.positions, performer)
     if theirs > 0.0:
         return (own or ADULT_LEG) / theirs
-    root, head = int(np.argmax(skeleton.parents < 0)), first(body, Role("head"))
-    if head is None or follows[root] < 0 or follows[head] < 0:
+    way = [int(np.argmax(skeleton.parents < 0)), *(players(body, Role("head")) or [])]
+    if len(way) < 2 or (follows[way] < 0).any():
         return 1.0
-    own = np.linalg.norm(rest[head] - rest[root])
-    theirs = np.linalg.norm(pose.positions[follows[head]] - pose.positions[follows[root]])
+    own = np.linalg.norm(np.diff(rest[way], axis=0))
+    theirs = np.linalg.norm(np.diff(pose.positions[follows[way]], axis=0))
     return float(own / theirs) if own > 0.0 and theirs > 0.0 else 1.0
 
 
@@ -126,8 +126,8 @@ def leg_length(positions: np.ndarray, roles: Roles) -> float:
     """Return the length of thigh and shin, the mean of both legs; 0 without legs. Pure."""
     lengths = []
     for side in ("left", "right"):
-        leg = [first(roles, Role(part, side)) for part in ("thigh", "shin", "foot")]
-        if None not in leg:
+        leg = players(roles, *(Role(part, side) for part in ("thigh", "shin", "foot")))
+        if leg is not None:
             lengths.append(np.linalg.norm(np.diff(positions[leg], axis=0), axis=1).sum())
     return float(np.mean(lengths)) if lengths else 0.0
 
@@ -141,20 +141,13 @@ def find_origins(
     Without legs, it is the reference pose as it is.
     """
     origins = pose.positions[follows]
-    hips = first(performer, Role("hips"))
-    if hips is None or leg_length(pose.positions, performer) == 0.0:
+    joints = players(performer, Role("hips"))
+    if joints is None or leg_length(pose.positions, performer) == 0.0:
         return origins
+    hips = joints[0]
     origins = origins - pose.positions[hips] * (1.0, 0.0, 1.0)
     height = -pose.lowest
     if leg_length(skeleton.rest[:, :3, 3], body) > 0.0 and Role("hips") in body:
         rest = skeleton.rest[:, 1, 3]
         height = (rest[body[Role("hips")][0]] - skeleton.tips[:, 1].min()) / scale - pose.positions[hips][1]
     return origins + np.array([0.0, height, 0.0])
-
-
-def invert(transform: np.ndarray) -> np.ndarray:
-    """Return the inverse of a rigid transform (4, 4). Pure."""
-    result = np.eye(4)
-    result[:3, :3] = transform[:3, :3].T
-    result[:3, 3] = -transform[:3, :3].T @ transform[:3, 3]
-    return result

@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from hairpipe.body.retarget import invert
+from hairpipe.body.rigid import invert
 from hairpipe.data import Body, Mesh, Pose
 
 
@@ -17,7 +17,7 @@ def skin(rest: Body, pose: Pose | None) -> Mesh:
     mesh = rest.mesh
     if pose is None:
         return Mesh(mesh.points, mesh.triangles, np.zeros_like(mesh.points), mesh.uv)
-    unbind = np.stack([invert(matrix) for matrix in rest.skeleton.rest])
+    unbind = invert(rest.skeleton.rest)
     moved = np.empty_like(mesh.points), np.empty_like(mesh.points)
     for matrices, result in zip((pose.transforms, pose.rates), moved, strict=True):
         blend(mesh.points, rest.joints, rest.weights, matrices @ unbind, result)

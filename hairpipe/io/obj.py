@@ -59,8 +59,8 @@ class _Obj:
                     pass  # normals, materials and curves do not concern us
 
     def numbers(self, words: list[str], least: int, most: int) -> list[float]:
-        values = [parse_number(word) for word in words[:most]]
-        if len(values) < least or None in values:
+        values = [value for word in words[:most] if (value := parse_number(word)) is not None]
+        if len(values) < max(least, len(words[:most])):
             raise self.fault(f"{' '.join(words)[:60]!r} are not {least} finite numbers", "v x y z, vt u v")
         return values
 
@@ -99,8 +99,8 @@ class _Obj:
         chosen = triangulate(points[corners], sizes)
         triangles = corners[chosen]
         real = (triangles != triangles[:, (1, 2, 0)]).all(axis=1)
-        texture = [corner for face in faces for corner in face.texture]
-        uv = None if None in texture else np.array(self.coordinates, np.float32)[texture][chosen][real]
+        texture = [corner for face in faces for corner in face.texture if corner is not None]
+        uv = None if len(texture) < len(corners) else np.array(self.coordinates, np.float32)[texture][chosen][real]
         return Mesh(points, triangles[real], uv=uv)
 
     def missing(self, group: str | None) -> BadInput:

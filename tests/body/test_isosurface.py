@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from hairpipe.body.isosurface import extract_surface, split_quads
 
@@ -38,3 +40,32 @@ def test_quads_are_cut_along_the_shorter_diagonal():
     triangles = split_quads(points, np.array([[0, 1, 2, 3]]))
     assert {frozenset(t) for t in triangles.tolist()} == {frozenset({0, 1, 3}), frozenset({1, 2, 3})}
     assert triangles.dtype == np.int32
+
+
+@given(st.integers(0, 10_000), st.floats(-1.0, 1.0))
+@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_any_field_gives_closed_manifold_surfaces(measure_mesh, seed, level):
+    values = np.random.default_rng(seed).normal(size=(7, 6, 8)) + level
+    for axis in range(3):
+        values = np.moveaxis(values, axis, 0)
+        values[[0, -1]] = 1.0
+        values = np.moveaxis(values, 0, axis)
+    points, triangles = extract_surface(values, tuple(np.arange(n, dtype=float) for n in values.shape))
+    if len(triangles):
+        facts = measure_mesh(points, triangles)
+        assert facts["closed"] and facts["volume"] > 0.0
+        assert fans_are_single(triangles, len(points))
+
+
+def fans_are_single(triangles: np.ndarray, count: int) -> bool:
+    """Whether the triangles about every vertex form one ring: no two sheets touch in a point."""
+    follower = {(a, b): c for t in triangles.tolist() for a, b, c in (t, t[1:] + t[:1], t[2:] + t[:2])}
+    degree = np.bincount(triangles.ravel(), minlength=count)
+    for vertex in range(count):
+        start = current = next(b for (a, b) in follower if a == vertex)
+        steps = 0
+        while steps == 0 or current != start:
+            current, steps = follower[vertex, current], steps + 1
+        if steps != degree[vertex]:
+            return False
+    return True

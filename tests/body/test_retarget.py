@@ -6,7 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.body.performer import place_joints
 from hairpipe.body.preparation import transform
-from hairpipe.body.retarget import ADULT_LEG, build_retarget, invert
+from hairpipe.body.retarget import ADULT_LEG, build_retarget
+from hairpipe.body.rigid import invert
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.data.clip import Clip
 from hairpipe.errors import BadInput
@@ -150,10 +151,3 @@ def test_a_clip_without_legs_is_scaled_from_root_to_head(skeleton):
     bust = scaled(only(skeleton, "Spine", "Neck", "Head"), 2.0)
     places = retarget(bust, clip).transforms(clip, np.array([0.0, 1.0]))[:, 0, :3, 3]
     assert places[1, 0] - places[0, 0] == pytest.approx(2.0 * 0.3)
-
-
-def test_inverse_of_a_rigid_transform():
-    rigid = np.eye(4)
-    rigid[:3, :3] = Rotation.from_euler("xyz", [10.0, 20.0, 30.0], degrees=True).as_matrix()
-    rigid[:3, 3] = (1.0, -2.0, 3.0)
-    np.testing.assert_allclose(invert(rigid) @ rigid, np.eye(4), atol=1e-12)

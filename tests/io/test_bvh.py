@@ -135,7 +135,23 @@ def test_every_truncation_is_refused_or_read(tmp_path):
 
 
 words = st.sampled_from(
-    [*"{ } JOINT ROOT End Site OFFSET CHANNELS 3 -1 1e400 nan Xrotation MOTION Frames:".split(), "\n"]
+    [
+        "{",
+        "}",
+        "JOINT",
+        "ROOT",
+        "End",
+        "Site",
+        "OFFSET",
+        "CHANNELS",
+        "3",
+        "-1",
+        "1e400",
+        "nan",
+        "MOTION",
+        "Frames:",
+        "\n",
+    ]
 )
 quiet = settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 

@@ -16,7 +16,7 @@ def test_the_skin_moves_with_its_joint():
     shift, rate = np.eye(4)[None].copy(), np.zeros((1, 4, 4))
     shift[0, :3, 3], rate[0, :3, 3] = (1.0, 2.0, 3.0), (4.0, 5.0, 6.0)
     mesh = pose_body(make_body(), Pose(shift, rate))
-    np.testing.assert_allclose(mesh.points, make_body().mesh.points + (1.0, 2.0, 3.0))
+    np.testing.assert_allclose(mesh.points, make_body().mesh.points + np.array([1.0, 2.0, 3.0]))
     np.testing.assert_allclose(mesh.velocities, np.tile((4.0, 5.0, 6.0), (3, 1)))
 
 
