@@ -13,6 +13,7 @@ CHANNELS = {
     name.lower(): name for name in ("Xposition", "Yposition", "Zposition", "Xrotation", "Yrotation", "Zrotation")
 }
 MOST_CHANNELS = 6  # of one joint
+END_SITE = -1
 
 
 @dataclass
@@ -39,7 +40,7 @@ class Hierarchy:
     def __init__(self, path: Path, tokens: list[tuple[str, int]]) -> None:
         self.path, self.tokens, self.place = path, tokens, 0
         self.joints: list[Joint] = []
-        self.open: list[int | None] = []  # the joints whose braces are open; None for an End Site
+        self.open: list[int] = []  # the joints whose braces are open, or END_SITE
 
     def read(self) -> None:
         if self.word().upper() != "HIERARCHY":
@@ -57,7 +58,7 @@ class Hierarchy:
                 self.begin_joint(word.upper())
             case "END":
                 self.rest_of_line()
-                self.begin(None)
+                self.begin(END_SITE)
             case "OFFSET":
                 self.read_offset()
             case "CHANNELS":
@@ -73,7 +74,7 @@ class Hierarchy:
         if (keyword == "ROOT") == bool(self.open):
             raise self.fault(f"a {keyword} stands in the wrong place", "ROOT outermost, JOINT within a joint")
         parent = self.open[-1] if self.open else -1
-        if parent is None:
+        if self.open and parent == END_SITE:
             raise self.fault("a JOINT stands within an End Site", "JOINT within a joint")
         name = self.rest_of_line()
         if not name:
@@ -81,8 +82,8 @@ class Hierarchy:
         self.joints.append(Joint(name, parent))
         self.begin(len(self.joints) - 1)
 
-    def begin(self, joint: int | None) -> None:
-        if joint is None and not (self.open and self.open[-1] is not None):
+    def begin(self, joint: int) -> None:
+        if joint == END_SITE and (not self.open or self.open[-1] == END_SITE):
             raise self.fault("an End Site stands outside a joint", "End Site within a joint")
         if self.word() != "{":
             raise self.fault("a brace is missing", "{ after the name")
@@ -90,21 +91,21 @@ class Hierarchy:
 
     def end_block(self) -> None:
         joint = self.open.pop()
-        if joint is not None and self.joints[joint].offset is None:
+        if joint != END_SITE and self.joints[joint].offset is None:
             raise self.fault(f"joint {self.joints[joint].name!r} has no OFFSET", "OFFSET x y z")
 
     def read_offset(self) -> None:
         numbers = [self.number() for _ in range(3)]
         if not self.open:
             raise self.fault("an OFFSET stands outside a joint", "OFFSET within a joint")
-        if self.open[-1] is None:
+        if self.open[-1] == END_SITE:
             self.joints[self.open[-2]].end = numbers
         else:
             self.joints[self.open[-1]].offset = numbers
 
     def read_channels(self) -> None:
         count = self.number()
-        if not self.open or self.open[-1] is None or self.joints[self.open[-1]].channels:
+        if not self.open or self.open[-1] == END_SITE or self.joints[self.open[-1]].channels:
             raise self.fault("CHANNELS stand in the wrong place", "once within a joint")
         if count not in range(MOST_CHANNELS + 1):
             raise self.fault(f"a joint cannot have {count:g} channels", f"0 to {MOST_CHANNELS}")
