@@ -10,7 +10,7 @@ import numpy as np
 from hairpipe.data.clip import Clip
 from hairpipe.errors import BadInput
 from hairpipe.io.bvh_hierarchy import Hierarchy, tokenise
-from hairpipe.io.text import parse_number, read_text
+from hairpipe.io.text import LARGEST, parse_number, read_text
 
 
 def recall_bvh(path: Path) -> Clip:
@@ -85,7 +85,7 @@ def _read_values(path: Path, lines: list[str], first: int, frames: int, width: i
         values = np.array(words, np.float64)
     except ValueError:
         values = None
-    if values is None or not np.isfinite(values).all():
+    if values is None or not (np.abs(values) <= LARGEST).all():
         raise _bad_word(path, lines, first)
     if len(values) != frames * width:
         raise _bad_count(path, lines, first, frames, width)
@@ -97,8 +97,8 @@ def _bad_word(path: Path, lines: list[str], first: int) -> BadInput:
         for word in line.split():
             if parse_number(word) is None:
                 where = f"{path}, line {index + 1}"
-                return BadInput(f"{word[:40]!r} is not a finite number", where=where, right="a number")
-    return BadInput("the channel values cannot be read", where=path, right="numbers")
+                return BadInput(f"{word[:40]!r} is not a usable number", where=where, right="a finite number")
+    return BadInput("the channel values cannot be read", where=path, right="finite numbers")
 
 
 def _bad_count(path: Path, lines: list[str], first: int, frames: int, width: int) -> BadInput:

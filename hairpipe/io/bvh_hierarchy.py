@@ -138,7 +138,7 @@ class Hierarchy:
         word = self.word()
         value = parse_number(word)
         if value is None:
-            raise self.fault(f"{word!r} is not a finite number", "a number")
+            raise self.fault(f"{word!r} is not a usable number", "a finite number")
         return value
 
     def fault(self, what: str, right: str) -> BadInput:

@@ -61,7 +61,7 @@ class _Obj:
     def numbers(self, words: list[str], least: int, most: int) -> list[float]:
         values = [value for word in words[:most] if (value := parse_number(word)) is not None]
         if len(values) < max(least, len(words[:most])):
-            raise self.fault(f"{' '.join(words)[:60]!r} are not {least} finite numbers", "v x y z, vt u v")
+            raise self.fault(f"{' '.join(words)[:60]!r} are not {least} usable numbers", "v x y z, vt u v")
         return values
 
     def add_face(self, words: list[str]) -> None:

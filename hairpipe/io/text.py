@@ -1,9 +1,10 @@
 """Text files as people send them: any line ends, a byte order mark, and faults said in one sentence."""
 
-from math import isfinite
 from pathlib import Path
 
 from hairpipe.errors import BadInput
+
+LARGEST = 1e12  # no position, angle or time of ours comes near; squares and products of such numbers stay finite
 
 
 def read_text(path: Path) -> str:
@@ -23,9 +24,9 @@ def read_text(path: Path) -> str:
 
 
 def parse_number(word: str) -> float | None:
-    """Return the finite number a word says, or None."""
+    """Return the number a word says, or None where it says none or one that is not finite or beyond LARGEST."""
     try:
         value = float(word)
     except ValueError:
         return None
-    return value if isfinite(value) else None
+    return value if abs(value) <= LARGEST else None

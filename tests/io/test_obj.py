@@ -73,7 +73,7 @@ def test_triangles_of_one_corner_twice_are_dropped(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("v 1 0 0", "v 1 0", "line 4: '1 0' are not 3 finite numbers"),
+        ("v 1 0 0", "v 1 0", "line 4: '1 0' are not 3 usable numbers"),
         ("v 1 0 0", "v 1 0 nan", "line 4"),
         ("v 1 0 0", "v 1 0 1e999", "line 4"),
         ("f 1/1 2/2 5/3", "f 1/1 2/2", "line 16: a face has 2 corners"),

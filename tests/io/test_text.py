@@ -26,7 +26,17 @@ def test_what_cannot_be_opened_is_refused(tmp_path):
             read_text(path)
 
 
-NUMBERS = {"1": 1.0, "-1e-5": -1e-5, ".5": 0.5, "nan": None, "inf": None, "1e999": None, "x": None, "": None}
+NUMBERS = {
+    "1": 1.0,
+    "-1e-5": -1e-5,
+    ".5": 0.5,
+    "nan": None,
+    "inf": None,
+    "1e999": None,
+    "-1e200": None,
+    "x": None,
+    "": None,
+}
 
 
 @pytest.mark.parametrize(("word", "value"), NUMBERS.items())
