@@ -54,7 +54,7 @@ def filled_bricks(tree: Tree, lattice: Lattice, marks: np.ndarray, width: float)
 def brick_index(places: np.ndarray, marks: np.ndarray) -> np.ndarray:
     """Return the number of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32; pure.
 
-    kept  that have a brick, (n, 3) int64; all samples of any other place are on one side
+    places  that have a brick, (n, 3) int64; all samples of any other place are on one side
     """
     corner = marks[:-1:BRICK, :-1:BRICK, :-1:BRICK] & OUTSIDE
     index = np.where(corner, LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE).astype(np.int32)
@@ -133,12 +133,12 @@ def fill_bricks(
 def share_samples(
     index: np.ndarray, places: np.ndarray, width: float, distance: np.ndarray, velocity: np.ndarray
 ) -> None:
-    """Fill, in place, the last samples of every brick along each axis: they are the first of the brick that begins there.
+    """Fill, in place, the last samples of every brick along each axis: they are the first of the brick beyond.
 
-    index  of the brick at every place, negative where there is none, one place more on every axis than there are bricks,
+    index  of the brick at every place, negative where there is none, with one place more at the end of every axis,
            (na + 1, nb + 1, nc + 1) int32
 
-    Where no brick begins the samples are beyond the band, and take sign and velocity of the nearest that the brick has.
+    Where no brick is, the samples are beyond the band, and take sign and velocity of the nearest that the brick has.
     """
     last = BRICK - 1
     for n in range(len(places)):

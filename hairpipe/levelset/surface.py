@@ -9,8 +9,9 @@ from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.levelset.holes import Hole, capped, describe, edge_uses, holes
 
-# A triangle thinner than this share of its longest side is left out: dividing by its area would make noise, and the
-# slit it leaves is narrower than any sample can see.
+# Beyond this the unit is wrong; and rounding would show [m].
+FARTHEST = 1e6
+# Width of a triangle over its length. A thinner one lies on its neighbours' edges; dividing by its area makes noise.
 THINNEST = 1e-6
 
 
@@ -39,10 +40,14 @@ def closed_surface(mesh: Mesh, open_edges: str) -> Surface:
         right = 'a closed mesh, or the setting holes = "fill"'
         raise BadInput(f"the surface is open: {describe(found)}", where="body", right=right)
     if found:
-        warn(f"body: capped {describe(found)}", stacklevel=4)
+        warn(f"body: capped {describe(found)}", stacklevel=2)
     if crowded:
-        warn(f"body: {crowded} edges have more than two triangles; what the outside touches is used", stacklevel=4)
-    return with_area(capped(mesh, found))
+        warn(f"body: {crowded} edges have more than two triangles; what the outside touches is used", stacklevel=2)
+    mesh = capped(mesh, found)
+    surface = Surface(mesh.points[mesh.triangles], mesh.velocities[mesh.triangles])
+    if not len(without_slivers(surface).corners):
+        raise BadInput("no triangle of the mesh has an area", where="body", right="a surface that encloses a volume")
+    return surface
 
 
 def checked(mesh: Mesh) -> Mesh:
@@ -50,7 +55,7 @@ def checked(mesh: Mesh) -> Mesh:
     points, triangles = mesh.points, mesh.triangles
     if len(points) == 0 or len(triangles) == 0:
         raise BadInput("the mesh is empty", where="body", right="at least one triangle")
-    refuse_unless_finite(points, "point")
+    refuse_unless_sane(points, "point")
     wild = np.flatnonzero(((triangles < 0) | (triangles >= len(points))).any(axis=1))
     if len(wild):
         right = f"indices 0 to {len(points) - 1}"
@@ -59,16 +64,20 @@ def checked(mesh: Mesh) -> Mesh:
     if velocities.shape != points.shape:
         right = f"one for each of the {len(points)} points"
         raise BadInput(f"the mesh has {len(velocities)} velocities", where="body", right=right)
-    refuse_unless_finite(velocities, "velocity of point")
+    refuse_unless_sane(velocities, "velocity of point")
     return Mesh(points, triangles, velocities)
 
 
-def refuse_unless_finite(rows: np.ndarray, name: str) -> None:
-    """Raise BadInput naming the first row that holds a NaN or an infinity."""
-    bad = np.flatnonzero(~np.isfinite(rows).all(axis=1))
+def refuse_unless_sane(rows: np.ndarray, name: str) -> None:
+    """Raise BadInput naming the first row that holds a NaN, an infinity or an absurd number."""
+    bad = np.flatnonzero(~(np.abs(rows) < FARTHEST).all(axis=1))
     if len(bad):
         given = ", ".join(f"{value:g}" for value in rows[bad[0]])
-        raise BadInput(f"{name} {bad[0]} is ({given})", where="body", right="finite numbers")
+        raise BadInput(
+            f"{name} {bad[0]} is ({given})",
+            where="body",
+            right=f"finite numbers, in metres and seconds, below {FARTHEST:g}",
+        )
 
 
 def openings(mesh: Mesh) -> tuple[list[Hole], int]:
@@ -85,12 +94,9 @@ def openings(mesh: Mesh) -> tuple[list[Hole], int]:
     return holes(edges[uses % 2 == 1], mesh.points), int((uses > 2).sum())
 
 
-def with_area(mesh: Mesh) -> Surface:
-    """Return the triangles that have an area; raises BadInput where none has one; pure."""
-    corners = mesh.points[mesh.triangles]
-    sides = np.roll(corners, -1, axis=1) - corners
+def without_slivers(surface: Surface) -> Surface:
+    """Return the triangles that are wide enough for their length; pure."""
+    sides = np.roll(surface.corners, -1, axis=1) - surface.corners
     doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
     keep = doubled > THINNEST * (sides**2).sum(axis=2).max(axis=1)
-    if not keep.any():
-        raise BadInput("no triangle of the mesh has an area", where="body", right="a surface that encloses a volume")
-    return Surface(corners[keep], mesh.velocities[mesh.triangles[keep]])
+    return Surface(surface.corners[keep], surface.velocities[keep])
