@@ -1,12 +1,29 @@
-"""What a run tells whoever draws it."""
+"""What a run is told, and what it tells: options, events, outcome."""
 
+import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from hairpipe.graph.tasks import Task
 
+CODEC = "hairpipe.io.hdf5"
+
 Kind = Literal["begun", "started", "finished", "cached", "failed", "warning", "published"]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How a run is carried out; none of it changes a result.
+
+    jobs        number of processes for values per frame, and of threads for the one that simulates
+    keep_going  whether independent branches go on after a failure
+    codec       module that writes and reads values
+    """
+
+    jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
+    keep_going: bool = False
+    codec: str = CODEC
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ import importlib
 from typing import Any
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.events import CODEC
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.plan import explain
-from hairpipe.graph.run import CODEC
 from hairpipe.graph.settings import nearest
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.tasks import Task

@@ -125,9 +125,9 @@ def read_publish(publish: Any, folder: Path, node_type: NodeType, where: str) ->
         raise BadInput(f"{node_type.name} has no file to publish", where=where, right="a node whose output is a File")
     if not isinstance(publish, str) or not publish.strip("/.") or "\0" in publish or publish.endswith("/"):
         raise BadInput(f"publish = {str(publish)[:60]!r} is no path", where=where, right='"../out/shot.####.usd"')
-    path = folder / publish
+    path = (folder / publish).resolve()
     marks = len(FRAME_MARK.findall(path.name))
-    if "#" in str(path.parent) or marks > 1:
+    if "#" in str(Path(publish).parent) or marks > 1:
         raise BadInput(f"publish = {publish!r}: frames go in one place of the file name", where=where, right="####.png")
     if marks != (node_type.mode != "once"):
         right = '"picture.####.png", #### is the frame' if not marks else "no ####: the node gives one file"
@@ -155,13 +155,10 @@ def check_publish(nodes: dict[str, Node], text: GraphText) -> None:
         taken |= {(text.path.parent / file).resolve(): f"an input of '{node.name}'" for file in inputs}
     for node in nodes.values():
         if node.publish is not None:
-            path = node.publish.resolve()
-            if path in taken:
-                where = text.place(node.name, ["publish"])
-                raise BadInput(
-                    f"publish = {str(node.publish)!r} is {taken[path]}", where=where, right="a path of its own"
-                )
-            taken[path] = f"published by '{node.name}' too"
+            if node.publish in taken:
+                where, right = text.place(node.name, ["publish"]), "a path of its own"
+                raise BadInput(f"publish: {node.publish} is {taken[node.publish]}", where=where, right=right)
+            taken[node.publish] = f"published by '{node.name}' too"
 
 
 def sort_nodes(nodes: dict[str, Node], path: Path) -> list[str]:

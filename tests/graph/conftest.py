@@ -10,9 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.graph.events import Options
 from hairpipe.graph.load import load_graph
 from hairpipe.graph.plan import plan
-from hairpipe.graph.run import Options, run
+from hairpipe.graph.run import run
 from hairpipe.graph.store import Store
 
 HERE = Path(__file__).parent
@@ -104,6 +105,13 @@ class Shot:
         command = [sys.executable, HERE / "drive.py", self.path, (store or self.store).root, str(jobs)]
         return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ | environment)
 
+    @staticmethod
+    def outcome(process: subprocess.Popen) -> dict:
+        """Wait for a run of its own and read its outcome."""
+        output, errors = process.communicate(timeout=60)
+        assert output, errors.decode()
+        return json.loads(output)
+
 
 @pytest.fixture
 def shot(tmp_path, monkeypatch) -> Shot:
@@ -115,10 +123,3 @@ def shot(tmp_path, monkeypatch) -> Shot:
     for name in set(sys.modules) - before:
         if str(tmp_path) in str(getattr(sys.modules[name], "__file__", "")):
             del sys.modules[name]
-
-
-def outcome_of(process: subprocess.Popen) -> dict:
-    """Wait for a run of its own and read its outcome."""
-    output, errors = process.communicate(timeout=60)
-    assert output, errors.decode()
-    return json.loads(output)

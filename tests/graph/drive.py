@@ -5,8 +5,9 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
+from hairpipe.graph.events import Options
 from hairpipe.graph.load import load_graph
-from hairpipe.graph.run import Options, run
+from hairpipe.graph.run import run
 from hairpipe.graph.store import Store
 
 if __name__ == "__main__":

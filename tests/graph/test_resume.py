@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from hairpipe.graph.store import Store
-from tests.graph.conftest import outcome_of
 
 
 @pytest.fixture
@@ -70,7 +69,7 @@ def test_worker_dies_with_its_coordinator(shot):
 def test_two_processes_share_the_work(shot):
     """Each evaluation is made once, by one or the other."""
     shot.path.write_text(shot.path.read_text().replace("[1, 10]", "[1, 40]"))
-    outcomes = [outcome_of(process) for process in [shot.start(jobs=1), shot.start(jobs=1)]]
+    outcomes = [shot.outcome(process) for process in [shot.start(jobs=1), shot.start(jobs=1)]]
     assert [outcome["failures"] for outcome in outcomes] == [[], []]
     counts = shot.tally()
     assert counts == {"make_seed": 1, "move_seed": 40, "add_up": 40, "write_list": 1}

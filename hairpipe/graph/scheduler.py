@@ -1,0 +1,249 @@
+"""Brings every task of a run from waiting to established: decides what is ready, and feeds the workers.
+
+One rule covers a cold start, a resumed one, thinned states and damaged objects: a task that needs an object which is
+not there sends its producer back to work, and that one may in turn send its own.
+"""
+
+from collections import Counter, deque
+from contextlib import suppress
+from typing import Any
+
+from hairpipe.graph.atomic import sweep
+from hairpipe.graph.events import Event, Failure, Options, Outcome, Report
+from hairpipe.graph.files import File
+from hairpipe.graph.graph import Graph
+from hairpipe.graph.key import action_key
+from hairpipe.graph.locks import KeyLocks
+from hairpipe.graph.pool import Lane, Pool
+from hairpipe.graph.publish import publish
+from hairpipe.graph.queue import Queue
+from hairpipe.graph.record import Record, from_fields
+from hairpipe.graph.resolve import Resolver
+from hairpipe.graph.store import LostObject, Store
+from hairpipe.graph.tasks import Task, sources
+from hairpipe.graph.thin import thin
+
+POLL = 0.1
+"""How often a task that another process is at is looked at again [s]."""
+MOST_LOSSES = 10
+"""How often a task may find its inputs damaged before it is given up: the disk is failing."""
+
+
+class Scheduler:
+    """The state of one run: a task is waiting for others, ready, at a worker, established, or failed."""
+
+    def __init__(self, graph: Graph, store: Store, frames: tuple[int, ...], options: Options, report: Report) -> None:
+        self.graph, self.store, self.options, self.report = graph, store, options, report
+        self.resolver = Resolver(graph, store, frames)
+        self.selected = frozenset(frames)
+        self.pool = Pool(store.root, options.codec, graph.folder, options.jobs)
+        self.locks = KeyLocks(store.root / "lock")
+        self.queue = Queue(graph)
+        self.agenda: deque[Task] = deque()
+        self.unmet: dict[Task, set[Task]] = {}
+        self.waiters: dict[Task, list[Task]] = {}
+        self.elsewhere: list[Task] = []
+        self.keys: dict[Task, str] = {}
+        self.failures: dict[Task, Failure] = {}
+        self.losses: Counter[Task] = Counter()
+        self.counts: Counter[str] = Counter()
+        self.seconds: Counter[str] = Counter()
+        self.published: list[str] = []
+        self.swept: set[object] = set()
+
+    def carry_out(self) -> Outcome:
+        """Run until everything is established, or nothing more can be."""
+        totals = Counter(task.node for task in self.resolver.tasks)
+        self.report(Event("begun", totals=tuple(totals.items())))
+        for task, inputs in self.resolver.tasks.items():
+            self.wait(task, {source.task for source in sources(inputs)})
+        interrupted = False
+        try:
+            self.loop()
+            thin(self.resolver)
+        except KeyboardInterrupt:
+            interrupted = True
+        finally:
+            self.pool.close()
+            self.locks.close()
+            self.note_latest()
+        return self.outcome(interrupted)
+
+    def loop(self) -> None:
+        """Alternate between what can be decided here and what the workers report."""
+        while True:
+            self.settle()
+            if not self.stopping:
+                self.dispatch()
+            if self.agenda:
+                continue
+            if not self.pool.busy and (self.stopping or not self.elsewhere):
+                return
+            for task, reply in self.pool.receive(POLL if self.elsewhere else None):
+                self.finish(task, reply)
+            self.agenda.extend(self.elsewhere)
+            self.elsewhere.clear()
+
+    @property
+    def stopping(self) -> bool:
+        """Whether nothing new is begun: after a failure, unless asked to keep going; always on a full disk."""
+        going = self.options.keep_going and all(failure.kind != "disk" for failure in self.failures.values())
+        return bool(self.failures) and not going
+
+    def wait(self, task: Task, on: set[Task]) -> None:
+        """Consider a task once these are established."""
+        if not on:
+            self.agenda.append(task)
+        self.unmet[task] = on
+        for other in on:
+            self.waiters.setdefault(other, []).append(task)
+
+    def settle(self) -> None:
+        """Decide for every task whose inputs are known: it is established, has to wait, or is ready."""
+        while self.agenda:
+            task = self.agenda.popleft()
+            self.keys[task] = action_key(self.resolver.parts(task))
+            record = self.resolver.find(task, self.keys[task])
+            if record:
+                self.store.touch(record.key)
+                self.establish(task, record, "cached")
+                continue
+            gone = self.resolver.missing(task)
+            if gone:
+                self.demand(task, gone)
+            else:
+                self.queue.push(task)
+
+    def demand(self, task: Task, gone: set[Task]) -> None:
+        """Send producers back to work whose objects are not in the store, and wait for them."""
+        for producer in gone:
+            if producer not in self.waiters:
+                self.resolver.demanded.add(producer)
+                self.agenda.append(producer)
+        self.wait(task, gone)
+
+    def dispatch(self) -> None:
+        """Give ready tasks to free workers."""
+        lanes: tuple[Lane, Lane] = ("wide", "narrow")
+        for lane in lanes:
+            while self.pool.free(lane):
+                task = next(self.queue.take(lane, wide_is_free=self.pool.free("wide")), None)
+                if task is None:
+                    break
+                self.begin(lane, task)
+
+    def begin(self, lane: Lane, task: Task) -> None:
+        """Give a task to a worker, unless another process is at it or has just done it."""
+        parts = self.resolver.parts(task)
+        key = self.keys[task] = action_key(parts)
+        if not self.locks.acquire(key):
+            self.elsewhere.append(task)
+            return
+        if self.resolver.find(task, key):
+            self.locks.release(key)
+            self.agenda.append(task)
+            return
+        node = self.graph.nodes[task.node]
+        job = {
+            "key": key,
+            "node": task.node,
+            "frame": task.frame,
+            "type": node.type.name,
+            "parts": parts,
+            "settings": self.resolver.settings(node),
+            "inputs": parts["inputs"],
+            "time": {"frame": self.resolver.frame_of(task), "fps": self.graph.fps},
+            "files": self.resolver.files[node.name],
+        }
+        self.pool.send(lane, task, job)
+        self.report(Event("started", task))
+
+    def finish(self, task: Task, reply: dict[str, Any]) -> None:
+        """Take in what a worker says."""
+        self.locks.release(self.keys[task])
+        if "record" in reply:
+            self.establish(task, from_fields(reply["record"]), "finished")
+        elif "failure" in reply:
+            self.fail(Failure(task, **reply["failure"]))
+        elif self.may_retry(task):
+            producers = {source.task for source in sources(self.resolver.tasks[task])}
+            held = {p: {name for name, _ in self.resolver.results[p].objects()} for p in producers}
+            self.demand(task, {p for p in producers if reply["lost"] in held[p]})
+
+    def may_retry(self, task: Task) -> bool:
+        """Whether a task that met a damaged object is tried once more; it fails where that never ends."""
+        self.losses[task] += 1
+        if self.losses[task] > MOST_LOSSES:
+            self.fail(Failure(task, "disk", f"objects are damaged again and again in {self.store.root}"))
+        return self.losses[task] <= MOST_LOSSES
+
+    def establish(self, task: Task, record: Record, how: str) -> None:
+        """Take a result as known, publish it, and wake those that wait for it."""
+        before = self.resolver.results.get(task)
+        self.resolver.results[task] = record
+        if how == "finished":
+            self.counts["evaluated"] += 1
+            self.seconds[task.node] += record.seconds
+        elif before is None:
+            self.counts["cached"] += 1
+        self.report(Event(how, task, record.seconds))
+        for message in record.warnings if before is None else ():
+            self.report(Event("warning", task, message=message))
+        if before is not None and before.outputs != record.outputs:
+            self.report(Event("warning", task, message="gave another result than before: the node is not reproducible"))
+        if not self.publish(task, record):
+            return
+        for waiter in self.waiters.pop(task, ()):
+            self.unmet[waiter].discard(task)
+            if not self.unmet[waiter]:
+                self.agenda.append(waiter)
+
+    def publish(self, task: Task, record: Record) -> bool:
+        """Publish the file of a task; False where its object turned out damaged and the task was sent back."""
+        path = self.graph.nodes[task.node].publish_path(task.frame)
+        if path is None or (task.frame is not None and task.frame not in self.selected):
+            return True
+        outputs = self.graph.nodes[task.node].type.outputs
+        name = next(name for name, kind in outputs.items() if kind is File)
+        try:
+            if path.parent not in self.swept:
+                self.swept.add(path.parent)
+                sweep(path.parent)
+            if publish(self.store, record.outputs[name], path):
+                self.report(Event("published", task, message=str(path)))
+            self.published.append(str(path))
+        except LostObject:
+            if self.may_retry(task):
+                self.agenda.append(task)
+            return False
+        except OSError as error:
+            message = f"cannot publish to {path}: {error.strerror or error}"
+            self.fail(Failure(task, "publish", message))
+        return True
+
+    def fail(self, failure: Failure) -> None:
+        """Note a failure; what waits for the task is never woken."""
+        self.failures[failure.task] = failure
+        self.report(Event("failed", failure.task, message=failure.message))
+
+    def note_latest(self) -> None:
+        """Note which results are the latest, for the differences that a plan shows."""
+        keys: dict[str, dict[str, str]] = {}
+        for task, record in self.resolver.results.items():
+            keys.setdefault(task.node, {})["" if task.frame is None else str(task.frame)] = record.key
+        for node, latest in keys.items():
+            with suppress(OSError):  # on a full disk the differences are lost, nothing else
+                self.store.set_latest(self.graph.name, node, latest)
+
+    def outcome(self, interrupted: bool) -> Outcome:
+        """Sum up."""
+        reached = self.resolver.results.keys() | self.failures.keys()
+        return Outcome(
+            evaluated=self.counts["evaluated"],
+            cached=self.counts["cached"],
+            blocked=len(self.resolver.tasks.keys() - reached),
+            failures=tuple(self.failures.values()),
+            published=tuple(self.published),
+            seconds=dict(self.seconds),
+            interrupted=interrupted,
+        )
