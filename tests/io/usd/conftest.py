@@ -62,7 +62,7 @@ class Spun(dict):
         return self.value(frame)
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def shot() -> Shot:
     """Six hairs on a tetrahedron that turns, five frames."""
     return Shot(Spun(hair, 5), Spun(body, 5), groom(), FPS)

@@ -39,6 +39,11 @@ def test_a_fault_of_ours_is_no_bad_input() -> None:
         work_apart(json.loads, "{")
 
 
+def test_a_work_that_takes_all_memory_is_bad_input(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="takes more than 8 GiB of memory"):
+        work_apart(bytearray, 1 << 40)
+
+
 def test_a_death_is_bad_input(tmp_path: Path) -> None:
     path = tmp_path / "deep.usda"
     path.write_text("#usda 1.0\n" + 'def Xform "a" {' * 200_000 + "}" * 200_000)

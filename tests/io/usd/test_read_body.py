@@ -36,7 +36,7 @@ def test_stands_in_metres_with_y_up(new_stage, saved, up: str, scale: float) -> 
     stage = new_stage(up, scale)
     UsdGeom.Xform.Define(stage, "/root").AddTranslateOp().Set(Gf.Vec3d(10, 20, 30))
     cube(stage, "/root/body")
-    body = read_body(saved(stage))
+    body = read(saved(stage), None)
     x, y, z = ((CUBE + np.array([10, 20, 30])) * scale).T
     expected = np.stack([x, y, z] if up == "Y" else [x, z, -y], axis=1)
     np.testing.assert_allclose(body.mesh.points, expected, rtol=0, atol=1e-6)

@@ -44,7 +44,7 @@ def test_merges_all_prims_in_metres_with_y_up(new_stage, saved, up: str, scale: 
     curves(stage, first)
     curves(stage, second, kind=TOKENS.linear, wrap=TOKENS.nonperiodic, path="/groom/other")
     UsdGeom.Xform(stage.GetPrimAtPath("/groom/other")).AddTranslateOp().Set(Gf.Vec3d(1, 2, 3))
-    points, offsets = read_curves(saved(stage))
+    points, offsets = read(saved(stage), None)
     x, y, z = scale * np.concatenate([*first, second[0] + np.array([1, 2, 3])]).T
     np.testing.assert_allclose(points, np.stack([x, y, z] if up == "Y" else [x, z, -y], axis=1), atol=3e-7 * scale)
     assert offsets.tolist() == [0, 4, 11, 14] and offsets.dtype == np.int32 and points.dtype == np.float64
@@ -88,6 +88,14 @@ def test_bezier_lies_on_the_curve(new_stage, saved) -> None:
     t = np.linspace(0, 1, STEPS + 1)
     spans = [np.array([de_casteljau(strand[s : s + 4], u) for u in t]) for s in (0, 3)]
     np.testing.assert_allclose(read(saved(stage), None)[0], np.concatenate([spans[0][:-1], spans[1]]), atol=1e-6)
+
+
+def test_the_door_reads_the_same(new_stage, saved) -> None:
+    stage = new_stage("Z", 0.01)
+    curves(stage, wild(4, 7))
+    path = saved(stage)
+    for told, seen in zip(read_curves(path), read(path, None), strict=True):
+        np.testing.assert_array_equal(told, seen)
 
 
 def test_takes_the_earliest_time(new_stage, saved) -> None:
