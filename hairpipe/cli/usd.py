@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hairpipe.errors import BadInput
+from hairpipe.cli import options
 
 if TYPE_CHECKING:
     from hairpipe.io.usd.check.finding import Finding
@@ -21,20 +21,16 @@ def usd() -> None:
 
 @usd.command()
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of lines.")
+@options.as_json
 def check(file: Path, as_json: bool) -> None:
-    """Check a shot more strictly than usdchecker does, the OpenVDB files it names included.
+    """Check a shot, and the OpenVDB files it names, more strictly than OpenUSD does.
 
     One line a finding: severity, rule, path @ time, what is wrong. Exit code 0: nothing found, 1: findings, 2: FILE
     cannot be read.
     """
     from hairpipe.io.usd.apart import work_apart
 
-    try:
-        findings = work_apart(lint_file, file)
-    except BadInput as fault:
-        click.echo(f"hairpipe: {fault}", err=True)
-        sys.exit(2)
+    findings = work_apart(lint_file, file)
     if as_json:
         click.echo(json.dumps({"file": str(file), "findings": [asdict(finding) for finding in findings]}, indent=2))
     else:
@@ -44,7 +40,7 @@ def check(file: Path, as_json: bool) -> None:
 
 
 def lint_file(file: Path) -> "list[Finding]":
-    """Check a file with everything that is installed; without OpenVDB its files are only looked for."""
+    """Check a file and the OpenVDB files it names."""
     from hairpipe.io.usd.check.lint import lint
     from hairpipe.levelset.vdb import inspect
 

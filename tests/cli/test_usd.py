@@ -7,7 +7,7 @@ import pytest
 from click.testing import CliRunner
 from pxr import Usd, UsdGeom
 
-from hairpipe.cli.usd import usd
+from hairpipe.cli.entry import commands
 
 
 @pytest.fixture
@@ -28,13 +28,13 @@ def spoil(file: Path) -> None:
 
 
 def test_says_nothing_of_a_good_stage(file: Path) -> None:
-    result = CliRunner().invoke(usd, ["check", str(file)])
+    result = CliRunner().invoke(commands, ["usd", "check", str(file)])
     assert (result.exit_code, result.output) == (0, "")
 
 
 def test_says_one_line_a_finding(file: Path) -> None:
     spoil(file)
-    result = CliRunner().invoke(usd, ["check", str(file)])
+    result = CliRunner().invoke(commands, ["usd", "check", str(file)])
     assert result.exit_code == 1
     assert result.stdout == "error: metres-per-unit: /: metersPerUnit is -1; it has to be positive\n"
 
@@ -43,7 +43,7 @@ def test_says_one_document(file: Path) -> None:
     for bad in (False, True):
         if bad:
             spoil(file)
-        result = CliRunner().invoke(usd, ["check", "--json", str(file)])
+        result = CliRunner().invoke(commands, ["usd", "check", "--json", str(file)])
         document = json.loads(result.stdout)
         assert result.exit_code == bad and document["file"] == str(file)
         assert [finding["rule"] for finding in document["findings"]] == ["metres-per-unit"] * bad
@@ -51,6 +51,6 @@ def test_says_one_document(file: Path) -> None:
 
 def test_an_unreadable_file_is_code_2_and_a_message(file: Path) -> None:
     file.write_text("#usda 1.0\n{")
-    result = CliRunner().invoke(usd, ["check", str(file)])
+    result = CliRunner().invoke(commands, ["usd", "check", str(file)])
     assert result.exit_code == 2 and not result.stdout
     assert result.stderr.startswith(f"hairpipe: {file}: not a readable USD file: line 2, column 1")
