@@ -1,0 +1,68 @@
+"""Progress as bars, one for every node that is under way; drawn by rich on a terminal."""
+
+import threading
+
+from rich.console import Console
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.spinner import Spinner
+from rich.table import Table
+
+from hairpipe.cli.wording import duration
+from hairpipe.graph.events import Event
+from hairpipe.graph.progress import NodeProgress, Progress
+
+WIDTH = 30
+REFRESHES = 8
+"""Pictures per second [1/s]."""
+
+
+class Bars:
+    """Draws a bar per node that is under way: frames done, seconds per frame, time left, how many were cached."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._lock = threading.Lock()
+        self._console = Console(stderr=True, highlight=False)
+        self._spinner = Spinner("dots")
+        self._rows: Table = Table.grid()
+        self._live = Live(
+            get_renderable=self._draw, console=self._console, refresh_per_second=REFRESHES, transient=True
+        )
+
+    def begin(self) -> None:
+        """Begin to draw."""
+        self._live.start()
+
+    def update(self, event: Event) -> None:
+        """Take a picture of the progress, which the drawing thread may look at whenever it likes."""
+        rows = Table.grid(padding=(0, 2))
+        for name, node in self._progress.nodes.items():
+            if node.running:
+                rows.add_row(self._spinner, name, *cells(node))
+        with self._lock:
+            self._rows = rows
+
+    def say(self, line: str) -> None:
+        """Write a line above the bars."""
+        self._console.print(line, markup=False, soft_wrap=True)
+
+    def end(self) -> None:
+        """Wipe the bars away."""
+        self._live.stop()
+
+    def _draw(self) -> Table:
+        with self._lock:
+            return self._rows
+
+
+def cells(node: NodeProgress) -> tuple[ProgressBar, str, str, str, str]:
+    """Write the progress of a node."""
+    rate, left = node.seconds_per_frame, node.seconds_left
+    return (
+        ProgressBar(node.total, node.done, width=WIDTH),
+        f"{node.done}/{node.total}",
+        "" if rate is None or node.total == 1 else f"{duration(rate)}/frame",
+        "" if not left else f"{duration(left)} left",
+        f"{node.cached} cached" if node.cached else "",
+    )

@@ -1,0 +1,83 @@
+"""`hairpipe`: finds the command, and says in one message what went wrong."""
+
+import importlib
+import os
+import sys
+from typing import Any
+
+import click
+
+from hairpipe import __version__
+from hairpipe.cli.wording import Unheard, nearest
+from hairpipe.errors import BadInput
+
+COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "cache", "usd", "version")
+"""Modules of this package; each defines the command of its name."""
+BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
+COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)"; zsh and fish work the same way.'
+
+
+class Commands(click.Group):
+    """The commands by name; a command is imported when it is called, so that starting costs next to nothing."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """List the commands in the order in which one meets them."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a command; None where there is none of this name."""
+        if cmd_name not in COMMANDS:
+            return None
+        return getattr(importlib.import_module(f"hairpipe.cli.{cmd_name}"), cmd_name)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that the arguments begin with; for an unknown one, name the nearest."""
+        if not args[0].startswith("-") and args[0] not in COMMANDS and not ctx.resilient_parsing:
+            ctx.fail(f"no command '{args[0]}' ({nearest(args[0], COMMANDS)})")
+        return super().resolve_command(ctx, args)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Carry out a command; whatever a person can mend becomes one message and an exit code."""
+        try:
+            super().invoke(ctx)
+            sys.stdout.flush()
+        except BadInput as fault:
+            fail(str(fault), BAD_INPUT)
+        except (BrokenPipeError, Unheard):
+            close_output()
+            sys.exit(BROKEN_PIPE)
+        except OSError as fault:
+            close_output()
+            fail(": ".join(filter(None, [fault.filename, fault.strerror or str(fault)])), BAD_INPUT)
+        except KeyboardInterrupt:
+            fail("interrupted", INTERRUPTED)
+
+
+def fail(message: str, code: int) -> None:
+    """Say what is wrong and end with this exit code."""
+    click.echo(f"hairpipe: {message}", err=True)
+    sys.exit(code)
+
+
+def close_output() -> None:
+    """Send what is still to be written to nowhere, so that Python does not complain about it at the end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+
+
+@click.command(cls=Commands, epilog=COMPLETION)
+@click.version_option(__version__, prog_name="hairpipe", message="%(prog)s %(version)s")
+def commands() -> None:
+    """Hair that follows a body: graph file in, USD curves and OpenVDB level sets out.
+
+    A run computes only what has changed since the last one, down to the frame.
+    """
+
+
+def main() -> None:
+    """Run the command line of this process."""
+    for stream in (sys.stdout, sys.stderr):
+        if stream is not None:
+            stream.reconfigure(errors="backslashreplace")  # a file name may be no text
+    commands(prog_name="hairpipe")

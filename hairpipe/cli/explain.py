@@ -1,0 +1,103 @@
+"""`hairpipe explain`: all there is to say about one result."""
+
+import json
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hairpipe.cli import options
+from hairpipe.cli.wording import duration, size, table
+
+if TYPE_CHECKING:
+    from hairpipe.graph.key import Parts
+    from hairpipe.graph.plan import Explanation
+    from hairpipe.graph.record import Record
+
+
+@click.command()
+@options.graph
+@options.target
+@options.frames
+@options.overrides
+@options.cache
+@options.as_json
+def explain(
+    graph: str,
+    target: options.Target,
+    frames: tuple[int, ...] | None,
+    overrides: dict[str, str],
+    cache: Path,
+    as_json: bool,
+) -> None:
+    """Say all there is to say about one result.
+
+    What it is made of, whether it is there, and every difference to the one before.
+
+    The result is that of a node at a frame, `hair@12`, or of a node that has one value for the shot, `groom`.
+    """
+    from hairpipe.cli.shipped import open_graph
+    from hairpipe.graph.plan import explain as find_out
+    from hairpipe.graph.store import Store
+    from hairpipe.graph.tasks import Task
+
+    task = Task(target.node, target.frame)
+    found = find_out(open_graph(graph, overrides), Store(cache), task, frames)
+    click.echo(json.dumps(document(found), indent=2) if as_json else text(found))
+
+
+def text(found: "Explanation") -> str:
+    """Write an explanation."""
+    status = {"cached": "cached", "run": "will run", "depends": "depends on"}[found.entry.status]
+    why = [] if found.entry.status == "cached" else [reason for reason in found.reasons if reason]
+    lines = [f"{found.entry.task}: {status}" + (f" {why[0]}" if status == "depends on" else "")]
+    lines += [f"  {reason}" for reason in why] if status == "will run" else []
+    if found.parts is not None:
+        lines += ["", table(made_of(found.parts), "<<<")]
+    if found.record is not None:
+        lines += ["", table(outputs(found.record), "<>>"), "", evaluated(found.record)]
+    return "\n".join(lines)
+
+
+def made_of(parts: "Parts") -> list[tuple[str, str, str]]:
+    """List what a key is made of: kind, name, value or digest."""
+    rows = [("type", parts["type"], ""), ("code", "", parts["code"])]
+    rows += [("setting", name, json.dumps(value)) for name, value in parts["settings"].items()]
+    rows += [("input", name, spoken(value)) for name, value in parts["inputs"].items()]
+    return rows + [("time", name, str(value)) for name, value in (parts["time"] or {}).items()]
+
+
+def spoken(value: Any) -> str:
+    """Write what goes into a socket: an object, the previous and the current one, or one per frame."""
+    if value is None:
+        return "not connected"
+    if isinstance(value, list):
+        return " then ".join(value) if isinstance(value[0], str) else f"{len(value)} frames"
+    return value
+
+
+def outputs(record: "Record") -> list[tuple[str, str, str]]:
+    """List the outputs of a result: name, size, object."""
+    return [("output " + name, size(output.size), output.object) for name, output in record.outputs.items()]
+
+
+def evaluated(record: "Record") -> str:
+    """Say when a result was computed, how long that took, and what the node had to say."""
+    when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.created))
+    return "\n".join([f"computed {when} in {duration(record.seconds)}", *(f"warning: {w}" for w in record.warnings)])
+
+
+def document(found: "Explanation") -> dict[str, Any]:
+    """Describe an explanation as a JSON document."""
+    record = found.record
+    return found.entry.task._asdict() | {
+        "status": found.entry.status,
+        "reasons": [reason for reason in found.reasons if reason],
+        "key": found.entry.key,
+        "made_of": found.parts,
+        "outputs": {name: output._asdict() for name, output in record.outputs.items()} if record else None,
+        "seconds": record.seconds if record else None,
+        "created": record.created if record else None,
+        "warnings": list(record.warnings) if record else [],
+    }

@@ -1,0 +1,70 @@
+"""Progress as lines, for logs: one when a node begins, one when it is done, and one every few seconds."""
+
+import time
+
+from hairpipe.cli.wording import duration, plural, say
+from hairpipe.graph.events import Event
+from hairpipe.graph.progress import NodeProgress, Progress
+
+INTERVAL = 5.0
+"""Time between two lines about nodes that are under way [s]."""
+
+
+class Silence:
+    """Shows no progress, only what a node has to say."""
+
+    def begin(self) -> None:
+        """Begin to draw."""
+
+    def update(self, event: Event) -> None:
+        """Draw nothing."""
+
+    def say(self, line: str) -> None:
+        """Write a line."""
+        say(line)
+
+    def end(self) -> None:
+        """Stop drawing."""
+
+
+class Lines(Silence):
+    """Shows progress line by line."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._begun: set[str] = set()
+        self._done: set[str] = set()
+        self._latest = time.monotonic()
+
+    def update(self, event: Event) -> None:
+        """Write a line where a node begins or is done, and now and then in between."""
+        if event.task is None:
+            return
+        name, node = event.task.node, self._progress.nodes[event.task.node]
+        if event.kind == "started" and name not in self._begun:
+            self._begun.add(name)
+            say(f"{name}: begins")
+        elif node.done == node.total and name not in self._done and event.kind in ("finished", "cached"):
+            self._done.add(name)
+            say(f"{name}: {done_line(node)}")
+        elif time.monotonic() - self._latest > INTERVAL:
+            self._latest = time.monotonic()
+            for other, progress in self._progress.nodes.items():
+                if progress.running:
+                    say(f"{other}: {running_line(progress)}")
+
+
+def done_line(node: NodeProgress) -> str:
+    """Say what came of a node."""
+    if not node.evaluated:
+        return "cached"
+    cached = f", {node.cached} were cached" if node.cached else ""
+    return f"done, {node.evaluated} of {plural(node.total, 'result')} computed{cached}" if cached else "done"
+
+
+def running_line(node: NodeProgress) -> str:
+    """Say how far a node is."""
+    parts = [f"{node.done}/{node.total}"]
+    if node.seconds_per_frame is not None and node.seconds_left is not None:
+        parts += [f"{duration(node.seconds_per_frame)} each", f"{duration(node.seconds_left)} left"]
+    return ", ".join(parts)

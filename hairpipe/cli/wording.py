@@ -1,0 +1,64 @@
+"""Numbers, names and tables as people read them."""
+
+import difflib
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+UNITS = ("B", "kB", "MB", "GB", "TB")
+
+
+class Unheard(Exception):
+    """Nobody reads what we say: the other end of the pipe is closed."""
+
+
+def say(line: str) -> None:
+    """Write a line to the standard error stream, where everything goes that is no result."""
+    try:
+        click.echo(line, err=True)
+    except BrokenPipeError:
+        raise Unheard from None
+
+
+def nearest(name: str, known: Sequence[str]) -> str:
+    """Suggest the known name closest to a misspelt one, else all of them."""
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    return f"did you mean '{close[0]}'?" if close else "known: " + ", ".join(known)
+
+
+def table(rows: Sequence[Sequence[str]], align: str) -> str:
+    """Lay out rows of cells in columns; a `<` or `>` for each column says on which side it is flush."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = (
+        "  ".join(f"{cell:{side}{width}}" for cell, side, width in zip(row, align, widths, strict=True)) for row in rows
+    )
+    return "\n".join(line.rstrip() for line in lines)
+
+
+def size(count: float) -> str:
+    """Write a number of bytes."""
+    step = 0
+    while count >= 999.5 and step < len(UNITS) - 1:
+        count, step = count / 1000, step + 1
+    return f"{count:.0f} {UNITS[step]}" if step == 0 or count >= 99.5 else f"{count:.1f} {UNITS[step]}"
+
+
+def duration(seconds: float) -> str:
+    """Write a time span [s]: 0.31 s, 12.5 s, 2:05 min, 1:02:03 h."""
+    if seconds < 59.95:
+        return f"{seconds:.2f} s" if seconds < 9.995 else f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d} h" if hours else f"{minutes}:{rest:02d} min"
+
+
+def plural(count: int, noun: str) -> str:
+    """Write a number of things."""
+    return f"{count:,} {noun}" + ("" if count == 1 else "s")
+
+
+def shown(path: Path) -> str:
+    """Write where a file is: relative to the current folder where it lies in it."""
+    path, here = path.resolve(), Path.cwd()
+    return str(path.relative_to(here) if path.is_relative_to(here) else path)

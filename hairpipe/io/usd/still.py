@@ -1,0 +1,49 @@
+"""One mesh, or hair, at one frame as a stage."""
+
+from pathlib import Path
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from hairpipe.data import Groom, Mesh, Strands
+from hairpipe.io.usd.samples import sample_body
+from hairpipe.io.usd.shot import Shot, write_shot
+from hairpipe.io.usd.statics import author_body
+
+DIAMETER = 80e-6
+"""Of a human hair [m]: a groom does not know how thick it is."""
+
+
+def write_still(path: Path, value: Mesh | Strands | Groom, frame: int, fps: float) -> None:
+    """Write what a frame shows, with the same prims and attributes as a whole shot has.
+
+    frame  number, which becomes the one time code
+    fps    frames per second [1/s]
+
+    Raises BadInput where points are not finite.
+    """
+    if isinstance(value, Mesh):
+        write_mesh(path, value, frame, fps)
+    elif isinstance(value, Groom):
+        points = value.points.astype(np.float32)
+        strands = Strands(points, np.zeros_like(points), value.offsets, DIAMETER)
+        write_shot(path, Shot({frame: strands}, None, value, fps))
+    else:
+        write_shot(path, Shot({frame: value}, None, None, fps))
+
+
+def write_mesh(path: Path, mesh: Mesh, frame: int, fps: float) -> None:
+    """Write a mesh at a frame."""
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetTimeCodesPerSecond(fps)
+    stage.SetFramesPerSecond(fps)
+    stage.SetStartTimeCode(frame)
+    stage.SetEndTimeCode(frame)
+    root = UsdGeom.Xform.Define(stage, "/shot")
+    stage.SetDefaultPrim(root.GetPrim())
+    body = UsdGeom.Mesh.Define(stage, "/shot/body")
+    author_body(body, mesh)
+    sample_body(body, frame, mesh, mesh)
+    stage.Save()

@@ -1,0 +1,52 @@
+"""A value in a file of any format we write, told by its suffix."""
+
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+from hairpipe.data import Body, Groom, Mesh, Strands
+from hairpipe.errors import BadInput
+
+SUFFIXES = (".h5", ".hdf5", ".npz", ".csv", ".usd", ".usda", ".usdc")
+
+
+def write_value(path: Path, value: Any, frame: int, fps: float) -> None:
+    """Write a value, whole or not at all; CSV and USD of a body hold its mesh at rest.
+
+    frame  it belongs to, and frames per second, for formats that know of time
+
+    Raises BadInput where the suffix is unknown or the value has no such form, OSError where nothing can be written.
+    """
+    write = writer(path, value, frame, fps)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with TemporaryDirectory(dir=path.parent, prefix=".hairpipe-") as folder:
+        temporary = Path(folder, f"value{path.suffix.lower()}")
+        write(temporary)
+        temporary.replace(path)
+
+
+def writer(path: Path, value: Any, frame: int, fps: float) -> Callable[[Path], None]:
+    """Choose how to write a value; imports only what that takes."""
+    suffix = path.suffix.lower()
+    if suffix in (".h5", ".hdf5"):
+        from hairpipe.io.hdf5 import encode
+
+        return lambda to: encode(value, to)
+    if suffix == ".npz":
+        from hairpipe.io.npz import write_npz
+
+        return lambda to: write_npz(to, value)
+    if suffix not in SUFFIXES:
+        raise BadInput(f"values are not written as {suffix or 'such'} files", where=path, right=", ".join(SUFFIXES))
+    shape = value.mesh if isinstance(value, Body) else value
+    if not isinstance(shape, Mesh | Strands | Groom):
+        raise BadInput(f"a {type(value).__name__} has no points to write", where=path, right=".h5 or .npz")
+    if suffix == ".csv":
+        from hairpipe.io.csv import write_points
+
+        velocities, offsets = (getattr(shape, name, None) for name in ("velocities", "offsets"))
+        return lambda to: write_points(to, shape.points, velocities, offsets)
+    from hairpipe.io.usd.still import write_still
+
+    return lambda to: write_still(to, shape, frame, fps)
