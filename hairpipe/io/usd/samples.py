@@ -67,7 +67,7 @@ def extent(points: np.ndarray, padding: float) -> Vt.Vec3fArray:
     if not len(points):
         return Vt.Vec3fArray([Gf.Vec3f(0), Gf.Vec3f(0)])
     points = np.asarray(points, np.float32)
-    return vectors([points.min(axis=0) - np.float32(padding), points.max(axis=0) + np.float32(padding)])
+    return vectors(np.stack([points.min(axis=0) - padding, points.max(axis=0) + padding]))
 
 
 def vertex_normals(mesh: Mesh) -> np.ndarray:

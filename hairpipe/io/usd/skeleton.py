@@ -85,7 +85,7 @@ def read_rig(query: UsdSkel.SkeletonQuery, first: int) -> Rig:
     return Rig(first, joints, parents, _rigid(matrix, np.array([columns(r) for r in rest]), where), skin, matrix)
 
 
-def _inverse(matrix: object, where: str) -> object:
+def _inverse(matrix: Gf.Matrix4d, where: str) -> Gf.Matrix4d:
     if not np.isfinite(np.array(matrix)).all() or abs(matrix.GetDeterminant()) < 1e-30:
         raise BadInput("a bind transform cannot be inverted", where=where, right="matrices of full rank")
     return matrix.GetInverse()

@@ -118,8 +118,15 @@ def absolute_path(asset: Asset) -> Iterator[Fault]:
 class Grid(Protocol):
     """What an OpenVDB file says of one of its grids."""
 
-    name: str
-    grid_class: str
+    @property
+    def name(self) -> str:
+        """The name."""
+        ...
+
+    @property
+    def grid_class(self) -> str:
+        """What it is, in OpenVDB's words."""
+        ...
 
 
 Inspect = Callable[[Path], Sequence[Grid]]

@@ -15,10 +15,11 @@ SMALLEST = {TOKENS.nonperiodic: 4, TOKENS.periodic: 3, TOKENS.pinned: 2}
 
 def curve_counts(curves: Snapshot) -> Iterator[Fault]:
     """Find curves that own more or fewer points than there are."""
-    if curves.points is None or curves.counts is None:
-        missing = "points" if curves.points is None else "curveVertexCounts"
-        yield Fault(curves.path(missing), "has no value", curves.code)
-    elif not curves.consistent:
+    for name, columns in (("points", 3), ("curveVertexCounts", 1)):
+        if curves.array(name, columns) is None:
+            yield Fault(curves.path(name), "has no value", curves.code)
+            return
+    if not curves.consistent:
         message = f"sums to {curves.counts.sum()}, but there are {len(curves.points)} points"
         yield Fault(curves.path("curveVertexCounts"), message, curves.code)
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdVol
+from pxr import Usd, UsdVol
 
 from hairpipe.io.usd.check.finding import Fault, Rule
 from hairpipe.io.usd.check.snapshot import Snapshot
@@ -11,7 +11,7 @@ from hairpipe.io.usd.check.stage import has_range
 
 FOLLOWERS = ("velocities", "accelerations", "normals", "extent")
 TOPOLOGY = ("curveVertexCounts", "faceVertexCounts", "faceVertexIndices", "primvars:hairId")
-MISFIT = 0.6  # velocities may differ from the displacement by this part: they are those of the instants between
+MISFIT = 0.75  # velocities may differ from the displacement by this part: they are those of the instants between
 LISTED = 8  # gaps that a message names
 ROUNDING = 64 * np.finfo(np.float32).eps  # of positions, in parts of the largest
 
@@ -19,7 +19,7 @@ ROUNDING = 64 * np.finfo(np.float32).eps  # of positions, in parts of the larges
 def sample_gaps(prim: Usd.Prim) -> Iterator[Fault]:
     """Find frames without a sample: clients make one up from its neighbours and say nothing."""
     attribute, stage = _leader(prim), prim.GetStage()
-    times = np.array(attribute.GetTimeSamples()) if attribute else np.empty(0)
+    times = np.array(attribute.GetTimeSamples())
     times = times[times == np.round(times)]  # those between frames are for the shutter
     if len(times) < 2:
         return
@@ -40,7 +40,7 @@ def sample_gaps(prim: Usd.Prim) -> Iterator[Fault]:
 def sample_range(prim: Usd.Prim) -> Iterator[Fault]:
     """Find samples that nobody plays since they lie outside of the stage's time codes."""
     attribute, stage = _leader(prim), prim.GetStage()
-    times = attribute.GetTimeSamples() if attribute and has_range(stage) else []
+    times = attribute.GetTimeSamples() if has_range(stage) else []
     outside = [t for t in times if not stage.GetStartTimeCode() <= t <= stage.GetEndTimeCode()]
     if outside:
         span = f"{stage.GetStartTimeCode():g} to {stage.GetEndTimeCode():g}"
@@ -70,11 +70,9 @@ def topology(prim: Usd.Prim) -> Iterator[Fault]:
             yield Fault(str(attribute.GetPath()), f"changes in time, at {len(changed)} samples", changed[0])
 
 
-def _leader(prim: Usd.Prim) -> Usd.Attribute | None:
-    """Return the attribute that has a sample at every frame, if there is one."""
-    name = "filePath" if prim.IsA(UsdVol.OpenVDBAsset) else "points"
-    attribute = prim.GetAttribute(name)
-    return attribute if attribute and (name == "filePath" or prim.IsA(UsdGeom.PointBased)) else None
+def _leader(prim: Usd.Prim) -> Usd.Attribute:
+    """Return the attribute that has a sample at every frame."""
+    return prim.GetAttribute("filePath" if prim.IsA(UsdVol.OpenVDBAsset) else "points")
 
 
 def velocity_match(before: Snapshot, after: Snapshot) -> Iterator[Fault]:
@@ -82,17 +80,16 @@ def velocity_match(before: Snapshot, after: Snapshot) -> Iterator[Fault]:
 
     (v0 + v1) / 2 = (x1 - x0) / (t1 - t0), up to the third derivative of x.
     """
-    moved = [before.points, after.points, before.array("velocities", 3), after.array("velocities", 3)]
-    if any(array is None or len(array) != len(before.points) for array in moved):
+    velocities = [array for array in (before.array("velocities", 3), after.array("velocities", 3)) if array is not None]
+    arrays = [before.points, after.points, *velocities]
+    if len(velocities) < 2 or len({len(array) for array in arrays}) > 1:
         return
-    sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in moved])
-    start, end, v0, v1 = (array[sound].astype(np.float64) for array in moved)
-    if not len(start):
-        return
-    seconds = (after.code - before.code) / before.prim.GetStage().GetTimeCodesPerSecond()
-    told, seen = (v0 + v1) / 2 * seconds, end - start
+    sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
+    start, end, v0, v1 = (array[sound].astype(np.float64) for array in arrays)
+    frames = after.time.GetValue() - before.time.GetValue()
+    told, seen = (v0 + v1) / 2 * frames / before.prim.GetStage().GetTimeCodesPerSecond(), end - start
     larger = max(np.linalg.norm(told), np.linalg.norm(seen))
-    noise = ROUNDING * np.sqrt(3 * len(start)) * max(np.abs(start).max(), np.abs(end).max())
+    noise = ROUNDING * np.sqrt(start.size) * max(np.abs(start).max(initial=0), np.abs(end).max(initial=0))
     if np.linalg.norm(told - seen) > max(MISFIT * larger, noise):
         share = np.linalg.norm(told) / max(np.linalg.norm(seen), np.finfo(np.float64).tiny)
         message = f"carry the points {share:.2g} times as far as they go to {after.code:g}; units per second are right"

@@ -1,6 +1,6 @@
 """Rules for curves and meshes at one time."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sized
 
 import numpy as np
 from pxr import UsdGeom
@@ -35,9 +35,9 @@ def mesh_faces(shape: Snapshot) -> Iterator[Fault]:
     """Find faces whose corners are missing, or no points."""
     if shape.curves:
         return
-    corners = shape.array("faceVertexIndices")
-    if shape.points is None or shape.counts is None or corners is None:
-        yield Fault(str(shape.prim.GetPath()), "has no points, faceVertexCounts or faceVertexIndices", shape.code)
+    corners = shape.corners
+    if not (len(shape.points) and len(shape.counts)):
+        yield Fault(str(shape.prim.GetPath()), "has no points or no faces", shape.code)
     elif not shape.consistent:
         message = f"sums to {shape.counts.sum()}, but there are {len(corners)} faceVertexIndices"
         yield Fault(shape.path("faceVertexCounts"), message, shape.code)
@@ -56,8 +56,8 @@ def element_count(shape: Snapshot) -> Iterator[Fault]:
     for name in ("velocities", "accelerations"):
         array = shape.array(name, 3)
         yield from _count(shape, name, array, TOKENS.vertex)
-    normals = UsdGeom.PointBased(shape.prim)
-    yield from _count(shape, "normals", shape.array("normals", 3), normals.GetNormalsInterpolation())
+    normals = UsdGeom.PointBased(shape.prim).GetNormalsInterpolation()
+    yield from _count(shape, "normals", shape.array("normals", 3), normals)
     for primvar in UsdGeom.PrimvarsAPI(shape.prim).GetPrimvarsWithAuthoredValues():
         value = primvar.ComputeFlattened(shape.time) if primvar.IsIndexed() else primvar.Get(shape.time)
         if primvar.GetTypeName().isArray:
@@ -65,7 +65,7 @@ def element_count(shape: Snapshot) -> Iterator[Fault]:
             yield from _count(shape, primvar.GetName(), value, primvar.GetInterpolation(), tuples)
 
 
-def _count(shape: Snapshot, name: str, array: object, interpolation: str, tuples: int = 1) -> Iterator[Fault]:
+def _count(shape: Snapshot, name: str, array: Sized | None, interpolation: str, tuples: int = 1) -> Iterator[Fault]:
     wanted = shape.size(interpolation) * tuples
     if array is not None and len(array) != wanted:
         message = f"has {len(array)} elements; {interpolation} interpolation takes {wanted}"

@@ -37,33 +37,37 @@ class Snapshot:
         return array if array is not None and array.ndim and array.shape[1:] == shape else None
 
     @cached_property
-    def points(self) -> np.ndarray | None:
-        """Return positions, (n, 3) float32."""
-        return self.array("points", 3)
+    def points(self) -> np.ndarray:
+        """Return positions, (n, 3) float32; none where they are absent."""
+        points = self.array("points", 3)
+        return np.empty((0, 3), np.float32) if points is None else points
 
     @cached_property
-    def counts(self) -> np.ndarray | None:
-        """Return the vertices of every curve or face, (c,) int64."""
+    def counts(self) -> np.ndarray:
+        """Return the vertices of every curve or face, (c,) int64; none where they are absent."""
         counts = self.array("curveVertexCounts" if self.curves else "faceVertexCounts")
-        return None if counts is None else counts.astype(np.int64)
+        return np.empty(0, np.int64) if counts is None else counts.astype(np.int64)
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """Return the points at the corners of the faces, (k,) int32; none where they are absent."""
+        corners = self.array("faceVertexIndices")
+        return np.empty(0, np.int32) if corners is None else corners
 
     @cached_property
     def consistent(self) -> bool:
         """Return whether counts and elements agree, so that other arrays can be measured against them."""
-        elements = self.points if self.curves else self.array("faceVertexIndices")
-        if self.points is None or self.counts is None or elements is None:
-            return False
+        elements = self.points if self.curves else self.corners
         return bool(self.counts.sum() == len(elements) and (self.counts >= 0).all())
 
-    def size(self, interpolation: str) -> int | None:
-        """Return how many values an interpolation asks for, None where the prim knows no such interpolation."""
+    def size(self, interpolation: str) -> int:
+        """Return how many values an interpolation asks for."""
         if interpolation == TOKENS.constant:
             return 1
         if interpolation == TOKENS.uniform:
             return len(self.counts)
-        if interpolation == TOKENS.vertex:
+        if interpolation == TOKENS.faceVarying and not self.curves:
+            return len(self.corners)
+        if interpolation == TOKENS.vertex or not self.curves:
             return len(self.points)
-        if self.curves:
-            return UsdGeom.BasisCurves(self.prim).ComputeVaryingDataSize(self.time)
-        corners = interpolation == TOKENS.faceVarying
-        return len(self.array("faceVertexIndices")) if corners else len(self.points)
+        return UsdGeom.BasisCurves(self.prim).ComputeVaryingDataSize(self.time)
