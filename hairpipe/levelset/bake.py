@@ -24,10 +24,10 @@ def bake(mesh: Mesh, voxel: float, half_width: float, open_edges: str = "fill") 
     half_width  of the band, in voxels
     open_edges  "fill": holes are capped, with a warning; "refuse": they are an error
 
-    The distance is that to the triangles themselves, in double precision. The sign is that of a flood from outside along
-    the samples, which no triangle lets pass. Both are ours, not OpenVDB's: on a sphere of 12 voxels its conversion of the
-    mesh was off by 0.48 voxels at most where this is off by 0.003, and on the MakeHuman body at 8 mm it had 191 of 20,000
-    samples beside the surface on the wrong side where this has none, by the winding number. So a body bakes without it.
+    The distance is that to the triangles themselves, in double precision. The sign is that of a flood from outside
+    along the samples, which no triangle lets pass. Neither is OpenVDB's: on a sphere of radius 12 voxels its conversion
+    of a mesh was off by up to 0.48 voxels where this is by 0.003; beside the MakeHuman body's surface, at 8 mm, it had
+    191 of 20,000 samples on the wrong side, by the winding number, where this has none. A body bakes without it.
 
     Raises BadInput for a mesh that is broken, empty, encloses no sample, or is too large for its voxel.
     """

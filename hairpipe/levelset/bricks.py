@@ -138,7 +138,8 @@ def share_samples(
     index  of the brick at every place, negative where there is none, with one place more at the end of every axis,
            (na + 1, nb + 1, nc + 1) int32
 
-    Where no brick is, the samples are beyond the band, and take sign and velocity of the nearest that the brick has.
+    Where that brick is missing, the sample is beyond the band: it takes sign and velocity of the sample before it, in a
+    brick that all who share the sample agree on.
     """
     last = BRICK - 1
     for n in range(len(places)):
@@ -147,11 +148,22 @@ def share_samples(
             for j in range(SIDE):
                 for k in range(SIDE):
                     if max(i, j, k) == BRICK:
-                        owner = index[a + i // BRICK, b + j // BRICK, c + k // BRICK]
-                        if owner >= 0:
-                            distance[n, i, j, k] = distance[owner, i % BRICK, j % BRICK, k % BRICK]
-                            velocity[n, i, j, k] = velocity[owner, i % BRICK, j % BRICK, k % BRICK]
-                        else:
-                            near = distance[n, min(i, last), min(j, last), min(k, last)]
-                            distance[n, i, j, k] = np.copysign(width, near)
-                            velocity[n, i, j, k] = velocity[n, min(i, last), min(j, last), min(k, last)]
+                        m, u, v, w = holder(index, BRICK * a + i, BRICK * b + j, BRICK * c + k)
+                        near = distance[m, min(u, last), min(v, last), min(w, last)]
+                        distance[n, i, j, k] = near if max(u, v, w) < BRICK else np.copysign(width, near)
+                        for axis in range(3):
+                            velocity[n, i, j, k, axis] = velocity[m, min(u, last), min(v, last), min(w, last), axis]
+
+
+@njit(cache=True)
+def holder(index: np.ndarray, i: int, j: int, k: int) -> tuple[int, int, int, int]:
+    """Return the first brick that holds a sample of the lattice, the one it begins before all others; and where in it.
+
+    At least one must; the others it lies in are those before, along one axis or more.
+    """
+    for a in (i // BRICK, (i - 1) // BRICK):
+        for b in (j // BRICK, (j - 1) // BRICK):
+            for c in (k // BRICK, (k - 1) // BRICK):
+                if index[a, b, c] >= 0:
+                    return index[a, b, c], i - BRICK * a, j - BRICK * b, k - BRICK * c
+    return -1, 0, 0, 0

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.levelset.lattice import Lattice
-from hairpipe.levelset.outside import OUTSIDE
+from hairpipe.levelset.outside import OUTSIDE, TOUCH
 from hairpipe.levelset.surface import Surface
 
 HIDDEN, BACKED, LOST = range(3)
@@ -31,7 +31,8 @@ def outer_surface(surface: Surface, marks: np.ndarray, lattice: Lattice) -> Oute
     marks  of the samples, from outside.marked_samples, (x, y, z) uint8
 
     A point outside is nearest to that part anyway. A point inside must not take a sheet hidden within the body for its
-    surface: its distance and its velocity would be those of something nobody can touch.
+    surface: its distance and its velocity would be those of something nobody can touch. Where parts meet, sheets end
+    within two voxels behind the crease.
     """
     triangles = np.concatenate([surface.corners / lattice.voxel - lattice.first, surface.velocities], axis=2)
     counts, areas = sort_pieces(triangles, marks, np.empty((0, 3, 6)))
@@ -109,12 +110,15 @@ def halve(piece: np.ndarray, s: int, other: np.ndarray) -> None:
 
 @njit(cache=True)
 def fate_of(piece: np.ndarray, marks: np.ndarray) -> int:
-    """Return HIDDEN where all samples of the voxels that hold a piece are inside, LOST where all are outside."""
+    """Return HIDDEN where all samples of the voxels that hold a piece are inside, LOST where all are outside.
+
+    A piece that lies on samples is held by the voxels on both sides.
+    """
     outside = inside = False
     low, high = np.empty(3, np.int64), np.empty(3, np.int64)
     for x in range(3):
-        low[x] = int(np.floor(min(piece[0, x], piece[1, x], piece[2, x])))
-        high[x] = int(np.ceil(max(piece[0, x], piece[1, x], piece[2, x])))
+        low[x] = int(np.floor(min(piece[0, x], piece[1, x], piece[2, x]) - TOUCH))
+        high[x] = int(np.ceil(max(piece[0, x], piece[1, x], piece[2, x]) + TOUCH))
     for i in range(low[0], high[0] + 1):
         for j in range(low[1], high[1] + 1):
             for k in range(low[2], high[2] + 1):
