@@ -12,10 +12,14 @@ import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, Literal
 
+from hairpipe.graph.code import CodeReader
+from hairpipe.graph.machine_code import kernel_folder
+from hairpipe.graph.store import Store
 from hairpipe.graph.tasks import Task
 
 Lane = Literal["narrow", "wide"]
@@ -48,13 +52,19 @@ class Member:
 class Pool:
     """Up to `jobs` narrow workers, and a wide one with `jobs` threads.
 
-    hello  what every worker is told first: store, codec, folder of node types
+    hello    what every worker is told first: store, codec, folder of node types
     """
 
     def __init__(self, store: Path, codec: str, folder: Path, jobs: int) -> None:
         self.hello = {"store": str(store), "codec": codec, "folder": str(folder), "memory": MEMORY}
         self.jobs = jobs
         self.members: list[Member] = []
+
+    @cached_property
+    def kernels(self) -> Path:
+        """Folder for compiled kernels."""
+        store = Store(Path(self.hello["store"]))
+        return kernel_folder(store.root / "kernels", CodeReader(store.remember), Path(self.hello["folder"]))
 
     @property
     def busy(self) -> list[Member]:
@@ -106,7 +116,7 @@ class Pool:
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,
                 stdout=2,
-                env=environment(self.jobs if lane == "wide" else 1),
+                env=environment(self.jobs if lane == "wide" else 1, self.kernels),
             )
         member = Member(lane, process, Connection(ours.detach()))
         self.members.append(member)
@@ -115,7 +125,7 @@ class Pool:
         return member
 
 
-def environment(threads: int) -> dict[str, str]:
+def environment(threads: int, kernels: Path) -> dict[str, str]:
     """Environment of a worker: numba on these threads, linear algebra on one, since its sums depend on their number."""
     single = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
-    return os.environ | single | {"NUMBA_NUM_THREADS": str(threads)}
+    return os.environ | single | {"NUMBA_NUM_THREADS": str(threads), "NUMBA_CACHE_DIR": str(kernels)}

@@ -32,6 +32,9 @@ class Hair:
     diameter: float
 
 
+_SWEEPS = 2  # contact stretches what it pushes, and drawing that in may push it back: twice leaves a few percent
+
+
 @lru_cache(maxsize=2)
 def make_hair(groom: Groom, material: Material) -> Hair:
     """Build the network of a groom."""
@@ -79,6 +82,9 @@ def advance_frame(
         tr_bdf2.advance(hair.network, x, v, a, T, ends, dt, gravity, scene.air.drag)
         limit_strain(hair.network, x, scene.strain.tolerance)
         if touch is not None:
+            for _ in range(_SWEEPS):
+                touch(hair.network, x, v, before, (time, time + dt))
+                limit_strain(hair.network, x, scene.strain.tolerance)
             touch(hair.network, x, v, before, (time, time + dt))
         time += dt
     return HairState(x, v, a, T)

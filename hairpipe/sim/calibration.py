@@ -38,7 +38,7 @@ def spring_constants(material: Material, length: np.ndarray) -> np.ndarray:
             where="material.softening",
             right=f"at most {material.softening * _SOFTEST / slack.max():.2g}, or fewer segments",
         )
-    # Fits lie on a fixed grid, not at the lengths at hand: a strand's constants do not depend on which others there are.
+    # Fits lie on a fixed grid, not at the lengths at hand: a strand's constants must not depend on the other strands.
     below = np.floor(slack / _GRID).astype(int)
     fits = {n: _fit(n * _GRID, ratio) for n in {*below.tolist(), *(below + 1).tolist()}}
     low, high = (np.array([fits[n + up] for n in below.tolist()]) for up in (0, 1))

@@ -14,8 +14,8 @@ from collections.abc import Callable
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.core.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 from numba.core.errors import TypingError
+from numba.core.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 

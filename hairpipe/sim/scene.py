@@ -10,10 +10,10 @@ from hairpipe.units import Ge, Interval, Metres, MetresPerSecondSquared, PerSeco
 class Air:
     """Still air.
 
-    drag  rate at which it takes away speed; a lone hair feels 15 to 20, one among others much less
+    drag  rate at which it takes away speed; a lone hair feels 15 to 20, one among others less, as its air moves along
     """
 
-    drag: Annotated[PerSecond, Interval(ge=0.0, le=1000.0)] = 2.0
+    drag: Annotated[PerSecond, Interval(ge=0.0, le=1000.0)] = 8.0
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,7 @@ from hairpipe.sim.scene import BodyContact
 
 _RISE = 5  # particles over which the thickness grows
 _PUSH_OUT = 0.5  # [m/s]
+_SKIN = 1e-3  # [m]; less than this inside counts as on the surface
 
 
 class Touch:
@@ -44,7 +45,9 @@ class Touch:
         """Correct positions [m] and velocities [m/s] at the end of a step, in place; see `collide_body`."""
         contact = self.contact
         scheme = int(Interpolation[contact.interpolation])
-        collide_body(network, x, v, before, *self.fields, self.frame, times, scheme, contact.friction, contact.thickness)
+        collide_body(
+            network, x, v, before, *self.fields, self.frame, times, scheme, contact.friction, contact.thickness
+        )
 
 
 @njit(cache=True)
@@ -91,7 +94,6 @@ def collide_body(
     field0, field1  the body at the previous and at this frame; frame  time between them [s]
     times   start and end of the step since the previous frame [s]
     """
-    dt = times[1] - times[0]
     for block in prange(len(network.first) - 1):
         rows = slice(network.first[block], network.first[block + 1])
         xs, vs, x0 = x[rows], v[rows], before[rows]
@@ -101,23 +103,27 @@ def collide_body(
             kept = thickness * min(p // 2 - 1, _RISE) / _RISE
             for lane in range(xs.shape[2]):
                 px, py, pz = xs[p, 0, lane], xs[p, 1, lane], xs[p, 2, lane]
-                a = times[1] / frame
-                if distance_between(scheme, field0, field1, a, frame, px, py, pz) >= kept:
-                    continue
-                phi, nx, ny, nz, bx, by, bz = evaluate(scheme, field0, field1, a, frame, px, py, pz)
-                depth = kept - phi
-                touched = True
-                qx, qy, qz = x0[p, 0, lane], x0[p, 1, lane], x0[p, 2, lane]
-                start = distance_between(scheme, field0, field1, times[0] / frame, frame, qx, qy, qz)
-                if start < 0.0:
-                    depth = min(depth, _PUSH_OUT * dt)
-                ux, uy, uz = px - qx - dt * bx, py - qy - dt * by, pz - qz - dt * bz
-                sx, sy, sz = _slide(ux, uy, uz, nx, ny, nz, depth, friction)
-                dx[p, 0, lane], dx[p, 1, lane], dx[p, 2, lane] = sx - ux, sy - uy, sz - uz
-                ux, uy, uz = vs[p, 0, lane] - bx, vs[p, 1, lane] - by, vs[p, 2, lane] - bz
-                push = max(0.0, -(ux * nx + uy * ny + uz * nz))
-                sx, sy, sz = _slide(ux, uy, uz, nx, ny, nz, push, friction)
-                dv[p, 0, lane], dv[p, 1, lane], dv[p, 2, lane] = sx - ux, sy - uy, sz - uz
+                if distance_between(scheme, field0, field1, times[1] / frame, frame, px, py, pz) < kept:
+                    touched = True
+                    _meet(xs, vs, x0, dx, dv, p, lane, field0, field1, frame, times, scheme, friction, kept)
         if touched:
             _follow(dx, xs)
             _follow(dv, vs)
+
+
+@njit(cache=True)
+def _meet(xs, vs, x0, dx, dv, p, lane, field0, field1, frame, times, scheme, friction, kept):  # noqa: ANN001, ANN202
+    """Write what contact changes of one particle's position and velocity to dx and dv."""
+    dt = times[1] - times[0]
+    px, py, pz = xs[p, 0, lane], xs[p, 1, lane], xs[p, 2, lane]
+    qx, qy, qz = x0[p, 0, lane], x0[p, 1, lane], x0[p, 2, lane]
+    phi, nx, ny, nz, bx, by, bz = evaluate(scheme, field0, field1, times[1] / frame, frame, px, py, pz)
+    start = distance_between(scheme, field0, field1, times[0] / frame, frame, qx, qy, qz)
+    depth = (kept if start > -_SKIN else min(kept, start + _PUSH_OUT * dt)) - phi
+    ux, uy, uz = px - qx - dt * bx, py - qy - dt * by, pz - qz - dt * bz
+    sx, sy, sz = _slide(ux, uy, uz, nx, ny, nz, max(depth, 0.0), friction)
+    dx[p, 0, lane], dx[p, 1, lane], dx[p, 2, lane] = sx - ux, sy - uy, sz - uz
+    ux, uy, uz = vs[p, 0, lane] - bx, vs[p, 1, lane] - by, vs[p, 2, lane] - bz
+    push = max(0.0, -(ux * nx + uy * ny + uz * nz))
+    sx, sy, sz = _slide(ux, uy, uz, nx, ny, nz, push, friction)
+    dv[p, 0, lane], dv[p, 1, lane], dv[p, 2, lane] = sx - ux, sy - uy, sz - uz

@@ -1,0 +1,45 @@
+"""Where compiled kernels are kept: numba notices edits of the file a kernel stands in, not of those it calls.
+
+So each state of the sources has a folder of its own, and a helper that was edited cannot live on in old machine code.
+"""
+
+import shutil
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import hairpipe
+from hairpipe.graph.canonical import digest, digest_bytes
+from hairpipe.graph.code import CodeReader
+
+COMPILER = b"numba"
+"""A file that names it may hold kernels."""
+KEPT = 4
+"""States of the sources whose kernels are kept: enough to go back and forth between two versions."""
+
+
+def kernel_folder(parent: Path, reader: CodeReader, more_sources: Path | None = None) -> Path:
+    """Give the folder, below a parent, for kernels of the sources as they are now, and remove the oldest ones.
+
+    more_sources  folder of node types that are not ours
+    """
+    ours = {module: reader.code_of(module).digest for module in kernel_modules()}
+    theirs = (
+        {path.name: digest_bytes("file", path.read_bytes()) for path in sorted(more_sources.glob("*.py"))}
+        if more_sources
+        else {}
+    )
+    folder = parent / digest("kernels", [ours, theirs])[:24]
+    with suppress(OSError):
+        others = sorted(parent.iterdir(), key=lambda other: other.stat().st_mtime, reverse=True)
+        for other in [other for other in others if other != folder][KEPT - 1 :]:
+            shutil.rmtree(other, ignore_errors=True)
+    return folder
+
+
+def kernel_modules() -> Iterator[str]:
+    """Name the modules of this package that may hold kernels."""
+    root = Path(hairpipe.__file__).parent
+    for path in sorted(root.rglob("*.py")):
+        if COMPILER in path.read_bytes():
+            yield ".".join(path.relative_to(root.parent).with_suffix("").parts)
