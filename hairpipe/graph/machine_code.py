@@ -12,8 +12,8 @@ import hairpipe
 from hairpipe.graph.canonical import digest, digest_bytes
 from hairpipe.graph.code import CodeReader
 
-COMPILER = b"numba"
-"""A file that names it may hold kernels."""
+WITHOUT_KERNELS = ("cli", "graph")
+"""Rooms in which nothing is compiled: editing them leaves the kernels as they are."""
 KEPT = 4
 """States of the sources whose kernels are kept: enough to go back and forth between two versions."""
 
@@ -38,8 +38,9 @@ def kernel_folder(parent: Path, reader: CodeReader, more_sources: Path | None = 
 
 
 def kernel_modules() -> Iterator[str]:
-    """Name the modules of this package that may hold kernels."""
+    """Name the modules of this package that hold kernels or may be called by one."""
     root = Path(hairpipe.__file__).parent
     for path in sorted(root.rglob("*.py")):
-        if COMPILER in path.read_bytes():
-            yield ".".join(path.relative_to(root.parent).with_suffix("").parts)
+        parts = path.relative_to(root).with_suffix("").parts
+        if parts[0] not in WITHOUT_KERNELS and parts[-1] != "__init__":
+            yield ".".join((root.name, *parts))
