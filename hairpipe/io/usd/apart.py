@@ -17,7 +17,7 @@ from typing import Any, TypeVar
 
 from hairpipe.errors import BadInput
 
-MEMORY = 8 << 30  # bytes: far more than a frame of any shot, and OpenUSD says no to a damaged count beyond it
+MEMORY = 4 << 30  # bytes: far more than a frame of any shot, and OpenUSD says no to a damaged count beyond it
 Result = TypeVar("Result")
 
 

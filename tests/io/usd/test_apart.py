@@ -40,7 +40,7 @@ def test_a_fault_of_ours_is_no_bad_input() -> None:
 
 
 def test_a_work_that_takes_all_memory_is_bad_input(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="takes more than 8 GiB of memory"):
+    with pytest.raises(BadInput, match="takes more than 4 GiB of memory"):
         work_apart(bytearray, 1 << 40)
 
 

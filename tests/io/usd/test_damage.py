@@ -19,12 +19,12 @@ SCRIPT = """
 import sys, warnings
 from pathlib import Path
 from hairpipe.errors import BadInput
-from hairpipe.io.usd import body, curves
-from hairpipe.io.usd.apart import limit_memory
+from hairpipe.io.usd import apart, body, curves
 from hairpipe.io.usd.check.lint import lint
 
 warnings.simplefilter("ignore")
-limit_memory()
+apart.MEMORY = 1 << 30
+apart.limit_memory()
 for path in map(Path, sys.argv[1:]):
     for work in (lambda: body.read(path, None), lambda: curves.read(path, None), lambda: lint(path)):
         try:
