@@ -92,7 +92,8 @@ class Cursor:
 def inspect(path: Path) -> list[Grid]:
     """Return what an OpenVDB file says about its grids; raises BadInput where it is none, or damaged."""
     try:
-        with path.open("rb") as file:
+        # Numbers of a damaged file may overflow; they are no reason to warn.
+        with path.open("rb") as file, np.errstate(all="ignore"):
             return read_grids(Cursor(file, path))
     except OSError as error:
         raise BadInput(error.strerror or str(error), where=path, right="a readable OpenVDB file") from error

@@ -119,7 +119,7 @@ def test_the_gradient_is_one_in_the_band(sphere):
     middle = np.abs(surface.distance) < (HALF_WIDTH - 1) * surface.voxel
     middle[:, [0, -1]] = middle[:, :, [0, -1]] = middle[:, :, :, [0, -1]] = False
     assert np.abs(slopes[middle] - 1).max() < 0.02
-    assert np.abs(slopes[middle] - 1).mean() < 0.002
+    assert np.abs(slopes[middle] - 1).mean() < 0.005
 
 
 def test_the_velocity_is_that_of_the_closest_point(sphere, positions):
@@ -165,7 +165,7 @@ def test_overlapping_parts_are_their_union(sphere, together, positions):
     # A flap of 2.5 voxels behind the crease can be nearer than the surface as far as the band is wide.
     away = inside & (crease > (2.5 + 2 * HALF_WIDTH) * voxel)
     assert away.sum() > 100
-    assert off[away].max() < 0.15 * voxel
+    assert off[away].max() < 0.25 * voxel
     assert np.allclose(surface.velocity[away & (foot[..., 0] < 0.5)], [1.0, 0, 0])
     assert np.allclose(surface.velocity[away & (foot[..., 0] > 0.5)], [0, 2.0, 0])
 

@@ -1,0 +1,93 @@
+"""Reading a level set at a point: exact for what trilinear interpolation is exact for."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import RegularGridInterpolator
+
+from hairpipe.data import LevelSet
+from hairpipe.levelset.field import field_of
+from hairpipe.levelset.sample import distance, gradient, sample, velocity
+
+VOXEL = 0.25
+ORIGIN = np.array([-2.0, 4.0, 0.0])
+SLOPE, SHIFT = np.array([0.3, -0.5, 0.2]), 1.3
+SPREAD, DRIFT = np.array([[1.0, 2, 3], [0, -1, 1], [0.5, 0, 2]]), np.array([0.1, 0.2, 0.3])
+within = st.tuples(st.floats(-2, 1.999), st.floats(4, 7.999), st.floats(0, 1.999))
+
+
+def make(values, vectors) -> LevelSet:
+    """2 x 2 x 1 bricks: three filled by functions of position, and one far inside."""
+    bricks = np.array([[[2], [0]], [[1], [LevelSet.FAR_INSIDE]]], np.int32)
+    places = np.array([[0, 1, 0], [1, 0, 0], [0, 0, 0]])
+    inside = np.stack(np.meshgrid(*[np.arange(9)] * 3, indexing="ij"), axis=-1)
+    points = ORIGIN + VOXEL * (8 * places[:, None, None, None] + inside)
+    return LevelSet(bricks, values(points).astype(np.float32), vectors(points).astype(np.float32), ORIGIN, VOXEL, 16.0)
+
+
+@pytest.fixture(scope="module")
+def slope():
+    return field_of(make(lambda x: x @ SLOPE + SHIFT, lambda x: x @ SPREAD.T + DRIFT))
+
+
+@settings(deadline=None)
+@given(within)
+def test_a_linear_field_is_read_exactly_in_every_brick(slope, point):
+    x = np.array(point)
+    if x[0] > -1e-9 and x[1] > 6 - 1e-9:  # far inside
+        return
+    phi, *g = sample(slope, *point)
+    assert phi == pytest.approx(x @ SLOPE + SHIFT, abs=1e-6)
+    assert distance(slope, *point) == phi
+    assert g == pytest.approx(SLOPE, abs=1e-5)
+    assert velocity(slope, *point) == pytest.approx(SPREAD @ x + DRIFT, abs=1e-5)
+
+
+def test_noise_is_read_as_scipy_reads_it():
+    noise = np.random.default_rng(1).normal(size=(3, 9, 9, 9)).astype(np.float32)
+    surface = make(lambda x: noise, lambda x: np.repeat(noise[..., None], 3, axis=-1))
+    axes = [start + VOXEL * np.arange(9) for start in (-2.0, 6.0, 0.0)]
+    exact = RegularGridInterpolator(axes, noise[0].astype(float))
+    points = np.random.default_rng(2).uniform([-2, 6, 0], [0, 8, 2], (200, 3))
+    field = field_of(surface)
+    assert [distance(field, *point) for point in points] == pytest.approx(exact(points), abs=1e-6)
+    assert [velocity(field, *point)[1] for point in points] == pytest.approx(exact(points), abs=1e-6)
+
+
+def test_the_gradient_is_that_of_the_interpolant():
+    surface = make(lambda x: np.sin(x).prod(axis=-1), lambda x: x)
+    field, e = field_of(surface), 1e-5
+    for point in np.random.default_rng(2).uniform([-2, 4, 0], [0, 6, 2], (50, 3)):
+        if (np.abs((point - ORIGIN) / VOXEL % 1 - 0.5) > 0.49).any():
+            continue
+        differences = [(distance(field, *point + e * n) - distance(field, *point - e * n)) / (2 * e) for n in np.eye(3)]
+        assert sample(field, *point)[1:] == pytest.approx(differences, abs=1e-6)
+
+
+def test_beyond_the_bricks_are_the_borders_of_the_band(slope):
+    for point in ((-2.01, 5, 1), (2.0, 5, 1), (0, 3.9, 1), (0, 8.01, 1), (0, 5, -1e-9), (0, 5, 2), (1e30, 0, 0)):
+        assert sample(slope, *point) == (4.0, 0, 0, 0)
+        assert velocity(slope, *point) == (0, 0, 0)
+    assert sample(slope, 1.0, 7.0, 1.0) == (-4.0, 0, 0, 0)
+    assert velocity(slope, 1.0, 7.0, 1.0) == (0, 0, 0)
+
+
+def test_a_point_that_is_no_number_is_outside(slope):
+    assert sample(slope, np.nan, 5.0, 1.0) == (4.0, 0, 0, 0)
+
+
+def test_the_smooth_gradient_is_closer_to_the_body_than_the_interpolants(sphere):
+    from hairpipe.levelset.bake import bake
+
+    field = field_of(bake(sphere(level=5), 0.08, 4.0))
+    points = np.random.default_rng(0).normal(size=(500, 3))
+    normals = points / np.linalg.norm(points, axis=1, keepdims=True)
+    smooth = np.array([gradient(field, *point) for point in normals * 1.02])
+    rough = np.array([sample(field, *point)[1:] for point in normals * 1.02])
+    smooth, rough = (
+        np.degrees(np.arccos(np.clip((g * normals).sum(axis=1) / np.linalg.norm(g, axis=1), -1, 1)))
+        for g in (smooth, rough)
+    )
+    assert smooth.max() < 1.0 < rough.max()
+    assert smooth.mean() < 0.4 * rough.mean()

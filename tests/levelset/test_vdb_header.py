@@ -1,0 +1,128 @@
+"""Headers of OpenVDB files, sound and damaged: a message, never a traceback, never a large allocation."""
+
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from hairpipe.errors import BadInput
+from hairpipe.levelset.vdb_header import inspect
+
+
+def text(value: str) -> bytes:
+    return struct.pack("<I", len(value.encode())) + value.encode()
+
+
+def entry(name: str, kind: str, data: bytes) -> bytes:
+    return text(name) + text(kind) + struct.pack("<I", len(data)) + data
+
+
+def metadata(*entries: bytes) -> bytes:
+    return struct.pack("<I", len(entries)) + b"".join(entries)
+
+
+def header(version: int = 224, offsets: bool = True) -> bytes:
+    start = struct.pack("<qIII?", 0x56444220, version, 12, 0, offsets) + b"0" * 36
+    return start + metadata(entry("creator", "string", b"somebody"))
+
+
+def grid(at: int, name: str, kind: str, transform: bytes, *entries: bytes, voxels: bytes = b"v" * 50) -> bytes:
+    """A grid that begins at a byte of the file."""
+    descriptor = text(name) + text(kind) + text("")
+    start = at + len(descriptor) + 24
+    body = struct.pack("<I", 0) + metadata(*entries) + transform
+    return descriptor + struct.pack("<3q", start, start + len(body), start + len(body) + len(voxels)) + body + voxels
+
+
+def file_of(*grids: tuple) -> bytes:
+    data = header() + struct.pack("<I", len(grids))
+    for one in grids:
+        data += grid(len(data), *one)
+    return data
+
+
+BOX = (
+    entry("file_bbox_min", "vec3i", struct.pack("<3i", -1, 0, 2)),
+    entry("file_bbox_max", "vec3i", struct.pack("<3i", 3, 4, 5)),
+)
+UNIFORM = text("UniformScaleMap") + struct.pack("<15d", *[0.5] * 15)
+MOVED = text("ScaleTranslateMap") + struct.pack("<18d", 10, 20, 30, 0.5, 0.25, 1, *[0.0] * 12)
+AFFINE = text("AffineMap") + struct.pack("<16d", *np.diag([2.0, 2, 2, 1])[[1, 0, 2, 3]].ravel())
+FRUSTUM = text("NonlinearFrustumMap") + b"?" * 80
+SOUND = file_of(
+    ("surface", "Tree_float_5_4_3_HalfFloat", UNIFORM, entry("class", "string", b"level set"), *BOX),
+    ("density\x1e1", "Tree_float_5_4_3", MOVED, entry("class", "string", b"unknown"), *BOX),
+    ("vel", "Tree_vec3s_5_4_3", AFFINE, entry("odd", "matrix of mine", b"123"), *BOX),
+    ("warped", "Tree_bool_5_4_3", FRUSTUM, entry("gain", "double", struct.pack("<d", 2.5)), *BOX),
+)
+
+
+def write(folder: Path, data: bytes) -> Path:
+    path = folder / "file.vdb"
+    path.write_bytes(data)
+    return path
+
+
+def test_grids_are_told_in_order(tmp_path):
+    surface, density, vel, warped = inspect(write(tmp_path, SOUND))
+    assert [grid.name for grid in (surface, density, vel, warped)] == ["surface", "density", "vel", "warped"]
+    assert [grid.grid_class for grid in (surface, density, vel)] == ["level set", "", ""]
+    assert [grid.value_type for grid in (surface, vel, warped)] == ["float", "vec3s", "bool"]
+    assert surface.voxel.tolist() == [0.5] * 3
+    assert surface.bbox.tolist() == [[-0.5, 0, 1], [1.5, 2, 2.5]]
+    assert density.bbox.tolist() == [[9.5, 20, 32], [11.5, 21, 35]]
+    assert vel.voxel.tolist() == [2.0] * 3
+    assert vel.bbox.tolist() == [[0, -2, 4], [8, 6, 10]]
+    assert "odd" not in vel.metadata
+    assert (warped.voxel, warped.bbox) == (None, None)
+    assert warped.metadata["gain"] == 2.5
+
+
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"", "the file ends where 8 bytes"),
+        (b"PNG\r\n" * 9, "this is no OpenVDB file"),
+        (header(213), r"the file has version 213 \(version 222 or later\)"),
+        (header(offsets=False), "written as a stream"),
+        (header()[:90], "the file ends"),
+        (header() + struct.pack("<I", 2**32 - 1), "4294967295 entries are announced"),
+        (header()[:57] + struct.pack("<I", 2**31), "2147483648 entries are announced"),
+        (header() + struct.pack("<II", 1, 2**32 - 1) + b" " * 99, "the file ends where 4294967295 bytes"),
+        (SOUND[:-80], "the next grid should be at byte"),
+    ],
+)
+def test_what_is_no_sound_file_is_refused(tmp_path, data, said):
+    with pytest.raises(BadInput, match=said) as refusal:
+        inspect(write(tmp_path, data))
+    assert "file.vdb, byte" in str(refusal.value)
+
+
+def test_offsets_that_lead_back_are_refused(tmp_path):
+    at = SOUND.index(b"Tree_float_5_4_3_HalfFloat") + 26 + 4
+    for place in (0, -1, 2**62):
+        data = SOUND[:at] + struct.pack("<q", place) + SOUND[at + 8 :]
+        with pytest.raises(BadInput, match="the next grid should be"):
+            inspect(write(tmp_path, data))
+
+
+def test_no_file_and_a_folder_are_refused(tmp_path):
+    for path in (tmp_path / "missing.vdb", tmp_path):
+        with pytest.raises(BadInput):
+            inspect(path)
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=300, deadline=None)
+@given(st.data())
+def test_damage_gives_a_message_or_grids(tmp_path, data):
+    damaged = bytearray(SOUND)
+    for _ in range(data.draw(st.integers(1, 6))):
+        damaged[data.draw(st.integers(0, len(SOUND) - 1))] = data.draw(st.integers(0, 255))
+    cut = data.draw(st.one_of(st.none(), st.integers(0, len(SOUND))))
+    try:
+        inspect(write(tmp_path, bytes(damaged[:cut])))
+    except BadInput as refusal:
+        assert "file.vdb" in str(refusal)

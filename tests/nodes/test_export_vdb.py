@@ -1,0 +1,28 @@
+"""The export_vdb node."""
+
+import numpy as np
+import pytest
+from hairpipe.nodes.export_vdb import export_vdb
+
+from hairpipe.data import LevelSet
+from hairpipe.errors import BadInput
+from hairpipe.graph import Time
+from hairpipe.levelset import vdb
+
+
+def test_it_writes_one_file_that_tells_its_frame(tmp_path):
+    try:
+        vdb.module()
+    except BadInput as missing:
+        pytest.skip(str(missing))
+    distance = np.linspace(-0.3, 0.3, 9, dtype=np.float32)[None, :, None, None] + np.zeros((1, 9, 9, 9), np.float32)
+    surface = LevelSet(
+        np.zeros((1, 1, 1), np.int32), distance, np.ones((1, 9, 9, 9, 3), np.float32), np.zeros(3), 0.1, 3.0
+    )
+    for half in (False, True):
+        file = export_vdb(surface, Time(1012, 24.0), tmp_path, half=half)
+        assert file.path.parent == tmp_path
+        assert not file.companions
+        assert [grid.name for grid in vdb.inspect(file.path)] == ["surface", "vel"]
+        assert vdb.inspect(file.path)[0].metadata["frame"] == 1012
+        assert vdb.inspect(file.path)[0].metadata["is_saved_as_half_float"] is half
