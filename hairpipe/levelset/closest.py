@@ -59,9 +59,9 @@ def to_box(boxes: np.ndarray, n: int, x: float, y: float, z: float) -> float:
 
 @inlined
 def closest_on_triangle(corners: np.ndarray, t: int, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Return the squared distance [m^2] to a triangle and the weights of its second and third corner there.
+    """Return the squared distance [m^2] to triangle t and the weights of its second and third corner there.
 
-    corners  a, b, c [m], (3, 3) float64
+    corners  of all triangles [m], (m, 3, 3) float64
 
     Regions of corner, side and face after Ericson, Real-Time Collision Detection (2005), 5.1.5.
     """

@@ -7,7 +7,7 @@ import numpy as np
 from hairpipe.errors import BadInput
 
 BRICK = 8
-# One byte of a working array each; a band that fills a tenth of them takes 1.6 GB.
+# While a body is baked, each takes a byte: 1 GB.
 MOST_SAMPLES = 1_000_000_000
 
 
@@ -51,9 +51,9 @@ def lattice_around(corners: np.ndarray, voxel: float, half_width: float) -> Latt
     margin = (half_width + 1) * voxel
     low = np.floor((corners.min(axis=(0, 1)) - margin) / block)
     high = np.ceil((corners.max(axis=(0, 1)) + margin) / block)
-    extent = high - low
-    refuse_if_huge(BRICK**3 * float(np.prod(extent)), extent * block, voxel, MOST_SAMPLES)
-    return Lattice((BRICK * low).astype(np.int64), tuple((high - low).astype(int).tolist()), voxel)
+    bricks = high - low
+    refuse_if_huge(BRICK**3 * float(np.prod(bricks)), bricks * block, voxel, MOST_SAMPLES)
+    return Lattice((BRICK * low).astype(np.int64), tuple(bricks.astype(int).tolist()), voxel)
 
 
 def refuse_if_huge(count: float, size: np.ndarray, voxel: float, most: int) -> None:
