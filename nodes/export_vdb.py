@@ -8,7 +8,7 @@ from hairpipe.graph import File, Time, Workspace, node
 def export_vdb(surface: LevelSet, time: Time, workspace: Workspace, *, half: bool = False) -> File:
     """OpenVDB of a frame: the level set `surface` and the velocity `vel`, in metres.
 
-    half  keep 16 bits of every value: a third smaller, and off by less than half a hundredth of a voxel
+    half  keep 16 bits of every value: nearly half the size, and off by at most 1 in 2000
     """
     from hairpipe.levelset.vdb import write
 

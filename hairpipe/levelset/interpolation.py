@@ -73,8 +73,8 @@ def evaluate(
 ) -> tuple[float, float, float, float, float, float, float]:
     """Return the signed distance [m], the unit outward normal and the velocity [m/s] of the body between two frames.
 
-    Arguments are those of `distance_between`. Normal and velocity are 0 where neither frame has a brick: out of reach of
-    the body, and so deep inside it that no way out is nearer than another.
+    Arguments are those of `distance_between`. Normal and velocity are 0 where neither frame has a brick: out of the
+    body's reach, and too deep inside it to know the way out.
 
     The normal is that of the two frames' gradients, blended where they are read. It leaves out how the velocity varies
     in space: that would give the gradient of phi(x, a) itself, but while the body turns it is farther from the body's

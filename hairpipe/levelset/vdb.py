@@ -57,7 +57,7 @@ def write(path: Path, surface: LevelSet, frame: int, half: bool = False) -> None
     """Write the grids `surface` (level set) and `vel` (vectors, where the band is) as an OpenVDB file.
 
     frame  number of the frame, kept as metadata
-    half   keep 16 bits of every value: a third smaller, and off by less than half a hundredth of a voxel
+    half   keep 16 bits of every value: nearly half the size, and off by at most 1 in 2000
 
     Values are those of the bricks, bit for bit unless halved; the same values give the same bytes. Raises BadInput
     where OpenVDB is missing.
