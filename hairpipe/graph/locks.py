@@ -23,12 +23,13 @@ class KeyLocks:
         self._held: set[int] = set()
 
     def acquire(self, key: str) -> bool:
-        """Take the lock of a key without waiting; False where somebody has it."""
+        """Take the lock of a key without waiting; False where somebody has it. OSError where there can be no locks."""
         offset = int(key[:OFFSET_DIGITS], 16)
         if offset in self._held:
             return False
+        file = self._open()  # its own refusals must not be taken for somebody's lock, which would be waited for
         try:
-            fcntl.lockf(self._open(), fcntl.LOCK_EX | fcntl.LOCK_NB, 1, offset)
+            fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, offset)
         except OSError as error:
             if error.errno in (errno.EACCES, errno.EAGAIN):
                 return False

@@ -1,7 +1,10 @@
 """Locks between processes, by key."""
 
+import os
 import subprocess
 import sys
+
+import pytest
 
 from hairpipe.graph.locks import KeyLocks
 
@@ -39,3 +42,12 @@ def test_a_key_is_held_by_one_process_until_it_ends(tmp_path):
     third.communicate()
     assert held
     locks.close()
+
+
+def test_a_store_that_may_not_be_written_to_is_an_error_and_nothing_to_wait_for(tmp_path, monkeypatch):
+    def refuse(*arguments):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "open", refuse)
+    with pytest.raises(PermissionError):
+        KeyLocks(tmp_path / "lock").acquire(ONE)
