@@ -3,12 +3,13 @@
 import importlib
 import os
 import sys
+from contextlib import suppress
 from typing import Any
 
 import click
 
 from hairpipe import __version__
-from hairpipe.cli.wording import Unheard, nearest
+from hairpipe.cli.wording import Unheard, nearest, say
 from hairpipe.errors import BadInput
 
 COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "cache", "usd", "version")
@@ -42,7 +43,8 @@ class Commands(click.Group):
         """Carry out a command; whatever a person can mend becomes one message and an exit code."""
         try:
             super().invoke(ctx)
-            sys.stdout.flush()
+            if sys.stdout is not None:
+                sys.stdout.flush()
         except BadInput as fault:
             fail(str(fault), BAD_INPUT)
         except (BrokenPipeError, Unheard):
@@ -57,7 +59,8 @@ class Commands(click.Group):
 
 def fail(message: str, code: int) -> None:
     """Say what is wrong and end with this exit code."""
-    click.echo(f"hairpipe: {message}", err=True)
+    with suppress(Unheard):
+        say(f"hairpipe: {message}")
     sys.exit(code)
 
 

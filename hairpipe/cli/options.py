@@ -98,7 +98,7 @@ cache = click.option(
     show_envvar=True,
     default=Path("cache"),
     show_default="cache in the current folder",
-    type=click.Path(path_type=Path),
+    type=click.Path(file_okay=False, path_type=Path),
     help="Folder where results are kept.",
 )
 jobs = click.option(

@@ -36,13 +36,13 @@ def text(done: Done) -> str:
         seconds = f"{outcome.seconds[name]:.2f}" if name in outcome.seconds else ""
         rows.append((name, str(node.evaluated or ""), str(node.cached or ""), seconds))
     total = f"{plural(outcome.evaluated, 'result')} computed, {outcome.cached:,} cached, in {duration(done.seconds)}"
-    return f"{table(rows, '<>>>')}\n{total}\n\n{places(done)}"
+    return f"{table(rows, '<>>>')}\n{total}\n\n{places(done)}".rstrip()
 
 
 def places(done: Done) -> str:
     """Say where the published files are, node by node."""
     lines = [(node.name, found) for node in done.graph.nodes.values() if (found := place(node, done))]
-    if lines:
+    if lines or any(node.publish for node in done.graph.nodes.values()):
         return table(lines, "<<")
     return f"nothing is published; results are in {shown(done.store.root)}, see `hairpipe get`"
 
@@ -69,7 +69,8 @@ def say_faults(done: Done, verbose: bool) -> None:
     if outcome.failures:
         names = ", ".join(str(failure.task) for failure in outcome.failures)
         missed = f"; {plural(outcome.blocked, 'result')} not reached" if outcome.blocked else ""
-        hint = "" if verbose or not any(f.traceback for f in outcome.failures) else "; -v shows where in the code"
+        raised = any(failure.kind == "node" and failure.traceback for failure in outcome.failures)
+        hint = "; -v shows where in the code" if raised and not verbose else ""
         say(f"hairpipe: {names} failed{missed}{hint}")
     if outcome.interrupted:
         say("hairpipe: interrupted; what was computed is kept, the same command goes on from there")

@@ -19,6 +19,8 @@ def say(line: str) -> None:
         click.echo(line, err=True)
     except BrokenPipeError:
         raise Unheard from None
+    except OSError:
+        pass  # a full disk under a log is no reason to end a run
 
 
 def nearest(name: str, known: Sequence[str]) -> str:
@@ -29,6 +31,8 @@ def nearest(name: str, known: Sequence[str]) -> str:
 
 def table(rows: Sequence[Sequence[str]], align: str) -> str:
     """Lay out rows of cells in columns; a `<` or `>` for each column says on which side it is flush."""
+    if not rows:
+        return ""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = (
         "  ".join(f"{cell:{side}{width}}" for cell, side, width in zip(row, align, widths, strict=True)) for row in rows
