@@ -50,7 +50,7 @@ def nodes(name: str | None, graph: str | None, as_json: bool) -> None:
         node_type = catalogue.find(name)
         click.echo(json.dumps(document(node_type), indent=2) if as_json else text(node_type))
     elif as_json:
-        click.echo(json.dumps({"nodes": [document(catalogue.find(name)) for name in catalogue.names()]}, indent=2))
+        click.echo(json.dumps({"nodes": [entry(catalogue, name) for name in catalogue.names()]}, indent=2))
     else:
         click.echo(table([(name, summary(catalogue, name)) for name in catalogue.names()], "<<"))
 
@@ -61,6 +61,14 @@ def summary(catalogue: "Catalogue", name: str) -> str:
         return catalogue.find(name).summary
     except BadInput as fault:
         return f"({fault})"
+
+
+def entry(catalogue: "Catalogue", name: str) -> dict[str, Any]:
+    """Describe a node type as a JSON document, or say why it cannot be loaded."""
+    try:
+        return document(catalogue.find(name))
+    except BadInput as fault:
+        return {"name": name, "fault": str(fault)}
 
 
 def text(node_type: "NodeType") -> str:

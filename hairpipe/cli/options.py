@@ -65,9 +65,10 @@ def complete_graph(ctx: click.Context, param: click.Parameter, incomplete: str) 
 
 def complete_node(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
     """Offer the nodes of the graph that stands before."""
+    given = ctx.params.get("graph") or next(iter(ctx.args), "")  # behind `--to` click has not come to reading arguments
     try:
-        tables = tomllib.loads(find_graph(ctx.params["graph"]).read_text(encoding="utf-8"))
-    except (BadInput, OSError, ValueError, KeyError, TypeError):
+        tables = tomllib.loads(find_graph(given).read_text(encoding="utf-8"))
+    except (BadInput, OSError, ValueError):
         return []
     return [name for name, table in tables.items() if isinstance(table, dict) and name.startswith(incomplete)]
 

@@ -41,7 +41,7 @@ class Store:
 
     def sweep(self) -> int:
         """Remove what killed processes left behind; returns how many files and folders."""
-        return sweep(self.temporary)
+        return 0 if self.read_only else sweep(self.temporary)
 
     def action_path(self, key: str) -> Path:
         """Where the record of a key lies."""
