@@ -1,0 +1,37 @@
+PYTHON ?= python3
+VENV := .venv
+RUN := $(VENV)/bin/python -m
+
+.PHONY: menu demo test check clean
+
+menu:
+	@echo "make demo    simulate hair on our bust and draw it: results in out/demo"
+	@echo "make test    run all tests"
+	@echo "make check   lint, format and types"
+	@echo "make clean   remove the environment and the results, not the cache"
+
+demo: $(VENV)/installed
+	$(VENV)/bin/hairpipe run graphs/demo.toml
+
+test: $(VENV)/tested
+	$(RUN) pytest
+
+check: $(VENV)/tested
+	$(RUN) ruff check
+	$(RUN) ruff format --check
+	$(RUN) pyright
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' || { echo "hairpipe needs Python 3.11: the OpenVDB wheel exists for no other; set PYTHON=..." >&2; exit 2; }
+	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); echo "Python's venv module is incomplete; on Debian: apt install python3-venv" >&2; exit 2; }
+
+$(VENV)/installed: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(RUN) pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[vdb]'
+	@touch $@
+
+$(VENV)/tested: $(VENV)/installed
+	$(RUN) pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[vdb,dev]'
+	@touch $@
+
+clean:
+	rm -rf $(VENV) out
