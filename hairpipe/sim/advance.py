@@ -7,9 +7,10 @@ import numpy as np
 
 from hairpipe.data import Groom, LevelSet, Mesh, Strands
 from hairpipe.data.hair import HairState
+from hairpipe.levelset.field import field_of
+from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.sim.control import next_step
-from hairpipe.sim.filters.collide_body import Touch
-from hairpipe.sim.filters.limit_strain import limit_strain
+from hairpipe.sim.filters.chain import limit_all, limit_and_collide
 from hairpipe.sim.integrators import tr_bdf2
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.material import Material
@@ -30,9 +31,6 @@ class Hair:
     network: Network
     rest: np.ndarray
     diameter: float
-
-
-_SWEEPS = 2  # contact stretches what it pushes, and drawing that in may push it back: twice leaves a few percent
 
 
 @lru_cache(maxsize=2)
@@ -72,7 +70,9 @@ def advance_frame(
     """
     x, v, a, T = (array.copy() for array in (state.positions, state.velocities, state.accelerations, state.tensions))
     begin, end = (clamps(body, hair.groom, hair.rest, hair.layout) for body in bodies)
-    touch = None if surfaces is None else Touch(surfaces, frame, scene.contact)
+    contact = scene.contact
+    scheme = int(Interpolation[contact.interpolation])
+    fields = None if surfaces is None else tuple(map(field_of, surfaces))
     gravity = gravity_of(scene)
     time = 0.0
     while time < frame * (1 - 1e-9):
@@ -80,12 +80,11 @@ def advance_frame(
         ends = np.stack([between(begin, end, frame, time + part * dt) for part in (tr_bdf2.G, 1.0)])
         before = x.copy()
         tr_bdf2.advance(hair.network, x, v, a, T, ends, dt, gravity, scene.air.drag)
-        limit_strain(hair.network, x, scene.strain.tolerance)
-        if touch is not None:
-            for _ in range(_SWEEPS):
-                touch(hair.network, x, v, before, (time, time + dt))
-                limit_strain(hair.network, x, scene.strain.tolerance)
-            touch(hair.network, x, v, before, (time, time + dt))
+        if fields is None:
+            limit_all(hair.network, x, scene.strain.tolerance)
+        else:
+            body = (*fields, frame, (time, time + dt), scheme, contact.friction, contact.thickness)
+            limit_and_collide(hair.network, x, v, before, scene.strain.tolerance, *body)
         time += dt
     return HairState(x, v, a, T)
 

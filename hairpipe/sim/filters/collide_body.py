@@ -14,40 +14,15 @@ within the body does not burst.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
-from hairpipe.data import LevelSet
-from hairpipe.levelset.field import Field, field_of
-from hairpipe.levelset.interpolation import Interpolation, distance_between, evaluate
+from hairpipe.levelset.field import Field
+from hairpipe.levelset.interpolation import distance_between, evaluate
 from hairpipe.sim.lattice import CLAMPED
-from hairpipe.sim.network import Network
-from hairpipe.sim.scene import BodyContact
 
 _RISE = 5  # particles over which the thickness grows
 _PUSH_OUT = 0.5  # [m/s]
 _SKIN = 1e-3  # [m]; less than this inside counts as on the surface
-
-
-class Touch:
-    """The body between two frames, as something that hair is moved out of.
-
-    surfaces  at the previous and at this frame
-    frame     time between them [s]
-    """
-
-    def __init__(self, surfaces: tuple[LevelSet, LevelSet], frame: float, contact: BodyContact) -> None:
-        self.fields = field_of(surfaces[0]), field_of(surfaces[1])
-        self.frame, self.contact = frame, contact
-
-    def __call__(
-        self, network: Network, x: np.ndarray, v: np.ndarray, before: np.ndarray, times: tuple[float, float]
-    ) -> None:
-        """Correct positions [m] and velocities [m/s] at the end of a step, in place; see `collide_body`."""
-        contact = self.contact
-        scheme = int(Interpolation[contact.interpolation])
-        collide_body(
-            network, x, v, before, *self.fields, self.frame, times, scheme, contact.friction, contact.thickness
-        )
 
 
 @njit(cache=True)
@@ -73,9 +48,8 @@ def _follow(change: np.ndarray, target: np.ndarray) -> None:
                     target[p, c, lane] += change[p, c, lane]
 
 
-@njit(cache=True, parallel=True)
+@njit(cache=True)
 def collide_body(
-    network: Network,
     x: np.ndarray,
     v: np.ndarray,
     before: np.ndarray,
@@ -86,29 +60,28 @@ def collide_body(
     scheme: int,
     friction: float,
     thickness: float,
-) -> None:
-    """Move hair out of the body at the end of a step, in place.
+) -> bool:
+    """Move a block of strands out of the body at the end of a step, in place; tell whether any touched it.
 
-    x, v    positions [m] and velocities [m/s] at the end of the step, (rows, 3, WIDTH)
-    before  positions at its start
+    x, v            positions [m] and velocities [m/s] at the end of the step, (particles, 3, WIDTH)
+    before          positions at its start
     field0, field1  the body at the previous and at this frame; frame  time between them [s]
-    times   start and end of the step since the previous frame [s]
+    times           start and end of the step since the previous frame [s]
+    scheme          an Interpolation
     """
-    for block in prange(len(network.first) - 1):
-        rows = slice(network.first[block], network.first[block + 1])
-        xs, vs, x0 = x[rows], v[rows], before[rows]
-        dx, dv = np.zeros_like(xs), np.zeros_like(vs)
-        touched = False
-        for p in range(CLAMPED + 1, xs.shape[0], 2):
-            kept = thickness * min(p // 2 - 1, _RISE) / _RISE
-            for lane in range(xs.shape[2]):
-                px, py, pz = xs[p, 0, lane], xs[p, 1, lane], xs[p, 2, lane]
-                if distance_between(scheme, field0, field1, times[1] / frame, frame, px, py, pz) < kept:
-                    touched = True
-                    _meet(xs, vs, x0, dx, dv, p, lane, field0, field1, frame, times, scheme, friction, kept)
-        if touched:
-            _follow(dx, xs)
-            _follow(dv, vs)
+    dx, dv = np.zeros_like(x), np.zeros_like(v)
+    touched = False
+    for p in range(CLAMPED + 1, x.shape[0], 2):
+        kept = thickness * min(p // 2 - 1, _RISE) / _RISE
+        for lane in range(x.shape[2]):
+            px, py, pz = x[p, 0, lane], x[p, 1, lane], x[p, 2, lane]
+            if distance_between(scheme, field0, field1, times[1] / frame, frame, px, py, pz) < kept:
+                touched = True
+                _meet(x, v, before, dx, dv, p, lane, field0, field1, frame, times, scheme, friction, kept)
+    if touched:
+        _follow(dx, x)
+        _follow(dv, v)
+    return touched
 
 
 @njit(cache=True)

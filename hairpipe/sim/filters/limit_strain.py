@@ -10,11 +10,10 @@ energy.
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from hairpipe.sim.lanes import load, maximum, minimum, sqrt, store
 from hairpipe.sim.lattice import CLAMPED
-from hairpipe.sim.network import Network
 
 
 @njit(cache=True)
@@ -29,15 +28,13 @@ def _draw_in(x, p, parent, inverse_rest, limit):  # noqa: ANN001, ANN202
     store(x, (p, 2), pz + scale * dz)
 
 
-@njit(cache=True, parallel=True)
-def limit_strain(network: Network, x: np.ndarray, tolerance: float) -> None:
-    """Shorten every segment that is stretched by more than the tolerance, in place.
+@njit(cache=True)
+def limit_strain(x: np.ndarray, inverse_lengths: np.ndarray, tolerance: float) -> None:
+    """Shorten every segment of a block of strands that is stretched by more than the tolerance, in place.
 
-    x  positions [m], (rows, 3, WIDTH)
+    x                positions [m], (particles, 3, WIDTH)
+    inverse_lengths  of the springs, see Network, (particles, 3, WIDTH)
     """
-    for block in prange(len(network.first) - 1):
-        rows = slice(network.first[block], network.first[block + 1])
-        strand, lengths = x[rows], network.inverse_lengths[rows]
-        for p in range(CLAMPED, strand.shape[0]):
-            parent = p - 1 if p % 2 else p - 2
-            _draw_in(strand, p, parent, load(lengths, (parent, p - parent - 1)), 1.0 + tolerance)
+    for p in range(CLAMPED, x.shape[0]):
+        parent = p - 1 if p % 2 else p - 2
+        _draw_in(x, p, parent, load(inverse_lengths, (parent, p - parent - 1)), 1.0 + tolerance)
