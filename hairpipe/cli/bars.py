@@ -25,7 +25,7 @@ class Bars:
         self._lock = threading.Lock()
         self._console = Console(stderr=True, highlight=False)
         self._spinner = Spinner("dots")
-        self._rows: Table = Table.grid()
+        self.rows: Table = Table.grid()
         self._live = Live(
             get_renderable=self._draw, console=self._console, refresh_per_second=REFRESHES, transient=True
         )
@@ -41,7 +41,7 @@ class Bars:
             if node.running:
                 rows.add_row(self._spinner, name, *cells(node))
         with self._lock:
-            self._rows = rows
+            self.rows = rows
 
     def say(self, line: str) -> None:
         """Write a line above the bars."""
@@ -53,7 +53,7 @@ class Bars:
 
     def _draw(self) -> Table:
         with self._lock:
-            return self._rows
+            return self.rows
 
 
 def cells(node: NodeProgress) -> tuple[ProgressBar, str, str, str, str]:

@@ -66,7 +66,8 @@ def fail(message: str, code: int) -> None:
 
 def close_output() -> None:
     """Send what is still to be written to nowhere, so that Python does not complain about it at the end."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+    with suppress(AttributeError, OSError):  # there may be no output, or none with a descriptor
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @click.command(cls=Commands, epilog=COMPLETION)

@@ -1,0 +1,90 @@
+"""`hairpipe cache`: what is kept and what may go."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+
+def listed(hairpipe, arguments: str = "") -> list[dict]:
+    return json.loads(hairpipe(f"cache ls --json {arguments}").stdout)["results"]
+
+
+def test_it_is_an_option_or_a_variable_or_in_the_current_folder(hairpipe, monkeypatch):
+    def used(arguments: str = "") -> str:
+        return json.loads(hairpipe(f"cache du --json {arguments}").stdout)["cache"]
+
+    monkeypatch.delenv("HAIRPIPE_CACHE", raising=False)
+    assert used() == "cache"
+    monkeypatch.setenv("HAIRPIPE_CACHE", "variable")
+    assert used() == "variable"
+    assert used("--cache option") == "option"
+
+
+def test_results_are_listed(computed, hairpipe):
+    assert {(item["node"], item["frame"]) for item in listed(hairpipe)} >= {("seed", None), ("sum", 6)}
+    header, *rows = hairpipe("cache ls").stdout.splitlines()
+    assert header.split() == ["result", "type", "size", "computed", "in", "used", "key"]
+    assert len(rows) == 20 and any(row.startswith("sum@6 ") and " add_up " in row for row in rows)
+
+
+def test_sizes_add_up_to_what_is_on_disk(computed, hairpipe):
+    types = json.loads(hairpipe("cache du --json").stdout)["types"]
+    on_disk = sum(path.stat().st_size for path in Path("cache/objects").rglob("*") if path.is_file())
+    assert sum(entry["size"] for entry in types.values()) == on_disk
+    assert types["add_up"]["results"] == 6
+    assert hairpipe("cache du").stdout.splitlines()[-1].split()[:2] == ["total", "20"]
+
+
+@pytest.mark.parametrize("command", ["ls", "du", "verify", "gc --older 1d"])
+def test_a_cache_that_is_not_there_is_empty_and_stays_away(command, shot, hairpipe):
+    assert hairpipe(f"cache {command}").exit_code == 0
+    assert not Path("cache", "actions").exists()
+
+
+def test_damage_is_found_removed_and_computed_again(computed, hairpipe):
+    assert hairpipe("cache verify").stdout == "all whole\n"
+    victim = next(path for path in sorted(Path("cache/objects").rglob("*.bin")))
+    victim.chmod(0o644)
+    victim.write_bytes(b"?" * victim.stat().st_size)
+    result = hairpipe("cache verify")
+    assert result.exit_code == 1
+    assert result.stdout == f"objects/{victim.name}\n1 file damaged and removed\n"
+    assert json.loads(hairpipe("run shot.toml -j1 --json").stdout)["evaluated"] == 1
+    assert json.loads(hairpipe("cache verify --json").stdout)["damaged"] == []
+
+
+def test_what_a_graph_reaches_is_kept(computed, hairpipe):
+    hairpipe("run shot.toml -j1 -q --set seed.value=7")
+    assert len(listed(hairpipe)) == 40
+    dry = hairpipe("cache gc shot.toml --dry-run").stdout
+    assert dry.startswith("20 results, ") and dry.endswith(" would go from cache\n")
+    assert len(listed(hairpipe)) == 40
+    assert hairpipe("cache gc shot.toml").stdout == dry.replace("would go", "removed")
+    assert len(listed(hairpipe)) == 20
+    assert json.loads(hairpipe("run shot.toml -j1 --json").stdout)["evaluated"] == 0
+
+
+def test_limits_of_age_and_size(computed, hairpipe):
+    assert "0 results" in hairpipe("cache gc --older 1h").stdout
+    assert "0 results" in hairpipe("cache gc --size 1GB").stdout
+    document = json.loads(hairpipe("cache gc --size 0 --json").stdout)
+    assert document["results"] == 20 and listed(hairpipe) == []
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("gc", "nothing says what to keep (graphs, --older or --size)"),
+        ("gc --older soon", "--older: 'soon' is no measure (a number and one of s, min, h, d, w)"),
+        ("gc --older 3MB", "'3MB' is no measure"),
+        ("gc --size -1GB", "'-1GB' is no measure"),
+        ("gc none.toml", "none.toml: no such file"),
+        ("ls --cache shot.toml", "is a file"),
+        ("gcc", "No such command 'gcc'"),
+    ],
+)
+def test_bad_input_removes_nothing(arguments, message, computed, hairpipe):
+    result = hairpipe(f"cache {arguments}")
+    assert result.exit_code == 2 and message in result.stderr
+    assert len(listed(hairpipe)) == 20

@@ -1,0 +1,96 @@
+"""Starting up, finding commands, and saying what is wrong."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hairpipe import __version__
+from hairpipe.cli.entry import COMMANDS
+
+HEAVY = ("numpy", "scipy", "numba", "pydantic", "rich", "h5py", "pxr")
+START = [sys.executable, "-c", "from hairpipe.cli import main; main()"]
+
+
+def test_help_names_every_command(hairpipe):
+    text = hairpipe("--help").stdout
+    listed = re.findall(r"^  (\w+)  +(\S.*)$", text.partition("Commands:")[2], re.MULTILINE)
+    assert [name for name, _ in listed] == list(COMMANDS)
+    assert all(not summary.endswith("...") for _, summary in listed), "a summary is cut off"
+
+
+@pytest.mark.parametrize("command", [*COMMANDS, "cache ls", "cache du", "cache verify", "cache gc", "usd check"])
+def test_every_command_explains_itself(command, hairpipe):
+    result = hairpipe(f"{command} --help")
+    assert result.exit_code == 0 and result.stdout.startswith(f"Usage: hairpipe {command}")
+
+
+def test_starting_up_imports_nothing_heavy():
+    code = (
+        "import sys\nfrom hairpipe.cli.entry import commands, COMMANDS\n"
+        "for name in COMMANDS: commands.get_command(None, name)\n"
+        f"print([name for name in {HEAVY} if name in sys.modules])"
+    )
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"
+
+
+def test_an_unknown_command_is_refused_with_the_nearest(hairpipe):
+    result = hairpipe("paln x.toml")
+    assert result.exit_code == 2 and "no command 'paln' (did you mean 'plan'?)" in result.stderr
+
+
+def test_an_unknown_option_is_refused(hairpipe):
+    result = hairpipe("--jsno")
+    assert result.exit_code == 2 and "--jsno" in result.stderr
+
+
+def test_version(hairpipe):
+    assert hairpipe("--version").stdout == f"hairpipe {__version__}\n"
+
+
+def test_what_the_system_refuses_is_one_message(hairpipe, computed):
+    result = hairpipe("get shot.toml list -o shot.toml/list.txt")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == "hairpipe: shot.toml: File exists\n" or "Not a directory" in result.stderr
+
+
+def test_nobody_listening_ends_quietly():
+    process = subprocess.Popen(
+        [*START, "nodes", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ
+    )
+    process.stdout.close()
+    assert (process.stderr.read(), process.wait()) == (b"", 141)
+
+
+def test_a_full_disk_under_the_output_is_one_message():
+    with Path("/dev/full").open("w") as full:
+        process = subprocess.run([*START, "nodes"], stdout=full, stderr=subprocess.PIPE, text=True)
+    assert (process.returncode, process.stderr) == (2, "hairpipe: No space left on device\n")
+
+
+def complete(words: str, cwd=None) -> list[str]:
+    environment = os.environ | {
+        "_HAIRPIPE_COMPLETE": "bash_complete",
+        "COMP_WORDS": f"hairpipe {words}",
+        "COMP_CWORD": str(len(f"{words}.".split())),
+    }
+    process = subprocess.run(START, env=environment, capture_output=True, text=True, cwd=cwd)
+    assert process.stderr == ""
+    return [line.partition(",")[2] for line in process.stdout.splitlines() if line.startswith("plain")]
+
+
+def test_the_shell_completes_commands_types_and_nodes(shot):
+    assert complete("ru") == ["run"]
+    assert complete("nodes make_b") == ["make_bust"]
+    assert complete("run shot.toml --to dr", shot.parent) == ["drawing"]
+    assert complete("get shot.toml se", shot.parent) == ["seed"]
+    assert complete("run none.toml --to dr", shot.parent) == []
+    assert (
+        "complete"
+        in subprocess.run(
+            START, env=os.environ | {"_HAIRPIPE_COMPLETE": "bash_source"}, capture_output=True, text=True
+        ).stdout
+    )

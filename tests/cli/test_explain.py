@@ -1,0 +1,35 @@
+"""`hairpipe explain`: one result in full."""
+
+import json
+
+
+def test_a_result_that_is_there(computed, hairpipe):
+    text = hairpipe("explain shot.toml sum@4").stdout
+    assert text.startswith("sum@4: cached\n")
+    assert "setting  warn      0" in text
+    assert "input    previous" in text and "time     frame     4" in text
+    assert "output state" in text and "computed 2" in text
+
+
+def test_every_difference_is_named(computed, hairpipe):
+    text = hairpipe("explain shot.toml move@2 --set move.turn=4 --set move.step=2").stdout
+    assert text.startswith("move@2: will run\n  setting step 1.0 -> 2.0\n  setting turn 1000 -> 4\n")
+
+
+def test_a_result_that_depends_on_another(computed, hairpipe):
+    assert hairpipe("explain shot.toml move@2 --set seed.value=4").stdout == "move@2: depends on seed\n"
+
+
+def test_a_document(computed, hairpipe):
+    document = json.loads(hairpipe("explain shot.toml list --json").stdout)
+    assert (document["status"], document["frame"], document["reasons"]) == ("cached", None, ["as before"])
+    assert [frame for frame, _ in document["made_of"]["inputs"]["numbers"]] == [1, 2, 3, 4, 5, 6]
+    assert document["outputs"][""]["size"] > 0
+
+
+def test_a_frame_too_many_or_too_few_is_refused(shot, hairpipe):
+    assert "'sum' is no task of the graph (sum@1)" in hairpipe("explain shot.toml sum").stderr
+    assert "'seed@1' is no task of the graph (seed)" in hairpipe("explain shot.toml seed@1").stderr
+    assert "'sum@99' is no task" in hairpipe("explain shot.toml sum@99").stderr
+    result = hairpipe("explain shot.toml sum@x")
+    assert result.exit_code == 2 and "'sum@x' names no result" in result.stderr

@@ -1,0 +1,57 @@
+"""`hairpipe get`: results as files."""
+
+import h5py
+import numpy as np
+import pytest
+
+
+def test_a_value_as_hdf5_and_npz(computed, hairpipe):
+    result = hairpipe("get shot.toml sum@2 -o some/where.h5")
+    assert result.stdout.startswith("some/where.h5  ")
+    hairpipe("get shot.toml sum@2 -o sum.npz")
+    with h5py.File("some/where.h5") as file:
+        assert np.load("sum.npz")["value"] == file["value"].attrs["value"] == 0.9 * 4 + 5
+
+
+def test_an_output_by_its_name(computed, hairpipe):
+    hairpipe("get shot.toml sum.state@6 -o state.npz")
+    assert np.load("state.npz")["history"].shape == (6,)
+
+
+def test_a_file_is_copied_as_it_is(computed, hairpipe):
+    hairpipe("get shot.toml list -o copy")
+    assert (computed.parent / "copy").read_bytes() == (computed.parent / "out" / "list.txt").read_bytes()
+
+
+def test_a_file_brings_those_beside_it(shot, hairpipe):
+    hairpipe("run shot.toml -j1 -q --set list.parts=true")
+    hairpipe("get shot.toml list -o into/list.txt --set list.parts=true")
+    assert (shot.parent / "into" / "parts" / "sums.txt").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("sum@2 -o sum.csv", "sum.csv: a Numeral has no points to write (.h5 or .npz)"),
+        ("sum@2 -o sum.usda", "sum.usda: a Numeral has no points to write (.h5 or .npz)"),
+        ("sum@2 -o sum.doc", "sum.doc: values are not written as .doc files"),
+        ("sum@2 -o sum", "sum: values are not written as such files"),
+        ("sum@2 -o nodes", "nodes: is a folder"),
+        ("sum.stat@2 -o s.npz", "'sum' has no output 'stat'"),
+        ("sun@2 -o s.npz", "no node 'sun'"),
+        ("sum -o s.npz", "'sum' is no task of the graph (sum@1)"),
+        ("sum@2 -o s.npz --set seed.value=9", "'sum@2' has not been computed"),
+        ("sum@2", "Missing option '-o'"),
+        ("@2 -o s.npz", "'@2' names no result"),
+    ],
+)
+def test_what_cannot_be_had_is_one_message(arguments, message, computed, hairpipe):
+    before = sorted(computed.parent.iterdir())
+    result = hairpipe(f"get shot.toml {arguments}")
+    assert result.exit_code == 2 and message in result.stderr
+    assert sorted(computed.parent.iterdir()) == before
+
+
+def test_asking_leaves_no_trace(shot, hairpipe):
+    assert hairpipe("get shot.toml seed -o s.npz").exit_code == 2
+    assert not (shot.parent / "cache").exists()

@@ -1,0 +1,59 @@
+"""Progress as lines, and as bars: drawn from the same events."""
+
+import pytest
+
+from hairpipe.cli import lines
+from hairpipe.cli.bars import Bars, cells
+from hairpipe.cli.lines import Lines, running_line
+from hairpipe.graph.events import Event
+from hairpipe.graph.load import load_graph
+from hairpipe.graph.progress import NodeProgress, Progress
+from hairpipe.graph.tasks import Task
+
+
+@pytest.fixture
+def progress(shot) -> Progress:
+    found = Progress(load_graph(shot), jobs=1)
+    found.update(Event("begun", totals=(("seed", 1), ("move", 3))))
+    return found
+
+
+def feed(progress: Progress, drawing: Lines | Bars, *events: tuple[str, str, int | None]) -> None:
+    for kind, node, frame in events:
+        event = Event(kind, Task(node, frame), seconds=0.5)
+        progress.update(event)
+        drawing.update(event)
+
+
+MOVING = (("cached", "seed", None), ("cached", "move", 1), ("started", "move", 2), ("finished", "move", 2))
+
+
+def test_a_node_begins_once_and_is_done_once(progress, capsys):
+    feed(progress, Lines(progress), *MOVING, ("started", "move", 3), ("finished", "move", 3))
+    expected = ["seed: cached", "move: begins", "move: done, 2 of 3 results computed, 1 were cached"]
+    assert capsys.readouterr().err.splitlines() == expected
+
+
+def test_now_and_then_a_line_says_how_far_it_is(progress, capsys, monkeypatch):
+    monkeypatch.setattr(lines, "INTERVAL", -1.0)
+    feed(progress, Lines(progress), *MOVING[:-1], ("started", "move", 3), ("finished", "move", 2))
+    assert capsys.readouterr().err.splitlines()[-1] == "move: 2/3, 0.50 s each, 0.50 s left"
+
+
+def test_a_node_without_a_rate_yet_has_no_time_left():
+    assert running_line(NodeProgress(total=3, width=1)) == "0/3"
+    assert cells(NodeProgress(total=3, width=1))[1:] == ("0/3", "", "", "")
+
+
+def test_a_bar_says_the_same():
+    node = NodeProgress(total=10, width=1, cached=4, evaluated=2)
+    node.recent.extend([1.0, 2.0, 3.0])
+    assert cells(node)[1:] == ("6/10", "2.00 s/frame", "8.00 s left", "4 cached")
+
+
+def test_bars_are_drawn_for_what_runs_only(progress):
+    bars = Bars(progress)
+    feed(progress, bars, *MOVING[:-1])
+    assert bars.rows.row_count == 1
+    feed(progress, bars, *MOVING[-1:])
+    assert bars.rows.row_count == 0

@@ -1,0 +1,52 @@
+"""Numbers, names and tables as people read them."""
+
+import pytest
+
+from hairpipe.cli.wording import duration, nearest, plural, shown, size, table
+
+
+@pytest.mark.parametrize(
+    ("count", "text"),
+    [(0, "0 B"), (999, "999 B"), (1000, "1.0 kB"), (99_400, "99.4 kB"), (99_960, "100 kB"), (999_600, "1.0 MB")],
+)
+def test_sizes(count, text):
+    assert size(count) == text
+
+
+def test_large_sizes():
+    assert (size(3.2e9), size(5e15)) == ("3.2 GB", "5000 TB")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.0, "0.00 s"),
+        (0.314, "0.31 s"),
+        (12.34, "12.3 s"),
+        (59.97, "1:00 min"),
+        (125, "2:05 min"),
+        (3723, "1:02:03 h"),
+    ],
+)
+def test_durations(seconds, text):
+    assert duration(seconds) == text
+
+
+def test_plurals():
+    assert [plural(count, "result") for count in (0, 1, 1200)] == ["0 results", "1 result", "1,200 results"]
+
+
+def test_columns_are_as_wide_as_their_widest_cell():
+    assert table([("a", "1", "x"), ("long", "100", "")], "<><") == "a       1  x\nlong  100"
+    assert table([], "<") == ""
+
+
+def test_the_nearest_name_or_all():
+    assert nearest("rnu", ["run", "plan"]) == "did you mean 'run'?"
+    assert nearest("zzz", ["run", "plan"]) == "known: run, plan"
+
+
+def test_paths_are_relative_within_the_current_folder_only(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert shown(tmp_path / "a" / ".." / "b") == "b"
+    assert shown(tmp_path.parent / "c") == str(tmp_path.parent / "c")
