@@ -9,7 +9,7 @@ import numpy as np
 class Groom:
     """Strands on the body at rest, root first, each cut into segments of equal length and bound to the body.
 
-    points            of all strands, one strand after another [m], (p, 3) float64; a strand's first point lies on the skin
+    points            of all strands, one after another, each from the skin on [m], (p, 3) float64
     offsets           strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
     ids               of the strands, unique, (S,) int32
     root_triangles    triangle of the body a strand grows from, (S,) int32

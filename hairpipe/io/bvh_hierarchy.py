@@ -18,6 +18,8 @@ END_SITE = -1
 
 @dataclass
 class Joint:
+    """A joint as it is read: `offset` and `end` [file units], `end` NaN where there is no End Site."""
+
     name: str
     parent: int
     offset: list[float] | None = None
@@ -43,6 +45,7 @@ class Hierarchy:
         self.open: list[int] = []  # the joints whose braces are open, or END_SITE
 
     def read(self) -> None:
+        """Read the whole section."""
         if self.word().upper() != "HIERARCHY":
             raise self.fault("the file does not begin with HIERARCHY", "a BVH file")
         for word in iter(self.word, ""):
@@ -53,6 +56,7 @@ class Hierarchy:
             raise self.fault("there is no joint", "ROOT and a name")
 
     def read_item(self, word: str) -> None:
+        """Read what begins with this word."""
         match word.upper():
             case "ROOT" | "JOINT":
                 self.begin_joint(word.upper())
@@ -71,6 +75,7 @@ class Hierarchy:
                 )
 
     def begin_joint(self, keyword: str) -> None:
+        """Read the name of a joint and its opening brace."""
         if (keyword == "ROOT") == bool(self.open):
             raise self.fault(f"a {keyword} stands in the wrong place", "ROOT outermost, JOINT within a joint")
         parent = self.open[-1] if self.open else -1
@@ -83,6 +88,7 @@ class Hierarchy:
         self.begin(len(self.joints) - 1)
 
     def begin(self, joint: int) -> None:
+        """Read the opening brace of a joint or an End Site."""
         if joint == END_SITE and (not self.open or self.open[-1] == END_SITE):
             raise self.fault("an End Site stands outside a joint", "End Site within a joint")
         if self.word() != "{":
@@ -90,11 +96,13 @@ class Hierarchy:
         self.open.append(joint)
 
     def end_block(self) -> None:
+        """Close the innermost brace."""
         joint = self.open.pop()
         if joint != END_SITE and self.joints[joint].offset is None:
             raise self.fault(f"joint {self.joints[joint].name!r} has no OFFSET", "OFFSET x y z")
 
     def read_offset(self) -> None:
+        """Read where a joint or its end is."""
         numbers = [self.number() for _ in range(3)]
         if not self.open:
             raise self.fault("an OFFSET stands outside a joint", "OFFSET within a joint")
@@ -104,6 +112,7 @@ class Hierarchy:
             self.joints[self.open[-1]].offset = numbers
 
     def read_channels(self) -> None:
+        """Read the channels of a joint."""
         count = self.number()
         if not self.open or self.open[-1] == END_SITE or self.joints[self.open[-1]].channels:
             raise self.fault("CHANNELS stand in the wrong place", "once within a joint")
@@ -135,6 +144,7 @@ class Hierarchy:
         return " ".join(words)
 
     def number(self) -> float:
+        """The next word as a number."""
         word = self.word()
         value = parse_number(word)
         if value is None:
@@ -142,5 +152,6 @@ class Hierarchy:
         return value
 
     def fault(self, what: str, right: str) -> BadInput:
+        """Make the message for a fault at the latest word."""
         line = self.tokens[min(max(self.place - 1, 0), len(self.tokens) - 1)][1] if self.tokens else 1
         return BadInput(what, where=f"{self.path}, line {line}", right=right)

@@ -32,6 +32,7 @@ class LanesType(types.Type):
         super().__init__(name="lanes")
 
     def can_convert_from(self, typingctx: object, other: types.Type) -> Conversion | None:
+        """Let numba broadcast a number."""
         return Conversion.safe if isinstance(other, (types.Float, types.Integer)) else None
 
 
