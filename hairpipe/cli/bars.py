@@ -1,7 +1,5 @@
 """Progress as bars, one for every node that is under way; drawn by rich on a terminal."""
 
-import threading
-
 from rich.console import Console
 from rich.live import Live
 from rich.progress_bar import ProgressBar
@@ -18,16 +16,18 @@ REFRESHES = 8
 
 
 class Bars:
-    """Draws a bar per node that is under way: frames done, seconds per frame, time left, how many were cached."""
+    """Draws a bar per node that is under way: frames done, seconds per frame, time left, how many were cached.
+
+    rows  that are shown now
+    """
 
     def __init__(self, progress: Progress) -> None:
         self._progress = progress
-        self._lock = threading.Lock()
         self._console = Console(stderr=True, highlight=False)
         self._spinner = Spinner("dots")
         self.rows: Table = Table.grid()
         self._live = Live(
-            get_renderable=self._draw, console=self._console, refresh_per_second=REFRESHES, transient=True
+            get_renderable=lambda: self.rows, console=self._console, refresh_per_second=REFRESHES, transient=True
         )
 
     def begin(self) -> None:
@@ -35,13 +35,12 @@ class Bars:
         self._live.start()
 
     def update(self, event: Event) -> None:
-        """Take a picture of the progress, which the drawing thread may look at whenever it likes."""
+        """Lay out new rows; the drawing thread looks at them whenever it likes, so that they never change."""
         rows = Table.grid(padding=(0, 2))
         for name, node in self._progress.nodes.items():
-            if node.running:
+            if node.running or (node.evaluated and node.done < node.total):
                 rows.add_row(self._spinner, name, *cells(node))
-        with self._lock:
-            self.rows = rows
+        self.rows = rows
 
     def say(self, line: str) -> None:
         """Write a line above the bars."""
@@ -50,10 +49,6 @@ class Bars:
     def end(self) -> None:
         """Wipe the bars away."""
         self._live.stop()
-
-    def _draw(self) -> Table:
-        with self._lock:
-            return self.rows
 
 
 def cells(node: NodeProgress) -> tuple[ProgressBar, str, str, str, str]:

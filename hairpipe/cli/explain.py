@@ -50,7 +50,7 @@ def explain(
 def text(found: "Explanation") -> str:
     """Write an explanation."""
     status = {"cached": "cached", "run": "will run", "depends": "depends on"}[found.entry.status]
-    why = [] if found.entry.status == "cached" else [reason for reason in found.reasons if reason]
+    why = reasons(found)
     lines = [f"{found.entry.task}: {status}" + (f" {why[0]}" if status == "depends on" else "")]
     lines += [f"  {reason}" for reason in why] if status == "will run" else []
     if found.parts is not None:
@@ -58,6 +58,11 @@ def text(found: "Explanation") -> str:
     if found.record is not None:
         lines += ["", table(outputs(found.record), "<>>"), "", evaluated(found.record)]
     return "\n".join(lines)
+
+
+def reasons(found: "Explanation") -> list[str]:
+    """List why a result is not there."""
+    return [] if found.entry.status == "cached" else list(found.reasons)
 
 
 def made_of(parts: "Parts") -> list[tuple[str, str, str]]:
@@ -93,7 +98,7 @@ def document(found: "Explanation") -> dict[str, Any]:
     record = found.record
     return found.entry.task._asdict() | {
         "status": found.entry.status,
-        "reasons": [reason for reason in found.reasons if reason],
+        "reasons": reasons(found),
         "key": found.entry.key,
         "made_of": found.parts,
         "outputs": {name: output._asdict() for name, output in record.outputs.items()} if record else None,

@@ -5,6 +5,7 @@ import sys
 from types import TracebackType
 from typing import Protocol, Self
 
+from hairpipe.cli.lines import Lines, Silence
 from hairpipe.graph.events import Event
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.progress import Progress
@@ -63,9 +64,7 @@ class Watch:
 
 
 def choose_drawing(progress: Progress, quiet: bool) -> Drawing:
-    """Bars on a terminal, lines elsewhere."""
-    from hairpipe.cli.lines import Lines, Silence
-
+    """Bars on a terminal, lines elsewhere, nothing where that was asked for; rich is imported for bars only."""
     if quiet:
         return Silence()
     if sys.stderr.isatty() and os.environ.get("TERM") != "dumb":

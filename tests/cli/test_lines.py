@@ -51,9 +51,11 @@ def test_a_bar_says_the_same():
     assert cells(node)[1:] == ("6/10", "2.00 s/frame", "8.00 s left", "4 cached")
 
 
-def test_bars_are_drawn_for_what_runs_only(progress):
+def test_bars_are_drawn_for_what_is_under_way_only(progress):
     bars = Bars(progress)
-    feed(progress, bars, *MOVING[:-1])
-    assert bars.rows.row_count == 1
-    feed(progress, bars, *MOVING[-1:])
+    feed(progress, bars, *MOVING[:2])
+    assert bars.rows.row_count == 0
+    feed(progress, bars, *MOVING[2:])
+    assert bars.rows.row_count == 1, "between two frames too"
+    feed(progress, bars, ("started", "move", 3), ("finished", "move", 3))
     assert bars.rows.row_count == 0
