@@ -1,6 +1,6 @@
 """Points on a surface push away the neighbours within their reach.
 
-Source: G. Turk, Re-tiling polygonal surfaces, SIGGRAPH 1992; reach by density as in physics.md 1.8.
+Source: G. Turk, Re-tiling polygonal surfaces, SIGGRAPH 1992; reach by density, r ~ density^(-1/2).
 """
 
 from typing import NamedTuple

@@ -1,6 +1,6 @@
 """Spring constants that give the network the stiffness of an elastic rod, at any resolution.
 
-EI and GJ of the network grow as k l^2 (physics.md 1.3), and with altitude springs they mix, so bending and torsion
+EI and GJ of the network grow as k l^2, and with altitude springs they mix, so bending and torsion
 constants are fitted: the linear response of a straight strand to an end couple must be M L / EI about both transverse
 axes (their mean) and M L / GJ about its own.
 """

@@ -16,7 +16,7 @@ particles in a row a tetrahedron:
 so all couplings lie within three particles and one strand is one block-heptadiagonal matrix.
 
 We differ from the paper:
-- q turns about the axis by 85 degrees a segment. Without a turn the network is floppy (physics.md 1.3); 90 degrees
+- q turns about the axis by 85 degrees a segment. Without a turn the network is floppy; 90 degrees
   exactly ties two altitude springs at rest.
 - One segment (m_-1, q_-1, m_0) is buried and clamped. The network bends at the m_i, and m_0 stands for half a segment
   of free hair only: springs across it are twice as stiff. The free length is then exact for every roll of the strand.

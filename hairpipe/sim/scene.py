@@ -45,7 +45,7 @@ class StepControl:
     """Steps as long as they may be, and no longer.
 
     longest  step
-    root     a root moves at most this far in a step: 1 cm in the authors' code (physics.md 1.7)
+    root     a root moves at most this far in a step: 1 cm in the authors' code
     travel   a particle moves at most this far in a step, so that it cannot leap over the band of the level set
     """
 

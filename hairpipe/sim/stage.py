@@ -5,7 +5,7 @@ guess,
 
     (M + h D + h^2 K) dv = M (vh - v) + h (f(x) - D v),   v += dv,  x += h dv.
 
-Every integrator is a sequence of such stages; they differ in h, xh, vh and the guess (integrators.md).
+Every integrator is a sequence of such stages; they differ in h, xh, vh and the guess.
 """
 
 import numpy as np

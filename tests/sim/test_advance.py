@@ -1,5 +1,7 @@
 """A frame of hair against rod theory and against the laws every step must keep."""
 
+from itertools import pairwise
+
 import numba
 import numpy as np
 import pytest
@@ -134,7 +136,7 @@ def test_a_strand_does_not_depend_on_its_neighbours_or_on_threads(scene, straigh
         numba.set_num_threads(threads)
     np.testing.assert_array_equal(together.axis, np.concatenate(alone))
     offsets = reversed_order.hair.layout.offsets
-    backwards = [reversed_order.axis[a:b] for a, b in zip(offsets[:-1], offsets[1:], strict=True)][::-1]
+    backwards = [reversed_order.axis[a:b] for a, b in pairwise(offsets)][::-1]
     np.testing.assert_array_equal(together.axis, np.concatenate(backwards))
 
 
@@ -144,7 +146,7 @@ def test_a_strand_that_is_not_finite_is_named_and_spares_the_others(scene, strai
     s = scene(strands)
     s.state.positions[5, 0, 1] = np.nan
     s.run(1 / 24)
-    with pytest.raises(ArithmeticError, match="ids 1$"):
+    with pytest.raises(ArithmeticError, match=r"ids 1$"):
         _ = s.points
     np.testing.assert_array_equal(s.axis[:11], good[:11])
     np.testing.assert_array_equal(s.axis[22:], good[22:])

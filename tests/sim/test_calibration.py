@@ -9,7 +9,7 @@ from hairpipe.sim.material import Material
 
 
 def test_stiffness_agrees_with_the_closed_form_at_right_angles(monkeypatch):
-    """Compliances of springs in series: 1/EI = (2/k_e + 4 sqrt3/k_t)/l^2 and so on (prototype.md 2)."""
+    """Compliances of springs in series: 1/EI = (2/k_e + 4 sqrt3/k_t)/l^2 and so on."""
     monkeypatch.setattr(lattice, "TURN", np.pi / 2)
     edge, bending, torsion = 50.0, 7.0, 5.0
     bend = 1 / (2 / edge + 4 * np.sqrt(3) / torsion)

@@ -5,7 +5,7 @@ velocity V relative to the body's Vb loses what points inwards and, by Coulomb f
 
     V_n' = max(V_n, Vb_n),   V_t' = Vb_t + (V_t - Vb_t) max(0, 1 - mu (V_n' - V_n) / |V_t - Vb_t|)
 
-once for the velocity that is kept and once for the displacement of the step (physics.md 1.9). The thickness rises from
+once for the velocity that is kept and once for the displacement of the step. The thickness rises from
 the root to the fifth particle, where it stays.
 
 We differ from the paper: perturbed particles follow the mean of their two neighbours on the axis, instead of staying

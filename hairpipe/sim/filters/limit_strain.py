@@ -5,7 +5,7 @@ in along the line between them, and only it moves, so one pass satisfies every l
 one of its two edges that is nearer the root.
 
 We differ from the paper: the limit is a tolerance, not the rest length, so that springs carry the weight of resting
-hair and no hidden velocity grows (physics.md 1.6), and the correction stays out of the velocity, where it would add
+hair and no hidden velocity grows, and the correction stays out of the velocity, where it would add
 energy.
 """
 

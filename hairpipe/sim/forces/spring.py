@@ -6,8 +6,8 @@
 k is a force per unit strain [N]. Which pairs are edges, bending or torsion springs is the lattice's business.
 
 We differ from the paper, which keeps only the first term of K: hair hanging under gravity then diverges above a few
-milliseconds (physics.md 1.4). T is the multiplier of the solve before, T = k (d . (x_q - x_p) / l0 - 1) after it: taken
-from the present stretch instead it would damp every swing (integrators.md). For T < 0 the term is left out, so that K
+milliseconds. T is the multiplier of the solve before, T = k (d . (x_q - x_p) / l0 - 1) after it: taken
+from the present stretch instead it would damp every swing. For T < 0 the term is left out, so that K
 stays positive semidefinite.
 """
 

@@ -8,8 +8,8 @@ With g = 2 - sqrt 2 both stages have the same weight h = g dt / 2 and the scheme
 with w1 = 1 / (g (2 - g)), w0 = (1 - g)^2 w1 and a = (v - vh) / h of the last stage, so that forces are not evaluated
 again. One solve a stage, linearised at the prediction.
 
-We differ from the paper, whose half step and trapezoid (Sec. 4) gain or lose energy at steps where this is accurate
-(reference: integrators.md of the house plan).
+We differ from the paper, whose half step and trapezoid (Sec. 4) gain or lose energy at steps where this is accurate.
+Source: Bank et al., Transient Simulation of Silicon Devices and Circuits, 1985; Hosea and Shampine, 1996.
 """
 
 import numpy as np

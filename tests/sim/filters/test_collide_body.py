@@ -59,7 +59,7 @@ def test_a_body_that_comes_carries_the_hair_away(scene, straight, ball):
     moving = [replace(m, velocity=np.broadcast_to(speed, m.velocity.shape).astype(np.float32)) for m in moved]
     for k in range(7):
         s.run(1 / 24, surfaces=(moving[k], moving[k + 1]))
-        centre = CENTRE + [-0.1 + (k + 1) * speed[0] / 24, 0, 0]
+        centre = CENTRE + np.array([-0.1 + (k + 1) * speed[0] / 24, 0, 0])
         assert (RADIUS - np.linalg.norm(s.axis - centre, axis=1)).max() < 5e-4
 
 

@@ -53,7 +53,7 @@ def test_force_is_minus_gradient_of_the_shortest_altitude(system, negative_gradi
 
 
 def test_rest_shape_and_its_rigid_copies_feel_nothing(system):
-    turned = Rotation.from_rotvec([0.3, -1.0, 2.0]).apply(REST) + [1, 2, 3]
+    turned = Rotation.from_rotvec([0.3, -1.0, 2.0]).apply(REST) + np.array([1, 2, 3])
     np.testing.assert_allclose(_apply(system, REST).force, 0, atol=1e-14)
     np.testing.assert_allclose(_apply(system, turned).force, 0, atol=1e-13)
 
