@@ -98,7 +98,7 @@ def test_one_sided_begins_with_the_frame_before_and_misses_the_one_after(turning
 
 
 def test_a_body_that_travels_by_its_radius_keeps_its_shape_two_sided(travelling):
-    # Linear interpolation loses it between the frames much more of it.
+    # Linear interpolation loses it between the frames.
     errors = {scheme.name: travelling.error(scheme, 0.5) for scheme in Interpolation}
     floor = np.abs([distance(travelling.fields[0], *p) for p in travelling.surface(0.0)[0]]).max() / SEMI_AXES.max()
     assert errors["two_sided"] < max(1.3 * floor, 0.006)
