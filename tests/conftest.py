@@ -1,11 +1,14 @@
-"""Shared fixtures."""
+"""What tests of several rooms need: the data beside the checkout, simple meshes, a number of threads."""
 
 import os
 import tempfile
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from hairpipe.data import Mesh
 from hairpipe.graph.code import CodeReader
 from hairpipe.graph.machine_code import kernel_folder
 
@@ -22,3 +25,63 @@ def shared() -> Path:
     if not SHARED.is_dir():
         pytest.skip("third-party test data absent: no ../shared/data beside the checkout")
     return SHARED
+
+
+def make_sphere(radius: float = 1.0, centre=(0.0, 0.0, 0.0), level: int = 4) -> Mesh:
+    """An octahedron, every triangle cut into 4^level, blown up to a sphere."""
+    points = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], float)
+    triangles = np.array([[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]])
+    for _ in range(level):
+        sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        edges, where = np.unique(sides, axis=0, return_inverse=True)
+        (a, b, c), (x, y, z) = triangles.T, len(points) + where.reshape(-1, 3).T
+        middles = points[edges].sum(axis=1)
+        points = np.concatenate([points, middles / np.linalg.norm(middles, axis=1, keepdims=True)])
+        triangles = np.concatenate([np.stack(t, axis=1) for t in ((a, x, z), (x, b, y), (z, y, c), (x, y, z))])
+    return Mesh(points * radius + np.array(centre), triangles.astype(np.int32))
+
+
+def make_box(low=(-0.5, -0.5, -0.5), high=(0.5, 0.5, 0.5)) -> Mesh:
+    points = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))]
+    return Mesh(np.array(low) + points * (np.array(high) - np.array(low)), np.array(triangles, np.int32))
+
+
+def make_sheet(columns: int, rows: int) -> Mesh:
+    """The unit square of the plane z = 0, facing +Z, with texture coordinates (x, y); its triangles face all ways."""
+    x, y = np.meshgrid(np.linspace(0, 1, columns + 1), np.linspace(0, 1, rows + 1))
+    points = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=1)
+    i, j = np.meshgrid(np.arange(columns), np.arange(rows))
+    a = (j * (columns + 1) + i).ravel()
+    b, c, d = a + 1, a + columns + 2, a + columns + 1
+    even = ((i + j) % 2 == 0).ravel()[:, None]
+    first = np.where(even, np.stack([a, b, c], 1), np.stack([b, d, a], 1))
+    second = np.where(even, np.stack([c, d, a], 1), np.stack([d, b, c], 1))
+    triangles = np.concatenate([first, second]).astype(np.int32)
+    return Mesh(points, triangles, uv=points[triangles][:, :, :2].astype(np.float32))
+
+
+@pytest.fixture(scope="session")
+def sphere() -> Callable[..., Mesh]:
+    return make_sphere
+
+
+@pytest.fixture(scope="session")
+def box() -> Callable[..., Mesh]:
+    return make_box
+
+
+@pytest.fixture(scope="session")
+def sheet() -> Callable[..., Mesh]:
+    return make_sheet
+
+
+@pytest.fixture
+def threads() -> Iterator[Callable[[int], None]]:
+    """Set the number of threads of numba, for this test."""
+    import numba  # it looks for the folder named above when it is first imported
+
+    before = numba.get_num_threads()
+    yield numba.set_num_threads
+    numba.set_num_threads(before)

@@ -1,1 +1,1 @@
-"""Skeletons, motion capture and skinning."""
+"""Skeletons, motion capture and skinning; the surface of a body and what lies closest on it."""

@@ -4,11 +4,11 @@ import warnings
 
 import numpy as np
 
+from hairpipe.body.surface import site_uv
 from hairpipe.data import Body, Groom
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_roots, name_strands, root_frames
 from hairpipe.groom.resampling import equal_segments
-from hairpipe.groom.surface import site_uv
 
 SHORTEST = 1e-6  # strand that is a curve and not a point [m]
 

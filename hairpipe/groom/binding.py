@@ -3,12 +3,12 @@
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.body.closest import project
+from hairpipe.body.surface import Sites
+from hairpipe.body.tree import tree_over
+from hairpipe.body.vectors import blend, cross, minus, row, unit
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
-from hairpipe.groom.closest import project
-from hairpipe.groom.surface import Sites
-from hairpipe.groom.tree import plant
-from hairpipe.groom.vectors import cross, minus, plus, row, times, unit
 
 MOST_NAMED = 5
 
@@ -19,7 +19,7 @@ def bind_roots(mesh: Mesh, roots: np.ndarray, reach: float, ids: np.ndarray) -> 
     A root off the surface stays where it is: it keeps its coordinates in the frame of its site, and moves with it.
     Raise BadInput naming strands by their ids, (S,), where roots lie farther than reach [m] from the mesh.
     """
-    sites, distances = project(plant(mesh), roots)
+    sites, distances = project(tree_over(mesh.points[mesh.triangles]), roots)
     far = distances > reach
     if far.any():
         raise BadInput(
@@ -57,7 +57,7 @@ def root_frames(
         tangent = unit(ab, (1.0, 0.0, 0.0))
         normal = unit(cross(ab, minus(c, a)), (0.0, 0.0, 1.0))
         bitangent = cross(normal, tangent)
-        origin = plus(plus(times(w[0], a), times(w[1], b)), times(w[2], c))
+        origin = blend(w, a, b, c)
         for k in range(3):
             frames[s, k, 0], frames[s, k, 1] = tangent[k], bitangent[k]
             frames[s, k, 2], frames[s, k, 3] = normal[k], origin[k]

@@ -3,8 +3,8 @@
 import numpy as np
 from numba import njit
 
+from hairpipe.body.vectors import Vector, cross, flattened, minus, plus, row, times, unit
 from hairpipe.groom.resampling import put
-from hairpipe.groom.vectors import Vector, cross, flattened, minus, plus, row, times, unit
 
 
 @njit(cache=True)

@@ -5,6 +5,10 @@ import warnings
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.body.solid import Solid, solid_of
+from hairpipe.body.surface import Sites, site_uv
+from hairpipe.body.tree import Tree
+from hairpipe.body.vectors import row
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import root_frames
@@ -16,9 +20,6 @@ from hairpipe.groom.paint import Canvas, vertex_coat
 from hairpipe.groom.resampling import put, stride_on
 from hairpipe.groom.seeding import Density, seed_roots
 from hairpipe.groom.style import Paint, Style
-from hairpipe.groom.surface import Sites, site_uv
-from hairpipe.groom.tree import Tree, plant
-from hairpipe.groom.vectors import row
 
 LONGEST_STEP = 0.0025  # along the axis of a strand, which is fine enough for ears and shoulders [m]
 STEPS_A_TURN, STEPS_A_SEGMENT = 24, 3
@@ -43,7 +44,7 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, segm
         raise BadInput("all hair is shorter than a millimetre", where="length", right="paint some of it longer")
     sites, layout = Sites(*(array[ids] for array in sites)), Layout(*(array[ids] for array in layout))
     warn_of_zigzag(layout, segments)
-    points = grow_strands(plant(mesh), layout, style.bend, style.curl.onset if style.curl else np.inf, segments)
+    points = grow_strands(*solid_of(mesh), layout, style.bend, style.curl.onset if style.curl else np.inf, segments)
     offsets = np.arange(len(ids) + 1, dtype=np.int32) * np.int32(segments + 1)
     return Groom(points.reshape(-1, 3), offsets, ids.astype(np.int32), *sites, frames[ids], site_uv(mesh, sites))
 
@@ -77,21 +78,25 @@ def axis_step(length: float, segments: int, radius: float, pitch: float) -> floa
 
 
 @njit(cache=True, parallel=True)
-def grow_strands(tree: Tree, layout: Layout, bend: float, onset: float, segments: int) -> np.ndarray:
+def grow_strands(
+    tree: Tree, normals: np.ndarray, layout: Layout, bend: float, onset: float, segments: int
+) -> np.ndarray:
     """Return the points of strands of equal segments [m], (S, segments + 1, 3).
 
-    bend   length over which a strand turns to where it is pulled [m]
-    onset  length over which the radius of its curl grows [m]
+    tree, normals  of the body's Solid: a parallel loop takes no tuple within a tuple
+    bend           length over which a strand turns to where it is pulled [m]
+    onset          length over which the radius of its curl grows [m]
     """
     points = np.empty((len(layout.roots), segments + 1, 3))
     for s in prange(len(points)):
-        length, triangle, radius, pitch = layout.lengths[s], layout.triangles[s], layout.radii[s], layout.pitches[s]
+        length, radius, pitch = layout.lengths[s], layout.radii[s], layout.pitches[s]
         step = axis_step(length, segments, radius, pitch)
         axis = np.empty((int(np.ceil(OVERGROWTH * length / step)) + 1, 3))
         put(axis, 0, row(layout.roots, s))
-        lay(tree, axis, row(layout.ahead, s), triangle, row(layout.combs, s), layout.layers[s], bend, step)
+        solid = Solid(tree, normals)
+        lay(solid, axis, row(layout.ahead, s), row(layout.combs, s), layout.layers[s], bend, step)
         if radius > 0.0:
             wind(axis, step, radius, pitch, onset, layout.phases[s])
-        lift_off(tree, axis, triangle, GAP)
+        lift_off(solid, axis, GAP)
         stride_on(axis, length / segments, points[s])
     return points

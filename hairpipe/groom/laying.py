@@ -3,10 +3,9 @@
 import numpy as np
 from numba import njit
 
-from hairpipe.groom.closest import FACE, distance_and_normal
+from hairpipe.body.solid import Solid, distance_and_normal
+from hairpipe.body.vectors import Vector, dot, flattened, length, minus, mix, plus, row, times, unit
 from hairpipe.groom.resampling import put
-from hairpipe.groom.tree import Tree
-from hairpipe.groom.vectors import Vector, dot, flattened, length, minus, mix, plus, row, times, unit
 
 DOWN = (0.0, -1.0, 0.0)
 FADE = 0.01  # above the layer it lies in, over which a strand leaves the comb to gravity [m]
@@ -21,19 +20,17 @@ def pull(comb: Vector, touch: float, normal: Vector) -> Vector:
 
 
 @njit(cache=True)
-def lay(
-    tree: Tree, axis: np.ndarray, ahead: Vector, triangle: int, comb: Vector, layer: float, bend: float, step: float
-) -> None:
+def lay(solid: Solid, axis: np.ndarray, ahead: Vector, comb: Vector, layer: float, bend: float, step: float) -> None:
     """Write a polyline (k, 3) with a point every step [m] from its first point, which is the root.
 
-    ahead     unit direction in which it leaves the skin
-    triangle  of the body that it grows from
-    comb      pull where it touches the body, in units of gravity
-    layer     distance from the body at which it slides along [m]
-    bend      length over which it turns to where it is pulled [m]
+    ahead  unit direction in which it leaves the skin
+    comb   pull where it touches the body, in units of gravity
+    layer  distance from the body at which it slides along [m]
+    bend   length over which it turns to where it is pulled [m]
     """
-    here, normal = row(axis, 0), row(tree.normals[triangle], FACE)
-    gap, need, free = 0.0, 0.0, 0.0
+    here = row(axis, 0)
+    gap, normal, place = distance_and_normal(solid, here, 0)
+    need, free = 0.0, 0.0
     for k in range(1, len(axis)):
         touch = min(max(1.0 - (gap - need) / FADE, 0.0), 1.0)
         ahead = unit(mix(ahead, pull(comb, touch, normal), min(step / bend, 1.0)), ahead)
@@ -41,7 +38,7 @@ def lay(
         need = layer * (1.0 - np.exp(-k * step / RISE))
         free -= step
         if free <= 0.0:
-            gap, normal, triangle = distance_and_normal(tree, there, triangle)
+            gap, normal, place = distance_and_normal(solid, there, place)
             free = gap - layer - FADE
         if gap < need:
             ahead = unit(minus(plus(there, times(need - gap, normal)), here), ahead)
@@ -51,16 +48,16 @@ def lay(
 
 
 @njit(cache=True)
-def lift_off(tree: Tree, curve: np.ndarray, triangle: int, gap: float) -> None:
+def lift_off(solid: Solid, curve: np.ndarray, gap: float) -> None:
     """Move the points of a polyline (k, 3) out of the body, in place, to clear it by a gap that grows to gap [m]."""
-    free, way = 0.0, 0.0
+    free, way, place = 0.0, 0.0, 0
     before = row(curve, 0)
     for k in range(1, len(curve)):
         here = row(curve, k)
         step = length(minus(here, before))
         free, way, before = free - step, way + step, here
         if free <= 0.0:
-            d, normal, triangle = distance_and_normal(tree, here, triangle)
+            d, normal, place = distance_and_normal(solid, here, place)
             free = d - gap
             need = gap * min(way / RISE, 1.0)
             if d < need:

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hairpipe.body.surface import Sites, normalized
 from hairpipe.groom.chance import stream
 from hairpipe.groom.paint import Canvas
 from hairpipe.groom.style import Comb, Curl, Style
-from hairpipe.groom.surface import Sites, normalized
 
 GAP = 0.001  # between the skin and any hair beyond its root [m]
 SHORTEST = 0.001  # hair, and pitch of a curl, that is not taken for nothing [m]
@@ -17,7 +17,6 @@ BACK_OF_HEAD = 0.6  # how far the skin faces backwards where nothing is left of 
 class Layout(NamedTuple):
     """What strands are grown from, one row per strand.
 
-    triangles  of the body, (S,) int32
     roots      [m], (S, 3)
     ahead      unit direction in which the hair leaves the skin, (S, 3)
     combs      pull where it touches the body, in units of gravity, (S, 3)
@@ -28,7 +27,6 @@ class Layout(NamedTuple):
     phases     of the curls at the root [rad], (S,)
     """
 
-    triangles: np.ndarray
     roots: np.ndarray
     ahead: np.ndarray
     combs: np.ndarray
@@ -47,7 +45,6 @@ def lay_out(canvas: Canvas, style: Style, sites: Sites, frames: np.ndarray) -> L
     radii, pitches = curls(canvas, style.curl, sites)
     depth, turn = stream(canvas.seed, "layer").random(len(roots)), stream(canvas.seed, "phase").random(len(roots))
     return Layout(
-        triangles=sites.triangles,
         roots=roots,
         ahead=leaving_directions(combs, normals, np.radians(lift)),
         combs=combs,

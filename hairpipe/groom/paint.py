@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from hairpipe.body.surface import Sites, blend_corners, site_uv
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
 from hairpipe.groom.chance import stream
 from hairpipe.groom.style import Paint, Painted
-from hairpipe.groom.surface import Sites, blend_corners, site_uv
 
 Coat = Callable[[Sites], np.ndarray]
 """Paint as a function: sites (k,) to values 0..1, (k,)."""

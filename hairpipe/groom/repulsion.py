@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.groom.vectors import Vector, dot, flattened, length, minus, plus, row, times
+from hairpipe.body.vectors import Vector, dot, flattened, length, minus, plus, row, times
 
 
 class Cells(NamedTuple):

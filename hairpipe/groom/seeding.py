@@ -9,10 +9,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from hairpipe.body.surface import Sites, area_vectors, site_points, unit_normals
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.groom.repulsion import repulsion, sort_into_cells
-from hairpipe.groom.surface import Sites, area_vectors, site_points, unit_normals
 from hairpipe.groom.walking import Terrain, survey, walk_all
 
 Density = Callable[[Sites], np.ndarray]

@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.body.surface import area_vectors, twin_corners
+from hairpipe.body.vectors import Vector, dot, flattened, plus, row, times, unit
 from hairpipe.data import Mesh
-from hairpipe.groom.surface import area_vectors, twin_corners
-from hairpipe.groom.vectors import Vector, dot, flattened, plus, row, times, unit
 
 MOST_CROSSINGS = 256  # a walk that circles a vertex for ever ends where it is
 STANDSTILL = 1e-12  # barycentric move that is rounding error, not motion

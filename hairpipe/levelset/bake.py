@@ -2,14 +2,14 @@
 
 from warnings import warn
 
+from hairpipe.body.tree import tree_over
 from hairpipe.data import LevelSet, Mesh
 from hairpipe.errors import BadInput
 from hairpipe.levelset.bricks import filled_bricks
 from hairpipe.levelset.lattice import lattice_around
 from hairpipe.levelset.outer import outer_surface
 from hairpipe.levelset.outside import OUTSIDE, marked_samples
-from hairpipe.levelset.surface import closed_surface, without_slivers
-from hairpipe.levelset.tree import tree_over
+from hairpipe.levelset.surface import closed_surface
 
 # Of the area, without a word: the tips of ears and noses fall between samples at any spacing.
 LOST = 0.01
@@ -40,5 +40,6 @@ def bake(mesh: Mesh, voxel: float, half_width: float, open_edges: str = "fill") 
     if outer.lost > LOST:
         share = f"{outer.lost:.0%} of the surface"
         warn(f"body: {share} is too thin for voxel = {voxel:g} m, and stops no hair", stacklevel=2)
-    bricks = filled_bricks(tree_over(without_slivers(outer.surface)), lattice, marks, half_width * voxel)
+    tree = tree_over(outer.surface.corners)
+    bricks = filled_bricks(tree, outer.surface.velocities, lattice, marks, half_width * voxel)
     return LevelSet(bricks.index, bricks.distance, bricks.velocity, lattice.first * voxel, voxel, half_width)

@@ -5,15 +5,13 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.body.closest import closest
+from hairpipe.body.tree import Tree
 from hairpipe.data import LevelSet
-from hairpipe.levelset.closest import closest
 from hairpipe.levelset.lattice import BRICK, Lattice, refuse_if_huge
 from hairpipe.levelset.outside import OUTSIDE
-from hairpipe.levelset.tree import Tree
 
 SIDE = BRICK + 1
-# Room for a search: a box a level of the tree.
-STACK = 64
 # A stored sample takes 16 bytes: 1.6 GB.
 MOST_STORED = 100_000_000
 
@@ -31,12 +29,13 @@ class Bricks(NamedTuple):
     velocity: np.ndarray
 
 
-def filled_bricks(tree: Tree, lattice: Lattice, marks: np.ndarray, width: float) -> Bricks:
+def filled_bricks(tree: Tree, velocities: np.ndarray, lattice: Lattice, marks: np.ndarray, width: float) -> Bricks:
     """Return the bricks that the band touches; pure.
 
-    tree   over the surface
-    marks  of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
-    width  of the band [m]
+    tree        over the surface
+    velocities  of the corners of the surface's triangles [m/s], (m, 3, 3) float64
+    marks       of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
+    width       of the band [m]
 
     Raises BadInput where they would take too much room.
     """
@@ -44,7 +43,7 @@ def filled_bricks(tree: Tree, lattice: Lattice, marks: np.ndarray, width: float)
     refuse_if_huge(len(places) * SIDE**3, lattice.size, lattice.voxel, MOST_STORED)
     distance = np.empty((len(places), SIDE, SIDE, SIDE), np.float32)
     velocity = np.empty((*distance.shape, 3), np.float32)
-    fill_bricks(tree, places, lattice.first, lattice.voxel, width, marks, distance, velocity)
+    fill_bricks(tree, velocities, places, lattice.first, lattice.voxel, width, marks, distance, velocity)
     index = np.pad(brick_index(places, marks), (0, 1), constant_values=LevelSet.FAR_OUTSIDE)
     share_samples(index, places, width, distance, velocity)
     kept = (np.abs(distance) < np.float32(width)).any(axis=(1, 2, 3))
@@ -79,7 +78,6 @@ def near_bricks(tree: Tree, lattice: Lattice, width: float) -> np.ndarray:
 def measure_middles(tree: Tree, first: np.ndarray, voxel: float, reach: float, distances: np.ndarray) -> None:
     """Measure, in place, the distance from the middle of every brick to the surface [m], exact within reach [m]."""
     na, nb, nc = distances.shape
-    nodes, bounds = np.empty(STACK, np.int64), np.empty(STACK)
     near = 0
     for a in range(na):
         for b in range(nb):
@@ -87,13 +85,14 @@ def measure_middles(tree: Tree, first: np.ndarray, voxel: float, reach: float, d
                 x = (first[0] + BRICK * a + BRICK / 2) * voxel
                 y = (first[1] + BRICK * b + BRICK / 2) * voxel
                 z = (first[2] + BRICK * c + BRICK / 2) * voxel
-                squared, near, _, _ = closest(tree, x, y, z, reach * reach, near, nodes, bounds)
+                squared, near, _ = closest(tree, (x, y, z), reach * reach, near)
                 distances[a, b, c] = np.sqrt(squared)
 
 
 @njit(cache=True, parallel=True)
 def fill_bricks(
     tree: Tree,
+    velocities: np.ndarray,
     places: np.ndarray,
     first: np.ndarray,
     voxel: float,
@@ -104,29 +103,29 @@ def fill_bricks(
 ) -> None:
     """Fill, in place, the first 8 x 8 x 8 samples of every brick: distance, clamped, and velocity of the closest point.
 
-    places    of the bricks along the axes, (n, 3) int64
-    first     index of the lattice's first sample, (3,) int64
-    voxel     spacing of the samples [m]
-    width     of the band [m]; what lies beyond it takes the velocity of a point nearby
-    marks     of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
-    distance  [m], (n, 9, 9, 9) float32
-    velocity  [m/s], (n, 9, 9, 9, 3) float32
+    velocities  of the corners of the surface's triangles [m/s], (m, 3, 3) float64
+    places      of the bricks along the axes, (n, 3) int64
+    first       index of the lattice's first sample, (3,) int64
+    voxel       spacing of the samples [m]
+    width       of the band [m]; what lies beyond it takes the velocity of a point nearby
+    marks       of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
+    distance    [m], (n, 9, 9, 9) float32
+    velocity    [m/s], (n, 9, 9, 9, 3) float32
     """
-    velocities = tree.velocities
     for n in prange(len(places)):
-        nodes, bounds = np.empty(STACK, np.int64), np.empty(STACK)
         near = 0
         for i in range(BRICK):
             for j in range(BRICK):
                 for k in range(BRICK):
                     a, b, c = BRICK * places[n, 0] + i, BRICK * places[n, 1] + j, BRICK * places[n, 2] + k
                     x, y, z = (first[0] + a) * voxel, (first[1] + b) * voxel, (first[2] + c) * voxel
-                    squared, near, s, r = closest(tree, x, y, z, width * width, near, nodes, bounds)
+                    squared, near, w = closest(tree, (x, y, z), width * width, near)
+                    t = tree.triangles[near]
                     far = min(np.sqrt(squared), width)
                     distance[n, i, j, k] = far if marks[a, b, c] & OUTSIDE else -far
                     for axis in range(3):
-                        v0, v1, v2 = velocities[near, 0, axis], velocities[near, 1, axis], velocities[near, 2, axis]
-                        velocity[n, i, j, k, axis] = v0 + s * (v1 - v0) + r * (v2 - v0)
+                        v0, v1, v2 = velocities[t, 0, axis], velocities[t, 1, axis], velocities[t, 2, axis]
+                        velocity[n, i, j, k, axis] = w[0] * v0 + w[1] * v1 + w[2] * v2
 
 
 @njit(cache=True)

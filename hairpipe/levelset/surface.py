@@ -5,14 +5,13 @@ from warnings import warn
 
 import numpy as np
 
+from hairpipe.body.tree import wide_triangles
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.levelset.holes import Hole, capped, describe, edge_uses, holes
 
 # Beyond this the unit is wrong; and rounding would show [m].
 FARTHEST = 1e6
-# Width of a triangle over its length. A thinner one lies on its neighbours' edges; dividing by its area makes noise.
-THINNEST = 1e-6
 
 
 class Surface(NamedTuple):
@@ -45,8 +44,7 @@ def closed_surface(mesh: Mesh, open_edges: str) -> Surface:
         warn(f"body: {crowded} edges have more than two triangles; what the outside touches is used", stacklevel=2)
     mesh = capped(mesh, found)
     surface = Surface(mesh.points[mesh.triangles], mesh.velocities[mesh.triangles])
-    if not len(without_slivers(surface).corners):
-        raise BadInput("no triangle of the mesh has an area", where="body", right="a surface that encloses a volume")
+    wide_triangles(surface.corners)  # of a flat body there are none: it is refused before the samples are searched
     return surface
 
 
@@ -92,11 +90,3 @@ def openings(mesh: Mesh) -> tuple[list[Hole], int]:
         names = first[same.reshape(-1)]
         edges, uses = edge_uses(names[mesh.triangles])
     return holes(edges[uses % 2 == 1], mesh.points), int((uses > 2).sum())
-
-
-def without_slivers(surface: Surface) -> Surface:
-    """Return the triangles that are wide enough for their length; pure."""
-    sides = np.roll(surface.corners, -1, axis=1) - surface.corners
-    doubled = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    keep = doubled > THINNEST * (sides**2).sum(axis=2).max(axis=1)
-    return Surface(surface.corners[keep], surface.velocities[keep])

@@ -5,9 +5,9 @@ import warnings
 import numpy as np
 import pytest
 
+from hairpipe.body.surface import Sites, site_points
 from hairpipe.errors import BadInput
 from hairpipe.groom.adopting import adopt, choose_strands
-from hairpipe.groom.surface import Sites, site_points
 
 
 @pytest.fixture

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from hairpipe.body.surface import Sites, site_points, unit_normals
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_roots, name_strands, root_frames
-from hairpipe.groom.surface import Sites, site_points, unit_normals
 
 
 @pytest.fixture
-def mesh(icosphere):
-    return icosphere(3, 0.1)
+def mesh(sphere):
+    return sphere(0.1, level=3)
 
 
 @pytest.fixture

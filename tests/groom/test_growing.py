@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hairpipe.body.closest import project
+from hairpipe.body.surface import Sites, site_points
+from hairpipe.body.tree import tree_over
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
-from hairpipe.groom.closest import project
 from hairpipe.groom.growing import grow
 from hairpipe.groom.laying import RISE
 from hairpipe.groom.layout import GAP
 from hairpipe.groom.paint import Canvas
 from hairpipe.groom.style import Comb, Curl, Paint, Painted, PaintedDegrees, PaintedMetres, Style
-from hairpipe.groom.surface import Sites, site_points
-from hairpipe.groom.tree import plant
 
 SEGMENTS = 20
 SHORT = Style(length=PaintedMetres(0.08))
@@ -51,7 +51,7 @@ def test_hair_starts_on_the_skin_and_stays_outside_the_body(ball, style):
     sites = Sites(groom.root_triangles, groom.root_barycentrics)
     assert np.allclose(points[:, 0], site_points(ball.mesh, sites), atol=1e-15)
     outside = np.linalg.norm(points[:, 1:], axis=2) > np.linalg.norm(points[:, :1], axis=2) - 1e-4
-    _, distance = project(plant(ball.mesh), points[:, 1:].reshape(-1, 3))
+    _, distance = project(tree_over(ball.mesh.points[ball.mesh.triangles]), points[:, 1:].reshape(-1, 3))
     way = 0.08 / SEGMENTS * np.arange(1, SEGMENTS + 1)
     assert outside.all() and (distance.reshape(200, SEGMENTS) > 0.9 * GAP * np.minimum(way / RISE, 1)).all()
 

@@ -3,27 +3,27 @@
 import numpy as np
 import pytest
 
+from hairpipe.body.solid import solid_of
 from hairpipe.groom.laying import RISE, lay, lift_off
-from hairpipe.groom.tree import plant
 
 STEP = 0.002
 
 
 @pytest.fixture(scope="module")
-def tree(icosphere):
-    return plant(icosphere(4, 0.1))
+def solid(sphere):
+    return solid_of(sphere(0.1, level=5))
 
 
-def laid(tree, root, ahead, comb=(0.0, 0.0, 0.0), layer=0.005, bend=0.03, count=200):
+def laid(solid, root, ahead, comb=(0.0, 0.0, 0.0), layer=0.005, bend=0.03, count=200):
     axis = np.empty((count, 3))
     axis[0] = root
-    lay(tree, axis, tuple(ahead), 0, comb, layer, bend, STEP)
+    lay(solid, axis, tuple(ahead), comb, layer, bend, STEP)
     return axis
 
 
-def test_hair_from_the_top_slides_down_over_the_head_in_its_layer(tree):
+def test_hair_from_the_top_slides_down_over_the_head_in_its_layer(solid):
     for layer in (0.002, 0.015):
-        axis = laid(tree, (0.0, 0.1, 0.0), np.array([0.8, 0.6, 0.0]), comb=(0.7, 0.0, 0.0), layer=layer, bend=STEP)
+        axis = laid(solid, (0.0, 0.1, 0.0), np.array([0.8, 0.6, 0.0]), comb=(0.7, 0.0, 0.0), layer=layer, bend=STEP)
         height = np.linalg.norm(axis, axis=1) - 0.1
         way = np.arange(200) * STEP
         beside = (axis[:, 1] > 0) & (way > 0.05)
@@ -31,31 +31,31 @@ def test_hair_from_the_top_slides_down_over_the_head_in_its_layer(tree):
         assert np.allclose(height[beside], layer * (1 - np.exp(-way[beside] / RISE)), atol=0.0005)
 
 
-def test_hair_free_of_the_body_hangs(tree):
-    axis = laid(tree, (0.1, 0.0, 0.0), (1.0, 0.0, 0.0))
+def test_hair_free_of_the_body_hangs(solid):
+    axis = laid(solid, (0.1, 0.0, 0.0), (1.0, 0.0, 0.0))
     tangent = np.diff(axis, axis=0) / STEP
     assert np.allclose(tangent[-1], (0, -1, 0), atol=1e-3)
     assert np.allclose(np.linalg.norm(tangent, axis=1), 1)
 
 
-def test_it_turns_over_the_bending_length(tree):
+def test_it_turns_over_the_bending_length(solid):
     """Free hair that starts level turns by dt/ds = (down - t) / bend across t: a shape that scales with bend."""
-    level = [laid(tree, (0.1, 0.0, 0.0), (1.0, 0.0, 0.0), bend=bend)[-1, 0] - 0.1 for bend in (0.01, 0.02, 0.04)]
+    level = [laid(solid, (0.1, 0.0, 0.0), (1.0, 0.0, 0.0), bend=bend)[-1, 0] - 0.1 for bend in (0.01, 0.02, 0.04)]
     assert np.allclose(np.diff(np.log(level)), np.log(2), atol=0.15)
 
 
-def test_the_comb_pulls_only_what_lies_on_the_body(tree):
-    top = laid(tree, (0.0, 0.1, 0.0), (0.0, 0.6, -0.8), comb=(0.0, 0.0, -2.0), count=40)
+def test_the_comb_pulls_only_what_lies_on_the_body(solid):
+    top = laid(solid, (0.0, 0.1, 0.0), (0.0, 0.6, -0.8), comb=(0.0, 0.0, -2.0), count=40)
     assert np.allclose(top[:, 0], 0, atol=0.005) and top[-1, 2] < -0.05
-    free = laid(tree, (0.1, 0.0, 0.0), (1.0, 0.0, 0.0), comb=(0.0, 0.0, -1.0))
+    free = laid(solid, (0.1, 0.0, 0.0), (1.0, 0.0, 0.0), comb=(0.0, 0.0, -1.0))
     assert np.allclose(np.diff(free, axis=0)[-1] / STEP, (0, -1, 0), atol=1e-3)
 
 
-def test_curves_are_lifted_out_of_the_body_and_no_farther(tree):
+def test_curves_are_lifted_out_of_the_body_and_no_farther(solid):
     t = np.linspace(0, 1, 101)[:, None]
     curve = (1 - t) * (0.1, 0.0, 0.0) + t * (-0.3, 0.02, 0.0)
     lifted = curve.copy()
-    lift_off(tree, lifted, 0, 0.003)
+    lift_off(solid, lifted, 0.003)
     height = np.linalg.norm(lifted, axis=1) - 0.1
     assert np.array_equal(lifted[0], curve[0])
     way = np.linalg.norm(curve - curve[0], axis=1)

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from hairpipe.body.surface import Sites, site_points
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.groom.paint import Canvas, sample_picture
 from hairpipe.groom.style import Paint, Painted
-from hairpipe.groom.surface import Sites, site_points
 
 
 @pytest.fixture

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from hairpipe.body.surface import Sites, area_vectors, blend_corners, site_points
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.groom.seeding import seed_roots
-from hairpipe.groom.surface import Sites, area_vectors, blend_corners, site_points
 
 
 def painted(mesh, values):
@@ -47,8 +47,8 @@ def random_sites(mesh, count):
     return Sites(triangles, random.dirichlet([1, 1, 1], count))
 
 
-def test_uniform_roots_are_even_and_random_ones_are_not(icosphere):
-    mesh = icosphere(4, 0.1)
+def test_uniform_roots_are_even_and_random_ones_are_not(sphere):
+    mesh = sphere(0.1, level=4)
     assert spacing_variation(site_points(mesh, seed(mesh, uniform, 2500))) < 0.1
     assert abs(spacing_variation(site_points(mesh, random_sites(mesh, 2500))) - 0.52) < 0.03
 
@@ -71,8 +71,8 @@ def test_large_and_small_triangles_do_not_show():
     assert abs(np.mean(points[:, 0] < 0.5) - 0.5) < 0.02
 
 
-def test_roots_are_as_dense_as_painted(icosphere):
-    mesh = icosphere(4, 0.1)
+def test_roots_are_as_dense_as_painted(sphere):
+    mesh = sphere(0.1, level=4)
     height = mesh.points[:, 1] / 0.1
     values = np.clip(0.55 + 0.45 * np.sin(4 * height) * mesh.points[:, 0] / 0.1, 0, 1)
     points = site_points(mesh, sites := seed(mesh, painted(mesh, values), 3000))

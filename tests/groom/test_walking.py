@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
+from hairpipe.body.closest import project
+from hairpipe.body.surface import Sites, site_points
+from hairpipe.body.tree import tree_over
 from hairpipe.data import Mesh
-from hairpipe.groom.closest import project
-from hairpipe.groom.surface import Sites, site_points
-from hairpipe.groom.tree import plant
 from hairpipe.groom.walking import survey, walk_all
 
 
 def walked(mesh, start, move, passable=None):
     """Where the points of a mesh closest to `start` come to by a move."""
-    sites, _ = project(plant(mesh), start)
+    sites, _ = project(tree_over(mesh.points[mesh.triangles]), start)
     terrain = survey(mesh, np.ones(len(mesh.triangles), bool) if passable is None else passable)
     triangles, barycentrics = sites.triangles.copy(), sites.barycentrics.copy()
     walk_all(*terrain, triangles, barycentrics, np.broadcast_to(move, start.shape).copy())
@@ -53,7 +53,7 @@ def test_a_walk_around_a_prism_ends_above_where_it_began(turns):
     sides, rise = 7, 1.7
     prism = make_prism(sides, 4)
     _, middle = walked(prism, np.array([[0.0, 1.3, 10.0], [1.0, 0.2, 0.3]]), (0.0, 0.0, 0.0))
-    t = Sites(*project(plant(prism), middle)[0]).triangles
+    t = Sites(*project(tree_over(prism.points[prism.triangles]), middle)[0]).triangles
     a, b = prism.points[prism.triangles[t, 0]], prism.points[prism.triangles[t, 1]]
     along = b - a
     along /= np.linalg.norm(along, axis=1, keepdims=True)
@@ -70,8 +70,8 @@ def test_nothing_walks_into_what_is_not_passable(sheet):
     assert np.allclose(end[:, 0], 0.6) and np.allclose(end[:, 1], (0.45, 0.6))
 
 
-def test_a_walk_on_a_sphere_keeps_its_length(icosphere):
-    mesh = icosphere(5, 1.0)
+def test_a_walk_on_a_sphere_keeps_its_length(sphere):
+    mesh = sphere(level=6)
     _, start = walked(mesh, np.array([[0.0, 0.1, 1.0]]), (0.0, 0.0, 0.0))
     _, end = walked(mesh, start, np.cross(start, (0.0, 1.0, 0.0)) * -0.8)
     angle = np.arccos(start[0] @ end[0] / np.linalg.norm(start) / np.linalg.norm(end))

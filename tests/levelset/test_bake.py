@@ -2,7 +2,6 @@
 
 import warnings
 
-import numba
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -170,11 +169,11 @@ def test_overlapping_parts_are_their_union(sphere, together, positions):
     assert np.allclose(surface.velocity[away & (foot[..., 0] > 0.5)], [0, 2.0, 0])
 
 
-def test_the_result_does_not_depend_on_threads(sphere):
-    mesh, before = spinning(sphere(level=3), [1, 2, 3]), numba.get_num_threads()
+def test_the_result_does_not_depend_on_threads(sphere, threads):
+    mesh = spinning(sphere(level=3), [1, 2, 3])
     results = []
-    for threads in (1, before):
-        numba.set_num_threads(threads)
+    for count in (1, 2):
+        threads(count)
         results.append(baked(mesh, 0.07))
     assert np.array_equal(results[0].distance, results[1].distance)
     assert np.array_equal(results[0].velocity, results[1].velocity)

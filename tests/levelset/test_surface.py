@@ -7,7 +7,7 @@ import pytest
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
-from hairpipe.levelset.surface import closed_surface, without_slivers
+from hairpipe.levelset.surface import closed_surface
 
 
 def broken(mesh: Mesh, **changes) -> Mesh:
@@ -26,8 +26,8 @@ def broken(mesh: Mesh, **changes) -> Mesh:
         ({"velocities": ((5, 2), np.nan)}, r"velocity of point 5"),
         ({"triangles": ((2, 0), 8)}, r"triangle 2 names points \[8.*0 to 7"),
         ({"triangles": ((7, 1), -1)}, r"triangle 7 names points"),
-        ({"triangles": (slice(None), 4)}, r"no triangle of the mesh has an area"),
-        ({"points": (slice(None), 0.25)}, r"no triangle of the mesh has an area"),
+        ({"triangles": (slice(None), 4)}, r"no triangle has an area"),
+        ({"points": (slice(None), 0.25)}, r"no triangle has an area"),
     ],
 )
 def test_what_cannot_be_a_surface_is_refused(box, changes, said):
@@ -73,9 +73,3 @@ def test_crowded_edges_are_reported(box, together):
     with pytest.warns(UserWarning, match="5 edges have more than two triangles"):
         points, same = np.unique(fins.points, axis=0, return_inverse=True)
         closed_surface(Mesh(points, same.reshape(-1)[fins.triangles].astype(np.int32)), "refuse")
-
-
-def test_slivers_are_left_out(box):
-    surface = closed_surface(box(), "refuse")
-    surface.corners[0, 2] = surface.corners[0, 0] + 1e-9
-    assert len(without_slivers(surface).corners) == 11

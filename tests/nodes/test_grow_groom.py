@@ -9,12 +9,11 @@ from hairpipe.nodes.grow_groom import grow_groom
 from hairpipe.nodes.make_bust import make_bust
 from PIL import Image
 
+from hairpipe.body.solid import distance_and_normal, solid_of
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
 from hairpipe.graph.settings import build_settings, check_settings
-from hairpipe.groom.closest import distance_and_normal
 from hairpipe.groom.style import Curl, Paint, PaintedMetres
-from hairpipe.groom.tree import plant
 
 NODE = grow_groom.__node__
 
@@ -63,8 +62,8 @@ def test_what_is_not_allowed_is_told(settings: dict[str, object], message: str) 
 def test_hair_on_the_bust_lies_on_the_head_and_leaves_the_face_free(bust: Body, style: dict[str, object]) -> None:
     groom = grow_groom(bust, **given(strands=300, **style))
     points = groom.points.reshape(300, -1, 3)
-    tree = plant(bust.mesh)
-    depth = [distance_and_normal(tree, tuple(p), tree.order[0])[0] for p in points[:, 1:].reshape(-1, 3)]
+    solid = solid_of(bust.mesh)
+    depth = [distance_and_normal(solid, tuple(p), 0)[0] for p in points[:, 1:].reshape(-1, 3)]
     assert min(depth) > 0.0
     lengths = np.linalg.norm(np.diff(points, axis=1), axis=2).sum(axis=1)
     assert np.allclose(lengths, 0.25, rtol=1e-9)

@@ -2,12 +2,12 @@
 
 import numpy as np
 
+from hairpipe.body.surface import Sites, area_vectors, site_points, site_uv, twin_corners
 from hairpipe.data import Mesh
-from hairpipe.groom.surface import Sites, area_vectors, site_points, site_uv, twin_corners
 
 
-def test_the_corner_across_an_edge_faces_it_from_the_other_side(icosphere):
-    triangles = icosphere(2, 1.0).triangles
+def test_the_corner_across_an_edge_faces_it_from_the_other_side(sphere):
+    triangles = sphere(level=2).triangles
     twins = twin_corners(triangles)
     assert (twins >= 0).all(), "a closed mesh has no border"
     corners = np.arange(twins.size).reshape(-1, 3)
@@ -40,8 +40,8 @@ def test_sites_reproduce_linear_functions(sheet):
     assert np.array_equal(site_uv(Mesh(mesh.points, mesh.triangles), sites), np.zeros((50, 2)))
 
 
-def test_area_vectors_point_outside_and_add_up(icosphere, sheet):
-    ball = icosphere(4, 2.0)
+def test_area_vectors_point_outside_and_add_up(sphere, sheet):
+    ball = sphere(2.0, level=5)
     vectors = area_vectors(ball)
     assert np.all(np.sum(vectors * ball.points[ball.triangles[:, 0]], axis=1) > 0)
     assert abs(np.linalg.norm(vectors, axis=1).sum() / (16 * np.pi) - 1) < 5e-3

@@ -62,6 +62,12 @@ def mix(a: Vector, b: Vector, t: float) -> Vector:
 
 
 @njit(cache=True)
+def blend(weights: Vector, a: Vector, b: Vector, c: Vector) -> Vector:
+    """Return the sum of a, b and c, each times its weight."""
+    return plus(plus(times(weights[0], a), times(weights[1], b)), times(weights[2], c))
+
+
+@njit(cache=True)
 def flattened(a: Vector, normal: Vector) -> Vector:
     """Return the part of a across a unit normal."""
     return minus(a, times(dot(a, normal), normal))
