@@ -23,5 +23,5 @@ def body_of() -> Callable[..., Body]:
 @pytest.fixture(scope="session")
 def ball(sphere: Callable[..., Mesh]) -> Body:
     """A sphere of 0.1 m whose upper half is scalp."""
-    mesh = sphere(0.1, level=4)
+    mesh = sphere(0.1, level=5)
     return make_body(mesh, scalp=(mesh.points[:, 1] > 0.0).astype(float))

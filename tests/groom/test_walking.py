@@ -56,8 +56,8 @@ def test_a_walk_around_a_prism_ends_above_where_it_began(turns):
     t = Sites(*project(tree_over(prism.points[prism.triangles]), middle)[0]).triangles
     a, b = prism.points[prism.triangles[t, 0]], prism.points[prism.triangles[t, 1]]
     along = b - a
-    along /= np.linalg.norm(along, axis=1, keepdims=True)
     along[:, 1] = 0.0
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
     _, end = walked(prism, middle, turns * sides * along + np.array([0.0, rise, 0.0]))
     assert np.allclose(end - middle, (0, rise, 0), atol=1e-9)
 

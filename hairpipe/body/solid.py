@@ -1,0 +1,84 @@
+"""The inside and the outside of a mesh.
+
+The side is told by the angle-weighted normal of the face, edge or vertex that is closest: Baerentzen and Aanaes, Signed
+distance computation using the angle weighted pseudonormal, 2005.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from hairpipe.body.closest import closest
+from hairpipe.body.surface import normalized, twin_corners, unit_normals
+from hairpipe.body.tree import Tree, tree_over
+from hairpipe.body.vectors import Vector, blend, dot, minus, row, times
+from hairpipe.data import Mesh
+
+TOUCH = 1e-9  # closer than that the direction away from the surface is its normal [m]
+FACE, EDGES, VERTICES = 0, 1, 4  # features: the face, edges 1..3 opposite to corners 0..2, vertices 4..6
+
+
+class Solid(NamedTuple):
+    """A mesh that can tell how deep inside it a point lies.
+
+    tree     over its triangles
+    normals  outward, of the seven features of each triangle in the tree, (k, 7, 3) float64
+    """
+
+    tree: Tree
+    normals: np.ndarray
+
+
+def solid_of(mesh: Mesh) -> Solid:
+    """Return the solid within a mesh; raise BadInput where none of its triangles has an area."""
+    tree = tree_over(mesh.points[mesh.triangles])
+    return Solid(tree, feature_normals(mesh)[tree.triangles])
+
+
+def feature_normals(mesh: Mesh) -> np.ndarray:
+    """Return the unit normals of the face, the edges and the vertices of every triangle, (m, 7, 3)."""
+    faces, twins = unit_normals(mesh), twin_corners(mesh.triangles)
+    beyond = np.where((twins >= 0)[..., None], faces[twins // 3], 0.0)
+    vertices = vertex_normals(mesh, faces)[mesh.triangles]
+    return np.concatenate((faces[:, None], normalized(faces[:, None] + beyond), vertices), axis=1)
+
+
+def vertex_normals(mesh: Mesh, faces: np.ndarray) -> np.ndarray:
+    """Return the unit normals of the vertices, (n, 3): those of the faces around, weighted by the angle they span."""
+    corners = mesh.points[mesh.triangles]
+    ahead = normalized(np.roll(corners, -1, axis=1) - corners)
+    back = normalized(np.roll(corners, -2, axis=1) - corners)
+    angles = np.arccos(np.clip(np.sum(ahead * back, axis=-1), -1.0, 1.0))
+    normals = np.zeros_like(mesh.points)
+    np.add.at(normals, mesh.triangles, angles[..., None] * faces[:, None])
+    return normalized(normals)
+
+
+@njit(cache=True)
+def feature_at(weights: Vector) -> int:
+    """Return the feature of a triangle that has a place with given barycentrics."""
+    for k in range(3):
+        if weights[k] == 1.0:
+            return VERTICES + k
+    for k in range(3):
+        if weights[k] == 0.0:
+            return EDGES + k
+    return FACE
+
+
+@njit(cache=True)
+def distance_and_normal(solid: Solid, p: Vector, guess: int) -> tuple[float, Vector, int]:
+    """Return the signed distance of p [m], negative inside, and the outward direction in which it grows.
+
+    The third is the place in the tree of the closest triangle: a good guess of it for points nearby.
+    """
+    squared, place, weights = closest(solid.tree, p, np.inf, guess)
+    normal = row(solid.normals[place], feature_at(weights))
+    distance = np.sqrt(squared)
+    if distance < TOUCH:
+        return 0.0, normal, place
+    corners = solid.tree.corners[place]
+    off = minus(p, blend(weights, row(corners, 0), row(corners, 1), row(corners, 2)))
+    side = 1.0 if dot(off, normal) >= 0.0 else -1.0
+    return side * distance, times(side / distance, off), place
