@@ -227,8 +227,8 @@ from hairpipe.io.usd.shot import Shot, write_clips, write_shot
 
 class Wave(dict):
     def __getitem__(self, frame):
-        points = np.full((20_000, 3), frame, np.float32) + np.arange(60_000, dtype=np.float32).reshape(-1, 3)
-        return Strands(points, points, np.arange(0, 20_001, 20, dtype=np.int32), 8e-5)
+        points = np.full((80_000, 3), frame, np.float32) + np.arange(240_000, dtype=np.float32).reshape(-1, 3)
+        return Strands(points, points, np.arange(0, 80_001, 20, dtype=np.int32), 8e-5)
 
 layout, count, folder = sys.argv[1], int(sys.argv[2]), Path(sys.argv[3])
 folder.mkdir()
@@ -253,6 +253,6 @@ def test_same_shot_same_bytes(tmp_path: Path, layout: str) -> None:
 
 @pytest.mark.parametrize("layout", ["single", "clips"])
 def test_memory_does_not_grow_with_the_shot(tmp_path: Path, layout: str) -> None:
-    """Of 0.5 MB a frame, 160 more frames would be 80 MB."""
+    """Of 1.9 MB a frame, 160 more frames would be 300 MB; USD itself keeps 0.15 MB a layer, whatever its size."""
     few, many = (int(run(layout, count, tmp_path / str(count), "memory")) for count in (40, 200))
-    assert many - few < 20_000
+    assert many - few < 50_000
