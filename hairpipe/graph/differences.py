@@ -24,13 +24,13 @@ def differences(old: Parts, new: Parts, modules: dict[str, str], store: Store) -
 
 
 def settings(old: dict[str, Any], new: dict[str, Any], label: str) -> Iterator[str]:
-    """Compare settings by name, groups field by field; of a file it is said that it changed."""
+    """Compare settings by name, groups field by field; of a file, say that its bytes changed."""
     for name in sorted(old.keys() | new.keys()):
         before, after = old.get(name), new.get(name)
         if before == after and type(before) is type(after):
             continue
         if is_file(before) and is_file(after):
-            yield f"file {label.removeprefix('setting ')}{name}"
+            yield f"contents of the file of {label}{name}"
         elif is_group(before) and is_group(after):
             yield from settings(before, after, f"{label}{name}.")
         else:

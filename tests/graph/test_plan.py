@@ -42,7 +42,7 @@ def test_plan_names_the_first_difference(shot):
     assert shown(shot.plan(list__parts="true"), "list") == [("run", "setting parts false -> true")]
     assert snapshot(shot.folder) == before
     (shot.folder / "clip").write_bytes(b"abd")
-    assert shown(shot.plan(), "seed") == [("run", "file file")]
+    assert shown(shot.plan(), "seed") == [("run", "contents of the file of setting file")]
     (shot.folder / "clip").write_bytes(b"abc")
     shot.edit("add_up.py", "0.9", "0.8")
     assert shown(shot.plan(), "sum@1", "sum@2", "list") == [
