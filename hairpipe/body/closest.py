@@ -79,7 +79,7 @@ def closest_on_triangle(corners: np.ndarray, t: int, p: Vector) -> tuple[float, 
     elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
         q, s, r = 1.0 - d2 / vv, 0.0, d2 / vv
     elif va <= 0.0 and d4 >= d3 and d5 >= d6:
-        r = (d4 - d3) / (uu - 2.0 * uv + vv)
+        r = min((d4 - d3) / (uu - 2.0 * uv + vv), 1.0)
         q, s = 0.0, 1.0 - r
     else:
         q, s, r = va / (va + vb + vc), vb / (va + vb + vc), vc / (va + vb + vc)

@@ -40,6 +40,18 @@ def test_a_triangle(corners, point):
     assert np.linalg.norm(point - weights @ corners) == pytest.approx(np.sqrt(squared), abs=1e-12)
 
 
+def test_weights_are_never_negative_on_thin_triangles():
+    """Points on the sides of triangles down to the thinnest, where rounding decides between side and corner."""
+    rng = np.random.default_rng(0)
+    for _ in range(20000):
+        a, along, across = rng.normal(size=(3, 3))
+        corners = np.stack([a, a + along, a + rng.uniform(-0.2, 1.2) * along + 10 ** rng.uniform(-6, 0) * across])
+        k = rng.integers(3)
+        point = corners[k] + 10 ** rng.uniform(-17, -12) * rng.normal(size=3)
+        _, weights = closest_on_triangle(corners[None], 0, tuple(point))
+        assert min(weights) >= 0 and sum(weights) == pytest.approx(1, abs=1e-14)
+
+
 def test_a_triangle_against_an_optimiser():
     rng = np.random.default_rng(3)
     for _ in range(20):
