@@ -3,12 +3,13 @@
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.body.inlined import inlined
 from hairpipe.body.surface import Sites
 from hairpipe.body.tree import Tree
 from hairpipe.body.vectors import Vector, dot, minus, row, times
 
 
-@njit(cache=True)
+@inlined
 def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int, Vector]:
     """Return the squared distance [m^2] of p to a surface, the closest triangle's place in the tree, and barycentrics.
 
@@ -44,7 +45,7 @@ def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int
         gap = to_box(boxes, box, p)
 
 
-@njit(cache=True)
+@inlined
 def to_box(boxes: np.ndarray, i: int, p: Vector) -> float:
     """Return the squared distance [m^2] of p to box i, 0 inside it."""
     dx = max(boxes[i, 0, 0] - p[0], 0.0, p[0] - boxes[i, 1, 0])
@@ -53,7 +54,7 @@ def to_box(boxes: np.ndarray, i: int, p: Vector) -> float:
     return dx * dx + dy * dy + dz * dz
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def closest_on_triangle(corners: np.ndarray, t: int, p: Vector) -> tuple[float, Vector]:
     """Return the squared distance [m^2] of p to triangle t, and the barycentrics of the closest point.
 

@@ -4,9 +4,9 @@ from enum import IntEnum
 
 import numpy as np
 
+from hairpipe.body.inlined import inlined
 from hairpipe.data import LevelSet
 from hairpipe.levelset.field import Field
-from hairpipe.levelset.inlined import inlined
 from hairpipe.levelset.linear import linear_places
 from hairpipe.levelset.one_sided import one_sided_places
 from hairpipe.levelset.places import Places

@@ -1,7 +1,7 @@
 """Linear interpolation between two frames: phi(x, a) = (1 - a) phi0(x) + a phi1(x)."""
 
+from hairpipe.body.inlined import inlined
 from hairpipe.levelset.field import Field
-from hairpipe.levelset.inlined import inlined
 from hairpipe.levelset.places import Places
 
 

@@ -1,7 +1,7 @@
 """One-sided interpolation: phi(x, a) = phi0(x - dt a v0(x)), the frame before carried along by its own velocity."""
 
+from hairpipe.body.inlined import inlined
 from hairpipe.levelset.field import Field
-from hairpipe.levelset.inlined import inlined
 from hairpipe.levelset.places import Places
 from hairpipe.levelset.sample import velocity
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from hairpipe.body.inlined import inlined
 from hairpipe.data import LevelSet
 from hairpipe.levelset.field import Field
-from hairpipe.levelset.inlined import inlined
 
 FAR_OUTSIDE = LevelSet.FAR_OUTSIDE
 

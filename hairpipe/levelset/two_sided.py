@@ -1,7 +1,7 @@
 """Two-sided interpolation: both frames carried to the time between them by their mean velocity, then blended."""
 
+from hairpipe.body.inlined import inlined
 from hairpipe.levelset.field import Field
-from hairpipe.levelset.inlined import inlined
 from hairpipe.levelset.places import Places
 from hairpipe.levelset.sample import brick_at, velocity
 
