@@ -62,9 +62,11 @@ class Pool:
 
     @cached_property
     def kernels(self) -> Path:
-        """Folder for compiled kernels."""
+        """Folder for compiled kernels, in the store or where numba was told to keep its own."""
         store = Store(Path(self.hello["store"]))
-        return kernel_folder(store.root / "kernels", CodeReader(store.remember), Path(self.hello["folder"]))
+        told = os.environ.get("NUMBA_CACHE_DIR")
+        parent = Path(told, "hairpipe") if told else store.root / "kernels"
+        return kernel_folder(parent, CodeReader(store.remember), Path(self.hello["folder"]))
 
     @property
     def busy(self) -> list[Member]:
