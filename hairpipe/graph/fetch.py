@@ -28,5 +28,6 @@ def fetch(graph: Graph, store: Store, task: Task, output: str | None = None, cod
     try:
         return Values(store, importlib.import_module(codec), 0).get(found.record.outputs[name].object, outputs[name])
     except LostObject:
-        right = f"hairpipe run --to {task.node} computes it again"
+        thinned = name == graph.nodes[task.node].type.state
+        right = "checkpoint = 1 in the graph file keeps every state" if thinned else "hairpipe run computes it again"
         raise BadInput(f"'{task}' is not in the store any more", where=store.root, right=right) from None

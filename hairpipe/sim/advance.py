@@ -11,7 +11,8 @@ from hairpipe.levelset.field import field_of
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.sim.control import next_step
 from hairpipe.sim.filters.chain import limit_all, limit_and_collide
-from hairpipe.sim.integrators import tr_bdf2
+from hairpipe.sim.integrators import chain
+from hairpipe.sim.integrators.tr_bdf2 import G
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.material import Material
 from hairpipe.sim.network import Network, build_network
@@ -77,9 +78,9 @@ def advance_frame(
     time = 0.0
     while time < frame * (1 - 1e-9):
         dt = next_step(scene.steps, v, begin, end, frame, time)
-        ends = np.stack([between(begin, end, frame, time + part * dt) for part in (tr_bdf2.G, 1.0)])
+        ends = np.stack([between(begin, end, frame, time + part * dt) for part in (G, 1.0)])
         before = x.copy()
-        tr_bdf2.advance(hair.network, x, v, a, T, ends, dt, gravity, scene.air.drag)
+        chain.advance(hair.network, x, v, a, T, ends, dt, gravity, scene.air.drag)
         if fields is None:
             limit_all(hair.network, x, scene.strain.tolerance)
         else:

@@ -95,16 +95,30 @@ def _update(x, v, T, dx, b, bad, only_bad, inverse_lengths, constants, block, h)
 
 
 @njit(cache=True)
-def _overstrained(x, inverse_lengths):  # noqa: ANN001, ANN202
-    """Lanes with an axis edge strained beyond the guard."""
+def overstrained(x, inverse_lengths, limit):  # noqa: ANN001, ANN201
+    """Lanes with an axis edge whose strain is beyond +-limit."""
     worst = load(x, (0, 0)) < load(x, (0, 0))
     for p in range(0, x.shape[0] - 2, 2):
         dx = load(x, (p + 2, 0)) - load(x, (p, 0))
         dy = load(x, (p + 2, 1)) - load(x, (p, 1))
         dz = load(x, (p + 2, 2)) - load(x, (p, 2))
         strain = sqrt(dx * dx + dy * dy + dz * dz) * load(inverse_lengths, (p, 1)) - 1.0
-        worst = either(worst, either(strain > _STRAIN_GUARD, strain < -_STRAIN_GUARD))
+        worst = either(worst, either(strain > limit, strain < -limit))
     return worst
+
+
+@njit(cache=True)
+def set_tensions(network: Network, block: int, x: np.ndarray, T: np.ndarray) -> None:
+    """Set the multipliers of a block to the tensions of its present stretch [N], in place.
+
+    x, T  (particles, 3, WIDTH)
+    """
+    lengths = network.inverse_lengths[network.first[block] : network.first[block + 1]]
+    still = np.zeros_like(x)
+    for p in range(x.shape[0]):
+        for o in range(1, min(3, x.shape[0] - 1 - p) + 1):
+            k = _constant(network.constants, block, p, o)
+            store(T, (p, o - 1), multiplier(x, still, p, o, k, load(lengths, (p, o - 1))))
 
 
 @njit(cache=True)
@@ -146,7 +160,7 @@ def run_stage(
                 store(v, (p, c), (load(clamped, (p, c)) - load(xh, (p, c))) / h)
             else:
                 store(x, (p, c), load(xh, (p, c)) + h * load(v, (p, c)))
-    bad = _overstrained(x, lengths)
+    bad = overstrained(x, lengths, _STRAIN_GUARD)
     restart = any_lane(bad)
     if restart:
         for p in range(CLAMPED, count):

@@ -13,7 +13,7 @@ Source: Bank et al., Transient Simulation of Silicon Devices and Circuits, 1985;
 """
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
 from hairpipe.sim.network import Network
 from hairpipe.sim.stage import run_stage
@@ -23,9 +23,10 @@ _W1 = 1.0 / (G * (2.0 - G))
 _W0 = (1.0 - G) ** 2 * _W1
 
 
-@njit(cache=True, parallel=True)
-def advance(
+@njit(cache=True)
+def step_block(
     network: Network,
+    block: int,
     x: np.ndarray,
     v: np.ndarray,
     a: np.ndarray,
@@ -35,22 +36,20 @@ def advance(
     gravity: np.ndarray,
     drag: float,
 ) -> None:
-    """Advance every strand by dt, in place.
+    """Advance one block of strands by dt, in place.
 
-    x, v, a  positions [m], velocities [m/s], accelerations of the last stage [m/s^2], (rows, 3, WIDTH)
-    T        multipliers of the springs [N], (rows, 3, WIDTH)
-    clamped  positions of the clamped particles at the end of each stage [m], (2, blocks, CLAMPED, 3, WIDTH)
+    x, v, a  positions [m], velocities [m/s], accelerations of the last stage [m/s^2], (particles, 3, WIDTH)
+    T        multipliers of the springs [N], (particles, 3, WIDTH)
+    clamped  positions of the clamped particles at the end of each stage [m], (2, CLAMPED, 3, WIDTH)
     dt       step [s]; gravity  [m/s^2], (3,); drag  against still air [1/s]
     """
     h = G * dt / 2
-    for block in prange(len(network.first) - 1):
-        rows = slice(network.first[block], network.first[block + 1])
-        x0, v0 = x[rows].copy(), v[rows].copy()
-        xh = x0 + h * v0
-        vh = v0 + h * a[rows]
-        run_stage(network, block, x[rows], v[rows], T[rows], xh, vh, x0, clamped[0, block], h, gravity, drag)
-        x1 = x[rows].copy()
-        xh = _W1 * x1 - _W0 * x0
-        vh = _W1 * v[rows] - _W0 * v0
-        run_stage(network, block, x[rows], v[rows], T[rows], xh, vh, x1, clamped[1, block], h, gravity, drag)
-        a[rows] = (v[rows] - vh) / h
+    x0, v0 = x.copy(), v.copy()
+    xh = x0 + h * v0
+    vh = v0 + h * a
+    run_stage(network, block, x, v, T, xh, vh, x0, clamped[0], h, gravity, drag)
+    x1 = x.copy()
+    xh = _W1 * x1 - _W0 * x0
+    vh = _W1 * v - _W0 * v0
+    run_stage(network, block, x, v, T, xh, vh, x1, clamped[1], h, gravity, drag)
+    a[:] = (v - vh) / h

@@ -1,0 +1,63 @@
+"""A strand thrown about comes back; one that is not is left to the accurate scheme."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hairpipe.sim.integrators import backward_euler
+from hairpipe.sim.lattice import CLAMPED
+from hairpipe.sim.scene import StepControl
+
+
+@pytest.mark.parametrize("step", [1 / 1920, 1 / 240, 1 / 24])
+def test_scattered_particles_come_back_without_a_burst(scene, straight, step):
+    s = scene([straight(0.25, 25, [0.2, -1, 0.1])], step=step, drag=8.0)
+    rng = np.random.default_rng(4)
+    shape = s.state.positions[CLAMPED:, :, :1].shape
+    s.state.positions[CLAMPED:] += rng.normal(scale=0.02, size=shape)
+    s.run(1.0)
+    lengths = np.linalg.norm(np.diff(s.axis, axis=0), axis=1) / 0.01
+    assert np.abs(lengths - 1).max() < 0.02
+    assert np.abs(s.state.velocities).max() < 20.0
+
+
+def test_a_strand_out_of_reach_of_the_scheme_leaves_its_neighbour_alone(scene, straight):
+    strands = [straight(0.1, 10, [1, 0, 0])] * 2
+    steps = StepControl(travel=1.0)  # all strands share a step; let none shorten it
+    calm, wild = scene(strands), scene(strands)
+    calm.scene, wild.scene = replace(calm.scene, steps=steps), replace(wild.scene, steps=steps)
+    wild.state.positions[CLAMPED:, :, 1] += np.random.default_rng(5).normal(scale=0.02, size=(20, 3))
+    np.testing.assert_array_equal(wild.run(1 / 24).axis[:11], calm.run(1 / 24).axis[:11])
+
+
+def test_square_wave_of_the_root_stays_bounded(scene, straight, triangle):
+    """+-2 m/s, turned round ten times a second, at one step per frame."""
+    s = scene([straight(0.3, 30, [0, -1, 0])], step=1 / 24, drag=8.0)
+    clock = [0]
+
+    def body():
+        clock[0] += 1
+        ahead = 1 if (clock[0] // 3) % 2 else -1
+        shift = 0.08 * (clock[0] % 3 if ahead > 0 else 3 - clock[0] % 3)
+        return triangle(triangle().points + np.array([shift, 0, 0]), np.tile([2.0 * ahead, 0, 0], (3, 1)))
+
+    for _ in range(48):
+        s.run(1 / 24, body=body)
+        assert np.isfinite(s.axis).all()
+        assert (np.linalg.norm(np.diff(s.axis, axis=0), axis=1) / 0.01).max() < 1.03
+
+
+def test_backward_euler_takes_energy_only_out(scene, straight):
+    """Free fall is exact to first order; a swing loses height."""
+    s = scene([straight(0.1, 10, [1, -1, 0])])
+    net, state = s.hair.network, s.state
+    x, v, a, T = (
+        np.ascontiguousarray(q) for q in (state.positions, state.velocities, state.accelerations, state.tensions)
+    )
+    mass, top = net.mass[CLAMPED:, 0], x[CLAMPED:, 1, 0].copy()
+    gravity = np.array([0.0, -9.81, 0.0])
+    for _ in range(200):
+        backward_euler.step_block(net, 0, x, v, a, T, x[:CLAMPED].copy(), 1 / 240, gravity, 0.0)
+        kinetic = 0.5 * np.sum(mass * np.sum(v[CLAMPED:, :, 0] ** 2, axis=1))
+        assert kinetic <= 9.81 * np.sum(mass * (top - x[CLAMPED:, 1, 0])) * 1.001
