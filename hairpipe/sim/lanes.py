@@ -4,8 +4,9 @@ Strands of equal particle count are computed side by side, eight to a block; ker
 and explicit vector instructions come out (a loop over lanes that is not vectorised costs four to eight times as much).
 Arrays of strands end in an axis of WIDTH: `load` and `store` move a row of it to a register and back.
 
-Products and sums may be contracted to fused multiply-adds; every lane is computed alone, so a strand's result depends
-neither on its lane nor on its neighbours.
+Nothing is contracted to fused multiply-adds: where the compiler would do so depends on what it inlines, and a kernel
+read back from the cache would round differently from the same one just compiled. Every lane is computed alone, so a
+strand's result depends neither on its lane nor on its neighbours.
 """
 
 import operator
@@ -88,10 +89,9 @@ def _define_operator(op: Callable, result: types.Type, emit: Callable) -> None:
     lower_builtin(op, LanesType, LanesType)(lambda context, builder, sig, args: emit(builder, *args))
 
 
-_FLAGS = ("contract",)
-_define_operator(operator.add, lanes, lambda b, x, y: b.fadd(x, y, flags=_FLAGS))
-_define_operator(operator.sub, lanes, lambda b, x, y: b.fsub(x, y, flags=_FLAGS))
-_define_operator(operator.mul, lanes, lambda b, x, y: b.fmul(x, y, flags=_FLAGS))
+_define_operator(operator.add, lanes, lambda b, x, y: b.fadd(x, y))
+_define_operator(operator.sub, lanes, lambda b, x, y: b.fsub(x, y))
+_define_operator(operator.mul, lanes, lambda b, x, y: b.fmul(x, y))
 _define_operator(operator.truediv, lanes, lambda b, x, y: b.fdiv(x, y))
 _define_operator(operator.lt, mask, lambda b, x, y: b.fcmp_ordered("<", x, y))
 _define_operator(operator.gt, mask, lambda b, x, y: b.fcmp_ordered(">", x, y))
