@@ -34,8 +34,8 @@ def volume(mesh: Mesh) -> float:
 @pytest.mark.parametrize(("up", "scale"), [("Y", 1.0), ("Y", 0.01), ("Z", 1.0), ("Z", 0.01)])
 def test_stands_in_metres_with_y_up(new_stage, saved, up: str, scale: float) -> None:
     stage = new_stage(up, scale)
-    UsdGeom.Xform.Define(stage, "/root").AddTranslateOp().Set(Gf.Vec3d(10, 20, 30))
-    cube(stage, "/root/body")
+    UsdGeom.Xform.Define(stage, "/scene").AddTranslateOp().Set(Gf.Vec3d(10, 20, 30))
+    cube(stage, "/scene/body")
     body = read(saved(stage), None)
     x, y, z = ((CUBE + np.array([10, 20, 30])) * scale).T
     expected = np.stack([x, y, z] if up == "Y" else [x, z, -y], axis=1)
@@ -46,10 +46,10 @@ def test_stands_in_metres_with_y_up(new_stage, saved, up: str, scale: float) -> 
 
 def test_takes_the_transform_of_the_earliest_time(new_stage, saved) -> None:
     stage = new_stage()
-    op = UsdGeom.Xform.Define(stage, "/root").AddTranslateOp()
+    op = UsdGeom.Xform.Define(stage, "/scene").AddTranslateOp()
     for time in (1001, 1002):
         op.Set(Gf.Vec3d(time, 0, 0), time)
-    cube(stage, "/root/body")
+    cube(stage, "/scene/body")
     assert read(saved(stage), None).mesh.points[:, 0].min() == pytest.approx(1001)
 
 
