@@ -4,5 +4,6 @@ from hairpipe.data.body import Body, Pose, Skeleton
 from hairpipe.data.groom import Groom, Strands
 from hairpipe.data.levelset import LevelSet
 from hairpipe.data.mesh import Mesh
+from hairpipe.data.table import Table
 
-__all__ = ["Body", "Groom", "LevelSet", "Mesh", "Pose", "Skeleton", "Strands"]
+__all__ = ["Body", "Groom", "LevelSet", "Mesh", "Pose", "Skeleton", "Strands", "Table"]
