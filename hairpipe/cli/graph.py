@@ -37,7 +37,7 @@ def as_dot(graph: "Graph") -> str:
     lines = ["digraph {", "  rankdir=LR"]
     for node in graph.nodes.values():
         lines.append(f'  "{node.name}" [shape={DOT_SHAPES[node.type.mode]} label="{node.name}\\n{node.type.name}"]')
-    lines += [f'  "{edge.node}" -> "{node.name}" [label="{socket}"]' for node, socket, edge in graph.consumers()]
+    lines += [f'  "{edge.node}" -> "{node.name}" [label="{plug}"]' for node, plug, edge in graph.consumers()]
     return "\n".join([*lines, "}"])
 
 
@@ -46,7 +46,7 @@ def as_mermaid(graph: "Graph") -> str:
     lines = ["graph LR"]
     for node in graph.nodes.values():
         lines.append(f"  n_{node.name}" + MERMAID_SHAPES[node.type.mode].format(f"{node.name}<br>{node.type.name}"))
-    lines += [f"  n_{edge.node} -->|{socket}| n_{node.name}" for node, socket, edge in graph.consumers()]
+    lines += [f"  n_{edge.node} -->|{plug}| n_{node.name}" for node, plug, edge in graph.consumers()]
     return "\n".join(lines)
 
 
@@ -56,7 +56,7 @@ def document(graph: "Graph") -> dict[str, Any]:
         node.name: {
             "type": node.type.name,
             "mode": node.type.mode,
-            "in": {socket: edge._asdict() for socket, edge in node.edges.items()},
+            "in": {plug: edge._asdict() for plug, edge in node.edges.items()},
             "settings": node.settings,
             "publish": None if node.publish is None else str(node.publish),
         }

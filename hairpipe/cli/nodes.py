@@ -91,7 +91,8 @@ def part(title: str, rows: list[tuple[str, str]]) -> list[str]:
 
 def describe_socket(socket: "Socket") -> str:
     """Say what goes into a socket."""
-    return ", ".join(filter(None, [socket.type.__name__, VIEWS[socket.view], "optional" * socket.optional]))
+    words = [socket.type.__name__, "any number" * socket.many, VIEWS[socket.view], "optional" * socket.optional]
+    return ", ".join(filter(None, words))
 
 
 def rows_of(field: "Field", prefix: str) -> Iterator[tuple[str, str]]:
@@ -120,7 +121,7 @@ def document(node_type: "NodeType") -> dict[str, Any]:
         "mode": node_type.mode,
         "summary": node_type.summary,
         "sockets": [
-            {"name": s.name, "type": s.type.__name__, "view": s.view, "optional": s.optional}
+            {"name": s.name, "type": s.type.__name__, "view": s.view, "optional": s.optional, "many": s.many}
             for s in node_type.sockets.values()
         ],
         "outputs": {name: kind.__name__ for name, kind in node_type.outputs.items()},

@@ -22,12 +22,20 @@ SINGLE = ""
 
 @dataclass(frozen=True)
 class Socket:
-    """An input of a node: which type of value, how much of time it sees, and whether it may stay unconnected."""
+    """An input of a node: which type of value, how much of time it sees, and whether it may stay unconnected.
+
+    many  whether it takes a list of edges; each is plugged in under a name of its own, as `tables.0`, `tables.1`
+    """
 
     name: str
     type: type
     view: View
     optional: bool
+    many: bool
+
+    def plugs(self, connected: Iterable[str]) -> tuple[str, ...]:
+        """Names under which its edges are plugged in, in order: its own, or those of the connected that are its."""
+        return tuple(plug for plug in connected if plug.partition(".")[0] == self.name) if self.many else (self.name,)
 
 
 @dataclass(frozen=True)
@@ -62,6 +70,10 @@ class NodeType:
     state: str | None
     asks_time: tuple[str, ...]
     asks_workspace: tuple[str, ...]
+
+    def socket(self, plug: str) -> Socket:
+        """Find the socket that an edge is plugged into."""
+        return self.sockets[plug.partition(".")[0]]
 
     @property
     def module(self) -> str:
@@ -137,18 +149,20 @@ def without_none(annotation: Any) -> tuple[Any, bool]:
 
 
 def read_socket(parameter: inspect.Parameter, annotation: Any, mode: Mode, refuse: Refusal) -> Socket:
-    """Read `T`, `Pair[T]` or `Frames[T]`, each possibly `| None`."""
+    """Read `T`, `Pair[T]` or `Frames[T]`, or a tuple of any number of those, each possibly `| None`."""
     name = parameter.name
     inner, optional = without_none(annotation)
+    many = get_origin(inner) is tuple and get_args(inner)[1:] == (Ellipsis,)
+    inner = get_args(inner)[0] if many else inner
     view: View = {Pair: "pair", Frames: "frames"}.get(get_origin(inner), "now")  # type: ignore[assignment]
     (value_type,) = get_args(inner) if view != "now" else (inner,)
     if not isinstance(value_type, type) or value_type in (Pair, Frames, Time, Workspace):
-        refuse(f"socket '{name}': {annotation}", "a class T, Pair[T] or Frames[T], each possibly | None")
+        refuse(f"socket '{name}': {annotation}", "T, Pair[T], Frames[T] or a tuple[..., ...] of one, possibly | None")
     if view == "pair" and mode == "once":
         refuse(f"socket '{name}': a `once` node has no previous frame", "T or Frames[T]")
     if parameter.default not in (parameter.empty, None) or (parameter.default is None and not optional):
         refuse(f"socket '{name}' has a default", "a socket is connected, or `T | None = None`; settings follow after *")
-    return Socket(name, value_type, view, optional)
+    return Socket(name, value_type, view, optional, many)
 
 
 def read_settings(

@@ -26,7 +26,7 @@ class Edge(NamedTuple):
 class Node:
     """A node of a graph.
 
-    edges       by socket; an optional socket that is not connected is absent
+    edges       by socket, or by `socket.0`, `socket.1` ... of one that takes many; what is not connected is absent
     settings    checked plain values; a file is the path as given, relative to the graph file
     publish     where its file is copied to, `####` standing for the frame; None where it is not published
     checkpoint  of a scan: every n-th frame's full state is kept after a run
@@ -109,7 +109,7 @@ class Graph:
         return numbers
 
     def consumers(self) -> Iterator[tuple[Node, str, Edge]]:
-        """Iterate over all edges as (consumer, socket, edge)."""
+        """Iterate over all edges as (consumer, where it is plugged in, edge)."""
         for node in self.nodes.values():
-            for socket, edge in node.edges.items():
-                yield node, socket, edge
+            for plug, edge in node.edges.items():
+                yield node, plug, edge

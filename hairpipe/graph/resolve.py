@@ -42,15 +42,16 @@ class Resolver:
         return key_parts(node.type.name, code, self._settings[node.name], self.objects(task), time)
 
     def objects(self, task: Task) -> dict[str, Any]:
-        """Names of the objects that go into a task, by socket and in the shape of its view."""
+        """Names of the objects that go into a task, by where they are plugged in and in the shape of the view."""
         node, inputs = self.graph.nodes[task.node], self.tasks[task]
         objects: dict[str, Any] = {}
-        for name, socket in node.type.sockets.items():
-            found = [self.object(source) for source in inputs.get(name, ())]
-            if socket.view == "frames" and found:
-                objects[name] = [list(pair) for pair in zip(self.frames, found, strict=True)]
-            else:
-                objects[name] = (found if socket.view == "pair" else found[0]) if found else None
+        for socket in node.type.sockets.values():
+            for plug in socket.plugs(inputs):
+                found = [self.object(source) for source in inputs.get(plug, ())]
+                if socket.view == "frames" and found:
+                    objects[plug] = [list(pair) for pair in zip(self.frames, found, strict=True)]
+                else:
+                    objects[plug] = (found if socket.view == "pair" else found[0]) if found else None
         if node.type.state is not None:
             objects["previous"] = next((self.object(source) for source in inputs.get("previous", ())), None)
         return objects

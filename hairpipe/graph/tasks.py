@@ -25,7 +25,7 @@ class Source(NamedTuple):
 
 
 Inputs = dict[str, list[Source]]
-"""What each socket of a task sees: one source; the previous and the current one; or one for every frame."""
+"""What a task sees by each edge: one source; the previous and the current one; or one for every frame."""
 
 
 def inputs_of(graph: Graph, task: Task, frames: tuple[int, ...]) -> Inputs:
@@ -35,10 +35,10 @@ def inputs_of(graph: Graph, task: Task, frames: tuple[int, ...]) -> Inputs:
     """
     node = graph.nodes[task.node]
     inputs: Inputs = {}
-    for name, edge in node.edges.items():
+    for plug, edge in node.edges.items():
         source = graph.nodes[edge.node]
-        seen = frames_seen(node.type.sockets[name].view, task.frame, frames, graph.frames[0])
-        inputs[name] = [Source(at(source, frame), edge.output) for frame in seen]
+        seen = frames_seen(node.type.socket(plug).view, task.frame, frames, graph.frames[0])
+        inputs[plug] = [Source(at(source, frame), edge.output) for frame in seen]
     if node.type.state is not None and task.frame is not None and task.frame > graph.frames[0]:
         inputs["previous"] = [Source(Task(task.node, task.frame - 1), node.type.state)]
     return inputs

@@ -98,7 +98,9 @@ class Worker:
         """Build the arguments of a node: sockets, what it asks of the engine, settings."""
         arguments: dict[str, Any] = {}
         for name, socket in node_type.sockets.items():
-            arguments[name] = self._input(job["inputs"].get(name), socket.view, socket.type)
+            plugs = socket.plugs(job["inputs"])
+            seen = tuple(self._input(job["inputs"].get(plug), socket.view, socket.type) for plug in plugs)
+            arguments[name] = (seen or None) if socket.many else seen[0]
         for name in node_type.asks_time:
             arguments[name] = Time(job["time"]["frame"], job["time"]["fps"])
         for name in node_type.asks_workspace:

@@ -16,6 +16,12 @@ def test_one_is_described(shot, hairpipe):
     assert "  step   a number in m, >= 0, default 1.0\n" in text
 
 
+def test_a_socket_that_takes_many_says_so(shot, hairpipe):
+    text = hairpipe("nodes --graph shot.toml gather").stdout
+    assert "numbers  Numeral, any number\n" in text
+    assert "shots    Numeral, any number, all frames, optional\n" in text
+
+
 def test_groups_are_described_field_by_field(shot, hairpipe):
     text = hairpipe("nodes --graph shot.toml make_seed").stdout
     assert "bent           a group, absent by default\n" in text
@@ -35,8 +41,10 @@ def test_a_group_shows_the_defaults_it_has_here(hairpipe):
 def test_a_document_of_all_says_what_cannot_be_loaded(shot, hairpipe):
     document = json.loads(hairpipe("nodes --graph shot.toml --json").stdout)
     found = {node["name"]: node for node in document["nodes"]}
-    assert found["soften"]["sockets"][0] == {"name": "number", "type": "Numeral", "view": "pair", "optional": False}
-    assert found["soften"]["sockets"][1]["optional"]
+    assert found["soften"]["sockets"][0] == {"name": "number", "type": "Numeral", "view": "pair"} | dict(
+        optional=False, many=False
+    )
+    assert found["soften"]["sockets"][1]["optional"] and found["gather"]["sockets"][0]["many"]
     assert "declares no node" in found["numeral"]["fault"]
 
 

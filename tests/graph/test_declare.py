@@ -34,6 +34,7 @@ def test_signature_is_read_and_the_function_stays_callable():
         when: Time,
         place: Workspace,
         d: Mesh | None = None,
+        e: tuple[Pair[Mesh], ...] | None = None,
         *,
         size: float = 2.0,
         count: int,
@@ -42,11 +43,12 @@ def test_signature_is_read_and_the_function_stays_callable():
         return Both(a, State())
 
     found = simulate.__node__
-    assert {s.name: (s.type, s.view, s.optional) for s in found.sockets.values()} == {
-        "a": (Mesh, "now", False),
-        "b": (Mesh, "pair", True),
-        "c": (File, "frames", True),
-        "d": (Mesh, "now", True),
+    assert {s.name: (s.type, s.view, s.optional, s.many) for s in found.sockets.values()} == {
+        "a": (Mesh, "now", False, False),
+        "b": (Mesh, "pair", True, False),
+        "c": (File, "frames", True, False),
+        "d": (Mesh, "now", True, False),
+        "e": (Mesh, "pair", True, True),
     }
     assert found.outputs == {"mesh": Mesh, "state": State} and found.state == "state"
     assert (found.asks_time, found.asks_workspace) == (("when",), ("place",))
@@ -77,6 +79,14 @@ def optional_default(a: Mesh = None) -> Mesh:
 
 
 def union(a: Mesh | State) -> Mesh:
+    """D."""
+
+
+def two(a: tuple[Mesh, State]) -> Mesh:
+    """D."""
+
+
+def pairs(a: tuple[Pair[Mesh], ...]) -> Mesh:
     """D."""
 
 
@@ -116,8 +126,9 @@ def scan_other(previous: State | None) -> Mesh:
     ("function", "frames"),
     [
         *[(f, "each") for f in (no_docstring, no_return, no_annotation, stars, default, optional_default, union)],
-        *[(f, "each") for f in (pair_of_none, reserved, previous, union_out)],
+        *[(f, "each") for f in (two, pair_of_none, reserved, previous, union_out)],
         (pair, "once"),
+        (pairs, "once"),
         *[(f, "scan") for f in (scan, scan_required, scan_other)],
         (scan, "sometimes"),
     ],

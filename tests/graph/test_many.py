@@ -1,0 +1,85 @@
+"""Sockets that take a list of edges: values come in its order, and every edge counts by itself."""
+
+from collections import Counter
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.fetch import fetch
+from hairpipe.graph.tasks import Task
+
+HEAD = "schema = 1\nframes = [1, 3]\nfps = 24\n"
+SEEDS = HEAD + "".join(f'[s{n}]\ntype = "make_seed"\nvalue = {n}\n' for n in range(1, 12))
+GATHER = SEEDS + '[all]\ntype = "gather"\nin.numbers = {}\n'
+
+
+def value(shot) -> float:
+    return fetch(shot.load(), shot.store, Task("all", None)).value
+
+
+def test_values_come_in_the_order_of_the_list(shot):
+    for listed, expected in (('["s1", "s3", "s2"]', 132), ('["s3", "s3"]', 33), ('["s2"]', 2), ('"s2"', 2)):
+        shot.write(GATHER.format(listed))
+        shot.run()
+        assert value(shot) == expected
+    assert shot.tally() == Counter(make_seed=11, gather=3), "one edge is the same in a list or alone"
+
+
+def test_more_than_ten_keep_their_order(shot):
+    names = [f"s{n}" for n in [*range(2, 10), 1, 1, 2]]
+    shot.write(GATHER.format(str(names).replace("'", '"')))
+    shot.run()
+    assert value(shot) == 23456789112
+
+
+def test_frames_of_several_nodes(shot):
+    moves = "".join(f'[m{n}]\ntype = "move_seed"\nin.seed = "s{n}"\n' for n in (1, 2))
+    shot.write(GATHER.format('["s1"]\nin.shots = ["m1", "m2"]') + moves)
+    shot.run()
+    moved = sum(fetch(shot.load(), shot.store, Task(f"m{n}", frame)).value for n in (1, 2) for frame in (1, 2, 3))
+    assert value(shot) == 1 + moved
+    assert shot.tally()["gather"] == 1
+
+
+def test_a_plan_says_which_edge_changed(shot):
+    shot.write(GATHER.format('["s1", "s2"]'))
+    shot.run()
+    shot.run(s2__value=7, to=["s2"])
+    assert shot.plan(s2__value=7)["all"].reason == "input numbers.1"
+    shot.write(GATHER.format('["s1", "s2", "s3"]'))
+    assert shot.plan()["all"].reason == "input numbers.2 connected"
+    shot.write(GATHER.format('["s1"]'))
+    assert shot.plan()["all"].reason == "input numbers.1 disconnected"
+
+
+def test_edges_are_known_by_their_place(shot):
+    shot.write(GATHER.format('["s1", "s3"]'))
+    graph = shot.load()
+    assert [(plug, edge.node) for _, plug, edge in graph.consumers()] == [("numbers.0", "s1"), ("numbers.1", "s3")]
+    assert set(graph.upto(["all"]).nodes) == {"s1", "s3", "all"}
+
+
+@pytest.mark.parametrize(
+    ("listed", "said", "right"),
+    [
+        ("[]", ":39: [all] gather: in.numbers = []", "or a list of those"),
+        ('["s1", 2]', "in.numbers = ['s1', 2]", "or a list of those"),
+        ('[["s1"]]', "in.numbers = [['s1']]", "or a list of those"),
+        ('["s1", "s99"]', ":39: [all] gather: in.numbers.1: no node 's99'", "did you mean 's9'?"),
+        ('["s1", "s2.x"]', "in.numbers.1: 's2' has no output 'x'", ""),
+        ('["all"]', "a cycle: all -> all", ""),
+        ('["s1"]\n[m]\ntype = "move_seed"\nin.seed = ["s1"]', "in.seed = ['s1']", '"node" or "node.output")'),
+        ('["m"]\n[m]\ntype = "move_seed"\nin.seed = "s1"', "in.numbers.0: 'm' gives a value per frame", "Frames["),
+    ],
+)
+def test_what_is_wrong_is_said_with_its_place(shot, listed, said, right):
+    shot.write(GATHER.format(listed))
+    with pytest.raises(BadInput) as caught:
+        shot.load()
+    assert said in str(caught.value) and right in str(caught.value), caught.value
+
+
+def test_it_has_to_be_connected(shot):
+    shot.write(SEEDS + '[all]\ntype = "gather"\n')
+    with pytest.raises(BadInput, match="socket 'numbers' is not connected"):
+        shot.load()
