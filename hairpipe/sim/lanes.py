@@ -1,8 +1,9 @@
-"""One strand per SIMD lane: a numba value of eight float64 that adds, multiplies and compares like one.
+"""One strand per SIMD lane: a numba value of eight float64, or sixteen float32, that computes and compares like one.
 
-Strands of equal particle count are computed side by side, eight to a block; kernels are written as if for one strand,
-and explicit vector instructions come out (a loop over lanes that is not vectorised costs four to eight times as much).
-Arrays of strands end in an axis of WIDTH: `load` and `store` move a row of it to a register and back.
+Strands of equal particle count are computed side by side, a vector of 64 bytes to a block; kernels are written once, as
+if for one strand, and explicit vector instructions come out (a loop over lanes that is not vectorised costs four to
+eight times as much). Arrays of strands end in an axis of `width(dtype)`: `load` and `store` move a row of it to a
+register and back, and its dtype is that of the lanes. Numbers take the lanes' precision; lanes of both do not mix.
 
 Nothing is contracted to fused multiply-adds: where the compiler would do so depends on what it inlines, and a kernel
 read back from the cache would round differently from the same one just compiled. Every lane is computed alone, so a
@@ -12,6 +13,7 @@ strand's result depends neither on its lane nor on its neighbours.
 import operator
 from collections.abc import Callable
 
+import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
@@ -19,18 +21,28 @@ from numba.core.errors import TypingError
 from numba.core.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numpy.typing import DTypeLike
 
-WIDTH = 8
+VECTOR_BYTES = 64
 
-_VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
-_BITS = ir.VectorType(ir.IntType(1), WIDTH)
+
+def width(dtype: DTypeLike) -> int:
+    """Number of lanes of a dtype."""
+    return VECTOR_BYTES // np.dtype(dtype).itemsize
+
+
+WIDTH = width(np.float64)
 
 
 class LanesType(types.Type):
-    """Eight float64, one per strand."""
+    """Floating-point numbers of one dtype, one per strand."""
 
-    def __init__(self) -> None:
-        super().__init__(name="lanes")
+    def __init__(self, dtype: types.Float) -> None:
+        self.dtype = dtype
+        self.width = VECTOR_BYTES * 8 // dtype.bitwidth
+        number = ir.DoubleType() if dtype == types.float64 else ir.FloatType()
+        self.vector = ir.VectorType(number, self.width)
+        super().__init__(name=f"lanes({dtype})")
 
     def can_convert_from(self, typingctx: object, other: types.Type) -> Conversion | None:
         """Let numba broadcast a number."""
@@ -38,69 +50,70 @@ class LanesType(types.Type):
 
 
 class MaskType(types.Type):
-    """Eight truth values, one per strand."""
+    """Truth values, one per strand, from comparing lanes of a type."""
 
-    def __init__(self) -> None:
-        super().__init__(name="mask")
-
-
-lanes = LanesType()
-mask = MaskType()
+    def __init__(self, lanes: LanesType) -> None:
+        self.lanes = lanes
+        super().__init__(name=f"mask({lanes.dtype})")
 
 
 @register_model(LanesType)
 class _LanesModel(models.PrimitiveModel):
-    def __init__(self, dmm: object, fe_type: types.Type) -> None:
-        super().__init__(dmm, fe_type, _VECTOR)
+    def __init__(self, dmm: object, fe_type: LanesType) -> None:
+        super().__init__(dmm, fe_type, fe_type.vector)
 
 
 @register_model(MaskType)
 class _MaskModel(models.PrimitiveModel):
-    def __init__(self, dmm: object, fe_type: types.Type) -> None:
-        super().__init__(dmm, fe_type, _BITS)
-
-
-def _splat(builder: ir.IRBuilder, scalar: ir.Value) -> ir.Value:
-    seed = builder.insert_element(ir.Constant(_VECTOR, ir.Undefined), scalar, ir.Constant(ir.IntType(32), 0))
-    zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
-    return builder.shuffle_vector(seed, ir.Constant(_VECTOR, ir.Undefined), zeros)
+    def __init__(self, dmm: object, fe_type: MaskType) -> None:
+        super().__init__(dmm, fe_type, ir.VectorType(ir.IntType(1), fe_type.lanes.width))
 
 
 @lower_cast(types.Float, LanesType)
 @lower_cast(types.Integer, LanesType)
 def _broadcast(context, builder, fromty, toty, value):  # noqa: ANN001, ANN202
-    return _splat(builder, context.cast(builder, value, fromty, types.float64))
+    number = context.cast(builder, value, fromty, toty.dtype)
+    nothing = ir.Constant(toty.vector, ir.Undefined)
+    seed = builder.insert_element(nothing, number, ir.Constant(ir.IntType(32), 0))
+    zeros = ir.Constant(ir.VectorType(ir.IntType(32), toty.width), [0] * toty.width)
+    return builder.shuffle_vector(seed, nothing, zeros)
 
 
-def _is_number(t: types.Type) -> bool:
-    return isinstance(t, (LanesType, types.Float, types.Integer))
+def _common(*args: types.Type) -> LanesType | None:
+    """Give the one type of lanes among lanes and numbers."""
+    kinds = {a for a in args if isinstance(a, LanesType)}
+    numbers = all(isinstance(a, (LanesType, types.Float, types.Integer)) for a in args)
+    return kinds.pop() if numbers and len(kinds) == 1 else None
 
 
-def _define_operator(op: Callable, result: types.Type, emit: Callable) -> None:
-    """Let op take two lanes, or lanes and a scalar, and lower it with emit(builder, a, b)."""
+def _define_operator(op: Callable, result: Callable[[LanesType], types.Type], emit: Callable) -> None:
+    """Let op take two lanes, or lanes and a number, and lower it with emit(builder, a, b)."""
 
     class _Template(AbstractTemplate):
         def generic(self, args: tuple, kws: dict) -> object:
-            if len(args) == 2 and any(isinstance(a, LanesType) for a in args) and all(map(_is_number, args)):
-                return signature(result, lanes, lanes)
-            return None
+            lanes = _common(*args) if len(args) == 2 else None
+            return signature(result(lanes), lanes, lanes) if lanes else None
 
     infer_global(op)(_Template)
     lower_builtin(op, LanesType, LanesType)(lambda context, builder, sig, args: emit(builder, *args))
 
 
-_define_operator(operator.add, lanes, lambda b, x, y: b.fadd(x, y))
-_define_operator(operator.sub, lanes, lambda b, x, y: b.fsub(x, y))
-_define_operator(operator.mul, lanes, lambda b, x, y: b.fmul(x, y))
-_define_operator(operator.truediv, lanes, lambda b, x, y: b.fdiv(x, y))
-_define_operator(operator.lt, mask, lambda b, x, y: b.fcmp_ordered("<", x, y))
-_define_operator(operator.gt, mask, lambda b, x, y: b.fcmp_ordered(">", x, y))
+def _itself(lanes: LanesType) -> LanesType:
+    return lanes
+
+
+_define_operator(operator.add, _itself, lambda b, x, y: b.fadd(x, y))
+_define_operator(operator.sub, _itself, lambda b, x, y: b.fsub(x, y))
+_define_operator(operator.mul, _itself, lambda b, x, y: b.fmul(x, y))
+_define_operator(operator.truediv, _itself, lambda b, x, y: b.fdiv(x, y))
+_define_operator(operator.lt, MaskType, lambda b, x, y: b.fcmp_ordered("<", x, y))
+_define_operator(operator.gt, MaskType, lambda b, x, y: b.fcmp_ordered(">", x, y))
 
 
 @infer_global(operator.neg)
 class _NegateTemplate(AbstractTemplate):
     def generic(self, args: tuple, kws: dict) -> object:
-        return signature(lanes, lanes) if isinstance(args[0], LanesType) else None
+        return signature(args[0], args[0]) if isinstance(args[0], LanesType) else None
 
 
 @lower_builtin(operator.neg, LanesType)
@@ -108,14 +121,32 @@ def _negate(context, builder, sig, args):  # noqa: ANN001, ANN202
     return builder.fneg(args[0])
 
 
+def _refusal(wanted: str, *args: types.Type) -> TypingError:
+    return TypingError(f"expected {wanted}, not {', '.join(map(str, args))}")
+
+
+def _expect_common(*args: types.Type) -> LanesType:
+    lanes = _common(*args)
+    if lanes is None:
+        raise _refusal("lanes of one type, or lanes and numbers", *args)
+    return lanes
+
+
+def _expect_masks(*args: types.Type) -> LanesType:
+    if not isinstance(args[0], MaskType) or any(a != args[0] for a in args):
+        raise _refusal("masks of one type", *args)
+    return args[0].lanes
+
+
 @intrinsic
 def sqrt(typingctx, a):  # noqa: ANN001, ANN201
     """Square root of every lane."""
+    lanes = _expect_common(a)
 
     def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
-        name = f"llvm.sqrt.v{WIDTH}f64"
-        function = cgutils.get_or_insert_function(builder.module, ir.FunctionType(_VECTOR, [_VECTOR]), name)
-        return builder.call(function, args)
+        name = f"llvm.sqrt.v{lanes.width}f{lanes.dtype.bitwidth}"
+        kind = ir.FunctionType(lanes.vector, [lanes.vector])
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), args)
 
     return signature(lanes, lanes), emit
 
@@ -130,42 +161,47 @@ def _extreme(comparison: str) -> Callable:
 @intrinsic
 def maximum(typingctx, a, b):  # noqa: ANN001, ANN201
     """The larger of two numbers in every lane; b where a is NaN."""
+    lanes = _expect_common(a, b)
     return signature(lanes, lanes, lanes), _extreme(">")
 
 
 @intrinsic
 def minimum(typingctx, a, b):  # noqa: ANN001, ANN201
     """The smaller of two numbers in every lane; b where a is NaN."""
+    lanes = _expect_common(a, b)
     return signature(lanes, lanes, lanes), _extreme("<")
 
 
 @intrinsic
 def select(typingctx, condition, a, b):  # noqa: ANN001, ANN201
-    """In every lane a where the condition holds, else b."""
-    return signature(lanes, mask, lanes, lanes), lambda c, builder, s, args: builder.select(*args)
+    """In every lane a where the condition holds, else b; a and b may be numbers."""
+    lanes = _expect_common(_expect_masks(condition), a, b)
+    return signature(lanes, condition, lanes, lanes), lambda c, builder, s, args: builder.select(*args)
 
 
 @intrinsic
 def either(typingctx, a, b):  # noqa: ANN001, ANN201
     """In every lane a or b."""
-    return signature(mask, mask, mask), lambda c, builder, s, args: builder.or_(*args)
+    _expect_masks(a, b)
+    return signature(a, a, a), lambda c, builder, s, args: builder.or_(*args)
 
 
 @intrinsic
 def any_lane(typingctx, condition):  # noqa: ANN001, ANN201
     """Whether the condition holds in any lane."""
+    bits = ir.IntType(_expect_masks(condition).width)
 
     def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
-        bits = builder.bitcast(args[0], ir.IntType(WIDTH))
-        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(WIDTH), 0))
+        return builder.icmp_unsigned("!=", builder.bitcast(args[0], bits), ir.Constant(bits, 0))
 
-    return signature(types.boolean, mask), emit
+    return signature(types.boolean, condition), emit
 
 
-def _check_array(array: types.Type) -> None:
-    """A row of any other array is not WIDTH numbers in a row of memory."""
-    if not isinstance(array, types.Array) or array.dtype != types.float64 or array.layout != "C":
-        raise TypingError(f"lanes lie in a float64 array in C order, not in {array}")
+def _lanes_of(array: types.Type) -> LanesType:
+    """Give the lanes that lie in an array; a row of one not in C order is no row of memory."""
+    if isinstance(array, types.Array) and array.layout == "C" and isinstance(array.dtype, types.Float):
+        return LanesType(array.dtype)
+    raise _refusal("an array of float32 or float64 in C order", array)
 
 
 def _row_pointer(context, builder, array_type, array, index_type, index):  # noqa: ANN001, ANN202
@@ -174,29 +210,29 @@ def _row_pointer(context, builder, array_type, array, index_type, index):  # noq
     position = [context.cast(builder, i, t, types.intp) for i, t in axes]
     position.append(ir.Constant(ir.IntType(64), 0))
     pointer = cgutils.get_item_pointer(context, builder, array_type, view, position, wraparound=False)
-    return builder.bitcast(pointer, _VECTOR.as_pointer())
+    return builder.bitcast(pointer, LanesType(array_type.dtype).vector.as_pointer())
 
 
 @intrinsic
 def load(typingctx, array, index):  # noqa: ANN001, ANN201
-    """The lanes at array[index], index a tuple of all axes but the last; the array is float64 in C order."""
-    _check_array(array)
+    """The lanes at array[index], index a tuple of all axes but the last; the array is in C order."""
+    lanes = _lanes_of(array)
 
     def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
         pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1])
-        return builder.load(pointer, align=8, typ=_VECTOR)
+        return builder.load(pointer, align=lanes.dtype.bitwidth // 8, typ=lanes.vector)
 
     return signature(lanes, array, index), emit
 
 
 @intrinsic
 def store(typingctx, array, index, value):  # noqa: ANN001, ANN201
-    """Write lanes to array[index], index a tuple of all axes but the last; the array is float64 in C order."""
-    _check_array(array)
+    """Write lanes, or a number to all of them, to array[index], index a tuple of all axes but the last."""
+    lanes = _expect_common(_lanes_of(array), value)
 
     def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
         pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1])
-        builder.store(args[2], pointer, align=8)
+        builder.store(args[2], pointer, align=lanes.dtype.bitwidth // 8)
         return context.get_dummy_value()
 
     return signature(types.none, array, index, lanes), emit

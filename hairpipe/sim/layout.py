@@ -1,23 +1,26 @@
-"""Which strand sits in which lane: strands of equal segment count fill blocks of eight."""
+"""Which strand sits in which lane: strands of equal segment count fill blocks."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import DTypeLike
 
-from hairpipe.sim.lanes import WIDTH
-from hairpipe.sim.lattice import AXIS, particle_count
+from hairpipe.sim.lanes import width
+from hairpipe.sim.models.interface import Shape
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Blocks of eight strands with the same number of segments; the last block of a class repeats its last strand.
+    """Blocks of strands with the same number of segments; the last block of a class repeats its last strand.
 
     offsets   of the groom's points, (strands+1,) int32
-    strands   strand in every lane, (blocks, WIDTH) int64
-    idle      lanes that only repeat a strand, (blocks, WIDTH) bool
+    strands   strand in every lane, (blocks, width) int64
+    idle      lanes that only repeat a strand, (blocks, width) bool
     segments  of the strands of a block, (blocks,) int64
     first     rows (particles) of block b are first[b]:first[b+1], (blocks+1,) int64
+    shape     how the particles of a strand stand in its rows
+    dtype     that strands are computed in, float64 or float32
     """
 
     offsets: np.ndarray
@@ -25,11 +28,36 @@ class Layout:
     idle: np.ndarray
     segments: np.ndarray
     first: np.ndarray
+    shape: Shape
+    dtype: np.dtype
 
     @property
     def blocks(self) -> int:
         """Number of blocks."""
         return len(self.segments)
+
+    @property
+    def width(self) -> int:
+        """Strands in a block: lanes of the dtype that they are computed in."""
+        return self.strands.shape[1]
+
+    def empty(self, *components: int) -> np.ndarray:
+        """Make room for values of all particles, (rows, *components, width)."""
+        return np.empty((self.first[-1], *components, self.width), self.dtype)
+
+    def empty_blocks(self, *components: int) -> np.ndarray:
+        """Make room for values of all strands, (blocks, *components, width)."""
+        return np.empty((self.blocks, *components, self.width), self.dtype)
+
+    def fill(self, target: np.ndarray, blocks: np.ndarray, values: np.ndarray) -> None:
+        """Write values of the particles of consecutive blocks, (lanes, particles, ...), into their rows, in place."""
+        lanes = values.reshape(-1, self.width, *values.shape[1:])
+        rows = slice(self.first[blocks[0]], self.first[blocks[-1] + 1])
+        target[rows] = np.moveaxis(lanes, 1, -1).reshape(-1, *values.shape[2:], self.width)
+
+    def fill_blocks(self, target: np.ndarray, blocks: np.ndarray, values: np.ndarray) -> None:
+        """Write values of the strands of blocks, (components, lanes), into theirs, in place."""
+        target[blocks] = values.reshape(-1, len(blocks), self.width).transpose(1, 0, 2)
 
     def classes(self, points: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Blocks of each segment count, and the points of their strands lane by lane, (lanes, segments+1, 3)."""
@@ -41,29 +69,31 @@ class Layout:
     def axis(self, values: np.ndarray) -> np.ndarray:
         """Collect the axis particles (m_0 ... m_n) of every strand in the order of the groom.
 
-        values   (rows, 3, WIDTH)
-        returns  (points, 3)
+        values   (rows, 3, width)
+        returns  (points, 3), of the same dtype
         """
-        collected = np.empty((self.offsets[-1], 3))
+        collected = np.empty((self.offsets[-1], 3), values.dtype)
         for segments in np.unique(self.segments):
             blocks = np.flatnonzero(self.segments == segments)
             rows = values[self.first[blocks[0]] : self.first[blocks[-1] + 1]]
-            axis = rows.reshape(len(blocks), -1, 3, WIDTH)[:, AXIS].transpose(0, 3, 1, 2)
+            axis = rows.reshape(len(blocks), -1, 3, self.width)[:, self.shape.axis].transpose(0, 3, 1, 2)
             starts = self.offsets[self.strands[blocks]]
             collected[starts[:, :, None] + np.arange(segments + 1)] = axis
         return collected
 
 
-def lay_out(offsets: np.ndarray) -> Layout:
+def lay_out(offsets: np.ndarray, shape: Shape, dtype: DTypeLike = np.float64) -> Layout:
     """Sort strands into blocks, keeping their order within a segment count."""
+    lanes = width(dtype)
     counts = np.diff(offsets).astype(np.int64) - 1
     strands, idle, segments = [], [], []
     for count in np.unique(counts):
         members = np.flatnonzero(counts == count)
-        missing = -len(members) % WIDTH
-        strands.append(np.pad(members, (0, missing), mode="edge").reshape(-1, WIDTH))
-        idle.append((np.arange(len(members) + missing) >= len(members)).reshape(-1, WIDTH))
+        missing = -len(members) % lanes
+        strands.append(np.pad(members, (0, missing), mode="edge").reshape(-1, lanes))
+        idle.append((np.arange(len(members) + missing) >= len(members)).reshape(-1, lanes))
         segments.append(np.full(len(strands[-1]), count))
-    sizes = particle_count(np.concatenate(segments))
+    sizes = [shape.count(count) for count in np.concatenate(segments).tolist()]
     first = np.concatenate([[0], np.cumsum(sizes)])
-    return Layout(offsets, np.concatenate(strands), np.concatenate(idle), np.concatenate(segments), first)
+    joined = (np.concatenate(parts) for parts in (strands, idle, segments))
+    return Layout(offsets, *joined, first, shape, np.dtype(dtype))

@@ -1,20 +1,29 @@
-"""Lanes compute what eight separate numbers would."""
+"""Lanes compute what as many separate numbers would, in single and in double precision."""
+
 
 import numpy as np
+import pytest
 from numba import njit
+from numba.core.errors import TypingError
 
-from hairpipe.sim.lanes import WIDTH, any_lane, either, load, maximum, minimum, select, sqrt, store
+from hairpipe.sim.lanes import WIDTH, any_lane, either, load, maximum, minimum, select, sqrt, store, width
+
+KINDS = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 
 
 @njit
-def _everything(a, b, out):
+def _everything(a, b, numbers, out):
     x, y = load(a, (0,)), load(b, (0,))
+    single, double = numbers
     store(out, (0,), x + 2 * y)
     store(out, (1,), 1.0 - x)
     store(out, (2,), x * y / 3.0)
     store(out, (3,), sqrt(maximum(x, 0.0)))
     store(out, (4,), minimum(x, y))
     store(out, (5,), select(either(x < y, x > 0.5), -x, y))
+    store(out, (6,), select(x < y, 0.0, 1))
+    store(out, (7,), single * x + double * y)
+    store(out, (8,), 4)
 
 
 @njit
@@ -22,10 +31,11 @@ def _any_above(a, limit):
     return any_lane(load(a, (0,)) > limit)
 
 
-def test_operators_agree_with_numpy():
-    a, b = np.random.default_rng(1).normal(size=(2, 1, WIDTH))
-    out = np.empty((6, WIDTH))
-    _everything(a, b, out)
+@KINDS
+def test_operators_agree_with_numpy(dtype):
+    a, b = np.random.default_rng(1).normal(size=(2, 1, width(dtype))).astype(dtype)
+    out = np.empty((9, width(dtype)), dtype)
+    _everything(a, b, (np.float32(0.1), 0.1), out)
     x, y = a[0], b[0]
     expected = [
         x + 2 * y,
@@ -34,13 +44,61 @@ def test_operators_agree_with_numpy():
         np.sqrt(np.maximum(x, 0)),
         np.minimum(x, y),
         np.where((x < y) | (x > 0.5), -x, y),
+        np.where(x < y, 0, 1),
+        dtype(np.float32(0.1)) * x + dtype(0.1) * y,
+        np.full_like(x, 4),
     ]
-    np.testing.assert_allclose(out, expected, rtol=1e-15, atol=1e-15)
+    np.testing.assert_array_equal(out, np.array(expected, dtype))
 
 
-def test_any_lane_sees_every_lane():
-    for lane in range(WIDTH):
-        a = np.zeros((1, WIDTH))
+@KINDS
+def test_any_lane_sees_every_lane(dtype):
+    for lane in range(width(dtype)):
+        a = np.zeros((1, width(dtype)), dtype)
         a[0, lane] = 1.0
         assert _any_above(a, 0.5)
-    assert not _any_above(np.zeros((1, WIDTH)), 0.5)
+    assert not _any_above(np.zeros((1, width(dtype)), dtype), 0.5)
+
+
+def _single_and_double():
+    return np.ones((1, width(np.float32)), np.float32), np.ones((1, WIDTH))
+
+
+@njit
+def _add(a, b):
+    return any_lane(load(a, (0,)) + load(b, (0,)) > 1.0)
+
+
+@njit
+def _choose(a, b):
+    return any_lane(select(load(a, (0,)) > 0.0, load(b, (0,)), 0.0) > 1.0)
+
+
+@njit
+def _extreme(a, b):
+    return any_lane(maximum(load(a, (0,)), load(b, (0,))) > 1.0)
+
+
+@njit
+def _merge(a, b):
+    return any_lane(either(load(a, (0,)) > 0.0, load(b, (0,)) > 0.0))
+
+
+@njit
+def _copy(a, b):
+    store(a, (0,), load(b, (0,)))
+
+
+@pytest.mark.parametrize("mixing", [_add, _choose, _extreme, _merge, _copy])
+def test_single_and_double_do_not_mix(mixing):
+    single, double = _single_and_double()
+    mixing(single, single)
+    mixing(double, double)
+    with pytest.raises(TypingError):
+        mixing(single, double)
+
+
+@pytest.mark.parametrize("array", [np.zeros((WIDTH, 2)).T, np.zeros((1, WIDTH), np.int64)])
+def test_lanes_lie_in_rows_of_floats(array):
+    with pytest.raises(TypingError, match="float32 or float64 in C order"):
+        _any_above(array, 0.5)
