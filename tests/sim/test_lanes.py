@@ -1,6 +1,5 @@
 """Lanes compute what as many separate numbers would, in single and in double precision."""
 
-
 import numpy as np
 import pytest
 from numba import njit
