@@ -35,6 +35,7 @@ PLACES = {
     "pyopenvdb": "hairpipe/levelset/vdb.py",
     "bpy": "hairpipe/levelset/vdb.py",
     "PIL": "hairpipe/io/",
+    "matplotlib": "hairpipe/io/chart/",
     "pydantic": "hairpipe/graph/settings.py",
     "click": "hairpipe/cli/",
     "rich": "hairpipe/cli/",

@@ -54,8 +54,10 @@ def flat(fields: tuple[Field, ...], path: tuple[str, ...] = ()) -> Iterator[tupl
 
 def minimal(fields: tuple[Field, ...]) -> dict[str, Any]:
     """The fewest settings that can be given: what is required, as something of its kind."""
-    samples = {Path: "file.any", str: "text", int: 1, float: 1.0}
-    return {f.name: minimal(f.group) if f.group else samples[f.base] for f in fields if f.required}
+    samples = {Path: "file.any", str: "text", int: 1, float: 1.0, tuple: []}
+    return {
+        f.name: minimal(f.group) if f.group else samples[get_origin(f.base) or f.base] for f in fields if f.required
+    }
 
 
 def with_value(fields: tuple[Field, ...], path: tuple[str, ...], value: Any) -> dict[str, Any]:

@@ -73,6 +73,8 @@ def joined(tables: Sequence[Table], labels: Sequence[str] = (), label: str = "ca
     label   name of that column
     """
     names = tables[0].names
+    if labels and (len(labels) != len(tables) or label in names):
+        raise ValueError(f"{len(labels)} names for {len(tables)} tables with the columns {', '.join(names)}")
     for table in tables[1:]:
         if set(table.names) != set(names):
             raise ValueError(f"one table has the columns {', '.join(names)}, another {', '.join(table.names)}")

@@ -1,0 +1,42 @@
+"""Tables as text: CSV for programs and Markdown for people."""
+
+import csv
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from hairpipe.data import Table
+from hairpipe.data.table import joined
+from hairpipe.errors import BadInput
+
+
+def lay_below(tables: Sequence[Table], cases: Sequence[str]) -> Table:
+    """Join tables that a user has put together, see `joined`; BadInput where they do not fit."""
+    try:
+        return joined(tables, cases)
+    except ValueError as error:
+        raise BadInput(str(error), right="tables with the same columns, and a name for each or none") from None
+
+
+def write_csv(path: Path, table: Table) -> None:
+    """Write a row per row, below a row of names; every number reads back as it was."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(table.names)
+        writer.writerows(table.rows())
+
+
+def write_markdown(path: Path, table: Table) -> None:
+    """Write a table of Markdown, numbers with four digits and to the right."""
+    marks = ["---" if name in table.texts else "---:" for name in table.names]
+    rows = [table.names, marks, *([spoken(value) for value in row] for row in table.rows())]
+    lines = ["| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |" for row in rows]
+    path.write_text("\n".join([*lines, ""]), encoding="utf-8")
+
+
+def spoken(value: Any) -> str:
+    """Write a value as people read it; what is no number is a dash."""
+    if isinstance(value, float):
+        return f"{value:.4g}" if math.isfinite(value) else "-" if math.isnan(value) else str(value)
+    return str(value)
