@@ -8,88 +8,125 @@ the shortest, h = 6V / |N|, and only it acts, along n = N / |N| with weights g_i
 
 h and its rest value h0 are signed, so an inverted tetrahedron is pushed back through zero. dh/dx_i = g_i n exactly, the
 weights being those of the nearest points, so the force is the gradient of k/2 (h - h0)^2 / h0; K leaves out the
-change of n. Four particles on a line have no N and get no force.
+change of n. Where the choice changes hands h is continuous, but h0, g and n are not: that jump is in the model.
+
+Four particles on a line have no N, see `sim/forces/collinear.py`. Four in one place get no force.
+
+We differ from the paper, where no altitude spring acts on a collapsed edge: its direction, too, is good, that of the
+face that is left, and nothing has to be switched off.
 """
 
 from numba import njit
 
 from hairpipe.sim.banded import add_coupling, add_diagonal
-from hairpipe.sim.lanes import load, maximum, select, sqrt, store
-
-_SMALLEST = 1e-30  # [m^4]; |N|^2 below this means that the particles are collinear
-
-
-@njit(cache=True)
-def _area(ux, uy, uz, vx, vy, vz):  # noqa: ANN001, ANN202
-    return uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+from hairpipe.sim.forces.collinear import collinear, nothing, off_the_line
+from hairpipe.sim.forces.vectors import cross, dot, plus, scaled
+from hairpipe.sim.lanes import any_lane, load, maximum, select, sqrt, store
 
 
 @njit(cache=True)
-def _larger(best, x, y, z, inverse_rest):  # noqa: ANN001, ANN202
+def _larger(best, candidate, rest):  # noqa: ANN001, ANN202
     """Keep the candidate with the larger |N|^2; the earlier one wins a tie."""
-    size, bx, by, bz, b_rest = best
-    s = x * x + y * y + z * z
+    size, (x, y, z), kept = best
+    s = dot(candidate, candidate)
     m = s > size
-    return select(m, s, size), select(m, x, bx), select(m, y, by), select(m, z, bz), select(m, inverse_rest, b_rest)
+    chosen = select(m, candidate[0], x), select(m, candidate[1], y), select(m, candidate[2], z)
+    return select(m, s, size), chosen, select(m, rest, kept)
 
 
 @njit(cache=True)
-def add_altitude(A, b, x, p, k, inverse_heights, h):  # noqa: ANN001, ANN201
-    """Add h f to b and h^2 K to A for the tetrahedron of particles p to p + 3, in place.
+def area_vectors(u, v, w):  # noqa: ANN001, ANN201
+    """N_0 ... N_3 [m^2] of the particles a, a + u, a + v, a + w; tuples of three lanes [m]."""
+    n1, n2, n3 = cross(v, w), cross(w, u), cross(u, v)
+    return (-(n1[0] + n2[0] + n3[0]), -(n1[1] + n2[1] + n3[1]), -(n1[2] + n2[2] + n3[2])), n1, n2, n3
 
-    x                positions [m], (particles, 3, WIDTH)
-    k                force per unit strain [N]
-    inverse_heights  signed 1 / h0 of the seven candidates [1/m], (particles, 7, WIDTH)
-    h                step [s]
+
+@njit(cache=True)
+def altitude_along(areas, chosen, size, u):  # noqa: ANN001, ANN201
+    """Weights g, direction n and signed height h [m] of one altitude: (g_0, g_1, g_2, g_3), (n_x, n_y, n_z), h.
+
+    areas  N_0 ... N_3; chosen  N of this altitude; size  |N|^2 [m^4]; u  from particle 0 to 1 [m]
     """
-    ax, ay, az = load(x, (p, 0)), load(x, (p, 1)), load(x, (p, 2))
-    ux, uy, uz = load(x, (p + 1, 0)) - ax, load(x, (p + 1, 1)) - ay, load(x, (p + 1, 2)) - az
-    vx, vy, vz = load(x, (p + 2, 0)) - ax, load(x, (p + 2, 1)) - ay, load(x, (p + 2, 2)) - az
-    wx, wy, wz = load(x, (p + 3, 0)) - ax, load(x, (p + 3, 1)) - ay, load(x, (p + 3, 2)) - az
-    n1x, n1y, n1z = _area(vx, vy, vz, wx, wy, wz)
-    n2x, n2y, n2z = _area(wx, wy, wz, ux, uy, uz)
-    n3x, n3y, n3z = _area(ux, uy, uz, vx, vy, vz)
-    n0x, n0y, n0z = -(n1x + n2x + n3x), -(n1y + n2y + n3y), -(n1z + n2z + n3z)
+    inverse = 1.0 / maximum(size, nothing(size))
+    n0, n1, n2, n3 = areas
+    weights = dot(n0, chosen) * inverse, dot(n1, chosen) * inverse, dot(n2, chosen) * inverse, dot(n3, chosen) * inverse
+    length = sqrt(inverse)
+    return weights, scaled(length, chosen), dot(n1, u) * length
 
-    size = n0x * n0x + n0y * n0y + n0z * n0z
-    best = size, n0x, n0y, n0z, load(inverse_heights, (p, 0))
-    best = _larger(best, n1x, n1y, n1z, load(inverse_heights, (p, 1)))
-    best = _larger(best, n2x, n2y, n2z, load(inverse_heights, (p, 2)))
-    best = _larger(best, n3x, n3y, n3z, load(inverse_heights, (p, 3)))
-    best = _larger(best, n1x + n2x, n1y + n2y, n1z + n2z, load(inverse_heights, (p, 4)))
-    best = _larger(best, n1x + n3x, n1y + n3y, n1z + n3z, load(inverse_heights, (p, 5)))
-    best = _larger(best, n2x + n3x, n2y + n3y, n2z + n3z, load(inverse_heights, (p, 6)))
-    size, nx, ny, nz, inverse_rest = best
 
-    collinear = size < _SMALLEST
-    size = maximum(size, _SMALLEST)
-    inverse = 1.0 / sqrt(size)
-    g0 = (n0x * nx + n0y * ny + n0z * nz) / size
-    g1 = (n1x * nx + n1y * ny + n1z * nz) / size
-    g2 = (n2x * nx + n2y * ny + n2z * nz) / size
-    g3 = (n3x * nx + n3y * ny + n3z * nz) / size
-    height = (n1x * ux + n1y * uy + n1z * uz) * inverse
-    nx, ny, nz = nx * inverse, ny * inverse, nz * inverse
+@njit(cache=True)
+def _shortest(u, v, w, rest):  # noqa: ANN001, ANN202
+    """Area vectors, the largest |N|^2 of the candidates, their N, and what `rest` holds for it."""
+    n0, n1, n2, n3 = area_vectors(u, v, w)
+    best = dot(n0, n0), n0, rest[0]
+    best = _larger(best, n1, rest[1])
+    best = _larger(best, n2, rest[2])
+    best = _larger(best, n3, rest[3])
+    best = _larger(best, plus(n1, n2), rest[4])
+    best = _larger(best, plus(n1, n3), rest[5])
+    return (n0, n1, n2, n3), _larger(best, plus(n2, n3), rest[6])
 
-    f = select(collinear, 0.0, -h * k * (height * inverse_rest - 1.0))
+
+@njit(cache=True)
+def shortest_altitude(u, v, w, rest):  # noqa: ANN001, ANN201
+    """Weights, direction and height of the altitude that acts, as in altitude_along, and what `rest` holds for it.
+
+    u, v, w  from particle 0 to the others [m], tuples of three lanes
+    rest     one value for each of the seven candidates, a tuple of seven lanes
+    """
+    areas, best = _shortest(u, v, w, rest)
+    thin = collinear(u, v, w, best[0])
+    if any_lane(thin):
+        u, v = off_the_line(u, v, w, best[0], thin)
+        areas, best = _shortest(u, v, w, rest)
+    size, chosen, kept = best
+    weights, direction, height = altitude_along(areas, chosen, size, u)
+    return weights, direction, height, kept
+
+
+@njit(cache=True)
+def _between(x, p, q):  # noqa: ANN001, ANN202
+    return load(x, (q, 0)) - load(x, (p, 0)), load(x, (q, 1)) - load(x, (p, 1)), load(x, (q, 2)) - load(x, (p, 2))
+
+
+@njit(cache=True)
+def _candidates(values, p):  # noqa: ANN001, ANN202
+    first = load(values, (p, 0)), load(values, (p, 1)), load(values, (p, 2)), load(values, (p, 3))
+    return (*first, load(values, (p, 4)), load(values, (p, 5)), load(values, (p, 6)))
+
+
+@njit(cache=True)
+def add_altitude(A, b, x, p, k, inverse_heights, h, hh=None):  # noqa: ANN001, ANN201
+    """Add h f to b and hh K to A for the tetrahedron of particles p to p + 3, in place.
+
+    x                positions [m], (particles, 3, W)
+    k                force per unit strain [N]
+    inverse_heights  signed 1 / h0 of the seven candidates [1/m], (particles, 7, W)
+    h                step [s]; hh  its square, or 0 for a spring that is not implicit [s^2]
+    """
+    if hh is None:
+        hh = h * h
+    u, v, w = _between(x, p, p + 1), _between(x, p, p + 2), _between(x, p, p + 3)
+    (g0, g1, g2, g3), n, height, inverse_rest = shortest_altitude(u, v, w, _candidates(inverse_heights, p))
+    f = -h * k * (height * inverse_rest - 1.0)
     # A force on the strain h / h0 - 1: its sign follows the rest height, its stiffness does not.
     f = select(inverse_rest < 0.0, -f, f)
-    s = select(collinear, 0.0, h * h * k * maximum(inverse_rest, -inverse_rest))
-    _scatter(A, b, p, 0, g0, g0, g1, g2, g3, f, s, nx, ny, nz)
-    _scatter(A, b, p, 1, g1, g0, g1, g2, g3, f, s, nx, ny, nz)
-    _scatter(A, b, p, 2, g2, g0, g1, g2, g3, f, s, nx, ny, nz)
-    _scatter(A, b, p, 3, g3, g0, g1, g2, g3, f, s, nx, ny, nz)
+    s = hh * k * maximum(inverse_rest, -inverse_rest)
+    _scatter(A, b, p, 0, g0, g0, g1, g2, g3, f, s, n)
+    _scatter(A, b, p, 1, g1, g0, g1, g2, g3, f, s, n)
+    _scatter(A, b, p, 2, g2, g0, g1, g2, g3, f, s, n)
+    _scatter(A, b, p, 3, g3, g0, g1, g2, g3, f, s, n)
 
 
 @njit(cache=True)
-def _scatter(A, b, p, i, g, g0, g1, g2, g3, f, s, nx, ny, nz):  # noqa: ANN001, ANN202
+def _scatter(A, b, p, i, g, g0, g1, g2, g3, f, s, n):  # noqa: ANN001, ANN202
     """Add the force on particle p + i and its blocks with itself and the particles after it."""
     fx = f * g
-    store(b, (p + i, 0), load(b, (p + i, 0)) + fx * nx)
-    store(b, (p + i, 1), load(b, (p + i, 1)) + fx * ny)
-    store(b, (p + i, 2), load(b, (p + i, 2)) + fx * nz)
-    sx, sy, sz = s * g * nx, s * g * ny, s * g * nz
-    xx, xy, xz, yy, yz, zz = sx * nx, sx * ny, sx * nz, sy * ny, sy * nz, sz * nz
+    store(b, (p + i, 0), load(b, (p + i, 0)) + fx * n[0])
+    store(b, (p + i, 1), load(b, (p + i, 1)) + fx * n[1])
+    store(b, (p + i, 2), load(b, (p + i, 2)) + fx * n[2])
+    sx, sy, sz = s * g * n[0], s * g * n[1], s * g * n[2]
+    xx, xy, xz, yy, yz, zz = sx * n[0], sx * n[1], sx * n[2], sy * n[1], sy * n[2], sz * n[2]
     add_diagonal(A, p + i, g * xx, g * xy, g * xz, g * yy, g * yz, g * zz)
     if i < 1:
         add_coupling(A, p + i, 1 - i, g1 * xx, g1 * xy, g1 * xz, g1 * yy, g1 * yz, g1 * zz)
