@@ -1,0 +1,67 @@
+"""Strands by themselves, on no body: straight, arched or curled, side by side."""
+
+import numpy as np
+
+from hairpipe.data import Groom
+from hairpipe.errors import BadInput
+from hairpipe.groom.adopting import offsets_of
+from hairpipe.groom.helix import Helix, wound
+from hairpipe.groom.resampling import divide
+
+FINE = 64  # pieces of the parabola to a segment
+PARALLEL = 0.99  # cosine from which a direction counts as that of the axis
+
+
+def lay_strands(
+    count: int,
+    length: float,
+    segments: int,
+    direction: tuple[float, float, float],
+    spacing: tuple[float, float, float],
+    curl: Helix | None,
+    arch: float,
+) -> Groom:
+    """Return equal strands of equal segments, the root of the first at the origin, bound to nothing.
+
+    length     of the polyline [m]: segments of length / segments each
+    direction  from root to tip, of any length
+    spacing    from one root to the next [m]
+    arch       rise of a parabola over its span, towards +Y, or +Z where the direction is along Y
+    Raise BadInput where there is no direction, where a strand is curled and arched, or coarser than half a turn.
+    """
+    if not np.linalg.norm(direction) > 0.0:
+        raise BadInput(f"direction = {list(direction)} has no length", right="any other vector")
+    if curl and arch:
+        raise BadInput("a strand is either curled or arched", right="curl, or arch = 0")
+    frame = across(np.array(direction) / np.linalg.norm(direction))
+    shape = wound(curl, length, segments) if curl else arched(arch, length, segments)
+    roots = np.arange(count)[:, None] * np.array(spacing)
+    points = roots[:, None] + shape @ frame.T
+    frames = np.concatenate([np.broadcast_to(frame, (count, 3, 3)), roots[:, :, None]], axis=2)
+    return Groom(
+        points=points.reshape(-1, 3),
+        offsets=offsets_of(np.full(count, segments + 1)),
+        ids=np.arange(count, dtype=np.int32),
+        root_triangles=np.zeros(count, np.int32),
+        root_barycentrics=np.tile([1.0, 0.0, 0.0], (count, 1)),
+        root_frames=np.ascontiguousarray(frames),
+        root_uv=np.zeros((count, 2), np.float32),
+    )
+
+
+def across(ahead: np.ndarray) -> np.ndarray:
+    """Return a frame around a unit vector, (3, 3): columns up, sideways, ahead, right-handed."""
+    up = np.array((0.0, 0.0, 1.0) if abs(ahead[1]) > PARALLEL else (0.0, 1.0, 0.0))
+    up -= (up @ ahead) * ahead
+    up /= np.linalg.norm(up)
+    return np.column_stack([up, np.cross(ahead, up), ahead])
+
+
+def arched(arch: float, length: float, segments: int) -> np.ndarray:
+    """Return points on a parabola x = 4 arch z (1 - z / span), (segments + 1, 3) [m]; chords are length / segments."""
+    if not arch:
+        return np.arange(segments + 1)[:, None] * np.array((0.0, 0.0, length / segments))
+    z = np.linspace(0.0, 1.0, FINE * segments + 1)
+    points = np.zeros((segments + 1, 3))
+    divide(np.column_stack([4.0 * arch * z * (1.0 - z), np.zeros_like(z), z]), points)
+    return points * (length / segments / np.linalg.norm(points[1]))
