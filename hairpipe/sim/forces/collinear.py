@@ -11,6 +11,8 @@ line, the direction turns abruptly as the line passes a diagonal of the axes, an
 the size of the displacement only.
 """
 
+from typing import Any
+
 from numba import njit, types
 from numba.core.extending import overload
 
@@ -18,14 +20,12 @@ from hairpipe.sim.forces.vectors import cross, dot, plus, scaled
 from hairpipe.sim.lanes import maximum, minimum, select, sqrt
 
 
-def nothing(x):  # noqa: ANN001, ANN201
-    """A positive number of the lanes' precision that only quotients of zeros are below."""
-    raise NotImplementedError
+def nothing(x: Any) -> Any:
+    """Give a positive number of the lanes' precision that is next to nothing [1]."""
 
 
-def _limits(x):  # noqa: ANN001, ANN202
+def _limits(x: Any) -> Any:
     """Thickness over extent that collinear particles are given, and |N|^2 over extent^4 below which they are."""
-    raise NotImplementedError
 
 
 @overload(nothing)
