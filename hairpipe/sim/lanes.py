@@ -208,9 +208,12 @@ def _row_pointer(context, builder, array_type, array, index_type, index):  # noq
     view = context.make_array(array_type)(context, builder, array)
     axes = zip(cgutils.unpack_tuple(builder, index), index_type, strict=True)
     position = [context.cast(builder, i, t, types.intp) for i, t in axes]
-    position.append(ir.Constant(ir.IntType(64), 0))
-    pointer = cgutils.get_item_pointer(context, builder, array_type, view, position, wraparound=False)
-    return builder.bitcast(pointer, LanesType(array_type.dtype).vector.as_pointer())
+    vector = LanesType(array_type.dtype).vector
+    row = position[0]
+    # The last axis is known to be a vector long: said in constants, neighbouring rows cost no arithmetic.
+    for i, length in zip(position[1:], cgutils.unpack_tuple(builder, view.shape)[1:-1], strict=True):
+        row = builder.add(builder.mul(row, length, flags=["nsw"]), i, flags=["nsw"])
+    return builder.gep(builder.bitcast(view.data, vector.as_pointer()), [row], inbounds=True, source_etype=vector)
 
 
 @intrinsic
