@@ -1,0 +1,1 @@
+"""The elastic rod: the theory that the hair is measured against; it knows nothing of the spring network."""
