@@ -11,6 +11,7 @@ from annotated_types import Ge, Gt, Interval, Le, Lt, MinLen
 
 __all__ = [
     "Degrees",
+    "DegreesPerSecond",
     "Fraction",
     "Ge",
     "Gt",
@@ -44,6 +45,7 @@ PerSecond = Annotated[float, Unit("1/s")]
 MetresPerSecond = Annotated[float, Unit("m/s")]
 MetresPerSecondSquared = Annotated[float, Unit("m/s^2")]
 Degrees = Annotated[float, Unit("deg")]
+DegreesPerSecond = Annotated[float, Unit("deg/s")]
 Pascals = Annotated[float, Unit("Pa")]
 KilogramsPerCubicMetre = Annotated[float, Unit("kg/m^3")]
 Voxels = Annotated[float, Unit("voxels")]

@@ -1,0 +1,1 @@
+"""Prescribed motion of the ends of strands, by keys and by waves."""

@@ -1,0 +1,33 @@
+"""Hands that hold the ends of hair."""
+
+from typing import Annotated
+
+from hairpipe.data import Ends, Groom
+from hairpipe.graph import Time, node
+from hairpipe.motion.track import Track
+from hairpipe.motion.wave import Wave
+from hairpipe.units import Ge, Seconds
+
+
+@node(frames="each")
+def drive_ends(
+    groom: Groom,
+    time: Time,
+    *,
+    at: int = 1001,
+    roots: Track = Track(),  # noqa: B008 (frozen)
+    wave: Wave | None = None,
+    tips: Track | None = None,
+    release: Annotated[Seconds, Ge(0.0)] | None = None,
+) -> Ends:
+    """The ends of all strands at a frame, led along keys or waves with exact velocities; without, roots stand still.
+
+    at       frame of the shot at which time is zero
+    roots    motion of the roots by keys
+    wave     motion to and fro that the roots have besides
+    tips     motion of the tips by keys; without it they are free, with {} they stand still
+    release  time at which the tips are let go of; never without
+    """
+    from hairpipe.motion.ends import lead
+
+    return lead(groom, (time.frame - at) / time.fps, roots, wave, tips, release)
