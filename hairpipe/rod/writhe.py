@@ -8,6 +8,8 @@ A rod clamped straight at both ends carries the torque M and the tension P. With
 1 / M is the largest one of  Q w = (1/M) (B + P T) w  with the quadratic forms Q, B, T of torque, bending and tension.
 """
 
+from math import comb
+
 import numpy as np
 
 _MODES = 60
@@ -20,25 +22,22 @@ def buckling_torque(tension: float = 0.0) -> float:
 
     Galerkin's method with s^2 (1-s)^2 times Legendre polynomials: exact to rounding up to a tension of 400.
     """
-    from numpy.polynomial import Polynomial
-    from numpy.polynomial.legendre import Legendre, leggauss
+    from numpy.polynomial import Polynomial, legendre
     from scipy.linalg import eigh
 
     if tension <= -4 * np.pi**2:
         raise ValueError("the rod buckles under this thrust without any torque")
-    nodes, weights = leggauss(_MODES + 4)
+    nodes, weights = legendre.leggauss(_MODES + 4)
     clamp = Polynomial([1, 0, -2, 0, 1])  # (1 - x^2)^2
-    legendre = [Legendre.basis(n) for n in range(_MODES)]
+
+    def basis(order: int) -> np.ndarray:
+        coefficients = legendre.legder(np.eye(_MODES), order)
+        return (legendre.legvander(nodes, len(coefficients) - 1) @ coefficients).T
 
     def values(order: int) -> np.ndarray:
-        """Derivatives of the trial functions by s = (1 + x) / 2 at the nodes."""
-        from math import comb
-
-        products = [
-            sum(comb(order, j) * clamp.deriv(j)(nodes) * f.deriv(order - j)(nodes) for j in range(order + 1))
-            for f in legendre
-        ]
-        return 2.0**order * np.array(products)
+        """Derivatives of the trial functions by s = (1 + x) / 2 at the nodes, (modes, nodes)."""
+        parts = [comb(order, j) * clamp.deriv(j)(nodes) * basis(order - j) for j in range(order + 1)]
+        return 2.0**order * np.sum(parts, axis=0)
 
     first, second = values(1), values(2)
     bend = second * weights @ second.T
