@@ -138,17 +138,24 @@ def _expect_masks(*args: types.Type) -> LanesType:
     return args[0].lanes
 
 
+def _llvm(builder, name, lanes, arguments):  # noqa: ANN001, ANN202
+    """Give LLVM's own function of this name, from so many lanes to lanes."""
+    kind = ir.FunctionType(lanes.vector, [lanes.vector] * arguments)
+    return cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{lanes.width}f{lanes.dtype.bitwidth}")
+
+
 @intrinsic
 def sqrt(typingctx, a):  # noqa: ANN001, ANN201
     """Square root of every lane."""
     lanes = _expect_common(a)
+    return signature(lanes, lanes), lambda c, builder, s, args: builder.call(_llvm(builder, "sqrt", lanes, 1), args)
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
-        name = f"llvm.sqrt.v{lanes.width}f{lanes.dtype.bitwidth}"
-        kind = ir.FunctionType(lanes.vector, [lanes.vector])
-        return builder.call(cgutils.get_or_insert_function(builder.module, kind, name), args)
 
-    return signature(lanes, lanes), emit
+@intrinsic
+def multiply_add(typingctx, a, b, c):  # noqa: ANN001, ANN201
+    """Compute a b + c in every lane, rounded once."""
+    lanes = _expect_common(a, b, c)
+    return signature(*[lanes] * 4), lambda c, builder, s, args: builder.call(_llvm(builder, "fma", lanes, 3), args)
 
 
 def _extreme(comparison: str) -> Callable:

@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
-from hairpipe.sim.lanes import WIDTH, any_lane, either, load, maximum, minimum, select, sqrt, store, width
+from hairpipe.sim.lanes import WIDTH, any_lane, either, load, maximum, minimum, multiply_add, select, sqrt, store, width
 
 KINDS = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 
@@ -57,6 +57,20 @@ def test_any_lane_sees_every_lane(dtype):
         a[0, lane] = 1.0
         assert _any_above(a, 0.5)
     assert not _any_above(np.zeros((1, width(dtype)), dtype), 0.5)
+
+
+@njit
+def _fuse(a, b, c, out):
+    store(out, (0,), multiply_add(load(a, (0,)), load(b, (0,)), c))
+
+
+@KINDS
+def test_a_multiply_add_is_rounded_once(dtype):
+    """(1 + e) (1 - e) - 1 is -e^2, of which rounding twice leaves nothing."""
+    ones, small = np.ones((1, width(dtype)), dtype), np.finfo(dtype).eps
+    out = np.empty_like(ones)
+    _fuse(ones + small, ones - small, -1.0, out)
+    np.testing.assert_array_equal(out, -(small**2))
 
 
 def _single_and_double():
