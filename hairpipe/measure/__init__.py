@@ -1,0 +1,1 @@
+"""What hair is doing, as numbers."""

@@ -1,0 +1,42 @@
+"""A picture of strands over time."""
+
+from typing import Annotated, Literal
+
+from hairpipe.data import Strands
+from hairpipe.graph import File, Frames, Time, Workspace, node
+from hairpipe.units import Interval, Metres, Pixels
+
+
+@node(frames="once")
+def plot_strand(
+    hair: tuple[Frames[Strands], ...],
+    time: Time,
+    workspace: Workspace,
+    *,
+    poses: Annotated[int, Interval(ge=1, le=1000)] = 8,
+    moments: tuple[int, ...] = (),
+    strands: tuple[int, ...] = (),
+    plane: Literal["xy", "zy", "xz"] = "xy",
+    apart: tuple[Metres, Metres] = (0.0, 0.0),
+    cases: tuple[str, ...] = (),
+    title: str = "",
+    width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
+    height: Annotated[Pixels, Interval(ge=200, le=8000)] = 750,
+) -> File:
+    """PNG of poses at several frames, coloured by time; several simulations stand side by side, to one scale.
+
+    poses    how many, spread evenly over all frames
+    moments  frames to draw instead of those; those that are not among the frames are left out
+    strands  numbers of those to draw; all without
+    plane    coordinates to the right and upwards
+    apart    how far every pose is drawn from the one before, to the right and up
+    cases    names of the simulations, in order
+    title    above the picture
+    width    of the picture
+    height   of the picture
+    """
+    from hairpipe.io.chart.poses import draw_poses, panels_of
+
+    panels = panels_of(hair, time.fps, poses, moments, strands, cases)
+    draw_poses(workspace / "poses.png", panels, plane, apart, title, (width, height))
+    return File(workspace / "poses.png")
