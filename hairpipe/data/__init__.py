@@ -1,10 +1,24 @@
 """The values that travel along the edges of a graph: frozen dataclasses of numpy arrays and scalars, nothing else."""
 
 from hairpipe.data.body import Body, Pose, Skeleton
+from hairpipe.data.elastic import ElasticState, Shell, Solid
 from hairpipe.data.ends import Ends
 from hairpipe.data.groom import Groom, Strands
 from hairpipe.data.levelset import LevelSet
 from hairpipe.data.mesh import Mesh
 from hairpipe.data.table import Table
 
-__all__ = ["Body", "Ends", "Groom", "LevelSet", "Mesh", "Pose", "Skeleton", "Strands", "Table"]
+__all__ = [
+    "Body",
+    "ElasticState",
+    "Ends",
+    "Groom",
+    "LevelSet",
+    "Mesh",
+    "Pose",
+    "Shell",
+    "Skeleton",
+    "Solid",
+    "Strands",
+    "Table",
+]

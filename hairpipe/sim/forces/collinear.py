@@ -11,6 +11,7 @@ line, the direction turns abruptly as the line passes a diagonal of the axes, an
 the size of the displacement only.
 """
 
+from collections.abc import Callable
 from typing import Any
 
 from numba import njit, types
@@ -29,13 +30,13 @@ def _limits(x: Any) -> Any:
 
 
 @overload(nothing)
-def _nothing(x):  # noqa: ANN001, ANN202
+def _nothing(x: Any) -> Callable:
     value = 1e-200 if x.dtype == types.float64 else 1e-36
     return lambda x: value
 
 
 @overload(_limits)
-def _limits_of(x):  # noqa: ANN001, ANN202
+def _limits_of(x: Any) -> Callable:
     values = (2e-8, 1e-16) if x.dtype == types.float64 else (1e-4, 1e-9)
     return lambda x: values
 

@@ -1,0 +1,41 @@
+"""Pictures side by side and below each other, with a word on each."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from hairpipe.io.picture import read_picture
+
+INK, PAPER = (255, 255, 255), (20, 22, 26)
+GAP = 4
+"""Between two pictures [pixels]."""
+
+
+def write_beside(path: Path, pictures: Sequence[np.ndarray], words: Sequence[str], corner: str) -> None:
+    """Write a PNG of pictures of one size, (height, width, 3) uint8 each, with a word over each.
+
+    words   one for each, or none; corner  a word in the corner of the first
+    """
+    height, width = pictures[0].shape[:2]
+    sheet = Image.new("RGB", (len(pictures) * (width + GAP) - GAP, height), PAPER)
+    for place, picture in enumerate(pictures):
+        sheet.paste(Image.fromarray(picture), (place * (width + GAP), 0))
+    pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(max(10, height // 18))
+    for place, word in enumerate(words):
+        pen.text((place * (width + GAP) + 0.5 * width, height * 0.02), word, INK, font, anchor="ma")
+    pen.text((height * 0.03, height * 0.97), corner, INK, font, anchor="ls")
+    sheet.save(path, "PNG")
+
+
+def write_below(path: Path, pictures: Sequence[Path], columns: int) -> None:
+    """Write a PNG of pictures, all of the size of the first, in rows of so many."""
+    images = [read_picture(picture) for picture in pictures]
+    width, height = images[0].size
+    rows = -(-len(images) // columns)
+    columns = min(columns, len(images))
+    sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), PAPER)
+    for place, image in enumerate(images):
+        sheet.paste(image, (place % columns * (width + GAP), place // columns * (height + GAP)))
+    sheet.save(path, "PNG")

@@ -1,0 +1,63 @@
+"""A body of springs from frame to frame."""
+
+import numpy as np
+
+from hairpipe.data.elastic import ElasticState
+from hairpipe.errors import BadInput
+from hairpipe.sim.mesh.assembly import spring_energy
+from hairpipe.sim.mesh.integrators import SCHEMES
+from hairpipe.sim.mesh.network import Springs
+from hairpipe.sim.mesh.scene import Surroundings
+from hairpipe.sim.mesh.stage import Body
+
+
+def start(springs: Springs, points: np.ndarray, scene: Surroundings) -> ElasticState:
+    """Put a body where its points are, (n, 3) [m]."""
+    count = len(points)
+    velocities = np.zeros((count, 3))
+    if scene.stir:
+        random = np.random.default_rng(scene.stir.seed)
+        velocities = scene.stir.speed * random.normal(size=(count, 3)) * springs.free
+    fall = -scene.gravity * np.array([0.0, 1.0, 0.0]) * springs.free
+    still = np.zeros(len(springs.pairs)), np.zeros(count)
+    return ElasticState(0.0, points.copy(), velocities, fall, *still, _energy(springs, points, velocities, scene))
+
+
+def advance_frame(
+    springs: Springs, state: ElasticState, frame: float, scene: Surroundings, damping: float
+) -> ElasticState:
+    """Advance a body by a frame [s].
+
+    damping  time over which stiffness damps [s]
+
+    Raises BadInput where it does not stay finite.
+    """
+    limp = springs._replace(pulls=0 * springs.pulls, presses=0 * springs.presses)
+    body = Body(
+        springs,
+        state.positions,
+        state.velocities,
+        state.accelerations,
+        state.tensions.copy(),
+        state.pressed.copy(),
+        damping,
+        scene.drag,
+        scene.gravity,
+        scene.ground.friction if scene.ground else None,
+    )
+    dt = frame / scene.steps
+    for step in range(scene.steps):
+        # Half a step of tolerance: times are sums.
+        body.springs = springs if state.time + (step + 0.5) * dt > scene.slack else limp
+        SCHEMES[scene.scheme](body, dt)
+    time = state.time + frame
+    lost = np.flatnonzero(~np.isfinite(body.x).all(axis=1))
+    if len(lost):
+        raise BadInput(f"particle {lost[0]} and {len(lost) - 1} more blew up before {time:.3f} s", right="more steps")
+    energy = _energy(springs, body.x, body.v, scene)
+    return ElasticState(time, body.x, body.v, body.a, body.T, body.pressed, energy)
+
+
+def _energy(springs: Springs, x: np.ndarray, v: np.ndarray, scene: Surroundings) -> np.ndarray:
+    kinetic = np.sum(springs.mass[:, None] * v**2) / 2
+    return np.array([kinetic, spring_energy(x, springs), scene.gravity * np.sum(springs.mass * x[:, 1])])

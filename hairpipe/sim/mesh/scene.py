@@ -1,0 +1,48 @@
+"""Where a body of springs is put, and how its time is cut."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from hairpipe.units import Ge, Interval, MetresPerSecond, MetresPerSecondSquared, PerSecond, Seconds
+
+Scheme = Literal["tr_bdf2", "backward_euler"]
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Level ground at y = 0.
+
+    friction  Coulomb coefficient
+    """
+
+    friction: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.5
+
+
+@dataclass(frozen=True)
+class Stir:
+    """A random velocity that every particle starts with.
+
+    speed  standard deviation along each axis
+    seed   of the random numbers
+    """
+
+    speed: Annotated[MetresPerSecond, Interval(ge=0.0, le=100.0)] = 0.3
+    seed: Annotated[int, Ge(0)] = 0
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """All of it together; gravity acts along -Y.
+
+    drag    rate at which still air takes away speed
+    slack   time before which no spring acts
+    steps   of equal length in a frame
+    """
+
+    gravity: MetresPerSecondSquared = 9.81
+    drag: PerSecond = 0.0
+    slack: Seconds = 0.0
+    steps: int = 10
+    scheme: Scheme = "tr_bdf2"
+    ground: Ground | None = None
+    stir: Stir | None = None

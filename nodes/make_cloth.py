@@ -1,0 +1,25 @@
+"""A square of cloth."""
+
+from typing import Annotated
+
+from hairpipe.data import Shell
+from hairpipe.graph import node
+from hairpipe.units import Gt, Interval, Metres
+
+
+@node(frames="once")
+def make_cloth(
+    *,
+    size: Annotated[Metres, Gt(0.0)] = 1.0,
+    height: Annotated[Metres, Interval(ge=0.0, le=1000.0)] = 1.4,
+    cells: Annotated[int, Interval(ge=1, le=1000)] = 20,
+) -> Shell:
+    """Triangles of a level square, pinned at the two corners at the back.
+
+    size    of an edge
+    height  above the ground
+    cells   along an edge, each of two triangles
+    """
+    from hairpipe.sim.mesh.sheets import build_cloth
+
+    return build_cloth(size, cells, height)

@@ -1,0 +1,29 @@
+"""Half a hollow torus."""
+
+from typing import Annotated
+
+from hairpipe.data import Shell
+from hairpipe.graph import node
+from hairpipe.units import Gt, Interval, Metres
+
+
+@node(frames="once")
+def make_noodle(
+    *,
+    ring: Annotated[Metres, Gt(0.0)] = 0.5,
+    tube: Annotated[Metres, Gt(0.0)] = 0.15,
+    height: Annotated[Metres, Interval(ge=0.0, le=1000.0)] = 1.6,
+    along: Annotated[int, Interval(ge=1, le=1000)] = 32,
+    around: Annotated[int, Interval(ge=3, le=1000)] = 16,
+) -> Shell:
+    """Triangles of a tube bent into half a circle, open at both ends, lying flat.
+
+    ring    radius of the circle in the middle of the tube
+    tube    radius of the tube
+    height  of the lowest points above the ground
+    along   quads along the half circle, each of two triangles
+    around  quads around the tube
+    """
+    from hairpipe.sim.mesh.sheets import build_noodle
+
+    return build_noodle(ring, tube, along, around, height)

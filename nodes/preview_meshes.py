@@ -1,0 +1,49 @@
+"""A quick picture of meshes."""
+
+from typing import Annotated
+
+from hairpipe.data import Mesh
+from hairpipe.graph import File, Time, Workspace, node
+from hairpipe.units import Degrees, Fraction, Gt, Interval, Metres, Pixels
+
+Place = tuple[Metres, Metres, Metres]
+
+
+@node(frames="each")
+def preview_meshes(
+    meshes: tuple[Mesh, ...],
+    workspace: Workspace,
+    time: Time,
+    *,
+    names: tuple[str, ...] = (),
+    eye: Place = (1.5, 2.2, 3.6),
+    target: Place = (0.0, 0.3, 0.0),
+    radius: Annotated[Metres, Gt(0.0)] = 1.0,
+    fov: Annotated[Degrees, Interval(ge=1.0, le=120.0)] = 24.0,
+    width: Annotated[Pixels, Interval(ge=16, le=4096)] = 480,
+    height: Annotated[Pixels, Interval(ge=16, le=4096)] = 360,
+    colour: tuple[Fraction, Fraction, Fraction] = (0.75, 0.45, 0.25),
+) -> File:
+    """PNG of meshes side by side, each on a floor at y = 0, lit as in a studio, with the time since frame 0.
+
+    names   of the meshes, written above them
+    eye     position of the camera
+    target  centre of each picture
+    radius  about the target in which shadows fall
+    fov     field of view across the shorter side
+    width   of a mesh's picture
+    height  of a mesh's picture
+    colour  of the meshes: red, green and blue, sRGB
+    """
+    import numpy as np
+
+    from hairpipe.io.panels import write_beside
+    from hairpipe.picture.film import linear
+    from hairpipe.picture.framing import Framing, Shot
+    from hairpipe.picture.objects import draw_object
+
+    shot, framing = Shot(width, height, fov=fov, eye=eye, target=target), Framing(np.array(target), radius)
+    pictures = [draw_object(mesh, shot, framing, linear(colour)) for mesh in meshes]
+    path = workspace / "picture.png"
+    write_beside(path, pictures, names, f"{time.frame / time.fps:.2f} s")
+    return File(path)
