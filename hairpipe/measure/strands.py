@@ -1,11 +1,11 @@
 """Strands over time as a table."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from hairpipe.data import Strands, Table
+from hairpipe.data import Ends, Strands, Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.measure.writhe import writhe
 
@@ -16,30 +16,35 @@ COLUMNS = (
     "tip y [m]",
     "tip z [m]",
     "span [m]",
+    "bulge [m]",
     "stretch [%]",
     "segment strain [%]",
     "fastest point [m/s]",
     "writhe [1]",
     "moved [mm]",
 )
+TURNED = "turned [rad]"
 
 
-def measure(hair: Mapping[int, Strands], fps: float) -> Table:
+def measure(hair: Mapping[int, Strands], fps: float, ends: Mapping[int, Ends] | None = None) -> Table:
     """Return a row for every frame and strand; time zero, and what moved and stretched is compared to, is the first.
 
     span            from root to tip
+    bulge           farthest from the straight line between them
     stretch         of the whole strand
     segment strain  the largest, whether stretched or compressed
     writhe          loops, see `writhe`
     moved           root mean square over the points
+    turned          the tip against the root, about the way from one to the other at first; where ends are given
     """
-    frames = iter(hair)
-    start = next(frames)
-    first = hair[start]
-    rows = list(rows_of(first, first, 0.0))
-    for frame in frames:
-        rows += rows_of(hair[frame], first, (frame - start) / fps)
-    return table_of_rows(COLUMNS, rows)
+    frames = list(hair)
+    first = hair[frames[0]]
+    rows = [row for frame in frames for row in rows_of(hair[frame], first, (frame - frames[0]) / fps)]
+    if ends is None:
+        return table_of_rows(COLUMNS, rows)
+    along = first.points[first.offsets[1:] - 1] - first.points[first.offsets[:-1]]
+    angles = turns([ends[frame] for frame in frames], along)
+    return table_of_rows((*COLUMNS, TURNED), [(*row, angle) for row, angle in zip(rows, angles.ravel(), strict=True)])
 
 
 def rows_of(now: Strands, first: Strands, time: float) -> Iterator[tuple[Any, ...]]:
@@ -52,9 +57,33 @@ def rows_of(now: Strands, first: Strands, time: float) -> Iterator[tuple[Any, ..
             strand,
             *points[-1].tolist(),
             np.linalg.norm(points[-1] - points[0]),
+            bulge(points),
             100.0 * (lengths.sum() / rest.sum() - 1.0),
             100.0 * np.abs(lengths / rest - 1.0).max(),
             np.linalg.norm(now.velocities[begin:end], axis=1).max(),
             writhe(points),
             1e3 * np.sqrt(np.mean(np.sum((points - before) ** 2, axis=1))),
         )
+
+
+def bulge(points: np.ndarray) -> float:
+    """Return how far a curve, (n, 3), is from the straight line between its ends at most."""
+    line = points[-1] - points[0]
+    length = np.linalg.norm(line)
+    along = line / length if length > 0.0 else line
+    away = points - points[0]
+    return float(np.linalg.norm(away - np.outer(away @ along, along), axis=1).max())
+
+
+def turns(ends: Sequence[Ends], along: np.ndarray) -> np.ndarray:
+    """Add up how far the tips have been turned against the roots [rad], (frames, S); less than half a turn a frame.
+
+    along  axis of every strand, (S, 3), of any length
+    """
+    axes = along / np.linalg.norm(along, axis=1, keepdims=True)
+    against = np.array([np.einsum("sji,sjk->sik", e.roots[:, :, :3], e.tips[:, :, :3]) for e in ends])
+    steps = np.einsum("fsik,fsjk->fsij", against, np.concatenate([against[:1], against[:-1]]))
+    twice = np.stack([steps[..., k - 1, k - 2] - steps[..., k - 2, k - 1] for k in range(3)], axis=-1)
+    sines = 0.5 * np.einsum("fsk,sk->fs", twice, axes)
+    cosines = 0.5 * (np.trace(steps, axis1=2, axis2=3) - 1.0)
+    return np.cumsum(np.arctan2(sines, cosines), axis=0)
