@@ -29,13 +29,13 @@ def _limits(x: Any) -> Any:
     """Thickness over extent that collinear particles are given, and |N|^2 over extent^4 below which they are."""
 
 
-@overload(nothing)
+@overload(nothing, strict=False)
 def _nothing(x: Any) -> Callable:
     value = 1e-200 if x.dtype == types.float64 else 1e-36
     return lambda x: value
 
 
-@overload(_limits)
+@overload(_limits, strict=False)
 def _limits_of(x: Any) -> Callable:
     values = (2e-8, 1e-16) if x.dtype == types.float64 else (1e-4, 1e-9)
     return lambda x: values
