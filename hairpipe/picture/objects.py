@@ -11,9 +11,9 @@ from hairpipe.picture.shadow import cast_shadow
 from hairpipe.picture.skin import shade_skin
 from hairpipe.picture.surface import Surface, see_body
 
-FLOOR = np.array([0.20, 0.21, 0.23])
+FLOOR = np.array([0.09, 0.095, 0.105])
 """Colour of the floor, linear."""
-WIDE, TILES = 3.0, 24
+WIDE, TILES = 8.0, 64
 """Half the edge of the floor, over the radius of the picture, and tiles along it: those behind the eye are left out."""
 BELOW = 2e-3
 """How far under y = 0 the floor lies, so that what lies on it is seen, over the radius of the picture."""

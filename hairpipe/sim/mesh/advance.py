@@ -4,7 +4,7 @@ import numpy as np
 
 from hairpipe.data.elastic import ElasticState
 from hairpipe.errors import BadInput
-from hairpipe.sim.mesh.assembly import spring_energy
+from hairpipe.sim.mesh.assembly import find_forces, spring_energy
 from hairpipe.sim.mesh.integrators import SCHEMES
 from hairpipe.sim.mesh.network import Springs
 from hairpipe.sim.mesh.scene import Surroundings
@@ -18,9 +18,13 @@ def start(springs: Springs, points: np.ndarray, scene: Surroundings) -> ElasticS
     if scene.stir:
         random = np.random.default_rng(scene.stir.seed)
         velocities = scene.stir.speed * random.normal(size=(count, 3)) * springs.free
-    fall = -scene.gravity * np.array([0.0, 1.0, 0.0]) * springs.free
+    pull = np.zeros((count, 3))
+    if scene.slack == 0:
+        find_forces(pull, points, springs)
+    acceleration = (pull / springs.mass[:, None] - scene.gravity * np.array([0.0, 1.0, 0.0])) * springs.free
     still = np.zeros(len(springs.pairs)), np.zeros(count)
-    return ElasticState(0.0, points.copy(), velocities, fall, *still, _energy(springs, points, velocities, scene))
+    energy = _energy(springs, points, velocities, scene)
+    return ElasticState(0.0, points.copy(), velocities, acceleration, *still, energy)
 
 
 def advance_frame(

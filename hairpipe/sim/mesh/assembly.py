@@ -163,6 +163,14 @@ def add_linear(A, b, x, v, T, springs, h, damping):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True)
+def find_forces(f, x, springs):  # noqa: ANN001, ANN201
+    """Add the force of every spring [N] at positions x [m] to f, both (n, 3), in place."""
+    A, still, T = np.zeros((len(springs.pattern.column), 3, 3)), np.zeros_like(x), np.zeros(len(springs.pairs))
+    add_linear(A, f, x, still, T, springs, 1.0, 0.0)
+    add_altitudes(A, f, x, still, springs, 1.0, 0.0)
+
+
+@njit(cache=True)
 def find_tensions(T, x, dx, springs):  # noqa: ANN001, ANN201
     """Set the multipliers to those of a solution dx [m] linearised at x [m], in place."""
     for e in range(len(springs.pairs)):

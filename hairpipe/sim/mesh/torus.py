@@ -10,7 +10,7 @@ def build_torus(ring: float, tube: float, layers: int, around: int, height: floa
 
     ring    radius of the ring [m]; tube  radius of the disc [m]
     layers  of triangles across the radius of the disc; around  prisms along the ring
-    height  of the lowest points above the ground [m]
+    height  of the bottom of the tube above the ground [m]
     """
     disc, triangles = _disc(layers)
     angle = 2 * np.pi * np.arange(around)[:, None] / around
