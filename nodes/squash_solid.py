@@ -1,0 +1,20 @@
+"""A solid out of shape."""
+
+from typing import Annotated
+
+from hairpipe.data import Solid
+from hairpipe.graph import node
+from hairpipe.sim.mesh.squash import Shape
+from hairpipe.units import Ge
+
+
+@node(frames="once")
+def squash_solid(solid: Solid, *, shape: Shape = "plane", seed: Annotated[int, Ge(0)] = 0) -> Solid:
+    """The particles of a solid on a plane, on a line, mirrored, at random or in one point: where a test may start.
+
+    shape  they are moved to, about their middle
+    seed   of the random places
+    """
+    from hairpipe.sim.mesh.squash import squash
+
+    return squash(solid, shape, seed)
