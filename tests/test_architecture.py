@@ -21,11 +21,12 @@ ROOMS = {
     "units": set(),
     "errors": set(),
     **dict.fromkeys(DOMAIN, BASE | DOMAIN),
+    "bench": BASE | DOMAIN,
     "io": BASE,
     "graph": {"errors", "units"},
     "nodes": BASE | DOMAIN | {"io", "graph"},
     "graphs": BASE | DOMAIN | {"io"},
-    "cli": {"errors", "graph", "graphs", "io", "levelset.vdb"},
+    "cli": {"bench", "errors", "graph", "graphs", "io", "levelset.vdb"},
 }
 """Which other rooms the files of a room may import."""
 PLACES = {

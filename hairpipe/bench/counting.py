@@ -1,0 +1,134 @@
+"""What a kernel has to do at least: its own source, run by Python on lanes that count what becomes of them.
+
+Every kernel it calls is replaced by its source, every operation on lanes by numpy's. Numbers that are the same for all
+strands cost one strand nothing and are not counted.
+"""
+
+from collections.abc import Callable
+from types import FunctionType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import typeof
+from numba.core.dispatcher import Dispatcher
+from numba.core.errors import NumbaError
+from numba.core.registry import cpu_target
+
+from hairpipe.sim import lanes
+
+_types: Any = cpu_target.typing_context
+_COUNTED = {np.add, np.subtract, np.multiply, np.divide, np.sqrt}
+
+
+class Work(NamedTuple):
+    """What one strand costs.
+
+    operations  additions, multiplications, divisions and roots
+    bytes       of the arrays that were handed in: each counts once if it is read, and once if it is written
+    """
+
+    operations: float
+    bytes: float
+
+    def per(self, count: int) -> "Work":
+        """Divide among so many particles."""
+        return Work(self.operations / count, self.bytes / count)
+
+
+class _Tally:
+    """Counts, and the addresses of the rows that were moved."""
+
+    def __init__(self, arrays: list[np.ndarray]) -> None:
+        self.operations = 0
+        self.moved: dict[tuple[str, int], int] = {}
+        self._ranges = [(a.ctypes.data, a.ctypes.data + a.nbytes) for a in arrays]
+
+    def move(self, how: str, row: np.ndarray) -> None:
+        """Note a row, unless the kernel made the array itself."""
+        address = row.ctypes.data
+        known = ("written", address) in self.moved  # a row that was written is not read from afar
+        if not known and any(begin <= address < end for begin, end in self._ranges):
+            self.moved[how, address] = row.itemsize
+
+
+def count_work(kernel: Dispatcher, *args: Any) -> Work:
+    """Run a kernel on its arguments, in place as it does, and count."""
+    tally = _Tally(
+        [a for arg in args for a in (arg if isinstance(arg, tuple) else (arg,)) if isinstance(a, np.ndarray)]
+    )
+
+    class _Lanes(np.ndarray):
+        def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **kwargs: Any) -> Any:
+            tally.operations += ufunc in _COUNTED
+            plain = [np.asarray(i) if isinstance(i, np.ndarray) else i for i in inputs]
+            return np.asarray(ufunc(*plain, **kwargs)).view(_Lanes)
+
+    def load(array: np.ndarray, index: tuple[int, ...]) -> np.ndarray:
+        tally.move("read", array[index])
+        return array[index].copy().view(_Lanes)
+
+    def store(array: np.ndarray, index: tuple[int, ...], value: Any) -> None:
+        tally.move("written", array[index])
+        array[index] = value
+
+    in_python = {
+        lanes.load: load,
+        lanes.store: store,
+        lanes.sqrt: np.sqrt,
+        lanes.maximum: np.maximum,
+        lanes.minimum: np.minimum,
+        lanes.multiply_add: lambda a, b, c: a * b + c,
+        lanes.select: lambda condition, a, b: np.where(condition, a, b).view(_Lanes),
+        lanes.either: np.logical_or,
+        lanes.any_lane: lambda condition: bool(np.asarray(condition).any()),
+    }
+    _in_python(kernel, in_python)(*args)
+    return Work(tally.operations, sum(tally.moved.values()))
+
+
+def _in_python(thing: Any, known: dict[Any, Callable]) -> Callable:
+    """Give a kernel as Python that calls no machine code."""
+    if thing not in known:
+        if not isinstance(thing, Dispatcher):
+            return _choose(thing, known)
+        known[thing] = lambda *args: None  # a kernel may know itself
+        known[thing] = _with_globals(thing.py_func, known)
+    return known[thing]
+
+
+def _with_globals(function: FunctionType, known: dict[Any, Callable]) -> Callable:
+    """Copy a function of Python, and put what runs in Python in place of what it calls."""
+    names = {name: value for name, value in function.__globals__.items() if name in function.__code__.co_names}
+    ours = {name: _in_python(value, known) for name, value in names.items() if _is_ours(value)}
+    scope = function.__globals__ | ours
+    return FunctionType(function.__code__, scope, closure=function.__closure__)
+
+
+def _is_ours(thing: Any) -> bool:
+    """Whether something is a kernel, an operation on lanes, or a name that numba gives a kernel by type."""
+    return callable(thing) and (
+        isinstance(thing, Dispatcher) or thing in vars(lanes).values() or bool(_overloads(thing))
+    )
+
+
+def _overloads(thing: Callable) -> list[Any]:
+    """List what `numba.extending.overload` has given a function of ours."""
+    if not getattr(thing, "__module__", "").startswith("hairpipe.") or isinstance(thing, type):
+        return []
+    try:
+        return list(_types.resolve_value_type(thing).templates)
+    except (NumbaError, AttributeError):
+        return []
+
+
+def _choose(thing: Callable, known: dict[Any, Callable]) -> Callable:
+    """Call the overload that numba would choose by the type of the first argument."""
+
+    def call(*args: Any) -> Any:
+        for template in _overloads(thing):
+            found = template._overload_func(typeof(args[0]), *[None] * (len(args) - 1))
+            if found is not None:
+                return _with_globals(found, known)(*args)
+        raise TypeError(f"no overload of {thing.__name__} for {type(args[0]).__name__}")
+
+    return call

@@ -1,0 +1,41 @@
+"""What was measured on: the processor, its cores, and the versions of what makes machine code."""
+
+import importlib.metadata
+import os
+import platform
+from pathlib import Path
+from typing import NamedTuple
+
+from hairpipe import __version__
+
+_COMPILERS = ("numpy", "numba", "llvmlite")
+
+
+class Machine(NamedTuple):
+    """A machine.
+
+    processor  its model
+    cores      that the system counts
+    versions   by name
+    """
+
+    processor: str
+    cores: int
+    versions: dict[str, str]
+
+
+def this_machine() -> Machine:
+    """Describe the machine at hand."""
+    versions = {"hairpipe": __version__, "python": platform.python_version()}
+    versions |= {name: importlib.metadata.version(name) for name in _COMPILERS}
+    return Machine(_processor(), os.cpu_count() or 1, versions)
+
+
+def _processor() -> str:
+    """Name the processor; Linux says it in a file."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
