@@ -1,0 +1,34 @@
+"""Pictures side by side and below each other."""
+
+import numpy as np
+from PIL import Image
+
+from hairpipe.io.panels import GAP, write_below, write_beside
+from hairpipe.io.picture import write_png
+
+
+def plain(level, height=40, width=60):
+    return np.full((height, width, 3), level, np.uint8)
+
+
+def test_pictures_stand_beside_each_other_with_words(tmp_path):
+    write_beside(tmp_path / "a.png", [plain(50), plain(150)], ("one", "two"), "")
+    write_beside(tmp_path / "b.png", [plain(50), plain(150)], (), "")
+    worded, bare = (np.asarray(Image.open(tmp_path / name)) for name in ("a.png", "b.png"))
+    assert worded.shape == bare.shape == (40, 120 + GAP, 3)
+    assert (bare[:, :60] == 50).all() and (bare[:, 60 + GAP :] == 150).all()
+    assert (worded != bare)[:20, :60].any() and (worded != bare)[:20, 60 + GAP :].any()
+    assert not (worded != bare)[20:].any()
+
+
+def test_pictures_fill_rows(tmp_path):
+    paths = []
+    for i in range(5):
+        paths.append(tmp_path / f"{i}.png")
+        write_png(paths[-1], plain(40 * i + 10))
+    write_below(tmp_path / "sheet.png", paths, 2)
+    sheet = np.asarray(Image.open(tmp_path / "sheet.png"))
+    assert sheet.shape == (3 * 40 + 2 * GAP, 120 + GAP, 3)
+    for i in range(5):
+        row, column = divmod(i, 2)
+        assert (sheet[row * (40 + GAP) + 20, column * (60 + GAP) + 30] == 40 * i + 10).all()
