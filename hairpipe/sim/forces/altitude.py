@@ -101,7 +101,7 @@ def add_altitude(A, b, x, p, k, inverse_heights, h, hh=None):  # noqa: ANN001, A
 
     x                positions [m], (particles, 3, W)
     k                force per unit strain [N]
-    inverse_heights  signed 1 / h0 of the seven candidates [1/m], (particles, 7, W)
+    inverse_heights  signed 1 / h0 of the seven candidates [1/m], 0 where none acts, (particles, 7, W)
     h                step [s]; hh  its square, or 0 for a spring that is not implicit [s^2]
     """
     if hh is None:
@@ -110,7 +110,7 @@ def add_altitude(A, b, x, p, k, inverse_heights, h, hh=None):  # noqa: ANN001, A
     (g0, g1, g2, g3), n, height, inverse_rest = shortest_altitude(u, v, w, _candidates(inverse_heights, p))
     f = -h * k * (height * inverse_rest - 1.0)
     # A force on the strain h / h0 - 1: its sign follows the rest height, its stiffness does not.
-    f = select(inverse_rest < 0.0, -f, f)
+    f = select(inverse_rest > 0.0, f, select(inverse_rest < 0.0, -f, 0.0))
     s = hh * k * maximum(inverse_rest, -inverse_rest)
     _scatter(A, b, p, 0, g0, g0, g1, g2, g3, f, s, n)
     _scatter(A, b, p, 1, g1, g0, g1, g2, g3, f, s, n)

@@ -12,8 +12,9 @@ REST = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [0.2, 0.9, 0.1], [0.3, 0.2, 1
 
 def _apply(system, points, rest=REST):
     s = system(points)
-    inverse = np.broadcast_to(1 / _heights(rest)[None, :, None], (1, 7, 8))
-    add_altitude(s.A, s.b, s.x, 0, K, np.ascontiguousarray(inverse), 1.0)
+    heights = _heights(rest)
+    inverse = np.divide(1, heights, out=np.zeros(7), where=heights != 0)
+    add_altitude(s.A, s.b, s.x, 0, K, np.repeat(inverse[None, :, None], 8, axis=2), 1.0, 1.0)
     return s
 
 
@@ -99,6 +100,11 @@ def test_particles_on_a_line_are_pushed_off_it_with_full_force(system):
         assert np.linalg.norm(force, axis=1).sum() == pytest.approx(2 * K), "k on either side"
         np.testing.assert_allclose(force.sum(0), 0, atol=1e-12)
         np.testing.assert_allclose(force @ [1.0, 2.0, 3.0], 0, atol=1e-5)
+
+
+def test_what_is_flat_at_rest_has_no_altitude_spring(system):
+    s = _apply(system, REST, REST * [1, 1, 0])
+    assert np.all(s.force == 0) and np.all(s.A == 0)
 
 
 def test_particles_in_one_place_get_no_force(system):
