@@ -15,7 +15,10 @@ SOURCES = sorted(path for room in ("hairpipe", "nodes", "graphs") for path in (H
 TESTS = sorted((HOME / "tests").rglob("*.py"))
 PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name == "__init__.py")
 
-BASE, DOMAIN = {"data", "units", "errors"}, {"body", "groom", "levelset", "measure", "motion", "sim", "picture", "rod"}
+BASE, DOMAIN = (
+    {"data", "units", "errors"},
+    {"body", "experiments", "groom", "levelset", "measure", "motion", "sim", "picture", "rod"},
+)
 ROOMS = {
     "data": set(),
     "units": set(),

@@ -27,3 +27,10 @@ def torsion_frequencies(count: int, length: float, torsion: float, inertia: floa
     length [m], torsion GJ [N m^2], inertia rho J about the axis per length [kg m]
     """
     return (2 * np.arange(count) + 1) / (4 * length) * np.sqrt(torsion / inertia)
+
+
+def bending_shape(mode: int, s: np.ndarray) -> np.ndarray:
+    """Deflection of bending mode 0, 1, ... at s = 0 ... 1 along the rod, of the shape of s (Rayleigh, 174)."""
+    b = bending_roots(mode + 1)[-1]
+    ratio = (np.cos(b) + np.cosh(b)) / (np.sin(b) + np.sinh(b))
+    return np.cosh(b * s) - np.cos(b * s) - ratio * (np.sinh(b * s) - np.sin(b * s))

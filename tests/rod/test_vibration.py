@@ -1,8 +1,9 @@
 """Frequencies of a clamped rod."""
 
 import numpy as np
+from scipy.integrate import trapezoid
 
-from hairpipe.rod.vibration import bending_frequencies, bending_roots, torsion_frequencies
+from hairpipe.rod.vibration import bending_frequencies, bending_roots, bending_shape, torsion_frequencies
 
 
 def test_roots_are_those_of_the_tables():
@@ -26,3 +27,12 @@ def test_frequencies_are_eigenvalues_of_a_finely_divided_rod():
 def test_twisting_stands_a_quarter_wave_on_the_rod():
     speed, length = 1000.0, 0.25
     np.testing.assert_allclose(torsion_frequencies(2, length, speed**2, 1.0), speed / length * np.array([0.25, 0.75]))
+
+
+def test_shapes_swing_free_at_the_tip_and_are_orthogonal():
+    s = np.linspace(0, 1, 4001)
+    shapes = np.array([bending_shape(mode, s) for mode in range(3)])
+    products = trapezoid(shapes[:, None] * shapes[None], s)
+    np.testing.assert_allclose(products, np.eye(3), atol=1e-6)
+    bends = np.gradient(np.gradient(shapes, s, axis=1), s, axis=1)
+    assert np.abs(bends[:, -3]).max() < 0.05 * np.abs(bends).max()

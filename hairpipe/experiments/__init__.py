@@ -1,0 +1,1 @@
+"""Experiments on the model of hair: what is measured, and against what."""

@@ -1,0 +1,102 @@
+"""Equilibria of one strand under dead loads, however it is held, and its stiffness there.
+
+The stiffness is that of the kernels' forces: they are differentiated numerically, since the matrix of a step leaves out
+what could make it indefinite, and that is what buckling is about.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.experiments.accuracy.specimen import Specimen, forces
+
+_REACH = 3
+_STEP = 1e-3
+"""Of the differences, over the length of a segment."""
+_WEIGHTS = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
+"""Central differences of sixth order: with such a step truncation is below rounding."""
+_TOLERANCE = 1e-8
+"""Of the forces left, over the load and E I / L^2."""
+_MOST_STEPS, _MOST_STALLED = 300, 60
+_FURTHEST = 0.5
+"""Way of a particle in one step of Newton's method, over the length of a segment."""
+
+
+class Balance(NamedTuple):
+    """Where a search for equilibrium ended: particles [m], (p, 3), and the forces left over the load, 1."""
+
+    positions: np.ndarray
+    residual: float
+
+    @property
+    def found(self) -> bool:
+        """Whether it is an equilibrium."""
+        return self.residual < 10 * _TOLERANCE
+
+
+def stiffness(specimen: Specimen, x: np.ndarray) -> np.ndarray:
+    """Second derivatives of the energy [N/m], (3p, 3p), at x [m], (p, 3)."""
+    step, colours, count = _STEP * specimen.segment, 2 * _REACH + 1, len(x)
+    moved = np.repeat(x[None], colours * 3 * 6, axis=0).reshape(colours, 3, 6, count, 3)
+    signed = [(sign * k, sign * weight) for k, weight in _WEIGHTS.items() for sign in (1, -1)]
+    for colour in range(colours):
+        for c in range(3):
+            for i, (k, _) in enumerate(signed):
+                moved[colour, c, i, colour::colours, c] += k * step
+    pushed = forces(specimen, moved.reshape(-1, count, 3)).reshape(moved.shape)
+    slopes = np.einsum("acipd,i->acpd", pushed, [weight / step for _, weight in signed])
+    matrix = np.zeros((count, 3, count, 3))
+    for p in range(count):
+        near = slice(max(0, p - _REACH), p + _REACH + 1)
+        matrix[near, :, p] = -slopes[p % colours][:, near].transpose(1, 2, 0)
+    matrix = matrix.reshape(3 * count, 3 * count)
+    return (matrix + matrix.T) / 2
+
+
+def motions(specimen: Specimen, slides: bool = False) -> np.ndarray:
+    """Motions that are left to a strand clamped at its root, as columns (3p, m).
+
+    slides  its last three particles are held, too, but for a common motion along +Z
+    """
+    count = len(specimen.rest)
+    last = count - 3 if slides else count
+    free = np.eye(3 * count)[:, 9 : 3 * last]
+    if not slides:
+        return free
+    along = np.zeros((count, 3))
+    along[last:, 2] = 1
+    return np.column_stack([free, along.reshape(-1)])
+
+
+def balance(specimen: Specimen, x: np.ndarray, load: np.ndarray, free: np.ndarray) -> Balance:
+    """Find the equilibrium that a strand comes to from x [m] under dead loads [N], both (p, 3).
+
+    free  motions left to it, (3p, m)
+
+    Newton's method; where the stiffness is not positive it is raised until it is, so that the energy falls.
+    """
+    from scipy.linalg import cho_solve
+
+    length = specimen.segment * specimen.segments
+    scale = np.abs(load).sum() + specimen.material.bending / length**2
+    best, stalled, residual = np.inf, 0, np.inf
+    for _ in range(_MOST_STEPS):
+        left = free.T @ (forces(specimen, x[None])[0] + load).reshape(-1)
+        residual = float(np.abs(left).max() / scale)
+        stalled = 0 if residual < 0.7 * best else stalled + 1
+        best = min(best, residual)
+        if residual < _TOLERANCE or stalled > _MOST_STALLED:
+            break
+        way = (free @ cho_solve((raised(free.T @ stiffness(specimen, x) @ free), True), left)).reshape(-1, 3)
+        x = x + way * min(1, _FURTHEST * specimen.segment / np.abs(way).max())
+    return Balance(x, residual)
+
+
+def raised(matrix: np.ndarray) -> np.ndarray:
+    """Cholesky factor of a matrix, to which as much of the identity is added as it needs to have one."""
+    more = 0.0
+    while True:
+        try:
+            return np.linalg.cholesky(matrix + more * np.eye(len(matrix)))
+        except np.linalg.LinAlgError:
+            more = max(4 * more, 1e-9 * float(np.abs(np.diag(matrix)).mean()))

@@ -1,0 +1,29 @@
+"""Torque of a twisted strand against rod theory."""
+
+from typing import Annotated
+
+from hairpipe.data import Table
+from hairpipe.experiments.accuracy.sample import Sample
+from hairpipe.graph import node
+from hairpipe.units import Gt, Interval
+
+Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
+Twists = tuple[Annotated[float, Gt(0.0)], ...]
+
+
+@node(frames="once")
+def measure_torsion(
+    *,
+    sample: Sample = Sample(),  # noqa: B008 (frozen)
+    segments: Segments = (10, 25, 50, 100),
+    twists: Twists = (0.1, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0),
+) -> Table:
+    """Torque of a straight strand against G J times its twist, both ways, and how far a free tip strays when twisted.
+
+    sample    what the strand is made of
+    segments  of each strand
+    twists    of the far end [rad], ascending; it is held in line and slides along the axis
+    """
+    from hairpipe.experiments.accuracy.torsion import torsion_table
+
+    return torsion_table(sample, segments, twists)

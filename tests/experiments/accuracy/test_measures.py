@@ -1,0 +1,54 @@
+"""What the experiments measure, where the answer is known."""
+
+import numpy as np
+import pytest
+
+from hairpipe.experiments.accuracy.cantilever import cantilever_table
+from hairpipe.experiments.accuracy.helix import helix_table, rod_of
+from hairpipe.experiments.accuracy.sample import Sample
+from hairpipe.experiments.accuracy.torsion import torsion_table
+from hairpipe.experiments.accuracy.vibration import vibration_table
+from hairpipe.experiments.accuracy.writhe import writhe_tables
+from hairpipe.groom.helix import Helix, wound
+from hairpipe.rod.clamps import hang_rod
+
+GUESSED = Sample(constants="guessed")
+
+
+def test_a_calibrated_strand_sags_as_the_elastica_and_a_guessed_one_does_not():
+    calibrated = cantilever_table(Sample(), [12], [0.0, 90.0], 2, [1.0, 2.0])
+    guessed = cantilever_table(GUESSED, [12], [90.0], 1, [1.0])
+    assert not calibrated["no equilibrium"].any()
+    assert max(calibrated["tip error [% of length]"]) < 1.0 < guessed["tip error [% of length]"][0]
+
+
+def test_torque_is_that_of_the_rod_and_both_senses_are_tried():
+    table = torsion_table(Sample(), [20], [0.05])
+    np.testing.assert_allclose(table["twist [rad]"], [-0.05, 0.05])
+    np.testing.assert_allclose(table["torque error [%]"], 0.0, atol=1.0)
+    assert abs(torsion_table(GUESSED, [20], [0.05])["torque error [%]"][0]) > 10
+
+
+def test_frequencies_are_those_of_the_rod():
+    table = vibration_table(Sample(), [25], 2)
+    errors = np.array([table["lower error [%]"], table["upper error [%]"]])
+    assert np.abs(errors).max() < 2.0 and (errors[0] <= errors[1]).all()
+
+
+def test_the_rod_of_a_curl_runs_through_its_points():
+    curl = Helix(radius=0.01, pitch=0.02)
+    points = wound(curl, 0.1, 20)
+    rod, clamp = rod_of(Sample(), curl, points)
+    np.testing.assert_allclose(hang_rod(rod, clamp).points[-1], points[-1], atol=1e-7)
+
+
+def test_a_finely_divided_curl_is_as_stiff_as_the_rod():
+    table = helix_table(Sample(length=0.05), Helix(radius=0.02, pitch=0.02), [40], [1.0])
+    assert abs(table["stiffness error [%]"][0]) < 5 and abs(table["sag error [%]"][0]) < 5
+
+
+def test_writhing_begins_from_the_stiffness_without_twist():
+    way, onset = writhe_tables(Sample(), [10])
+    assert way["stiffness / that without twist"][0] == 1.0
+    assert np.all(np.diff(way["twist / onset in theory"]) > 0)
+    assert onset["network [rad]"][0] == pytest.approx(way["twist / onset in theory"][-1] * onset["theory [rad]"][0])
