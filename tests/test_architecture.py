@@ -91,7 +91,8 @@ def functions_of(tree: ast.AST) -> Iterator[ast.FunctionDef]:
 
 def is_compiled(function: ast.FunctionDef) -> bool:
     return any(
-        "njit" in ast.unparse(decorator) or "intrinsic" in ast.unparse(decorator)
+        name in ast.unparse(decorator)
+        for name in ("njit", "inlined", "intrinsic")
         for decorator in function.decorator_list
     )
 

@@ -5,7 +5,7 @@ strands cost one strand nothing and are not counted.
 """
 
 from collections.abc import Callable
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -86,12 +86,13 @@ def count_work(kernel: Dispatcher, *args: Any) -> Work:
     return Work(tally.operations, sum(tally.moved.values()))
 
 
-def _in_python(thing: Any, known: dict[Any, Callable]) -> Callable:
+def _in_python(thing: Any, known: dict[Any, Callable]) -> Any:
     """Give a kernel as Python that calls no machine code."""
     if thing not in known:
+        if isinstance(thing, ModuleType):
+            return _Module(thing, known)
         if not isinstance(thing, Dispatcher):
             return _choose(thing, known)
-        known[thing] = lambda *args: None  # a kernel may know itself
         known[thing] = _with_globals(thing.py_func, known)
     return known[thing]
 
@@ -106,9 +107,22 @@ def _with_globals(function: FunctionType, known: dict[Any, Callable]) -> Callabl
 
 def _is_ours(thing: Any) -> bool:
     """Whether something is a kernel, an operation on lanes, or a name that numba gives a kernel by type."""
+    if isinstance(thing, ModuleType):
+        return thing.__name__.startswith("hairpipe.")
     return callable(thing) and (
         isinstance(thing, Dispatcher) or thing in vars(lanes).values() or bool(_overloads(thing))
     )
+
+
+class _Module:
+    """A module of ours, its kernels as Python."""
+
+    def __init__(self, module: ModuleType, known: dict[Any, Callable]) -> None:
+        self._module, self._known = module, known
+
+    def __getattr__(self, name: str) -> Any:
+        value = getattr(self._module, name)
+        return _in_python(value, self._known) if _is_ours(value) else value
 
 
 def _overloads(thing: Callable) -> list[Any]:
