@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from hairpipe.nodes.measure_event import measure_event
+from hairpipe.nodes.summarize_tables import summarize_tables
 
 from hairpipe.data.table import table_of_columns
 from hairpipe.errors import BadInput
@@ -35,3 +36,16 @@ def test_the_node_sets_it_beside_theory():
     assert np.isnan(found["measured"][0])
     with pytest.raises(BadInput, match="'tip'"):
         measure_event(TABLE, what="period", x="time [s]", y="tip", theory=1.0)
+
+
+def test_tables_are_summed_up_against_what_was_varied():
+    tables = tuple(table_of_columns({"a": np.array([1.0, k, np.nan]), "b": [3, 2, k]}) for k in (5, -4))
+    for take, a, b in (("last", (5, -4), (5, -4)), ("largest", (5, 1), (5, 3)), ("smallest", (1, -4), (2, -4))):
+        found = summarize_tables(tables, columns=("a", "b"), take=take, against=(1e9, 2e9), name="young [Pa]")
+        assert found.names == ("young [Pa]", f"{take} a", f"{take} b")
+        assert list(found.rows()) == [(1e9, a[0], b[0]), (2e9, a[1], b[1])]
+    mean = summarize_tables(tables, columns=("a",), take="mean", against=(1, 2), name="n")
+    assert mean["mean a"].tolist() == [3.0, -1.5]
+    for change, said in (({"against": (1,)}, "1 values for 2"), ({"columns": ("c",)}, "'c'")):
+        with pytest.raises(BadInput, match=said):
+            summarize_tables(tables, **{"columns": ("a",), "against": (1, 2), "name": "n"} | change)

@@ -20,6 +20,8 @@ PLANES: dict[str, tuple[int, int, int, float]] = {"xy": (0, 1, 2, 1.0), "zy": (2
 """Coordinates to the right, upwards and towards the eye, and the sign of the last."""
 OVERLAP = 0.4
 """Of the next segment that is drawn with one, so that its rim does not cut the strand."""
+TIMES = 32
+"""Room for upright times above a drawing [points]."""
 BAR = 0.25
 """Of the width of what is drawn that the scale bar takes at most."""
 
@@ -96,14 +98,19 @@ def draw_poses(
     boxes = [extent(panel, plane, apart) for panel in panels]
     room = np.max([high - low for low, high in boxes], axis=0)
     reach = float(room.max())
-    with sheet(path, *size, panels=len(panels)) as row:
+    is_row = abs(apart[0]) > abs(apart[1])
+    with sheet(path, *size, grid_for(len(panels), room, size)) as places:
+        row = places[: len(panels)]
+        for axes in places[len(panels) :]:
+            axes.remove()
         for axes, panel, (low, high) in zip(row, panels, boxes, strict=True):
             for number, pose in enumerate(panel.poses):
                 shift = number * np.array(apart)
                 draw_pose(axes, pose, plane, shift, colours[pose.time])
                 if any(apart):
-                    name_time(axes, pose, plane, shift, colours[pose.time])
-            frame(axes, panel.name, (low + high) / 2.0, room / 2.0 + 0.08 * reach)
+                    name_time(axes, pose, plane, shift, colours[pose.time], is_row)
+            frame(axes, (low + high) / 2.0, room / 2.0 + 0.08 * reach)
+            axes.set_title(panel.name, fontsize=9, pad=TIMES if is_row else 6)
         scale_bar(row[0], reach)
         row[0].figure.suptitle(title, x=0.01, ha="left", fontsize=11)
         if not any(apart) and len(times) > 1:
@@ -142,20 +149,34 @@ def pieces_of(points: np.ndarray) -> np.ndarray:
     return np.stack([start + OVERLAP * (before - start), start, end, end + OVERLAP * (after - end)], axis=1)
 
 
-def name_time(axes: Axes, pose: Pose, plane: Plane, shift: np.ndarray, colour: Any) -> None:
-    """Write the time of a pose beside its root."""
-    root = pose.strands[0][0, PLANES[plane][:2]] + shift
-    axes.annotate(
-        f"{pose.time:.2f} s", tuple(root), (-5, 0), textcoords="offset points", color=colour, ha="right", va="center"
+def name_time(axes: Axes, pose: Pose, plane: Plane, shift: np.ndarray, colour: Any, is_row: bool) -> None:
+    """Write the time of a pose beside its root, or upwards above it where poses stand in a row."""
+    right, up = PLANES[plane][:2]
+    root = pose.strands[0][0, [right, up]]
+    top = max(points[:, up].max() for points in pose.strands) if is_row else root[1]
+    offset = (0, 5) if is_row else (-5, 0)
+    text = axes.annotate(
+        f"{pose.time:.2f} s", (root[0] + shift[0], top + shift[1]), offset, textcoords="offset points", color=colour
     )
+    text.set(rotation=90 if is_row else 0, ha="center" if is_row else "right", va="bottom" if is_row else "center")
 
 
-def frame(axes: Axes, name: str, middle: np.ndarray, half: np.ndarray) -> None:
+def frame(axes: Axes, middle: np.ndarray, half: np.ndarray) -> None:
     """Set limits around a middle, with equal scales, and take the axes away: a bar tells the scale."""
     axes.set(xlim=(middle[0] - half[0], middle[0] + half[0]), ylim=(middle[1] - half[1], middle[1] + half[1]))
     axes.set_aspect("equal")
     axes.set_axis_off()
-    axes.set_title(name, fontsize=9)
+
+
+def grid_for(panels: int, room: np.ndarray, size: tuple[int, int]) -> tuple[int, int]:
+    """Choose rows and columns of panels so that what is in them, of equal room, (2,) [m], is drawn largest."""
+
+    def scale(rows: int) -> float:
+        columns = -(-panels // rows)
+        return min(size[0] / (columns * max(room[0], 1e-9)), size[1] / (rows * max(room[1], 1e-9)))
+
+    rows = max(range(1, panels + 1), key=scale)
+    return rows, -(-panels // rows)
 
 
 def scale_bar(axes: Axes, reach: float) -> None:

@@ -39,17 +39,18 @@ STYLE: Any = {
 
 
 @contextmanager
-def sheet(path: Path, width: int, height: int, panels: int = 1) -> Iterator[list[Axes]]:
-    """Give axes to draw on, side by side, and write them as PNG on leaving.
+def sheet(path: Path, width: int, height: int, grid: tuple[int, int] = (1, 1)) -> Iterator[list[Axes]]:
+    """Give axes to draw on, row by row, and write them as PNG on leaving.
 
     width, height  of the picture [px]
+    grid           rows and columns of axes
     """
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(STYLE)
         figure = Figure(figsize=(width / DPI, height / DPI), dpi=DPI, layout="constrained")
         FigureCanvasAgg(figure)
-        yield list(figure.subplots(1, panels, squeeze=False)[0])
+        yield list(figure.subplots(*grid, squeeze=False).flat)
         figure.savefig(path, format="png", metadata={"Software": None})
 
 

@@ -8,7 +8,7 @@ from PIL import Image
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time, Workspace
-from hairpipe.io.chart.poses import Panel, Pose, draw_poses, panels_of, pieces_of
+from hairpipe.io.chart.poses import Panel, Pose, draw_poses, grid_for, panels_of, pieces_of
 
 FPS = 25.0
 FRAMES = range(1001, 1012)
@@ -75,7 +75,7 @@ def test_the_strand_in_front_hides_the_one_behind(tmp_path):
     assert np.ptp(differs, axis=0).max() < 30
 
 
-@pytest.mark.parametrize("apart", [(0.0, 0.0), (0.0, -0.02)])
+@pytest.mark.parametrize("apart", [(0.0, 0.0), (0.0, -0.02), (0.02, 0.0)])
 def test_the_node_draws_the_same_bytes(tmp_path, apart):
     def draw() -> bytes:
         return plot_strand(
@@ -85,3 +85,16 @@ def test_the_node_draws_the_same_bytes(tmp_path, apart):
     assert draw() == draw()
     with Image.open(tmp_path / "poses.png") as image:
         assert image.size == (500, 300) and len(image.convert("RGB").getcolors(100_000) or ()) > 50
+
+
+def test_panels_stand_so_that_they_are_large():
+    wide, high = np.array([1.0, 0.1]), np.array([0.1, 1.0])
+    assert grid_for(3, wide, (1000, 1000)) == (3, 1) and grid_for(3, high, (1000, 1000)) == (1, 3)
+    assert grid_for(4, np.array([1.0, 1.0]), (1000, 1000)) == (2, 2)
+    assert grid_for(1, np.array([1.0, 0.0]), (1000, 1000)) == (1, 1)
+
+
+def test_panels_may_be_fewer_than_places(tmp_path):
+    panels = [Panel(name, [Pose(0.0, [np.eye(3)])]) for name in "abc"]
+    draw_poses(tmp_path / "a.png", panels, "xy", apart=(0.1, 0.0), size=(600, 600))
+    assert (tmp_path / "a.png").stat().st_size > 1000
