@@ -26,7 +26,7 @@ def plot_strand(
     """PNG of poses at several frames, coloured by time; several simulations stand side by side, to one scale.
 
     poses    how many, spread evenly over all frames
-    moments  frames to draw instead of those; those that are not among the frames are left out
+    moments  frames to draw instead of those, where any of them are among the frames of the run
     strands  numbers of those to draw; all without
     plane    coordinates to the right and upwards
     apart    how far every pose is drawn from the one before, to the right and up

@@ -24,7 +24,7 @@ def crossings(x: np.ndarray, y: np.ndarray, level: float) -> np.ndarray:
 
 def period(x: np.ndarray, y: np.ndarray) -> float:
     """Return the mean period of a series that swings about its mean; NaN where it does less than one swing."""
-    found = crossings(x, y, float(np.mean(y)))
+    found = crossings(x, y, float(np.mean(y))) if len(y) else y
     return float(2.0 * np.mean(np.diff(found))) if len(found) > 2 else float("nan")
 
 

@@ -50,10 +50,10 @@ def panels_of(
     strands: Sequence[int],
     cases: Sequence[str],
 ) -> list[Panel]:
-    """Choose what to draw of simulations, the first frame at time zero; BadInput where that is nothing.
+    """Choose what to draw of simulations, the first frame at time zero; BadInput where strands or names do not fit.
 
     count    of frames, spread evenly
-    moments  frames instead of those, as far as they are there
+    moments  frames instead of those, as far as any are there
     strands  numbers of strands; all without
     cases    names of the simulations; none without
     """
@@ -63,11 +63,9 @@ def panels_of(
     for name, shot in zip(cases or [""] * len(hair), hair, strict=True):
         frames = list(shot)
         spread = np.unique(np.linspace(0, len(frames) - 1, count).round().astype(int))
-        chosen = [frame for frame in moments if frame in shot] if moments else [frames[place] for place in spread]
+        chosen = [frame for frame in moments if frame in shot] or [frames[place] for place in spread]
         poses = [Pose((frame - frames[0]) / fps, curves(shot[frame], strands)) for frame in chosen]
         panels.append(Panel(name, poses))
-    if not all(panel.poses for panel in panels):
-        raise BadInput("none of the moments are among the frames", where=f"moments = {list(moments)}")
     return panels
 
 
