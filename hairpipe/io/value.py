@@ -5,7 +5,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-from hairpipe.data import Body, Groom, Mesh, Strands
+from hairpipe.data import Body, Groom, Mesh, Strands, Table
 from hairpipe.errors import BadInput
 
 SUFFIXES = (".h5", ".hdf5", ".npz", ".csv", ".usd", ".usda", ".usdc")
@@ -39,6 +39,10 @@ def writer(path: Path, value: Any, frame: int, fps: float) -> Callable[[Path], N
         return lambda to: write_npz(to, value)
     if suffix not in SUFFIXES:
         raise BadInput(f"values are not written as {suffix or 'such'} files", where=path, right=", ".join(SUFFIXES))
+    if isinstance(value, Table) and suffix == ".csv":
+        from hairpipe.io.table import write_csv
+
+        return lambda to: write_csv(to, value)
     shape = value.mesh if isinstance(value, Body) else value
     if not isinstance(shape, Mesh | Strands | Groom):
         raise BadInput(f"a {type(value).__name__} has no points to write", where=path, right=".h5 or .npz")

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.data import Body, LevelSet, Mesh, Skeleton, Strands
+from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.io.hdf5 import decode
 from hairpipe.io.value import SUFFIXES, write_value
@@ -31,6 +32,12 @@ SPACE = LevelSet(
 def test_shapes_have_every_form(value, suffix, tmp_path):
     write_value(tmp_path / "new" / f"value{suffix}", value, 1001, 24.0)
     assert [path.name for path in (tmp_path / "new").iterdir()] == [f"value{suffix}"]
+
+
+def test_a_table_is_csv_too(tmp_path):
+    for suffix in (".csv", ".npz", ".h5"):
+        write_value(tmp_path / f"value{suffix}", table_of_rows(["time [s]", "case"], [(0.5, "a")]), 1, 24.0)
+    assert (tmp_path / "value.csv").read_text() == "time [s],case\n0.5,a\n"
 
 
 def test_hdf5_is_what_the_store_writes(tmp_path):
