@@ -15,7 +15,7 @@ Twists = tuple[Annotated[float, Gt(0.0)], ...]
 def measure_torsion(
     *,
     sample: Sample = Sample(),  # noqa: B008 (frozen)
-    segments: Segments = (10, 25, 50, 100),
+    segments: Segments = (25, 50, 100),
     twists: Twists = (0.1, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0),
 ) -> Table:
     """Torque of a straight strand against G J times its twist, both ways, and how far a free tip strays when twisted.

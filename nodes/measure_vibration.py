@@ -14,7 +14,7 @@ Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
 def measure_vibration(
     *,
     sample: Sample = Sample(),  # noqa: B008 (frozen)
-    segments: Segments = (10, 25, 50, 100),
+    segments: Segments = (25, 50, 100),
     modes: Annotated[int, Interval(ge=1, le=6)] = 3,
 ) -> Table:
     """Natural bending frequencies of a straight strand clamped at its root, without weight, from its stiffness.

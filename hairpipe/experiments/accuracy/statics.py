@@ -17,7 +17,7 @@ _WEIGHTS = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
 """Central differences of sixth order: with such a step truncation is below rounding."""
 _TOLERANCE = 1e-8
 """Of the forces left, over the load and E I / L^2."""
-_MOST_STEPS, _MOST_STALLED = 300, 60
+_MOST_STEPS, _MOST_STALLED = 400, 150
 _FURTHEST = 0.5
 """Way of a particle in one step of Newton's method, over the length of a segment."""
 

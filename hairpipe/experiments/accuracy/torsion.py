@@ -29,10 +29,10 @@ def torsion_table(sample: Sample, segments: Sequence[int], twists: Sequence[floa
     for count in segments:
         specimen = straight_specimen(sample, count)
         shift = 100 * tip_shift(specimen)
-        for sense in (-1, 1):
-            for state in twist(specimen, [sense * size for size in twists]):
-                error = 100 * (state.torque / (sample.material.torsion * state.twist / held_length(specimen)) - 1)
-                rows.append((count, state.twist, error, shift, int(not state.found)))
+        back, forth = (list(twist(specimen, [sense * size for size in twists])) for sense in (-1, 1))
+        for state in [*reversed(back), *forth]:
+            error = 100 * (state.torque / (sample.material.torsion * state.twist / held_length(specimen)) - 1)
+            rows.append((count, state.twist, error, shift, int(not state.found)))
     return table_of_rows(COLUMNS, rows)
 
 
