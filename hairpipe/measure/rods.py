@@ -13,7 +13,7 @@ from hairpipe.rod.kirchhoff import Rod, Shape
 
 MOST_TURN = 0.5
 """Largest change of a quaternion in a frame, or part of one, at which a rod still follows; beyond, it has snapped."""
-SMALLEST = 1 / 4
+SMALLEST = 1 / 16
 """Part of a frame below which there is no way on."""
 
 
