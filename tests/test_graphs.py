@@ -50,14 +50,14 @@ def test_it_publishes_something_and_only_below_out(graph):
     assert published and all(path.is_relative_to(OUT) for path in published)
 
 
-FEW: dict[str, dict[str, int | list[int]]] = {
+FEW: dict[str, dict[str, int | list[int] | list[float]]] = {
     "grow_groom": {"strands": 24},
     "load_groom": {"strands": 24},
     "measure_cantilever": {"segments": [8], "angles": [90], "rolls": 1, "gammas": [1]},
     "measure_torsion": {"segments": [8], "twists": [1]},
-    "measure_helix": {"segments": [25], "gravities": [1]},
+    "measure_helix": {"segments": [25], "gravities": [0.1]},
     "measure_vibration": {"segments": [8], "modes": 2},
-    "measure_writhe": {"segments": [8]},
+    "measure_writhe": {"segments": [5]},
     "preview": {"width": 64, "height": 64},
     "preview_meshes": {"width": 64, "height": 64},
 }
