@@ -1,12 +1,13 @@
-"""The hair simulation: every strand of the groom, carried by the body."""
+"""The hair simulation: every strand of the groom, carried by the body or by its ends."""
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
-from hairpipe.data import Groom, LevelSet, Mesh, Strands
+from hairpipe.data import Ends, Groom, LevelSet, Mesh, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.graph import Pair, Time, node
 from hairpipe.sim.material import Material
-from hairpipe.sim.scene import Air, BodyContact, Scene, StepControl, StrainLimit
+from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.scene import Air, BodyContact, Scene, Scheme, StepControl, StrainLimit
 from hairpipe.units import Interval, MetresPerSecondSquared
 
 
@@ -20,33 +21,39 @@ class Hair(NamedTuple):
 @node(frames="scan")
 def simulate_hair(
     groom: Groom,
-    body: Pair[Mesh],
+    body: Pair[Mesh] | None,
     surface: Pair[LevelSet] | None,
+    ends: Pair[Ends] | None,
     previous: HairState | None,
     time: Time,
     *,
+    model: Literal["network", "chain"] = "network",
     material: Material = Material(),  # noqa: B008 (frozen)
+    construction: Construction = Construction(),  # noqa: B008
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81,
     air: Air = Air(),  # noqa: B008
     contact: BodyContact = BodyContact(),  # noqa: B008
-    strain: StrainLimit = StrainLimit(),  # noqa: B008
+    strain: StrainLimit | None = None,
     steps: StepControl = StepControl(),  # noqa: B008
+    scheme: Scheme = Scheme(),  # noqa: B008
 ) -> Hair:
     """Mass-spring hair after Selle, Lentine, Fedkiw 2008: every strand a network of springs, solved at once.
 
-    material  of the fibre; the spring constants are calibrated from it
-    gravity   along -Y
-    air       what slows the hair where nothing touches it
-    contact   how it touches the body; without a surface it passes through
-    strain    how far a segment may be stretched
-    steps     how a frame is cut into steps
+    model         network: as published; chain: straight hair without twist, at half the particles
+    material      of the fibre; the spring constants are calibrated from it
+    construction  of the network, to take apart what it consists of
+    gravity       along -Y
+    air           what slows the hair where nothing touches it
+    contact       how it touches the body; without a surface it passes through
+    strain        how far a segment may be stretched; without, as far as its springs let it
+    steps         how a frame is cut into steps
+    scheme        how a step is computed
     """
-    from hairpipe.sim.advance import advance_frame, make_hair, start, strands_of
+    from hairpipe.sim.advance import advance_frame, leads_of, make_hair, start, strands_of
 
-    hair = make_hair(groom, material)
-    scene = Scene(gravity, air, contact, strain, steps)
-    if previous is None:
-        state = start(hair, body.current, scene)
-    else:
-        state = advance_frame(hair, previous, body, surface, time.dt, scene)
+    hair = make_hair(groom, material, model, construction)
+    scene = Scene(gravity, air, contact, strain, steps, scheme)
+    before, now = leads_of(body, ends)
+    state = start(hair, now, scene) if previous is None else None
+    state = state or advance_frame(hair, previous, (before, now), surface, time.dt, scene)
     return Hair(strands_of(hair, state), state)

@@ -12,7 +12,7 @@ class HairState:
     positions      [m], (rows, 3, lanes) float64
     velocities     [m/s], same shape
     accelerations  of the last solve [m/s^2], same shape
-    tensions       multipliers of the springs to the next three particles [N], same shape
+    tensions       multipliers of the springs to the next particles [N], (rows, springs, lanes)
     """
 
     positions: np.ndarray

@@ -1,93 +1,101 @@
-"""One frame of the simulation, in steps: solve, limit strain, collide."""
+"""One frame of the simulation, in steps."""
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Literal
 
 import numpy as np
 
-from hairpipe.data import Groom, LevelSet, Mesh, Strands
+from hairpipe.data import Ends, Groom, LevelSet, Mesh, Strands
 from hairpipe.data.hair import HairState
+from hairpipe.errors import BadInput
 from hairpipe.levelset.field import field_of
-from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.sim.control import next_step
-from hairpipe.sim.filters.chain import limit_all, limit_and_collide
-from hairpipe.sim.integrators import chain
-from hairpipe.sim.integrators.tr_bdf2 import G
+from hairpipe.sim.control import limits_of, next_step
+from hairpipe.sim.filters.filters import Filters
+from hairpipe.sim.integrators.catalogue import gravity_of, integrator_of
+from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.material import Material
-from hairpipe.sim.network import Network, build_network
-from hairpipe.sim.roots import between, clamps, place
+from hairpipe.sim.models import chain, network
+from hairpipe.sim.models.chain import Chain, build_chain
+from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.models.network import Network, build_network
+from hairpipe.sim.roots import Path, hold, place
 from hairpipe.sim.scene import Scene
+
+ModelName = Literal["network", "chain"]
+Lead = Mesh | Ends | None
+"""What leads the roots: a body, or ends that are driven; None: they stand still."""
 
 
 @dataclass(frozen=True, eq=False)
 class Hair:
-    """What stays the same through a shot: the groom as a network of springs.
+    """What stays the same through a shot: the groom as a model of strands.
 
-    rest  particles of the groom [m], (rows, 3, WIDTH)
+    rest  particles of the groom [m], (rows, 3, W)
     """
 
     groom: Groom
     layout: Layout
-    network: Network
+    model: Network | Chain
     rest: np.ndarray
     diameter: float
 
 
 @lru_cache(maxsize=2)
-def make_hair(groom: Groom, material: Material) -> Hair:
-    """Build the network of a groom."""
-    layout = lay_out(groom.offsets)
-    network, rest = build_network(layout, groom.points, material)
-    return Hair(groom, layout, network, rest, material.diameter)
+def make_hair(
+    groom: Groom, material: Material, name: ModelName = "network", construction: Construction = Construction()
+) -> Hair:
+    """Build the model of a groom's strands."""
+    if name == "chain":
+        layout = lay_out(groom.offsets, chain.SHAPE)
+        model, rest = build_chain(layout, groom.points, material)
+    else:
+        layout = lay_out(groom.offsets, network.SHAPE)
+        model, rest = build_network(layout, groom.points, material, construction)
+    return Hair(groom, layout, model, rest, material.diameter)
 
 
-def start(hair: Hair, body: Mesh, scene: Scene) -> HairState:
-    """Put the groom on the body, moving with it: its springs are at rest, so it begins to fall freely."""
-    strands = np.repeat(hair.layout.strands, np.diff(hair.layout.first), axis=0)
-    positions, velocities = place(body, hair.groom, hair.rest, strands)
+def leads_of(body: tuple[Mesh, Mesh] | None, ends: tuple[Ends, Ends] | None) -> tuple[Lead, Lead]:
+    """Choose what leads the roots at the previous and at this frame; BadInput where two would."""
+    if body is not None and ends is not None:
+        raise BadInput("both a body and driven ends would lead the roots", right="in.body or in.ends")
+    return body or ends or (None, None)
+
+
+def start(hair: Hair, lead: Lead, scene: Scene) -> HairState:
+    """Put the groom where its roots are, moving with them: its springs are at rest, so it begins to fall freely."""
+    positions, velocities = place(lead, hair.groom, hair.rest, hair.layout)
     accelerations = gravity_of(scene)[:, None] - scene.air.drag * velocities
-    return HairState(positions, velocities, accelerations, np.zeros_like(positions))
-
-
-def gravity_of(scene: Scene) -> np.ndarray:
-    """Return the acceleration of free fall [m/s^2], (3,)."""
-    return np.array([0.0, -scene.gravity, 0.0])
+    return HairState(positions, velocities, accelerations, np.zeros_like(hair.model.inverse_lengths))
 
 
 def advance_frame(
     hair: Hair,
     state: HairState,
-    bodies: tuple[Mesh, Mesh],
+    leads: tuple[Lead, Lead],
     surfaces: tuple[LevelSet, LevelSet] | None,
     frame: float,
     scene: Scene,
 ) -> HairState:
     """Carry hair from the previous frame to this one.
 
-    bodies    at the previous and at this frame
-    surfaces  of the bodies, or None where hair passes through
+    leads     what leads the roots at the previous and at this frame
+    surfaces  of the body, or None where hair passes through
     frame     time between them [s]
     """
-    x, v, a, T = (array.copy() for array in (state.positions, state.velocities, state.accelerations, state.tensions))
-    begin, end = (clamps(body, hair.groom, hair.rest, hair.layout) for body in bodies)
-    contact = scene.contact
-    scheme = int(Interpolation[contact.interpolation])
+    arrays = (state.positions, state.velocities, state.accelerations, state.tensions)
+    motion = Motion(*(array.copy() for array in arrays))
+    path = Path(*(hold(lead, hair.groom, hair.rest, hair.layout) for lead in leads), frame)
     fields = None if surfaces is None else tuple(map(field_of, surfaces))
-    gravity = gravity_of(scene)
+    filters = Filters(hair.model, scene.strain, scene.contact, fields, frame)
+    integrator, limits = integrator_of(scene), limits_of(scene.steps, hair.model)
     time = 0.0
     while time < frame * (1 - 1e-9):
-        dt = next_step(scene.steps, v, begin, end, frame, time)
-        ends = np.stack([between(begin, end, frame, time + part * dt) for part in (G, 1.0)])
-        before = x.copy()
-        chain.advance(hair.network, x, v, a, T, ends, dt, gravity, scene.air.drag)
-        if fields is None:
-            limit_all(hair.network, x, scene.strain.tolerance)
-        else:
-            body = (*fields, frame, (time, time + dt), scheme, contact.friction, contact.thickness)
-            limit_and_collide(hair.network, x, v, before, scene.strain.tolerance, *body)
+        dt = next_step(limits, motion, path, time)
+        integrator.advance(hair.model, motion, Step(path, time, dt), filters)
         time += dt
-    return HairState(x, v, a, T)
+    return HairState(motion.x, motion.v, motion.a, motion.T)
 
 
 def strands_of(hair: Hair, state: HairState) -> Strands:

@@ -1,27 +1,57 @@
-"""How the body carries the hair: the clamped particles of every strand, between two frames.
+"""How strands are led: the held particles at the root, and at a tip that is held, between two frames.
 
-The clamp is rigid in the frame of the root's triangle. Between frames it moves on the cubic through both positions and
-velocities, so that its speed does not jump at a frame.
+The clamp is rigid in the frame of the root's triangle, or of whatever leads the ends. Between frames it moves on the
+cubic through both positions and velocities, so that its speed does not jump at a frame.
 """
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.data import Groom, Mesh
+from hairpipe.data import Ends, Groom, Mesh
 from hairpipe.groom.binding import root_frames
-from hairpipe.sim.lanes import WIDTH
-from hairpipe.sim.lattice import CLAMPED
 from hairpipe.sim.layout import Layout
 
 _INSTANT = 1e-5  # [s]; velocities of root frames are differences over this time, the body moving in a straight line
 
 
-class Clamps(NamedTuple):
-    """Clamped particles at one frame: positions [m] and velocities [m/s], (blocks, CLAMPED, 3, WIDTH)."""
+@dataclass(frozen=True, eq=False)
+class Held:
+    """Held particles at one frame: those at the root, then those at the tip, whether it is held or not.
+
+    positions  [m], (blocks, 2 clamped, 3, W)
+    velocities [m/s], same shape
+    tips       1 where the tip is held, (blocks, W); no rows where all are free
+    """
 
     positions: np.ndarray
     velocities: np.ndarray
+    tips: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """The way of held particles between two frames; frame is the time between them [s]."""
+
+    start: Held
+    end: Held
+    frame: float
+
+    def ends(self, time: float) -> np.ndarray:
+        """Find them at a time since the start [s], on the cubic Hermite curve [m], (blocks, 2 clamped, 3, W)."""
+        s = time / self.frame
+        return (
+            (1 + 2 * s) * (1 - s) ** 2 * self.start.positions
+            + s * (1 - s) ** 2 * self.frame * self.start.velocities
+            + s**2 * (3 - 2 * s) * self.end.positions
+            + s**2 * (s - 1) * self.frame * self.end.velocities
+        )
+
+    @property
+    def held(self) -> np.ndarray:
+        """Tips that are held through the frame: held at both ends of it."""
+        both = min(len(self.start.tips), len(self.end.tips))
+        return self.start.tips[:both] * self.end.tips[:both]
 
 
 def _frames(mesh: Mesh, groom: Groom, ahead: float) -> np.ndarray:
@@ -30,49 +60,69 @@ def _frames(mesh: Mesh, groom: Groom, ahead: float) -> np.ndarray:
     return root_frames(points, mesh.triangles, groom.root_triangles, groom.root_barycentrics)
 
 
-def carry(frames: np.ndarray, groom: Groom, rest: np.ndarray, strands: np.ndarray) -> np.ndarray:
-    """Move particles rigidly from the rest frames of their roots to the given frames.
-
-    frames   of every strand, (strands, 3, 4)
-    rest     particles at rest [m], (rows, 3, WIDTH)
-    strands  strand in every lane of a row, (rows, WIDTH)
-    returns  [m], (rows, 3, WIDTH)
-    """
+def _from_rest(frames: np.ndarray, groom: Groom) -> np.ndarray:
+    """Rigid motion that takes the rest frame of every root to the given one: x -> R x + t, (strands, 3, 4)."""
     turn = np.einsum("sij,skj->sik", frames[:, :, :3], groom.root_frames[:, :, :3])
     shift = frames[:, :, 3] - np.einsum("sij,sj->si", turn, groom.root_frames[:, :, 3])
-    return np.ascontiguousarray(np.einsum("rlij,rjl->ril", turn[strands], rest) + shift[strands].transpose(0, 2, 1))
+    return np.concatenate([turn, shift[:, :, None]], axis=2)
 
 
-def clamps(mesh: Mesh, groom: Groom, rest: np.ndarray, layout: Layout) -> Clamps:
-    """Find the clamped particles on the moving body.
-
-    rest  particles of all strands at rest [m], (rows, 3, WIDTH)
-    """
-    rows = (layout.first[:-1, None] + np.arange(CLAMPED)).reshape(-1)
-    positions, velocities = place(mesh, groom, rest[rows], np.repeat(layout.strands, CLAMPED, axis=0))
-    shape = (layout.blocks, CLAMPED, 3, WIDTH)
-    return Clamps(positions.reshape(shape), velocities.reshape(shape))
-
-
-def place(mesh: Mesh, groom: Groom, rest: np.ndarray, strands: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Put particles on the body as it stands and moves, every strand rigidly with its root.
-
-    rest, strands  as for `carry`
-    returns        positions [m] and velocities [m/s], (rows, 3, WIDTH)
-    """
-    before, now, after = (carry(_frames(mesh, groom, t), groom, rest, strands) for t in (-_INSTANT, 0.0, _INSTANT))
+def _motion_of_roots(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray, np.ndarray]:
+    """Rigid motions of the roots from where the groom put them, and their rates, (strands, 3, 4)."""
+    if isinstance(lead, Ends):
+        return lead.roots, lead.roots_rate
+    if lead is None:
+        still = np.broadcast_to(np.eye(3, 4), (len(groom.ids), 3, 4))
+        return still, np.zeros_like(still)
+    before, now, after = (_from_rest(_frames(lead, groom, t), groom) for t in (-_INSTANT, 0.0, _INSTANT))
     return now, (after - before) / (2 * _INSTANT)
 
 
-def between(start: Clamps, end: Clamps, frame: float, time: float) -> np.ndarray:
-    """Clamped positions at a time since the start [s], on the cubic Hermite curve over one frame [s].
+def carry(motions: np.ndarray, points: np.ndarray, strands: np.ndarray) -> np.ndarray:
+    """Move particles x -> R x + t.
 
-    returns  [m], (blocks, CLAMPED, 3, WIDTH)
+    motions  of every strand: columns of R, then t, (strands, 3, 4)
+    points   [m], (rows, 3, W)
+    strands  strand in every lane of a row, (rows, W)
+    returns  [m], (rows, 3, W)
     """
-    s = time / frame
-    return (
-        (1 + 2 * s) * (1 - s) ** 2 * start.positions
-        + s * (1 - s) ** 2 * frame * start.velocities
-        + s**2 * (3 - 2 * s) * end.positions
-        + s**2 * (s - 1) * frame * end.velocities
-    )
+    turned = np.einsum("rlij,rjl->ril", motions[strands][..., :3], points)
+    return np.ascontiguousarray(turned + motions[strands][..., 3].transpose(0, 2, 1))
+
+
+def place(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """Put particles where their roots are led, every strand rigidly with its root.
+
+    lead     the body, or what leads the ends; None: roots stand still
+    rest     particles of the groom [m], (rows, 3, W)
+    returns  positions [m] and velocities [m/s], (rows, 3, W)
+    """
+    strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
+    places, rates = _motion_of_roots(lead, groom)
+    return carry(places, rest, strands), carry(rates, rest, strands)
+
+
+def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layout) -> Held:
+    """Find the held particles at a frame; arguments as for `place`."""
+    clamped = layout.shape.clamped
+    shape = (layout.blocks, clamped, 3, layout.width)
+    strands = np.repeat(layout.strands, clamped, axis=0)
+    ends = []
+    for at, motions in ((layout.first[:-1], _motion_of_roots(lead, groom)), (layout.first[1:] - clamped, _tips(lead))):
+        points = rest[(at[:, None] + np.arange(clamped)).reshape(-1)]
+        ends.append([carry(m, points, strands).reshape(shape) if m is not None else np.zeros(shape) for m in motions])
+    positions, velocities = (np.concatenate(both, axis=1) for both in zip(*ends, strict=True))
+    return Held(positions, velocities, _held_tips(lead, layout))
+
+
+def _tips(lead: Mesh | Ends | None) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Rigid motions of the tips and their rates, zero where they are free; None where all are."""
+    if not isinstance(lead, Ends):
+        return None, None
+    return np.nan_to_num(lead.tips), np.nan_to_num(lead.tips_rate)
+
+
+def _held_tips(lead: Mesh | Ends | None, layout: Layout) -> np.ndarray:
+    if not isinstance(lead, Ends) or np.isnan(lead.tips).any((1, 2)).all():
+        return np.zeros((0, layout.width))
+    return (~np.isnan(lead.tips).any((1, 2))).astype(float)[layout.strands]

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from hairpipe.units import Ge, Interval, Metres, MetresPerSecondSquared, PerSecond, Seconds
+from hairpipe.units import Ge, Gt, Interval, Metres, MetresPerSecondSquared, PerSecond, Seconds
 
 
 @dataclass(frozen=True)
@@ -44,22 +44,49 @@ class StrainLimit:
 class StepControl:
     """Steps as long as they may be, and no longer.
 
-    longest  step
-    root     a root moves at most this far in a step: 1 cm in the authors' code
-    travel   a particle moves at most this far in a step, so that it cannot leap over the band of the level set
+    longest      step
+    root         a root moves at most this far in a step: 1 cm in the authors' code
+    travel       a particle moves at most this far in a step, so that it cannot leap over the band of the level set
+    strain_rate  an edge changes its length by at most this fraction of it in a step; 0.1 in the authors' code
+    courant      so many times what an explicit step could be; 4 and 10 in the authors' code
     """
 
     longest: Annotated[Seconds, Interval(gt=1e-6, le=1.0)] = 1 / 240
-    root: Annotated[Metres, Interval(gt=1e-5, le=1.0)] = 0.01
-    travel: Annotated[Metres, Interval(gt=1e-5, le=1.0)] = 0.02
+    root: Annotated[Metres, Interval(gt=1e-5, le=1e3)] = 0.01
+    travel: Annotated[Metres, Interval(gt=1e-5, le=1e3)] = 0.02
+    strain_rate: Annotated[float, Gt(0.0)] | None = None
+    courant: Annotated[float, Gt(0.0)] | None = None
+
+
+@dataclass(frozen=True)
+class Scheme:
+    """How a step of time is computed.
+
+    value         tr_bdf2: two solves, second order; bdf2: one, second order; backward_euler: one, first order;
+                  nine_steps: as published
+    spring        what of a spring is implicit: multiplier, with the tension that the solve before found; tension, with that
+                  of the present stretch; printed, along the spring only; explicit, nothing but damping
+    velocity      of the nine steps: trapezoid as printed, full_step as in the authors' code
+    overdamping   damping of the springs over critical damping; 40 in the authors' code
+    iterations    of Newton's method a solve
+    guard         strain of an edge at the prediction beyond which a strand starts its solve over, from where it was
+    """
+
+    value: Literal["tr_bdf2", "bdf2", "backward_euler", "nine_steps"] = "tr_bdf2"
+    spring: Literal["multiplier", "tension", "printed", "explicit"] = "multiplier"
+    velocity: Literal["trapezoid", "full_step"] = "trapezoid"
+    overdamping: Annotated[float, Ge(0.0)] = 0.0
+    iterations: Annotated[int, Interval(ge=1, le=20)] = 1
+    guard: Annotated[float, Gt(0.0)] = 0.03
 
 
 @dataclass(frozen=True)
 class Scene:
-    """All of it together; gravity acts along -Y."""
+    """All of it together; gravity acts along -Y. Without a strain limit segments stretch as far as springs let them."""
 
     gravity: MetresPerSecondSquared = 9.81
     air: Air = Air()
     contact: BodyContact = BodyContact()
-    strain: StrainLimit = StrainLimit()
+    strain: StrainLimit | None = None
     steps: StepControl = StepControl()
+    scheme: Scheme = Scheme()

@@ -8,74 +8,82 @@ guess,
 Every integrator is a sequence of such stages; they differ in h, xh, vh and the guess.
 """
 
+from typing import NamedTuple
+
 import numpy as np
-from numba import njit
+from numba import njit, prange
 
-from hairpipe.sim.banded import ROW, add, clear_row, eliminate, fix_row, substitute
-from hairpipe.sim.forces.altitude import add_altitude
-from hairpipe.sim.forces.spring import add_spring, multiplier
+from hairpipe.body.inlined import inlined
+from hairpipe.sim.banded import add, clear_row, eliminate, fix_lanes, fix_row, row_size, substitute
+from hairpipe.sim.forces.spring import multiplier, tension
 from hairpipe.sim.lanes import any_lane, either, load, select, sqrt, store
-from hairpipe.sim.lattice import CLAMPED
-from hairpipe.sim.network import Network
+from hairpipe.sim.models import chain, network  # noqa: F401 (they teach numba the kernels of the interface)
+from hairpipe.sim.models.interface import add_forces, shape_of, spring_constant, springs_from
+from hairpipe.sim.rows import fill
+from hairpipe.sim.spring_form import SpringForm
 
-_STRAIN_GUARD = 0.03  # an edge strained by more than this at the guess sends its strand back to the stage before
-
-
-@njit(cache=True)
-def _constant(constants, block, p, offset):  # noqa: ANN001, ANN202
-    """Constant of the spring from particle p to p + offset: edge, bending or torsion, see the lattice."""
-    if offset == 3:
-        return _at_root(p) * load(constants, (block, 2))
-    if offset == 2 and p % 2:
-        return _at_root(p) * load(constants, (block, 1))
-    return load(constants, (block, 0))
+_EXPLICIT, _PRINTED, _TENSION, _MULTIPLIER = (int(form) for form in SpringForm)
 
 
-@njit(cache=True)
-def _at_root(p: int) -> float:
-    """Stiffness across m_0, half of whose joint is buried."""
-    return 2.0 if p < 2 else 1.0
+class Rule(NamedTuple):
+    """What all stages of a simulation have in common.
+
+    form        a SpringForm
+    damping     of the springs, a fraction of critical damping
+    guard       strain of an edge at the guess beyond which its strand restarts from where the stage began, in two
+                iterations; inf: never
+    iterations  of Newton's method a stage
+    gravity     [m/s^2], (3,)
+    drag        against still air [1/s]
+    """
+
+    form: int
+    damping: float
+    guard: float
+    iterations: int
+    gravity: np.ndarray
+    drag: float
 
 
-@njit(cache=True)
-def _start_row(A, b, mass, vh, v, p, h, gravity, drag):  # noqa: ANN001, ANN202
+@inlined
+def _start_row(A, b, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
     """Inertia, weight and air drag of particle p."""
     clear_row(A, p)
     m = load(mass, (p,))
     for c in range(3):
         speed = load(v, (p, c))
-        store(b, (p, c), m * (load(vh, (p, c)) - speed + h * (gravity[c] - drag * speed)))
-    inertia = m * (1.0 + h * drag)
+        store(b, (p, c), m * (load(vh, (p, c)) - speed + h * (rule.gravity[c] - rule.drag * speed)))
+    inertia = m * (1.0 + h * rule.drag)
     add(A, p, 0, inertia)
     add(A, p, 3, inertia)
     add(A, p, 5, inertia)
 
 
-@njit(cache=True)
-def _solve(A, b, x, v, vh, T, mass, inverse_lengths, inverse_heights, constants, block, h, gravity, drag):  # noqa: ANN001, ANN202
+@inlined
+def _solve(model, A, b, x, v, vh, T, block, held, h, rule):  # noqa: ANN001, ANN202
     """Leave the change of velocity in b [m/s]."""
-    count = x.shape[0]
-    for p in range(min(3, count)):
-        _start_row(A, b, mass, vh, v, p, h, gravity, drag)
-    altitude = load(constants, (block, 3))
+    count, reach, clamped = x.shape[0], shape_of(model).reach, shape_of(model).clamped
+    mass = model.mass[model.first[block] : model.first[block + 1]]
+    hh = 0.0 if rule.form == _EXPLICIT else h * h
+    for p in range(min(reach, count)):
+        _start_row(A, b, mass, vh, v, p, h, rule)
     for p in range(count):
-        if p + 3 < count:
-            _start_row(A, b, mass, vh, v, p + 3, h, gravity, drag)
-            add_altitude(A, b, x, p, _at_root(p) * altitude, inverse_heights, h)
-        for o in range(1, min(3, count - 1 - p) + 1):
-            k = _constant(constants, block, p, o)
-            add_spring(A, b, x, T, p, o, k, load(inverse_lengths, (p, o - 1)), h)
-        if p < CLAMPED:
+        if p + reach < count:
+            _start_row(A, b, mass, vh, v, p + reach, h, rule)
+        add_forces(model, A, b, x, v, T, p, block, h, hh, rule.damping)
+        if p < clamped:
             fix_row(A, b, p)
         else:
-            eliminate(A, b, p, count)
-    substitute(A, b, count)
+            if len(held) > 0 and p >= count - clamped:
+                fix_lanes(A, b, p, load(held, (block,)) > 0.0)
+            eliminate(A, b, p, count, reach)
+    substitute(A, b, count, reach)
 
 
-@njit(cache=True)
-def _update(x, v, T, dx, b, bad, only_bad, inverse_lengths, constants, block, h):  # noqa: ANN001, ANN202
+@inlined
+def _update(model, x, v, T, dx, b, bad, only_bad, block, h, rule):  # noqa: ANN001, ANN202
     """Move to the solution; with only_bad, in the flagged lanes only."""
-    count = x.shape[0]
+    count, first = x.shape[0], model.first[block]
     for p in range(count):
         for c in range(3):
             dv = load(b, (p, c))
@@ -83,92 +91,114 @@ def _update(x, v, T, dx, b, bad, only_bad, inverse_lengths, constants, block, h)
                 dv = select(bad, dv, 0.0 * dv)
             store(dx, (p, c), h * dv)
             store(v, (p, c), load(v, (p, c)) + dv)
-    for p in range(count):
-        for o in range(1, min(3, count - 1 - p) + 1):
-            t = multiplier(x, dx, p, o, _constant(constants, block, p, o), load(inverse_lengths, (p, o - 1)))
-            if only_bad:
-                t = select(bad, t, load(T, (p, o - 1)))
-            store(T, (p, o - 1), t)
+    if rule.form == _MULTIPLIER:
+        for p in range(count):
+            for o in range(1, springs_from(model, p, count) + 1):
+                k = spring_constant(model, block, p, o)
+                t = multiplier(x, dx, p, o, k, load(model.inverse_lengths, (first + p, o - 1)))
+                if only_bad:
+                    t = select(bad, t, load(T, (p, o - 1)))
+                store(T, (p, o - 1), t)
     for p in range(count):
         for c in range(3):
             store(x, (p, c), load(x, (p, c)) + load(dx, (p, c)))
 
 
-@njit(cache=True)
-def overstrained(x, inverse_lengths, limit):  # noqa: ANN001, ANN201
+@inlined
+def overstrained(model, x, block, limit):  # noqa: ANN001, ANN201
     """Lanes with an axis edge whose strain is beyond +-limit."""
+    first, stride = model.first[block], shape_of(model).stride
     worst = load(x, (0, 0)) < load(x, (0, 0))
-    for p in range(0, x.shape[0] - 2, 2):
-        dx = load(x, (p + 2, 0)) - load(x, (p, 0))
-        dy = load(x, (p + 2, 1)) - load(x, (p, 1))
-        dz = load(x, (p + 2, 2)) - load(x, (p, 2))
-        strain = sqrt(dx * dx + dy * dy + dz * dz) * load(inverse_lengths, (p, 1)) - 1.0
+    for p in range(0, x.shape[0] - stride, stride):
+        dx = load(x, (p + stride, 0)) - load(x, (p, 0))
+        dy = load(x, (p + stride, 1)) - load(x, (p, 1))
+        dz = load(x, (p + stride, 2)) - load(x, (p, 2))
+        inverse_rest = load(model.inverse_lengths, (first + p, stride - 1))
+        strain = sqrt(dx * dx + dy * dy + dz * dz) * inverse_rest - 1.0
         worst = either(worst, either(strain > limit, strain < -limit))
     return worst
 
 
-@njit(cache=True)
-def set_tensions(network: Network, block: int, x: np.ndarray, T: np.ndarray) -> None:
-    """Set the multipliers of a block to the tensions of its present stretch [N], in place.
+@njit(cache=True, error_model="numpy")
+def set_tensions(model, block, x, T):  # noqa: ANN001, ANN201
+    """Set T to the tensions of the present stretch of a block [N], in place.
 
-    x, T  (particles, 3, WIDTH)
+    x  (particles, 3, W); T  (particles, springs, W)
     """
-    lengths = network.inverse_lengths[network.first[block] : network.first[block + 1]]
-    still = np.zeros_like(x)
-    for p in range(x.shape[0]):
-        for o in range(1, min(3, x.shape[0] - 1 - p) + 1):
-            k = _constant(network.constants, block, p, o)
-            store(T, (p, o - 1), multiplier(x, still, p, o, k, load(lengths, (p, o - 1))))
+    first, count = model.first[block], x.shape[0]
+    for p in range(count):
+        for o in range(1, springs_from(model, p, count) + 1):
+            k = spring_constant(model, block, p, o)
+            store(T, (p, o - 1), tension(x, p, o, k, load(model.inverse_lengths, (first + p, o - 1))))
 
 
-@njit(cache=True)
-def run_stage(
-    network: Network,
-    block: int,
-    x: np.ndarray,
-    v: np.ndarray,
-    T: np.ndarray,
-    xh: np.ndarray,
-    vh: np.ndarray,
-    before: np.ndarray,
-    clamped: np.ndarray,
-    h: float,
-    gravity: np.ndarray,
-    drag: float,
-) -> None:
+@inlined
+def _place_ends(x, v, xh, ends, held, block, clamped, h):  # noqa: ANN001, ANN202
+    """Put the particles that are held where they end, with the velocity that takes them there."""
+    count = x.shape[0]
+    for p in range(clamped):
+        for c in range(3):
+            end = load(ends, (p, c))
+            store(x, (p, c), end)
+            store(v, (p, c), (end - load(xh, (p, c))) / h)
+    if len(held) > 0:
+        fixed = load(held, (block,)) > 0.0
+        for i in range(clamped):
+            p = count - clamped + i
+            for c in range(3):
+                end = load(ends, (clamped + i, c))
+                store(x, (p, c), select(fixed, end, load(x, (p, c))))
+                store(v, (p, c), select(fixed, (end - load(xh, (p, c))) / h, load(v, (p, c))))
+
+
+@njit(cache=True, error_model="numpy")
+def run_stage(model, block, x, v, T, xh, vh, before, ends, held, h, rule):  # noqa: ANN001, ANN201
     """Advance one block of strands through a stage, in place.
 
-    x, v     out: positions [m] and velocities [m/s] at the end, (particles, 3, WIDTH); in: v is the guess
-    T        multipliers of the springs [N], in: of the solve before, (particles, 3, WIDTH)
+    x, v     out: positions [m] and velocities [m/s] at the end, (particles, 3, W); in: v is the guess
+    T        tensions of the springs [N], in: of the solve before, (particles, springs, W)
     xh, vh   explicit parts of position and velocity
     before   positions at the start of the stage, where a strand restarts if the guess strains it too much
-    clamped  positions of the clamped particles at the end [m], (CLAMPED, 3, WIDTH)
-    h        weight of the end [s]; gravity [m/s^2], (3,); drag  against still air [1/s]
+    ends     positions of the held particles at the end: those at the root, then those at the tip [m], (2 clamped, 3, W)
+    held     1 where the tip is held, 0 where it is free, (blocks, W); no rows where all are free
+    h        weight of the end [s]
     """
-    first, last = network.first[block], network.first[block + 1]
-    count = last - first
-    lengths = network.inverse_lengths[first:last]
-    heights = network.inverse_heights[first:last]
-    mass = network.mass[first:last]
-    A = np.empty((count, ROW, x.shape[2]))
-    b = np.empty_like(x)
-    dx = np.empty_like(x)
+    count = x.shape[0]
+    A = np.empty((count, row_size(shape_of(model).reach), x.shape[2]), x.dtype)
+    b, dx = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype)
     for p in range(count):
         for c in range(3):
-            if p < CLAMPED:
-                store(x, (p, c), load(clamped, (p, c)))
-                store(v, (p, c), (load(clamped, (p, c)) - load(xh, (p, c))) / h)
-            else:
-                store(x, (p, c), load(xh, (p, c)) + h * load(v, (p, c)))
-    bad = overstrained(x, lengths, _STRAIN_GUARD)
+            store(x, (p, c), load(xh, (p, c)) + h * load(v, (p, c)))
+    _place_ends(x, v, xh, ends, held, block, shape_of(model).clamped, h)
+    bad = overstrained(model, x, block, rule.guard)
     restart = any_lane(bad)
     if restart:
-        for p in range(CLAMPED, count):
+        for p in range(shape_of(model).clamped, count):
             for c in range(3):
                 store(x, (p, c), select(bad, load(before, (p, c)), load(x, (p, c))))
                 store(v, (p, c), select(bad, (load(x, (p, c)) - load(xh, (p, c))) / h, load(v, (p, c))))
-    _solve(A, b, x, v, vh, T, mass, lengths, heights, network.constants, block, h, gravity, drag)
-    _update(x, v, T, dx, b, bad, False, lengths, network.constants, block, h)
-    if restart:
-        _solve(A, b, x, v, vh, T, mass, lengths, heights, network.constants, block, h, gravity, drag)
-        _update(x, v, T, dx, b, bad, True, lengths, network.constants, block, h)
+        _place_ends(x, v, xh, ends, held, block, shape_of(model).clamped, h)
+    if rule.form <= _PRINTED:
+        fill(T, 0.0)
+    for iteration in range(rule.iterations + int(restart)):
+        if rule.form == _TENSION:
+            set_tensions(model, block, x, T)
+        _solve(model, A, b, x, v, vh, T, block, held, h, rule)
+        _update(model, x, v, T, dx, b, bad, iteration == rule.iterations, block, h, rule)
+
+
+@njit(cache=True, parallel=True)
+def run_stages(model, x, v, T, xh, vh, ends, held, h, rule):  # noqa: ANN001, ANN201
+    """Advance all strands through a stage, in place; see `run_stage`. The stage begins at xh.
+
+    x, v, T, xh, vh  of all rows; ends  (blocks, 2 clamped, 3, W)
+    """
+    for block in prange(len(model.first) - 1):
+        # Numba counts blocks without sign, and would compile all below for that once more.
+        _run_block(model, np.int64(block), x, v, T, xh, vh, ends, held, h, rule)
+
+
+@njit(cache=True)
+def _run_block(model, block, x, v, T, xh, vh, ends, held, h, rule):  # noqa: ANN001, ANN202
+    rows = slice(model.first[block], model.first[block + 1])
+    run_stage(model, block, x[rows], v[rows], T[rows], xh[rows], vh[rows], xh[rows], ends[block], held, h, rule)

@@ -7,7 +7,7 @@ from hairpipe.data import Groom, Mesh
 from hairpipe.groom.binding import root_frames
 from hairpipe.sim.advance import advance_frame, make_hair, start, strands_of
 from hairpipe.sim.material import Material
-from hairpipe.sim.scene import Air, Scene, StepControl
+from hairpipe.sim.scene import Air, Scene, Scheme, StepControl, StrainLimit
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])
 
@@ -43,10 +43,21 @@ def line(length, segments, direction):
 class Shot:
     """Hair on the plate, run frame by frame."""
 
-    def __init__(self, strands, material=None, *, step=1 / 240, gravity=9.81, drag=0.0, fps=24.0):
-        self.hair = make_hair(groom_of(strands), material or Material())
+    def __init__(
+        self,
+        strands,
+        material=None,
+        *,
+        step=1 / 240,
+        gravity=9.81,
+        drag=0.0,
+        fps=24.0,
+        model="network",
+        scheme=Scheme(),
+    ):
+        self.hair = make_hair(groom_of(strands), material or Material(), model)
         self.body = plate()
-        self.scene = Scene(gravity, Air(drag), steps=StepControl(longest=step))
+        self.scene = Scene(gravity, Air(drag), steps=StepControl(longest=step), strain=StrainLimit(), scheme=scheme)
         self.state = start(self.hair, self.body, self.scene)
         self.frame = 1 / fps
 

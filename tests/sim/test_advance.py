@@ -65,7 +65,7 @@ def test_swing_keeps_its_energy(scene, straight):
 
 def _energy(scene):
     """Kinetic energy and weight above the hanging position; the springs' share is small in a swing."""
-    mass = scene.hair.network.mass[:, 0][3:]
+    mass = scene.hair.model.mass[:, 0][3:]
     x, v = scene.state.positions[3:, :, 0], scene.state.velocities[3:, :, 0]
     hanging = scene.hair.rest[1, 1, 0] - np.linalg.norm(scene.hair.rest[3:, :, 0] - scene.hair.rest[1, :, 0], axis=1)
     return np.sum(mass * (0.5 * np.sum(v**2, axis=1) + G * (x[:, 1] - hanging)))

@@ -18,7 +18,7 @@ from numba import njit
 
 from hairpipe.levelset.field import Field
 from hairpipe.levelset.interpolation import distance_between, evaluate
-from hairpipe.sim.lattice import CLAMPED
+from hairpipe.sim.models.interface import Shape
 
 _RISE = 5  # particles over which the thickness grows
 _PUSH_OUT = 0.5  # [m/s]
@@ -37,12 +37,12 @@ def _slide(ux, uy, uz, nx, ny, nz, push, friction):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _follow(change: np.ndarray, target: np.ndarray) -> None:
+def _follow(change: np.ndarray, target: np.ndarray, shape: Shape) -> None:
     """Add changes of axis particles to target, and to the perturbed ones the mean of their neighbours', in place."""
-    for p in range(CLAMPED, target.shape[0]):
+    for p in range(shape.clamped, target.shape[0]):
         for c in range(3):
             for lane in range(target.shape[2]):
-                if p % 2:
+                if p % shape.stride:
                     target[p, c, lane] += 0.5 * (change[p - 1, c, lane] + change[p + 1, c, lane])
                 else:
                     target[p, c, lane] += change[p, c, lane]
@@ -53,6 +53,7 @@ def collide_body(
     x: np.ndarray,
     v: np.ndarray,
     before: np.ndarray,
+    shape: Shape,
     field0: Field,
     field1: Field,
     frame: float,
@@ -63,7 +64,7 @@ def collide_body(
 ) -> bool:
     """Move a block of strands out of the body at the end of a step, in place; tell whether any touched it.
 
-    x, v            positions [m] and velocities [m/s] at the end of the step, (particles, 3, WIDTH)
+    x, v            positions [m] and velocities [m/s] at the end of the step, (particles, 3, W)
     before          positions at its start
     field0, field1  the body at the previous and at this frame; frame  time between them [s]
     times           start and end of the step since the previous frame [s]
@@ -71,16 +72,17 @@ def collide_body(
     """
     dx, dv = np.zeros_like(x), np.zeros_like(v)
     touched = False
-    for p in range(CLAMPED + 1, x.shape[0], 2):
-        kept = thickness * min(p // 2 - 1, _RISE) / _RISE
+    root = shape.clamped - 1
+    for p in range(root + shape.stride, x.shape[0], shape.stride):
+        kept = thickness * min((p - root) // shape.stride, _RISE) / _RISE
         for lane in range(x.shape[2]):
             px, py, pz = x[p, 0, lane], x[p, 1, lane], x[p, 2, lane]
             if distance_between(scheme, field0, field1, times[1] / frame, frame, px, py, pz) < kept:
                 touched = True
                 _meet(x, v, before, dx, dv, p, lane, field0, field1, frame, times, scheme, friction, kept)
     if touched:
-        _follow(dx, x)
-        _follow(dv, v)
+        _follow(dx, x, shape)
+        _follow(dv, v, shape)
     return touched
 
 

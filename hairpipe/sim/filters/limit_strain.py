@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.sim.lanes import load, maximum, minimum, sqrt, store
-from hairpipe.sim.lattice import CLAMPED
+from hairpipe.sim.models.interface import Shape
 
 
 @njit(cache=True)
@@ -29,12 +29,12 @@ def _draw_in(x, p, parent, inverse_rest, limit):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def limit_strain(x: np.ndarray, inverse_lengths: np.ndarray, tolerance: float) -> None:
+def limit_strain(x: np.ndarray, inverse_lengths: np.ndarray, shape: Shape, tolerance: float) -> None:
     """Shorten every segment of a block of strands that is stretched by more than the tolerance, in place.
 
-    x                positions [m], (particles, 3, WIDTH)
-    inverse_lengths  of the springs, see Network, (particles, 3, WIDTH)
+    x                positions [m], (particles, 3, W)
+    inverse_lengths  of the springs, see the model, (particles, springs, W)
     """
-    for p in range(CLAMPED, x.shape[0]):
-        parent = p - 1 if p % 2 else p - 2
+    for p in range(shape.clamped, x.shape[0]):
+        parent = p - 1 if p % shape.stride else p - shape.stride
         _draw_in(x, p, parent, load(inverse_lengths, (parent, p - parent - 1)), 1.0 + tolerance)

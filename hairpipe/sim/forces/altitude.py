@@ -18,13 +18,14 @@ face that is left, and nothing has to be switched off.
 
 from numba import njit
 
-from hairpipe.sim.banded import add_coupling, add_diagonal
+from hairpipe.body.inlined import inlined
 from hairpipe.sim.forces.collinear import collinear, nothing, off_the_line
+from hairpipe.sim.forces.symmetric import outer
 from hairpipe.sim.forces.vectors import cross, dot, plus, scaled
-from hairpipe.sim.lanes import any_lane, load, maximum, select, sqrt, store
+from hairpipe.sim.lanes import any_lane, load, maximum, select, sqrt
 
 
-@njit(cache=True)
+@inlined
 def _larger(best, candidate, rest):  # noqa: ANN001, ANN202
     """Keep the candidate with the larger |N|^2; the earlier one wins a tie."""
     size, (x, y, z), kept = best
@@ -34,14 +35,14 @@ def _larger(best, candidate, rest):  # noqa: ANN001, ANN202
     return select(m, s, size), chosen, select(m, rest, kept)
 
 
-@njit(cache=True)
+@inlined
 def area_vectors(u, v, w):  # noqa: ANN001, ANN201
     """N_0 ... N_3 [m^2] of the particles a, a + u, a + v, a + w; tuples of three lanes [m]."""
     n1, n2, n3 = cross(v, w), cross(w, u), cross(u, v)
     return (-(n1[0] + n2[0] + n3[0]), -(n1[1] + n2[1] + n3[1]), -(n1[2] + n2[2] + n3[2])), n1, n2, n3
 
 
-@njit(cache=True)
+@inlined
 def altitude_along(areas, chosen, size, u):  # noqa: ANN001, ANN201
     """Weights g, direction n and signed height h [m] of one altitude: (g_0, g_1, g_2, g_3), (n_x, n_y, n_z), h.
 
@@ -54,7 +55,7 @@ def altitude_along(areas, chosen, size, u):  # noqa: ANN001, ANN201
     return weights, scaled(length, chosen), dot(n1, u) * length
 
 
-@njit(cache=True)
+@inlined
 def _shortest(u, v, w, rest):  # noqa: ANN001, ANN202
     """Area vectors, the largest |N|^2 of the candidates, their N, and what `rest` holds for it."""
     n0, n1, n2, n3 = area_vectors(u, v, w)
@@ -67,7 +68,15 @@ def _shortest(u, v, w, rest):  # noqa: ANN001, ANN202
     return (n0, n1, n2, n3), _larger(best, plus(n2, n3), rest[6])
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy", _nrt=False)
+def _shortest_off_the_line(u, v, w, rest, size, thin):  # noqa: ANN001, ANN202
+    """Choose for particles on a line, as _shortest; not copied into the loop, since it is rare and long."""
+    u, v = off_the_line(u, v, w, size, thin)
+    areas, best = _shortest(u, v, w, rest)
+    return areas, best, u
+
+
+@inlined
 def shortest_altitude(u, v, w, rest):  # noqa: ANN001, ANN201
     """Weights, direction and height of the altitude that acts, as in altitude_along, and what `rest` holds for it.
 
@@ -77,60 +86,37 @@ def shortest_altitude(u, v, w, rest):  # noqa: ANN001, ANN201
     areas, best = _shortest(u, v, w, rest)
     thin = collinear(u, v, w, best[0])
     if any_lane(thin):
-        u, v = off_the_line(u, v, w, best[0], thin)
-        areas, best = _shortest(u, v, w, rest)
+        areas, best, u = _shortest_off_the_line(u, v, w, rest, best[0], thin)
     size, chosen, kept = best
     weights, direction, height = altitude_along(areas, chosen, size, u)
     return weights, direction, height, kept
 
 
-@njit(cache=True)
+@inlined
 def _between(x, p, q):  # noqa: ANN001, ANN202
     return load(x, (q, 0)) - load(x, (p, 0)), load(x, (q, 1)) - load(x, (p, 1)), load(x, (q, 2)) - load(x, (p, 2))
 
 
-@njit(cache=True)
+@inlined
 def _candidates(values, p):  # noqa: ANN001, ANN202
     first = load(values, (p, 0)), load(values, (p, 1)), load(values, (p, 2)), load(values, (p, 3))
     return (*first, load(values, (p, 4)), load(values, (p, 5)), load(values, (p, 6)))
 
 
-@njit(cache=True)
-def add_altitude(A, b, x, p, k, inverse_heights, h, hh=None):  # noqa: ANN001, ANN201
-    """Add h f to b and hh K to A for the tetrahedron of particles p to p + 3, in place.
+@inlined
+def linearise_altitude(x, p, k, inverse_heights, h, hh):  # noqa: ANN001, ANN201
+    """Give weights g_0 ... g_3, h f and hh K of the tetrahedron of particles p to p + 3.
+
+    Particle i feels g_i h f, and particles i and j are coupled by g_i g_j hh K.
 
     x                positions [m], (particles, 3, W)
     k                force per unit strain [N]
     inverse_heights  signed 1 / h0 of the seven candidates [1/m], 0 where none acts, (particles, 7, W)
     h                step [s]; hh  its square, or 0 for a spring that is not implicit [s^2]
     """
-    if hh is None:
-        hh = h * h
     u, v, w = _between(x, p, p + 1), _between(x, p, p + 2), _between(x, p, p + 3)
-    (g0, g1, g2, g3), n, height, inverse_rest = shortest_altitude(u, v, w, _candidates(inverse_heights, p))
+    weights, n, height, inverse_rest = shortest_altitude(u, v, w, _candidates(inverse_heights, p))
     f = -h * k * (height * inverse_rest - 1.0)
     # A force on the strain h / h0 - 1: its sign follows the rest height, its stiffness does not.
     f = select(inverse_rest > 0.0, f, select(inverse_rest < 0.0, -f, 0.0))
-    s = hh * k * maximum(inverse_rest, -inverse_rest)
-    _scatter(A, b, p, 0, g0, g0, g1, g2, g3, f, s, n)
-    _scatter(A, b, p, 1, g1, g0, g1, g2, g3, f, s, n)
-    _scatter(A, b, p, 2, g2, g0, g1, g2, g3, f, s, n)
-    _scatter(A, b, p, 3, g3, g0, g1, g2, g3, f, s, n)
-
-
-@njit(cache=True)
-def _scatter(A, b, p, i, g, g0, g1, g2, g3, f, s, n):  # noqa: ANN001, ANN202
-    """Add the force on particle p + i and its blocks with itself and the particles after it."""
-    fx = f * g
-    store(b, (p + i, 0), load(b, (p + i, 0)) + fx * n[0])
-    store(b, (p + i, 1), load(b, (p + i, 1)) + fx * n[1])
-    store(b, (p + i, 2), load(b, (p + i, 2)) + fx * n[2])
-    sx, sy, sz = s * g * n[0], s * g * n[1], s * g * n[2]
-    xx, xy, xz, yy, yz, zz = sx * n[0], sx * n[1], sx * n[2], sy * n[1], sy * n[2], sz * n[2]
-    add_diagonal(A, p + i, g * xx, g * xy, g * xz, g * yy, g * yz, g * zz)
-    if i < 1:
-        add_coupling(A, p + i, 1 - i, g1 * xx, g1 * xy, g1 * xz, g1 * yy, g1 * yz, g1 * zz)
-    if i < 2:
-        add_coupling(A, p + i, 2 - i, g2 * xx, g2 * xy, g2 * xz, g2 * yy, g2 * yz, g2 * zz)
-    if i < 3:
-        add_coupling(A, p + i, 3 - i, g3 * xx, g3 * xy, g3 * xz, g3 * yy, g3 * yz, g3 * zz)
+    return weights, scaled(f, n), outer(hh * k * maximum(inverse_rest, -inverse_rest), n)

@@ -14,9 +14,10 @@ the size of the displacement only.
 from collections.abc import Callable
 from typing import Any
 
-from numba import njit, types
+from numba import types
 from numba.core.extending import overload
 
+from hairpipe.body.inlined import inlined
 from hairpipe.sim.forces.vectors import cross, dot, plus, scaled
 from hairpipe.sim.lanes import maximum, minimum, select, sqrt
 
@@ -41,13 +42,13 @@ def _limits_of(x: Any) -> Callable:
     return lambda x: values
 
 
-@njit(cache=True)
+@inlined
 def _limit(u, v, w):  # noqa: ANN001, ANN202
     extent = dot(u, u) + dot(v, v) + dot(w, w)
     return _limits(extent)[1] * extent * extent
 
 
-@njit(cache=True)
+@inlined
 def collinear(u, v, w, size):  # noqa: ANN001, ANN201
     """Where particles are so close to a line that rounding blurs their altitude.
 
@@ -56,7 +57,7 @@ def collinear(u, v, w, size):  # noqa: ANN001, ANN201
     return size < _limit(u, v, w)
 
 
-@njit(cache=True)
+@inlined
 def off_the_line(u, v, w, size, where):  # noqa: ANN001, ANN201
     """Give u and v [m] back, displaced where the particles are collinear."""
     along = _longer(u, _longer(v, w))
@@ -68,23 +69,23 @@ def off_the_line(u, v, w, size, where):  # noqa: ANN001, ANN201
     return _where(where, b, u), _where(where, c, v)
 
 
-@njit(cache=True)
+@inlined
 def _where(condition, a, b):  # noqa: ANN001, ANN202
     return select(condition, a[0], b[0]), select(condition, a[1], b[1]), select(condition, a[2], b[2])
 
 
-@njit(cache=True)
+@inlined
 def _longer(a, b):  # noqa: ANN001, ANN202
     return _where(dot(b, b) > dot(a, a), b, a)
 
 
-@njit(cache=True)
+@inlined
 def _unit(a):  # noqa: ANN001, ANN202
     """Vector of length 1, or 0."""
     return scaled(1.0 / sqrt(maximum(dot(a, a), nothing(a[0]))), a)
 
 
-@njit(cache=True)
+@inlined
 def _least_axis(a):  # noqa: ANN001, ANN202
     """Coordinate axis that a vector is least along."""
     xx, yy, zz = a[0] * a[0], a[1] * a[1], a[2] * a[2]

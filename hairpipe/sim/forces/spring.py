@@ -1,71 +1,73 @@
-"""Edge, bending and torsion springs: Sec. 3.2 and the implicit linear spring of Sec. 4.1, with its tension term.
+"""Linear springs: Sec. 3.2 and the implicit linear spring of Sec. 4.1, with its tension term.
 
-    f_p = k (l / l0 - 1) d,  f_q = -f_p,  d = (x_q - x_p) / l
-    K = (k / l0) d d^T + max(T, 0) / l (I - d d^T)
+    f_p = k (l / l0 - 1) d + c (d . (v_q - v_p)) d,  f_q = -f_p,  d = (x_q - x_p) / l
+    K = (k / l0) d d^T + max(T, 0) / l (I - d d^T),   D = c d d^T
 
-k is a force per unit strain [N]. Which pairs are edges, bending or torsion springs is the lattice's business.
+k is a force per unit strain [N], c = 2 z sqrt(k m / l0) a fraction z of critical damping with m = m_p m_q / (m_p + m_q).
+Which pairs are edges, bending or torsion springs is the model's business, what T is that of `sim/spring_form.py`.
+For T < 0 the term is left out, so that K stays positive semidefinite.
 
-We differ from the paper, which keeps only the first term of K: hair hanging under gravity then diverges above a few
-milliseconds. T is the multiplier of the solve before, T = k (d . (x_q - x_p) / l0 - 1) after it: taken
-from the present stretch instead it would damp every swing. For T < 0 the term is left out, so that K
-stays positive semidefinite.
+We differ from the paper, which keeps only the first term of K (T = 0 here): hair hanging under gravity then diverges
+above a few milliseconds.
 """
 
-from numba import njit
-
-from hairpipe.sim.banded import add_coupling, add_diagonal
-from hairpipe.sim.lanes import load, maximum, sqrt, store
+from hairpipe.body.inlined import inlined
+from hairpipe.sim.forces.symmetric import outer
+from hairpipe.sim.forces.vectors import dot, scaled
+from hairpipe.sim.lanes import load, maximum, sqrt
 
 _SMALLEST = 1e-12  # [m]; a segment shorter than this has no direction and gets no force
 
 
-@njit(cache=True)
+@inlined
+def _difference(x, p, q):  # noqa: ANN001, ANN202
+    return load(x, (q, 0)) - load(x, (p, 0)), load(x, (q, 1)) - load(x, (p, 1)), load(x, (q, 2)) - load(x, (p, 2))
+
+
+@inlined
 def _direction(x, p, q):  # noqa: ANN001, ANN202
-    dx = load(x, (q, 0)) - load(x, (p, 0))
-    dy = load(x, (q, 1)) - load(x, (p, 1))
-    dz = load(x, (q, 2)) - load(x, (p, 2))
-    inverse = 1.0 / maximum(sqrt(dx * dx + dy * dy + dz * dz), _SMALLEST)
-    return dx * inverse, dy * inverse, dz * inverse, inverse
+    """Unit vector from p to q, length [m] and its inverse."""
+    span = _difference(x, p, q)
+    length = maximum(sqrt(dot(span, span)), _SMALLEST)
+    inverse = 1.0 / length
+    return scaled(inverse, span), length, inverse
 
 
-@njit(cache=True)
-def add_spring(A, b, x, T, p, offset, k, inverse_rest, h):  # noqa: ANN001, ANN201
-    """Add h f to b and h^2 K to A for the spring from particle p to p + offset, in place.
+@inlined
+def critical_damping(k, inverse_rest, mass, p, q):  # noqa: ANN001, ANN201
+    """Critical damping of a spring between particles p and q [kg/s]: 2 sqrt(k m / l0)."""
+    mp, mq = load(mass, (p,)), load(mass, (q,))
+    return 2.0 * sqrt(k * inverse_rest * mp * mq / (mp + mq))
 
-    x             positions [m], (particles, 3, WIDTH)
-    T             multipliers of the last solve [N], (particles, 3, WIDTH), by offset
-    k             force per unit strain [N]; inverse_rest  1 / l0 [1/m]; h  step [s]
+
+@inlined
+def linearise_spring(x, v, T, p, offset, k, inverse_rest, c, h, hh):  # noqa: ANN001, ANN201
+    """Give h f on particle p and hh K + h D for the spring from there to p + offset.
+
+    x, v          positions [m] and velocities [m/s], (particles, 3, W)
+    T             tensions for K [N], (particles, springs, W), by offset
+    k             force per unit strain [N]; inverse_rest  1 / l0 [1/m]; c  damping [kg/s]
+    h             step [s]; hh  its square, or 0 for a spring that is not implicit [s^2]
     """
-    q = p + offset
-    dx, dy, dz, inverse = _direction(x, p, q)
-    f = h * k * (inverse_rest / inverse - 1.0)
-    fx, fy, fz = f * dx, f * dy, f * dz
-    store(b, (p, 0), load(b, (p, 0)) + fx)
-    store(b, (p, 1), load(b, (p, 1)) + fy)
-    store(b, (p, 2), load(b, (p, 2)) + fz)
-    store(b, (q, 0), load(b, (q, 0)) - fx)
-    store(b, (q, 1), load(b, (q, 1)) - fy)
-    store(b, (q, 2), load(b, (q, 2)) - fz)
-    t = h * h * maximum(load(T, (p, offset - 1)), 0.0) * inverse
-    s = h * h * k * inverse_rest - t
-    xx, xy, xz = s * dx * dx + t, s * dx * dy, s * dx * dz
-    yy, yz, zz = s * dy * dy + t, s * dy * dz, s * dz * dz + t
-    add_diagonal(A, p, xx, xy, xz, yy, yz, zz)
-    add_diagonal(A, q, xx, xy, xz, yy, yz, zz)
-    add_coupling(A, p, offset, -xx, -xy, -xz, -yy, -yz, -zz)
+    d, length, inverse = _direction(x, p, p + offset)
+    closing = dot(d, _difference(v, p, p + offset))
+    f = h * (k * (inverse_rest * length - 1.0) + c * closing)
+    t = hh * maximum(load(T, (p, offset - 1)), 0.0) * inverse
+    xx, xy, xz, yy, yz, zz = outer(hh * k * inverse_rest + h * c - t, d)
+    return scaled(f, d), (xx + t, xy, xz, yy + t, yz, zz + t)
 
 
-@njit(cache=True)
+@inlined
 def multiplier(x, dx, p, offset, k, inverse_rest):  # noqa: ANN001, ANN201
     """Tension that the linear system gave a spring: k (d . (x_q + dx_q - x_p - dx_p) / l0 - 1) [N].
 
-    x   where the system was linearised [m]; dx  what it was moved by [m]; both (particles, 3, WIDTH)
+    x   where the system was linearised [m]; dx  what it was moved by [m]; both (particles, 3, W)
     """
-    q = p + offset
-    ux, uy, uz, inverse = _direction(x, p, q)
-    along = (
-        ux * (load(dx, (q, 0)) - load(dx, (p, 0)))
-        + uy * (load(dx, (q, 1)) - load(dx, (p, 1)))
-        + uz * (load(dx, (q, 2)) - load(dx, (p, 2)))
-    )
-    return k * (inverse_rest * (1.0 / inverse + along) - 1.0)
+    d, length, _ = _direction(x, p, p + offset)
+    return k * (inverse_rest * (length + dot(d, _difference(dx, p, p + offset))) - 1.0)
+
+
+@inlined
+def tension(x, p, offset, k, inverse_rest):  # noqa: ANN001, ANN201
+    """Tension of a spring as it is stretched: k (l / l0 - 1) [N]."""
+    return k * (inverse_rest * _direction(x, p, p + offset)[1] - 1.0)

@@ -1,27 +1,33 @@
 """Vectors as tuples of three lanes."""
 
-from numba import njit
+from hairpipe.body.inlined import inlined
 
 
-@njit(cache=True)
+@inlined
 def cross(a, b):  # noqa: ANN001, ANN201
     """a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True)
+@inlined
 def dot(a, b):  # noqa: ANN001, ANN201
     """a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@inlined
 def plus(a, b):  # noqa: ANN001, ANN201
     """a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@njit(cache=True)
+@inlined
 def scaled(s, a):  # noqa: ANN001, ANN201
     """s a."""
     return s * a[0], s * a[1], s * a[2]
+
+
+@inlined
+def minus(a, b):  # noqa: ANN001, ANN201
+    """a - b."""
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]

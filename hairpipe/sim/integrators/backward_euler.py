@@ -1,34 +1,34 @@
-"""Backward Euler with the tension of the present stretch: damps everything, and nothing makes it diverge.
+"""Backward Euler: one solve a step, and no history.
 
     M (v - v^n) = dt f(x^n + dt v),   linearised at x^n
 
-A swing loses most of its energy in it; it is for the step in which a strand was thrown about so hard that the accurate
-scheme lost it.
+With springs implicit along their direction only (`printed`) it is the fast mode: bounded at any step, good to
+about 1/120 s for long hair. With the tension of the present stretch nothing makes it diverge, and a swing loses most of
+its energy.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
-from numba import njit
 
-from hairpipe.sim.network import Network
-from hairpipe.sim.stage import run_stage, set_tensions
+from hairpipe.sim.filters.filters import Filters
+from hairpipe.sim.integrators.interface import Motion, Step
+from hairpipe.sim.models.chain import Chain
+from hairpipe.sim.models.network import Network
+from hairpipe.sim.stage import Rule, run_stages
 
 
-@njit(cache=True)
-def step_block(
-    network: Network,
-    block: int,
-    x: np.ndarray,
-    v: np.ndarray,
-    a: np.ndarray,
-    T: np.ndarray,
-    clamped: np.ndarray,
-    dt: float,
-    gravity: np.ndarray,
-    drag: float,
-) -> None:
-    """Advance one block of strands by dt, in place; arguments as for `tr_bdf2.step_block`, without its first stage."""
-    x0, v0 = x.copy(), v.copy()
-    set_tensions(network, block, x, T)
-    v[:] = 0.0
-    run_stage(network, block, x, v, T, x0, v0, x0, clamped, dt, gravity, drag)
-    a[:] = (v - v0) / dt
+@dataclass(frozen=True, eq=False)
+class BackwardEuler:
+    """The fast mode: one solve a step."""
+
+    rule: Rule
+
+    def advance(self, model: Network | Chain, motion: Motion, step: Step, filters: Filters) -> None:
+        """Advance motion by step, in place."""
+        before, v0 = motion.x.copy(), motion.v.copy()
+        motion.v[:] = 0.0
+        ends = step.ends(1.0)
+        run_stages(model, motion.x, motion.v, motion.T, before, v0, ends, step.held, step.dt, self.rule)
+        np.divide(motion.v - v0, step.dt, out=motion.a)
+        filters.finish(motion.x, motion.v, before, step.time, step.dt)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.sim import calibration, lattice
+from hairpipe.sim.models import calibration, lattice
 from hairpipe.sim.material import Material
 
 

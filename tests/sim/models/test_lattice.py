@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim import calibration, lattice
+from hairpipe.sim.models import calibration, lattice
 
 CONSTANTS = np.array([1.0, 1.0, 1.0, 0.0])
 

@@ -16,8 +16,10 @@ particles in a row a tetrahedron:
 so all couplings lie within three particles and one strand is one block-heptadiagonal matrix.
 
 We differ from the paper:
-- q turns about the axis by 85 degrees a segment. Without a turn the network is floppy; 90 degrees
-  exactly ties two altitude springs at rest.
+- q turns about the axis by 72 degrees a segment, to the left for five segments, then to the right for five. Without a
+  turn the network is floppy. At 90 degrees two altitude springs tie: near it, bending or twist makes the choice jump,
+  and a strand with a Gamma beyond 60 finds no equilibrium. Turned one way only it is softer when twisted with the turn
+  than against it. Ten segments look in all directions alike.
 - One segment (m_-1, q_-1, m_0) is buried and clamped. The network bends at the m_i, and m_0 stands for half a segment
   of free hair only: springs across it are twice as stiff. The free length is then exact for every roll of the strand.
 - Curls are perturbed too, instead of using their own turns as triangles, which degenerate as a curl is drawn out.
@@ -26,41 +28,41 @@ We differ from the paper:
 
 import numpy as np
 
+from hairpipe.sim.models.construction import Construction
+
 CLAMPED = 3
-TURN = np.deg2rad(85.0)
+REVERSAL = 5
+TURN = np.deg2rad(Construction().turn)
 HEIGHT = np.sqrt(3.0) / 2.0
-OFF_AXIS_MASS = 0.05
-AXIS = slice(2, None, 2)
-"""Where m_0 ... m_n stand in the chain."""
 
 
-def particle_count(segments: int) -> int:
-    """Number of particles of a strand."""
-    return 2 * segments + 3
-
-
-def perturb(axis: np.ndarray) -> np.ndarray:
+def perturb(axis: np.ndarray, turn: float = TURN) -> np.ndarray:
     """Interleave the perturbed particles with the axis.
 
     axis     points of strands of n equal segments, root first [m], (s, n+1, 3)
+    turn     of the perturbed particles about the axis from segment to segment [rad]
     returns  particles in the order of the chain [m], (s, 2n+3, 3)
     """
     axis = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
     edges = np.diff(axis, axis=1)
     lengths = np.linalg.norm(edges, axis=2, keepdims=True)
-    off_axis = (axis[:, :-1] + axis[:, 1:]) / 2 + HEIGHT * lengths * _normals(edges / lengths)
+    off_axis = (axis[:, :-1] + axis[:, 1:]) / 2 + HEIGHT * lengths * _normals(edges / lengths, turn)
     particles = np.empty((len(axis), 2 * axis.shape[1] - 1, 3))
     particles[:, ::2], particles[:, 1::2] = axis, off_axis
     return particles
 
 
-def _normals(tangents: np.ndarray) -> np.ndarray:
-    """Unit normals that are carried along the axis without twist and turned by TURN at every segment, (s, n+1, 3)."""
+def _normals(tangents: np.ndarray, turn: float) -> np.ndarray:
+    """Unit normals that are carried along the axis without twist and turned at every segment, (s, n+1, 3).
+
+    The turn reverses its sense every REVERSAL segments.
+    """
     normals = np.empty_like(tangents)
     normals[:, 0] = _any_normal(tangents[:, 0])
     for i in range(1, tangents.shape[1]):
         carried = transport(normals[:, i - 1], tangents[:, i - 1], tangents[:, i])
-        normals[:, i] = np.cos(TURN) * carried + np.sin(TURN) * np.cross(tangents[:, i], carried)
+        sense = 1 - 2 * ((i - 1) // REVERSAL % 2)
+        normals[:, i] = np.cos(turn) * carried + sense * np.sin(turn) * np.cross(tangents[:, i], carried)
     return normals
 
 
@@ -84,14 +86,14 @@ def transport(vectors: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.nda
     return carried / np.linalg.norm(carried, axis=1, keepdims=True)
 
 
-def masses(length: np.ndarray, segments: int, line_density: float) -> np.ndarray:
+def masses(length: np.ndarray, segments: int, line_density: float, off_axis: float) -> np.ndarray:
     """Share the mass of a strand among its particles.
 
     length        of a segment [m], (s,)
-    line_density  [kg/m]
+    line_density  [kg/m]; off_axis  the perturbed particles' share of the mass
     returns       [kg], (s, 2n+3); the clamped ones count what their segment would carry
     """
-    weights = np.tile([1 - OFF_AXIS_MASS, OFF_AXIS_MASS], segments + 2)[:-1]
+    weights = np.tile([1 - off_axis, off_axis], segments + 2)[:-1]
     weights[-1] /= 2
     return line_density * length[:, None] * weights
 

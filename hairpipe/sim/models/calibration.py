@@ -10,19 +10,22 @@ from functools import lru_cache
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.sim import lattice
 from hairpipe.sim.material import Material
+from hairpipe.sim.models import lattice
+from hairpipe.sim.models.construction import Construction
 
-ALTITUDE_RATIO = 0.3  # of the torsion constant; more stiffens bending against twist, less lets a long hair collapse
-_PROBED = 18  # segments the response is measured over: 4.25 turns of the perturbed particles, so directions average out
+_PROBED = 20  # segments the response is measured over: the lattice repeats twice, so directions average out
 _MARGIN = 3  # segments left at either end
 _GRID = 0.02  # of the edges' compliance over that of bending
 _SOFTEST = 0.1  # beyond, an edge gives way before the strand bends
+_SINGULAR = np.deg2rad(20.0)  # a lattice that turns by less than this from the plane has no stiffness to fit
 _STIFFEST = 1e-4  # of that compliance: stiffer edges change nothing and cost digits
 
 
-def spring_constants(material: Material, length: np.ndarray) -> np.ndarray:
-    """Fit the four spring constants of strands to their material.
+def spring_constants(material: Material, construction: Construction, length: np.ndarray) -> np.ndarray:
+    """Fit the four spring constants of strands to their material, and take away what the construction leaves out.
+
+    A lattice without turn has modes without stiffness: its constants are those of the lattice that works.
 
     length   of a segment [m], (s,)
     returns  edge, bending, torsion and altitude constants: force per unit strain [N], (4, s)
@@ -40,46 +43,51 @@ def spring_constants(material: Material, length: np.ndarray) -> np.ndarray:
         )
     # Fits lie on a fixed grid, not at the lengths at hand: a strand's constants must not depend on the other strands.
     below = np.floor(slack / _GRID).astype(int)
-    fits = {n: _fit(n * _GRID, ratio) for n in {*below.tolist(), *(below + 1).tolist()}}
+    turn = np.deg2rad(construction.turn)
+    turn = turn if _SINGULAR < turn < np.pi - _SINGULAR else lattice.TURN
+    fits = {n: _fit(n * _GRID, ratio, construction.altitude, turn) for n in {*below.tolist(), *(below + 1).tolist()}}
     low, high = (np.array([fits[n + up] for n in below.tolist()]) for up in (0, 1))
     bending, torsion = unit / (low + (slack / _GRID - below)[:, None] * (high - low)).T
-    return np.stack([np.full_like(length, material.axial), bending, torsion, ALTITUDE_RATIO * torsion])
+    bending, torsion = construction.bending * bending, construction.torsion * torsion
+    return np.stack([np.full_like(length, material.axial), bending, torsion, construction.altitude * torsion])
 
 
 @lru_cache(maxsize=64)
-def _fit(slack: float, ratio: float) -> tuple[float, float]:
+def _fit(slack: float, ratio: float, altitude: float, turn: float) -> tuple[float, float]:
     """Compliances of bending and torsion springs for EI = 1, GJ = ratio and segments of length 1.
 
-    slack  compliance of the edges; compliances in series add, so the fit is nearly linear in it
+    slack     compliance of the edges; compliances in series add, so the fit is nearly linear in it
+    altitude  constant of the altitude springs over that of the torsion springs
+    turn      of the lattice [rad]
     """
     log = np.log([1 / 6.2, 1 / 3.7])
     for _ in range(30):
-        misfit = _misfit(log, slack, ratio)
+        misfit = _misfit(log, slack, ratio, altitude, turn)
         if np.abs(misfit).max() < 1e-10:
             break
-        slopes = [(_misfit(log + step, slack, ratio) - misfit) / 1e-6 for step in np.eye(2) * 1e-6]
+        slopes = [(_misfit(log + step, slack, ratio, altitude, turn) - misfit) / 1e-6 for step in np.eye(2) * 1e-6]
         log = log - np.clip(np.linalg.solve(np.transpose(slopes), misfit), -1, 1)
     bending, torsion = np.exp(log)
     return float(bending), float(torsion)
 
 
-def _misfit(log: np.ndarray, slack: float, ratio: float) -> np.ndarray:
+def _misfit(log: np.ndarray, slack: float, ratio: float, altitude: float, turn: float) -> np.ndarray:
     bending, torsion = np.exp(-log)
     edge = 1 / max(slack, _STIFFEST)
-    stiffness = rod_stiffness(np.array([edge, bending, torsion, ALTITUDE_RATIO * torsion]))
+    stiffness = rod_stiffness(np.array([edge, bending, torsion, altitude * torsion]), turn)
     return np.log(stiffness / [1.0, ratio])
 
 
-def rod_stiffness(constants: np.ndarray) -> np.ndarray:
+def rod_stiffness(constants: np.ndarray, turn: float) -> np.ndarray:
     """Bending and torsional stiffness of a straight network with segments of length 1.
 
-    constants  edge, bending, torsion, altitude [N], (4,)
+    constants  edge, bending, torsion, altitude [N], (4,); turn  of the lattice [rad]
     returns    EI (mean of both transverse axes) and GJ [N m^2], (2,)
     """
     segments = _PROBED + 2 * _MARGIN
     axis = np.zeros((1, segments + 1, 3))
     axis[0, :, 2] = np.arange(segments + 1)
-    particles = lattice.perturb(axis)[0]
+    particles = lattice.perturb(axis, turn)[0]
     free = slice(3 * lattice.CLAMPED, None)
     hessian = _hessian(particles, constants)[free, free]
     loads = np.zeros((len(particles), 3, 3))

@@ -1,0 +1,76 @@
+"""The nine steps of Sec. 4 of Selle, Lentine, Fedkiw 2008, after Sifakis et al. 2007.
+
+    1  v* = v^n + dt/2 a(x^n, v*)                       4  x^n+1 = x^n + dt v*
+    2  strain limiting changes v*                       5  body collisions change x^n+1 and v^n
+    3  repulsions between hairs change v*               6  collisions between hairs change x^n+1 and v^n
+    7  vh = v^n + dt/2 a(x^n+1/2, vh),  x^n+1/2 = (x^n + x^n+1) / 2
+    8  v^n+1 = 2 vh - v^n                               9  repulsions between hairs change v^n+1
+
+v* moves the hair and is thrown away. Solves are implicit as the spring form says, linearised where the
+positions are known. The authors' archived code has full backward Euler at x^n+1 for 7 and 8, the other choice here.
+
+Steps 3, 6 and 9 are those of `sim/contact/`.
+"""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from hairpipe.sim.filters.filters import Filters
+from hairpipe.sim.integrators.interface import Motion, Step
+from hairpipe.sim.models.chain import Chain
+from hairpipe.sim.models.network import Network
+from hairpipe.sim.stage import Rule, run_stages
+
+
+@dataclass(frozen=True, eq=False)
+class NineSteps(ABC):
+    """Two solves a step: one for the positions, one for the velocities."""
+
+    rule: Rule
+
+    def advance(self, model: Network | Chain, motion: Motion, step: Step, filters: Filters) -> None:
+        """Advance motion by step, in place."""
+        x, v, dt = motion.x.copy(), motion.v, step.dt
+        v_star = self.solve(model, motion, step, x, dt / 2, 0.5)  # 1
+        filters.limit_velocity(x, v_star, dt)  # 2
+        motion.x[:] = x + dt * v_star  # 4
+        filters.collide(motion.x, v, x, step.time, dt)  # 5
+        motion.v[:] = self.velocity(model, motion, step, x)  # 7, 8
+
+    @abstractmethod
+    def velocity(self, model: Network | Chain, motion: Motion, step: Step, before: np.ndarray) -> np.ndarray:
+        """Find v^n+1 [m/s], (rows, 3, W), of a motion with x^n+1 and v^n; before is x^n [m], same shape."""
+
+    def solve(
+        self, model: Network | Chain, motion: Motion, step: Step, x: np.ndarray, h: float, part: float
+    ) -> np.ndarray:
+        """Solve v = v^n + h a(x + h v, v) linearised at x [m], (rows, 3, W).
+
+        part  of the step after which held particles would stand at x + h v, at their mean velocity
+        """
+        moved, v = x.copy(), np.zeros_like(x)
+        start = step.ends(0.0)
+        ends = start + part * (step.ends(1.0) - start)
+        run_stages(model, moved, v, motion.T, x, motion.v, ends, step.held, h, self.rule)
+        return v
+
+
+@dataclass(frozen=True, eq=False)
+class Trapezoid(NineSteps):
+    """Steps 7 and 8 as printed."""
+
+    def velocity(self, model: Network | Chain, motion: Motion, step: Step, before: np.ndarray) -> np.ndarray:
+        """v^n+1 = 2 vh - v^n with vh = v^n + dt/2 a(x^n+1/2, vh)."""
+        half = self.solve(model, motion, step, (before + motion.x) / 2, step.dt / 2, 1.0)
+        return 2 * half - motion.v
+
+
+@dataclass(frozen=True, eq=False)
+class FullStep(NineSteps):
+    """Steps 7 and 8 as the authors' code has them."""
+
+    def velocity(self, model: Network | Chain, motion: Motion, step: Step, before: np.ndarray) -> np.ndarray:
+        """v^n+1 = v^n + dt a(x^n+1 + dt v^n+1, v^n+1): the stiffness reaches a step ahead, which damps."""
+        return self.solve(model, motion, step, motion.x, step.dt, 2.0)

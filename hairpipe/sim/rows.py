@@ -1,0 +1,31 @@
+"""Arrays of lanes, row by row.
+
+In a kernel, numpy's own expressions on arrays leave single precision and take ten times as long to compile.
+"""
+
+from hairpipe.body.inlined import inlined
+from hairpipe.sim.lanes import load, store
+
+
+@inlined
+def combine(out, a, x, b, y):  # noqa: ANN001, ANN201
+    """Set out to a x + b y, in place; a and b numbers, the others (particles, components, W)."""
+    for p in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            store(out, (p, c), a * load(x, (p, c)) + b * load(y, (p, c)))
+
+
+@inlined
+def fill(out, value):  # noqa: ANN001, ANN201
+    """Set all of out, (particles, components, W), to a number, in place."""
+    for p in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            store(out, (p, c), value)
+
+
+@inlined
+def copy(out, x):  # noqa: ANN001, ANN201
+    """Set out to x, in place; both (particles, components, W)."""
+    for p in range(out.shape[0]):
+        for c in range(out.shape[1]):
+            store(out, (p, c), load(x, (p, c)))
