@@ -101,8 +101,10 @@ def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):  # noqa: ANN001
         add_spring(A, b, p, 1, linearise_spring(x, v, T, p, 1, k, inverse_rest, c, h, hh))
 
 
-@overload(add_forces)
-def _chain_forces(model, A, b, x, v, T, p, block, h, hh, damping):  # noqa: ANN001, ANN202
+@overload(add_forces, strict=False)
+def _chain_forces(
+    model: Any, A: Any, b: Any, x: Any, v: Any, T: Any, p: Any, block: Any, h: Any, hh: Any, damping: Any
+) -> Callable | None:
     if is_model(model, Chain):
         return lambda model, A, b, x, v, T, p, block, h, hh, damping: _add_forces(
             model, A, b, x, v, T, p, block, h, hh, damping
@@ -115,11 +117,11 @@ def _chain_shape(model: Any) -> Callable | None:
     return (lambda model: SHAPE) if is_model(model, Chain) else None
 
 
-@overload(springs_from)
-def _chain_springs(model, p, count):  # noqa: ANN001, ANN202
+@overload(springs_from, strict=False)
+def _chain_springs(model: Any, p: Any, count: Any) -> Callable | None:
     return (lambda model, p, count: _springs(p, count)) if is_model(model, Chain) else None
 
 
-@overload(spring_constant)
-def _chain_constant(model, block, p, offset):  # noqa: ANN001, ANN202
+@overload(spring_constant, strict=False)
+def _chain_constant(model: Any, block: Any, p: Any, offset: Any) -> Callable | None:
     return (lambda model, block, p, offset: load(model.constants, (block, 0))) if is_model(model, Chain) else None

@@ -38,7 +38,9 @@ class Shape(NamedTuple):
         return slice(self.clamped - 1, None, self.stride)
 
 
-def add_forces(model, A, b, x, v, T, p, block, h, hh, damping):  # noqa: ANN001, ANN201
+def add_forces(
+    model: Any, A: Any, b: Any, x: Any, v: Any, T: Any, p: Any, block: Any, h: Any, hh: Any, damping: Any
+) -> None:
     """Add what begins at particle p of a block: h f to b, and hh K + h D to the rows of A.
 
     x, v     positions [m] and velocities [m/s] where the system is linearised, (particles, 3, W)
@@ -54,12 +56,12 @@ def shape_of(model: Any) -> Any:
     raise NotImplementedError
 
 
-def springs_from(model, p, count):  # noqa: ANN001, ANN201
+def springs_from(model: Any, p: Any, count: Any) -> Any:
     """Number of springs from particle p to those after it."""
     raise NotImplementedError
 
 
-def spring_constant(model, block, p, offset):  # noqa: ANN001, ANN201
+def spring_constant(model: Any, block: Any, p: Any, offset: Any) -> Any:
     """Force per unit strain [N] of the spring from particle p to p + offset, in lanes."""
     raise NotImplementedError
 

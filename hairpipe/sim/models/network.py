@@ -114,8 +114,10 @@ def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):  # noqa: ANN001
             add_spring(A, b, p, offset, _spring(model, x, v, T, p, block, offset, h, hh, damping))
 
 
-@overload(add_forces)
-def _network_forces(model, A, b, x, v, T, p, block, h, hh, damping):  # noqa: ANN001, ANN202
+@overload(add_forces, strict=False)
+def _network_forces(
+    model: Any, A: Any, b: Any, x: Any, v: Any, T: Any, p: Any, block: Any, h: Any, hh: Any, damping: Any
+) -> Callable | None:
     if is_model(model, Network):
         return lambda model, A, b, x, v, T, p, block, h, hh, damping: _add_forces(
             model, A, b, x, v, T, p, block, h, hh, damping
@@ -128,13 +130,13 @@ def _network_shape(model: Any) -> Callable | None:
     return (lambda model: SHAPE) if is_model(model, Network) else None
 
 
-@overload(springs_from)
-def _network_springs(model, p, count):  # noqa: ANN001, ANN202
+@overload(springs_from, strict=False)
+def _network_springs(model: Any, p: Any, count: Any) -> Callable | None:
     return (lambda model, p, count: _springs(p, count)) if is_model(model, Network) else None
 
 
-@overload(spring_constant)
-def _network_constant(model, block, p, offset):  # noqa: ANN001, ANN202
+@overload(spring_constant, strict=False)
+def _network_constant(model: Any, block: Any, p: Any, offset: Any) -> Callable | None:
     if is_model(model, Network):
         return lambda model, block, p, offset: _constant(model.constants, block, p, offset)
     return None
