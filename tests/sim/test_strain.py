@@ -1,0 +1,82 @@
+"""Strain limiting in motion: what it keeps, and what it costs."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+import pytest
+
+from hairpipe.motion.ends import lead
+from hairpipe.motion.track import Track
+from hairpipe.motion.wave import Wave
+from hairpipe.sim.advance import start
+from hairpipe.sim.control import limits_of, next_step
+from hairpipe.sim.filters.filters import Filters
+from hairpipe.sim.integrators.catalogue import integrator_of
+from hairpipe.sim.integrators.interface import Motion, Step
+from hairpipe.sim.material import Material
+from hairpipe.sim.roots import Path, hold
+from hairpipe.sim.scene import StepControl, StrainLimit
+
+FRAME = 1 / 24
+VIOLENT = Wave(frequency=2.0, turning=2500.0, axis=(0.0, 0.0, 1.0), pivot=(0.0, -0.1, 0.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Recorder(Filters):
+    """Filters that note the strain after every step, and the momentum that the limit gave."""
+
+    strains: list = field(default_factory=list)
+    momenta: list = field(default_factory=list)
+
+    def finish(self, x, v, before, time, dt):
+        solved = x.copy()
+        super().finish(x, v, before, time, dt)
+        axis = x[2::2, :, 0]
+        lengths = np.linalg.norm(np.diff(axis, axis=0), axis=1) * self.model.inverse_lengths[2:-1:2, 1, 0]
+        self.strains.append(lengths.max() - 1)
+        free = slice(self.model.shape.clamped, None)
+        self.momenta.append((self.model.mass[free, 0] @ (x - solved)[free, :, 0]) / dt)
+
+
+def shaken(shot, seconds, tolerance, step):
+    """Run a strand whose root is shaken; give the recorder, and the weight's momentum of a step [N s]."""
+    scene = replace(shot.scene, strain=StrainLimit(tolerance), steps=StepControl(longest=step))
+    hair, groom = shot.hair, shot.hair.groom
+    state = start(hair, lead(groom, 0.0, Track(), VIOLENT, None, None), scene)
+    motion = Motion(state.positions, state.velocities, state.accelerations, state.tensions)
+    recorder = Recorder(hair.model, scene.strain, scene.contact, None, FRAME)
+    integrator, limits = integrator_of(scene), limits_of(scene.steps, hair.model)
+    held = [
+        hold(lead(groom, f * FRAME, Track(), VIOLENT, None, None), groom, hair.rest, hair.layout)
+        for f in range(round(seconds / FRAME) + 1)
+    ]
+    for begin, end in zip(held, held[1:], strict=False):
+        path, time = Path(begin, end, FRAME), 0.0
+        while time < FRAME * (1 - 1e-9):
+            dt = next_step(limits, motion, path, time)
+            integrator.advance(hair.model, motion, Step(path, time, dt), recorder)
+            time += dt
+    return recorder, 9.81 * hair.model.mass[hair.model.shape.clamped :, 0].sum() * step
+
+
+@pytest.mark.parametrize("tolerance", [0.01, 0.02])
+def test_shaken_hair_stays_within_the_tolerance_at_every_step(scene, straight, tolerance):
+    soft = Material(softening=2000.0)  # stretches by more than the tolerance when it is let
+    strand = [straight(0.3, 30, [0, -1, 0])]
+    free, _ = shaken(scene(strand, soft, drag=10.0), 0.5, 1.0, 1 / 240)
+    assert max(free.strains) > tolerance
+    limited, _ = shaken(scene(strand, soft, drag=10.0), 0.5, tolerance, 1 / 240)
+    assert max(limited.strains) < tolerance + 1e-9
+
+
+def test_resting_hair_has_no_hidden_velocity(scene, straight):
+    """The published limit, the rest length itself, lets the velocity that is kept fall freely: 7.8 m/s after 0.9 s."""
+    hanging = scene([straight(0.3, 50, [0, -1, 0])], Material(softening=1000.0))
+    assert np.abs(hanging.run(2.0).state.velocities).max() < 0.01
+
+
+def test_the_limit_takes_little_momentum_from_a_default_strand(scene, straight):
+    """What it takes in half a second of a shake of 2,500 deg/s, against what the weight gives in that time."""
+    recorder, weight = shaken(scene([straight(0.3, 30, [0, -1, 0])], drag=10.0), 0.5, 0.02, 1 / 240)
+    taken = np.linalg.norm(recorder.momenta, axis=1).sum()
+    assert 0 < taken < 1e-3 * weight * len(recorder.momenta)
