@@ -8,8 +8,8 @@ class SpringForm(IntEnum):
 
     explicit    K = 0: the force of the positions that are known; damping stays implicit
     printed     T = 0, Sec. 4.1 of Selle, Lentine, Fedkiw 2008: implicit along the spring only
-    tension     T of the present stretch: stable, but a turn of a stiff edge by theta within a step looks like a stretch by
-                theta^2 / 2, and that false tension damps every swing
+    tension     T of the present stretch: stable, but a turn of a stiff edge by theta within a step looks like a stretch
+                by theta^2 / 2, and that false tension damps every swing
     multiplier  T as the solve before found it: stable, and free of the false tension
     """
 

@@ -1,6 +1,7 @@
 """Strain limiting in motion: what it keeps, and what it costs."""
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -50,7 +51,7 @@ def shaken(shot, seconds, tolerance, step):
         hold(lead(groom, f * FRAME, Track(), VIOLENT, None, None), groom, hair.rest, hair.layout)
         for f in range(round(seconds / FRAME) + 1)
     ]
-    for begin, end in zip(held, held[1:], strict=False):
+    for begin, end in pairwise(held):
         path, time = Path(begin, end, FRAME), 0.0
         while time < FRAME * (1 - 1e-9):
             dt = next_step(limits, motion, path, time)

@@ -40,19 +40,26 @@ class Filters:
         x, v, before  positions and velocities now, positions at the start of the step, (rows, 3, W)
         """
         if self.fields is not None:
-            self._limit_and_collide(x, v, before, time, dt, np.inf)
+            self._limit_and_collide(self.fields, x, v, before, time, dt, np.inf)
 
     def finish(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, time: float, dt: float) -> None:
         """Limit strain and collide at the end of a step, in place; arguments as for `collide`."""
         tolerance = np.inf if self.strain is None else self.strain.tolerance
         if self.fields is not None:
-            self._limit_and_collide(x, v, before, time, dt, tolerance)
+            self._limit_and_collide(self.fields, x, v, before, time, dt, tolerance)
         elif self.strain is not None:
             limit_all(self.model, x, tolerance)
 
     def _limit_and_collide(
-        self, x: np.ndarray, v: np.ndarray, before: np.ndarray, time: float, dt: float, tolerance: float
+        self,
+        fields: tuple[Field, Field],
+        x: np.ndarray,
+        v: np.ndarray,
+        before: np.ndarray,
+        time: float,
+        dt: float,
+        tolerance: float,
     ) -> None:
         scheme, contact = int(Interpolation[self.contact.interpolation]), self.contact
-        body = (*self.fields, self.frame, (time, time + dt), scheme, contact.friction, contact.thickness)
+        body = (*fields, self.frame, (time, time + dt), scheme, contact.friction, contact.thickness)
         limit_and_collide(self.model, x, v, before, tolerance, *body)

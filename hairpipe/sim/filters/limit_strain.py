@@ -8,8 +8,8 @@ We differ from the paper: the limit is a tolerance, not the rest length, so that
 hair and no hidden velocity grows, and the correction stays out of the velocity, where it would add
 energy.
 
-Only the far particle moves, so momentum is not kept. On a default hair of 30 cm it takes nothing in a shake of 600 deg/s
-and less than a thousandth of what the weight gives in one of 2,500 deg/s (tests/sim/test_strain.py).
+Only the far particle moves, so momentum is not kept. From a default hair of 30 cm in a shake of 2,500 deg/s it takes
+less than a thousandth of what the weight gives (tests/sim/test_strain.py).
 """
 
 import numpy as np

@@ -3,7 +3,7 @@
     f_p = k (l / l0 - 1) d + c (d . (v_q - v_p)) d,  f_q = -f_p,  d = (x_q - x_p) / l
     K = (k / l0) d d^T + max(T, 0) / l (I - d d^T),   D = c d d^T
 
-k is a force per unit strain [N], c = 2 z sqrt(k m / l0) a fraction z of critical damping with m = m_p m_q / (m_p + m_q).
+k is a force per unit strain [N], c = 2 z sqrt(k m / l0) a fraction z of critical damping, m = m_p m_q / (m_p + m_q).
 Which pairs are edges, bending or torsion springs is the model's business, what T is that of `sim/spring_form.py`.
 For T < 0 the term is left out, so that K stays positive semidefinite.
 

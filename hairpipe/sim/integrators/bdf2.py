@@ -2,9 +2,9 @@
 
     xh = w1 x^n - w0 x^n-1,  vh = w1 v^n - w0 v^n-1,  h = (1 + r) / (1 + 2 r) dt,  guess v^n
 
-with r = dt / dt_before, w1 = (1 + r)^2 / (1 + 2 r), w0 = r^2 / (1 + 2 r). It remembers the step before, and a frame does
-not: the first step after a frame is one of TR-BDF2, so that a frame needs no more state than that scheme's, and with one
-step a frame the two are the same.
+with r = dt / dt_before, w1 = (1 + r)^2 / (1 + 2 r), w0 = r^2 / (1 + 2 r). It remembers the step before, and a frame
+does not: the first step after a frame is one of TR-BDF2, so that a frame needs no more state than that scheme's, and
+with one step a frame the two are the same.
 """
 
 from dataclasses import dataclass, field
