@@ -7,7 +7,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.graph import Pair, Time, node
 from hairpipe.sim.material import Material
 from hairpipe.sim.models.construction import Construction
-from hairpipe.sim.scene import Air, BodyContact, Scene, Scheme, StepControl, StrainLimit
+from hairpipe.sim.scene import Air, BodyContact, SagFree, Scene, Scheme, StepControl, StrainLimit
 from hairpipe.units import Interval, MetresPerSecondSquared
 
 
@@ -36,6 +36,7 @@ def simulate_hair(
     strain: StrainLimit | None = None,
     steps: StepControl = StepControl(),  # noqa: B008
     scheme: Scheme = Scheme(),  # noqa: B008
+    sag_free: SagFree | None = None,
 ) -> Hair:
     """Mass-spring hair after Selle, Lentine, Fedkiw 2008: every strand a network of springs, solved at once.
 
@@ -48,12 +49,12 @@ def simulate_hair(
     strain        how far a segment may be stretched; without, as far as its springs let it
     steps         how a frame is cut into steps
     scheme        how a step is computed
+    sag_free      start at rest as groomed; without, springs rest in the groom's shape and hair sags from it
     """
     from hairpipe.sim.advance import advance_frame, leads_of, make_hair, start, strands_of
 
     hair = make_hair(groom, material, model, construction)
-    scene = Scene(gravity, air, contact, strain, steps, scheme)
-    before, now = leads_of(body, ends)
-    state = start(hair, now, scene) if previous is None else None
-    state = state or advance_frame(hair, previous, (before, now), surface, time.dt, scene)
+    scene = Scene(gravity, air, contact, strain, steps, scheme, sag_free)
+    leads = leads_of(body, ends)
+    state = advance_frame(hair, previous, leads, surface, time.dt, scene) if previous else start(hair, leads[1], scene)
     return Hair(strands_of(hair, state), state)

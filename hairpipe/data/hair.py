@@ -9,13 +9,15 @@ import numpy as np
 class HairState:
     """Everything the next frame needs, in the simulation's own layout: particles in rows, strands in the last axis.
 
-    positions      [m], (rows, 3, lanes) float64
-    velocities     [m/s], same shape
-    accelerations  of the last solve [m/s^2], same shape
-    tensions       multipliers of the springs to the next particles [N], (rows, springs, lanes)
+    positions        [m], (rows, 3, lanes) float64
+    velocities       [m/s], same shape
+    accelerations    of the last solve [m/s^2], same shape
+    tensions         multipliers of the springs to the next particles [N], (rows, springs, lanes)
+    inverse_lengths  1 / rest length of those springs [1/m], same shape; no rows where they rest in the groom's shape
     """
 
     positions: np.ndarray
     velocities: np.ndarray
     accelerations: np.ndarray
     tensions: np.ndarray
+    inverse_lengths: np.ndarray

@@ -21,9 +21,11 @@ from hairpipe.sim.models.chain import Chain, build_chain
 from hairpipe.sim.models.construction import Construction
 from hairpipe.sim.models.network import Network, build_network
 from hairpipe.sim.roots import Path, hold, place
+from hairpipe.sim.sag_free import stand
 from hairpipe.sim.scene import Scene
 
 ModelName = Literal["network", "chain"]
+AS_IT_WORKS = Construction()
 Lead = Mesh | Ends | None
 """What leads the roots: a body, or ends that are driven; None: they stand still."""
 
@@ -44,7 +46,7 @@ class Hair:
 
 @lru_cache(maxsize=2)
 def make_hair(
-    groom: Groom, material: Material, name: ModelName = "network", construction: Construction = Construction()
+    groom: Groom, material: Material, name: ModelName = "network", construction: Construction = AS_IT_WORKS
 ) -> Hair:
     """Build the model of a groom's strands."""
     if name == "chain":
@@ -64,10 +66,19 @@ def leads_of(body: tuple[Mesh, Mesh] | None, ends: tuple[Ends, Ends] | None) -> 
 
 
 def start(hair: Hair, lead: Lead, scene: Scene) -> HairState:
-    """Put the groom where its roots are, moving with them: its springs are at rest, so it begins to fall freely."""
+    """Put the groom where its roots are, moving with them.
+
+    Its springs are at rest, so it begins to fall freely; with a sag-free start they carry it. BadInput as for `stand`.
+    """
     positions, velocities = place(lead, hair.groom, hair.rest, hair.layout)
-    accelerations = gravity_of(scene)[:, None] - scene.air.drag * velocities
-    return HairState(positions, velocities, accelerations, np.zeros_like(hair.model.inverse_lengths))
+    gravity = gravity_of(scene)
+    if scene.sag_free is None:
+        tensions = np.zeros_like(hair.model.inverse_lengths)
+        return HairState(positions, velocities, gravity[:, None] - scene.air.drag * velocities, tensions, tensions[:0])
+    stance = stand(hair.model, hair.layout, hair.groom.ids, positions, gravity, scene.sag_free)
+    pull = np.where(stance.rests[:, None], 0.0, gravity[:, None])
+    accelerations = pull - scene.air.drag * velocities
+    return HairState(stance.positions, velocities, accelerations, stance.tensions, stance.inverse_lengths)
 
 
 def advance_frame(
@@ -84,18 +95,19 @@ def advance_frame(
     surfaces  of the body, or None where hair passes through
     frame     time between them [s]
     """
+    model = hair.model if not len(state.inverse_lengths) else hair.model._replace(inverse_lengths=state.inverse_lengths)
     arrays = (state.positions, state.velocities, state.accelerations, state.tensions)
     motion = Motion(*(array.copy() for array in arrays))
     path = Path(*(hold(lead, hair.groom, hair.rest, hair.layout) for lead in leads), frame)
-    fields = None if surfaces is None else tuple(map(field_of, surfaces))
-    filters = Filters(hair.model, scene.strain, scene.contact, fields, frame)
-    integrator, limits = integrator_of(scene), limits_of(scene.steps, hair.model)
+    fields = None if surfaces is None else (field_of(surfaces[0]), field_of(surfaces[1]))
+    filters = Filters(model, scene.strain, scene.contact, fields, frame)
+    integrator, limits = integrator_of(scene), limits_of(scene.steps, model)
     time = 0.0
     while time < frame * (1 - 1e-9):
         dt = next_step(limits, motion, path, time)
-        integrator.advance(hair.model, motion, Step(path, time, dt), filters)
+        integrator.advance(model, motion, Step(path, time, dt), filters)
         time += dt
-    return HairState(motion.x, motion.v, motion.a, motion.T)
+    return HairState(motion.x, motion.v, motion.a, motion.T, state.inverse_lengths)
 
 
 def strands_of(hair: Hair, state: HairState) -> Strands:

@@ -64,8 +64,8 @@ class Scheme:
 
     value         tr_bdf2: two solves, second order; bdf2: one, second order; backward_euler: one, first order;
                   nine_steps: as published
-    spring        what of a spring is implicit: multiplier, with the tension that the solve before found; tension, with that
-                  of the present stretch; printed, along the spring only; explicit, nothing but damping
+    spring        what of a spring is implicit: multiplier, with the tension that the solve before found; tension, with
+                  that of the present stretch; printed, along the spring only; explicit, nothing but damping
     velocity      of the nine steps: trapezoid as printed, full_step as in the authors' code
     overdamping   damping of the springs over critical damping; 40 in the authors' code
     iterations    of Newton's method a solve
@@ -81,8 +81,24 @@ class Scheme:
 
 
 @dataclass(frozen=True)
+class SagFree:
+    """Hair starts at rest in the shape of the groom, which its springs carry, and stays so while nothing moves it.
+
+    unstable  what becomes of strands too long or too soft to stand so: they fall, as all hair does without this group;
+              they settle, and start in the shape that they sag to; or the shot is refused
+    strain    of a spring, beyond which a strand is called too soft
+    """
+
+    unstable: Literal["fall", "settle", "refuse"] = "fall"
+    strain: Annotated[float, Interval(gt=0.0, le=1.0)] = 0.3
+
+
+@dataclass(frozen=True)
 class Scene:
-    """All of it together; gravity acts along -Y. Without a strain limit segments stretch as far as springs let them."""
+    """All of it together; gravity acts along -Y.
+
+    Without a strain limit segments stretch as far as springs let them; without a sag-free start hair sags at once.
+    """
 
     gravity: MetresPerSecondSquared = 9.81
     air: Air = Air()
@@ -90,3 +106,4 @@ class Scene:
     strain: StrainLimit | None = None
     steps: StepControl = StepControl()
     scheme: Scheme = Scheme()
+    sag_free: SagFree | None = None

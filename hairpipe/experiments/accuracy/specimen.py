@@ -57,13 +57,13 @@ def specimen_of(sample: Sample, points: np.ndarray) -> Specimen:
 
 def forces(specimen: Specimen, positions: np.ndarray) -> np.ndarray:
     """Forces of all springs [N], (lanes, particles, 3), for particles that stand at positions [m] of the same shape."""
-    from hairpipe.experiments.accuracy.kernel import spring_forces
+    from hairpipe.sim.tangent import spring_forces
 
     found = np.empty_like(positions)
     for first in range(0, len(positions), _LANES):
         some = positions[first : first + _LANES]
         lanes = np.concatenate([some, np.repeat(some[-1:], _LANES - len(some), axis=0)])
-        found[first : first + _LANES] = spring_forces(specimen.model, np.moveaxis(lanes, 0, 2).copy()).transpose(
+        found[first : first + _LANES] = spring_forces(specimen.model, 0, np.moveaxis(lanes, 0, 2).copy()).transpose(
             2, 0, 1
         )[: len(some)]
     return found

@@ -10,11 +10,6 @@ import numpy as np
 
 from hairpipe.experiments.accuracy.specimen import Specimen, forces
 
-_REACH = 3
-_STEP = 1e-3
-"""Of the differences, over the length of a segment."""
-_WEIGHTS = {1: 3 / 4, 2: -3 / 20, 3: 1 / 60}
-"""Central differences of sixth order: with such a step truncation is below rounding."""
 _TOLERANCE = 1e-8
 """Of the forces left, over the load and E I / L^2."""
 _MOST_STEPS, _MOST_STALLED = 400, 150
@@ -36,21 +31,15 @@ class Balance(NamedTuple):
 
 def stiffness(specimen: Specimen, x: np.ndarray) -> np.ndarray:
     """Second derivatives of the energy [N/m], (3p, 3p), at x [m], (p, 3)."""
-    step, colours, count = _STEP * specimen.segment, 2 * _REACH + 1, len(x)
-    moved = np.repeat(x[None], colours * 3 * 6, axis=0).reshape(colours, 3, 6, count, 3)
-    signed = [(sign * k, sign * weight) for k, weight in _WEIGHTS.items() for sign in (1, -1)]
-    for colour in range(colours):
-        for c in range(3):
-            for i, (k, _) in enumerate(signed):
-                moved[colour, c, i, colour::colours, c] += k * step
-    pushed = forces(specimen, moved.reshape(-1, count, 3)).reshape(moved.shape)
-    slopes = np.einsum("acipd,i->acpd", pushed, [weight / step for _, weight in signed])
-    matrix = np.zeros((count, 3, count, 3))
-    for p in range(count):
-        near = slice(max(0, p - _REACH), p + _REACH + 1)
-        matrix[near, :, p] = -slopes[p % colours][:, near].transpose(1, 2, 0)
-    matrix = matrix.reshape(3 * count, 3 * count)
-    return (matrix + matrix.T) / 2
+    from hairpipe.sim.tangent import STEP, tangent
+
+    lanes = np.repeat(x[:, :, None], specimen.model.mass.shape[1], axis=2)
+    bands = tangent(specimen.model, 0, lanes, np.full((1, lanes.shape[2]), STEP * specimen.segment))[:, :, 0]
+    matrix = np.zeros((3 * len(x), 3 * len(x)))
+    for k, band in enumerate(bands.T):
+        i = np.arange(len(band) - k)
+        matrix[i, i + k] = matrix[i + k, i] = band[: len(i)]
+    return matrix
 
 
 def motions(specimen: Specimen, slides: bool = False) -> np.ndarray:
