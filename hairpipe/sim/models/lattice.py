@@ -119,7 +119,7 @@ def area_vectors(particles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rest_heights(particles: np.ndarray) -> np.ndarray:
-    """Signed lengths of the seven altitude springs of every tetrahedron [m], (s, p, 7); zero past the end of the chain.
+    """Signed lengths of the seven altitude springs of every tetrahedron [m], (s, p, 7); zero where there is none.
 
     h = 6V / |N|; N is the area vector of a face (four) or u x v of two opposite edges (three), Sec. 3.1.
     """
@@ -127,5 +127,6 @@ def rest_heights(particles: np.ndarray) -> np.ndarray:
     pairs = area[:, :, [1, 1, 2]] + area[:, :, [2, 3, 3]]
     candidates = np.concatenate([area, pairs], axis=2)
     heights = np.zeros((*particles.shape[:2], 7))
-    heights[:, :-3] = volume[:, :, None] / np.linalg.norm(candidates, axis=3)
+    size = np.linalg.norm(candidates, axis=3)
+    np.divide(volume[:, :, None], size, out=heights[:, :-3], where=size > 0)
     return heights
