@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.banded import OFFSET, ROW
+from hairpipe.sim.banded import OFFSET, row_size
 from hairpipe.sim.lanes import WIDTH
+
+REACH = 3
 
 
 class System:
@@ -12,7 +14,8 @@ class System:
 
     def __init__(self, points):
         self.x = np.repeat(np.asarray(points, float)[:, :, None], WIDTH, axis=2)
-        self.A = np.zeros((len(points), ROW, WIDTH))
+        self.v = np.zeros_like(self.x)
+        self.A = np.zeros((len(points), row_size(REACH), WIDTH))
         self.b = np.zeros_like(self.x)
         self.T = np.zeros_like(self.x)
 
@@ -28,7 +31,7 @@ class System:
         for p in range(count):
             dense[p, :, p, :][np.triu_indices(3)] = self.A[p, :OFFSET, 0]
             dense[p, :, p, :] += np.triu(dense[p, :, p, :], 1).T
-            for o in range(1, min(3, count - 1 - p) + 1):
+            for o in range(1, min(REACH, count - 1 - p) + 1):
                 block = self.A[p, OFFSET + 9 * (o - 1) : OFFSET + 9 * o, 0].reshape(3, 3)
                 dense[p, :, p + o, :] = block
                 dense[p + o, :, p, :] = block.T

@@ -2,19 +2,29 @@
 
 import numpy as np
 import pytest
+from numba import njit
 from scipy.spatial.transform import Rotation
 
-from hairpipe.sim.forces.altitude import add_altitude
+from hairpipe.sim.forces.altitude import linearise_altitude
+from hairpipe.sim.forces.assembly import add_tetrahedron
+from hairpipe.sim.lanes import load
 
 K = 2.0
 REST = np.array([[0.0, 0.0, 0.0], [1.0, 0.1, 0.0], [0.2, 0.9, 0.1], [0.3, 0.2, 1.1]])
+
+
+@njit
+def _add(A, b, x, inverse_heights):
+    zero = 0.0 * load(x, (0, 0))
+    spring = (zero, zero, zero), (zero, zero, zero, zero, zero, zero)
+    add_tetrahedron(A, b, 0, linearise_altitude(x, 0, K, inverse_heights, 1.0, 1.0), spring, spring, spring)
 
 
 def _apply(system, points, rest=REST):
     s = system(points)
     heights = _heights(rest)
     inverse = np.divide(1, heights, out=np.zeros(7), where=heights != 0)
-    add_altitude(s.A, s.b, s.x, 0, K, np.repeat(inverse[None, :, None], 8, axis=2), 1.0, 1.0)
+    _add(s.A, s.b, s.x, np.repeat(inverse[None, :, None], 8, axis=2))
     return s
 
 

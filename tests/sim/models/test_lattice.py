@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.models import calibration, lattice
+from hairpipe.sim.models.network import SHAPE
 
 CONSTANTS = np.array([1.0, 1.0, 1.0, 0.0])
 
@@ -19,9 +20,9 @@ def _helix(segments):
     return np.stack([np.cos(s), np.sin(s), 0.4 * s], axis=1)[None]
 
 
-def _floppy_modes(axis):
+def _floppy_modes(axis, turn=lattice.TURN):
     """Directions of free motion that no spring resists."""
-    hessian = calibration._hessian(lattice.perturb(axis)[0], CONSTANTS)
+    hessian = calibration._hessian(lattice.perturb(axis, turn)[0], CONSTANTS)
     free = hessian[3 * lattice.CLAMPED :, 3 * lattice.CLAMPED :]
     values = np.linalg.eigvalsh(free)
     return int(np.sum(values < 1e-9 * values.max()))
@@ -31,7 +32,7 @@ def _floppy_modes(axis):
 def test_triangles_are_equilateral_and_follow_the_axis(axis):
     particles = lattice.perturb(axis)
     assert particles.shape == (1, 2 * 20 + 3, 3)
-    np.testing.assert_array_equal(particles[:, lattice.AXIS], axis)
+    np.testing.assert_array_equal(particles[:, SHAPE.axis], axis)
     lengths = lattice.rest_lengths(particles)[0]
     edge = np.linalg.norm(axis[0, 1] - axis[0, 0])
     np.testing.assert_allclose(lengths[:-1, 0], edge, rtol=1e-12)
@@ -47,9 +48,19 @@ def test_springs_are_exactly_as_many_as_degrees_of_freedom(axis):
     assert _floppy_modes(axis) == 0
 
 
-def test_without_turning_the_network_is_floppy(monkeypatch):
-    monkeypatch.setattr(lattice, "TURN", 0.0)
-    assert _floppy_modes(_straight(20)) >= 2 * 18
+def test_without_turning_the_network_is_floppy():
+    assert _floppy_modes(_straight(20), turn=0.0) >= 2 * 18
+
+
+def test_the_turn_reverses_its_sense():
+    """Perturbed particles of a straight strand turn by 72 degrees a segment, five to the left, five to the right."""
+    off_axis = lattice.perturb(_straight(24))[0, 1::2]
+    outward = off_axis - off_axis * [0, 1, 0]
+    down = np.array([0.0, -1.0, 0.0])
+    sines = np.cross(outward[:-1], outward[1:]) @ down / lattice.HEIGHT**2
+    cosines = np.sum(outward[:-1] * outward[1:], axis=1) / lattice.HEIGHT**2
+    turns = np.rad2deg(np.arctan2(sines, cosines))
+    np.testing.assert_allclose(turns, 72 * np.tile(np.repeat([1, -1], lattice.REVERSAL), 3)[: len(turns)], rtol=1e-9)
 
 
 def test_every_tetrahedron_has_volume():
@@ -70,7 +81,7 @@ def test_volume_gradient_is_a_gradient():
 
 
 def test_mass_is_that_of_the_strand():
-    mass = lattice.masses(np.array([0.01]), 25, 6.6e-6)[0]
+    mass = lattice.masses(np.array([0.01]), 25, 6.6e-6, 0.05)[0]
     free_length = 25 * 0.01
     buried_half = 0.005 * 0.95
     np.testing.assert_allclose(mass[2:].sum(), 6.6e-6 * (free_length + buried_half), rtol=1e-12)
