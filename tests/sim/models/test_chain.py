@@ -24,7 +24,7 @@ def test_cantilever_sags_like_the_elastica(scene, straight, gamma):
 
 
 def test_it_swings_like_the_network(scene, straight):
-    """The tip of 10 cm from 57 degrees off the vertical, over half a second: to the other side, back, and there again."""
+    """The tip of 10 cm, let go 57 degrees off the vertical, over half a second: a swing and a half."""
     strand = straight(0.1, 20, [np.sin(1.0), -np.cos(1.0), 0])
     chain, full = (scene([strand], model=model) for model in ("chain", "network"))
     tips = np.array([[s.run(1 / 24).axis[-1] for s in (chain, full)] for _ in range(12)])
