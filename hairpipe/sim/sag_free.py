@@ -30,7 +30,10 @@ from hairpipe.sim.models.interface import shape_of, spring_constant, springs_fro
 from hairpipe.sim.models.network import Network
 from hairpipe.sim.scene import SagFree
 from hairpipe.sim.settle import settle
-from hairpipe.sim.tangent import STEP, find_stable
+from hairpipe.sim.tangent import find_stable
+
+STEP = 1e-5
+"""Of differences of forces, over the length of a segment: a curl can be close to exchanging altitude springs."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,8 +4,8 @@ The matrix of a step leaves out what could make it indefinite, and that is what 
 So the kernels' own forces are differentiated numerically. Particles farther apart than twice the reach of a force are
 moved at once: 2 reach + 1 colours, each in three directions, are all columns.
 
-Where a strand is about to change an altitude spring for another, its force has a corner or a jump, and this is the
-mean over the step of a difference. A groomed pose has none: all of its altitude springs are at rest.
+Where an altitude spring is about to be exchanged for another, forces have a corner, or a jump unless they are at rest:
+the step of a difference must not reach it.
 """
 
 import numpy as np
@@ -18,13 +18,11 @@ from hairpipe.sim.models import chain, network  # noqa: F401 (they teach numba t
 from hairpipe.sim.models.interface import add_forces, shape_of
 from hairpipe.sim.rows import fill
 
-STEP = 1e-3
-"""Of the differences, over the length of a segment."""
 _WEIGHTS = np.array([3 / 4, -3 / 20, 1 / 60])
-"""Central differences of sixth order: with such a step truncation is below rounding."""
+"""Central differences of sixth order."""
 
 
-@inlined
+@njit(cache=True)
 def _set_forces(model, block, A, b, x, still, slack):  # noqa: ANN001, ANN202
     """Set b to the forces of a block's springs; still and slack are zero, and nothing but zeros is added to A."""
     fill(b, 0.0)
@@ -33,7 +31,7 @@ def _set_forces(model, block, A, b, x, still, slack):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def spring_forces(model, block, x):  # noqa: ANN001, ANN201
+def spring_forces(model, block, x) -> np.ndarray:  # noqa: ANN001
     """Find the forces of all springs of a block [N], (particles, 3, W), at positions x [m] of the same shape."""
     A = np.zeros((x.shape[0], row_size(shape_of(model).reach), x.shape[2]), x.dtype)
     b = np.empty_like(x)
@@ -51,7 +49,7 @@ def _add_column(H, slope, p, c, reach):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def tangent(model, block, x, steps):  # noqa: ANN001, ANN201
+def tangent(model, block, x, steps) -> np.ndarray:  # noqa: ANN001
     """Differentiate the energy of a block twice [N/m], (3 particles, 3 reach + 3, W): H[i, k] couples i and i + k.
 
     x      positions [m], (particles, 3, W)
@@ -82,7 +80,7 @@ def tangent(model, block, x, steps):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, parallel=True)
-def find_stable(model, x, steps, stable):  # noqa: ANN001, ANN201
+def find_stable(model, x, steps, stable) -> None:  # noqa: ANN001
     """Set stable to 1 where a strand is stiff against every motion of its free particles, else to 0, in place.
 
     x       positions of all rows [m]

@@ -10,6 +10,8 @@ import numpy as np
 
 from hairpipe.experiments.accuracy.specimen import Specimen, forces
 
+_STEP = 1e-3
+"""Of the differences, over the length of a segment: truncation is below rounding."""
 _TOLERANCE = 1e-8
 """Of the forces left, over the load and E I / L^2."""
 _MOST_STEPS, _MOST_STALLED = 400, 150
@@ -31,10 +33,10 @@ class Balance(NamedTuple):
 
 def stiffness(specimen: Specimen, x: np.ndarray) -> np.ndarray:
     """Second derivatives of the energy [N/m], (3p, 3p), at x [m], (p, 3)."""
-    from hairpipe.sim.tangent import STEP, tangent
+    from hairpipe.sim.tangent import tangent
 
     lanes = np.repeat(x[:, :, None], specimen.model.mass.shape[1], axis=2)
-    bands = tangent(specimen.model, 0, lanes, np.full((1, lanes.shape[2]), STEP * specimen.segment))[:, :, 0]
+    bands = tangent(specimen.model, 0, lanes, np.full((1, lanes.shape[2]), _STEP * specimen.segment))[:, :, 0]
     matrix = np.zeros((3 * len(x), 3 * len(x)))
     for k, band in enumerate(bands.T):
         i = np.arange(len(band) - k)

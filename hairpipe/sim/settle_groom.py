@@ -1,0 +1,26 @@
+"""A groom as gravity leaves it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hairpipe.data import Groom
+from hairpipe.sim.advance import make_hair
+from hairpipe.sim.integrators.catalogue import gravity_of
+from hairpipe.sim.material import Material
+from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.scene import Scene
+from hairpipe.sim.settle import settle
+
+
+def settle_groom(groom: Groom, material: Material, construction: Construction, gravity: float) -> Groom:
+    """Return the groom with its strands where they hang at rest, their springs being at rest as groomed.
+
+    gravity  along -Y [m/s^2]
+
+    Strands that do not come to rest are named in a warning.
+    """
+    hair = make_hair(groom, material, "network", construction)
+    everyone = np.ones(hair.layout.strands.shape, bool)
+    settled = settle(hair.model, hair.layout, groom.ids, hair.rest, gravity_of(Scene(gravity)), everyone)
+    return replace(groom, points=hair.layout.axis(settled.positions))
