@@ -9,6 +9,7 @@ import numpy as np
 from hairpipe.data import Ends, Groom, LevelSet, Mesh, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.errors import BadInput
+from hairpipe.groom.binding import name_strands
 from hairpipe.levelset.field import field_of
 from hairpipe.sim.control import limits_of, next_step
 from hairpipe.sim.filters.filters import Filters
@@ -48,7 +49,8 @@ class Hair:
 def make_hair(
     groom: Groom, material: Material, name: ModelName = "network", construction: Construction = AS_IT_WORKS
 ) -> Hair:
-    """Build the model of a groom's strands."""
+    """Build the model of a groom's strands; BadInput naming strands with a segment that has no length."""
+    check_segments(groom)
     if name == "chain":
         layout = lay_out(groom.offsets, chain.SHAPE)
         model, rest = build_chain(layout, groom.points, material)
@@ -56,6 +58,20 @@ def make_hair(
         layout = lay_out(groom.offsets, network.SHAPE)
         model, rest = build_network(layout, groom.points, material, construction)
     return Hair(groom, layout, model, rest, material.diameter)
+
+
+def check_segments(groom: Groom) -> None:
+    """Refuse strands with a point that is not finite or on the one before it, by BadInput with their ids."""
+    lengths = np.linalg.norm(np.diff(groom.points, axis=0), axis=1)
+    inside = np.delete(np.arange(len(lengths)), groom.offsets[1:-1] - 1)
+    wrong = inside[~(lengths[inside] > 0.0) | ~np.isfinite(lengths[inside])]
+    if len(wrong):
+        ids = groom.ids[np.unique(np.searchsorted(groom.offsets, wrong, side="right") - 1)]
+        raise BadInput(
+            f"segments without length, or points that are not finite: {name_strands(ids)}",
+            where="groom",
+            right="every point away from the one before it",
+        )
 
 
 def leads_of(body: tuple[Mesh, Mesh] | None, ends: tuple[Ends, Ends] | None) -> tuple[Lead, Lead]:

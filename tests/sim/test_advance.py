@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_bvp
 
+from hairpipe.errors import BadInput
 from hairpipe.sim.material import Material
 
 G = 9.81
@@ -150,3 +151,11 @@ def test_a_strand_that_is_not_finite_is_named_and_spares_the_others(scene, strai
         _ = s.points
     np.testing.assert_array_equal(s.axis[:11], good[:11])
     np.testing.assert_array_equal(s.axis[22:], good[22:])
+
+
+@pytest.mark.parametrize("wrong", [0.0, np.nan])
+def test_a_strand_with_a_segment_of_no_length_is_refused_by_name(scene, straight, wrong):
+    strands = [straight(0.1, 10, [1, 0, 0]) for _ in range(3)]
+    strands[1][4] = strands[1][3] + wrong
+    with pytest.raises(BadInput, match="strands 1$|strands 1;"):
+        scene(strands)
