@@ -1,0 +1,17 @@
+"""Some rows of a table."""
+
+from hairpipe.data import Table
+from hairpipe.graph import node
+
+
+@node(frames="once")
+def select_rows(tables: tuple[Table, ...], *, cases: tuple[str, ...] = (), column: str, value: float) -> Table:
+    """The rows of tables, laid below each other, that have one value in a column.
+
+    cases   names of the tables, in order: a first column "case" says which one a row is from
+    column  of numbers that is looked at
+    value   a number
+    """
+    from hairpipe.measure.rows import select
+
+    return select(tables, cases, column, value)
