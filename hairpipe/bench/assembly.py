@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-from numba import njit, typeof
+from numba import typeof
 from numba.core.dispatcher import Dispatcher
 
 _ARITHMETIC = re.compile(r"\s*v?(?:add|sub|mul|div|sqrt|max|min|fn?m(?:add|sub)\d*)([ps])[sd]\s.*?(%[xyz]mm)")
@@ -37,9 +37,12 @@ def count_arithmetic(lines: Iterable[str]) -> Arithmetic:
 
 
 def assembly_of(kernel: Dispatcher, *args: Any) -> str:
-    """Compile a kernel, with all that it calls, for arguments like these: numba keeps no assembly in its cache."""
-    options = {name: value for name, value in kernel.targetoptions.items() if name not in ("nopython", "boundscheck")}
-    afresh = njit(**options)(kernel.py_func)
+    """Give the machine code of a kernel, with all that is copied into it, for arguments like these.
+
+    A kernel that is in the cache is read from there, not compiled again.
+    """
     signature = tuple(map(typeof, args))
-    afresh.compile(signature)
-    return afresh.inspect_asm(signature)
+    kernel.compile(signature)
+    library: Any = kernel.overloads[signature].library
+    # Numba shows no assembly of what it read back, but keeps its optimised form, to which only this step is left.
+    return str(library.codegen._tm.emit_assembly(library._get_module_for_linking()))

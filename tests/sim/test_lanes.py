@@ -1,5 +1,9 @@
 """Lanes compute what as many separate numbers would, in single and in double precision."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from numba import njit
@@ -115,3 +119,26 @@ def test_single_and_double_do_not_mix(mixing):
 def test_lanes_lie_in_rows_of_floats(array):
     with pytest.raises(TypingError, match="float32 or float64 in C order"):
         _any_above(array, 0.5)
+
+
+FRAME = """
+import hashlib
+from hairpipe.bench.strands import one_block
+from hairpipe.sim.stage import run_stage
+arguments = one_block(6, "float64")
+for _ in range(10):
+    run_stage(*arguments)
+print(hashlib.sha256(arguments[2].tobytes()).hexdigest(), sum(run_stage.stats.cache_hits.values()))
+"""
+
+
+def test_a_kernel_read_back_rounds_like_one_just_compiled(tmp_path):
+    """Ten solves, a frame at 1/240 s, in two processes: what the compiler inlines must not show in a single bit."""
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_NUM_THREADS": "1"}
+    runs = [
+        subprocess.run([sys.executable, "-c", FRAME], env=environment, check=True, stdout=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    (compiled, hits), (read_back, hits_of_second) = (run.stdout.split() for run in runs)
+    assert (hits, hits_of_second) == ("0", "1")
+    assert compiled == read_back

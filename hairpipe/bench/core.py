@@ -1,0 +1,122 @@
+"""The cost of the strand core, beside what the machine could do."""
+
+from collections.abc import Callable
+from itertools import product
+from typing import NamedTuple
+
+import numba
+
+from hairpipe.bench.assembly import Arithmetic, count_arithmetic
+from hairpipe.bench.cold import measure_compilation
+from hairpipe.bench.counting import Work
+from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.repeat import Spread, repeat
+from hairpipe.bench.roofs import TRIAD, Roofs, measure_roofs
+from hairpipe.bench.strands import Strands, hang, machine_code, solve, step, work_of_a_solve
+
+DTYPES = ("float32", "float64")
+THREADS = (1, 2)
+KERNELS = {"solve": solve, "step": step}
+PROTOTYPE = {
+    ("cache", "float32", 1): 20.0,
+    ("cache", "float64", 1): 40.0,
+    ("memory", "float32", 1): 38.4,
+    ("memory", "float32", 2): 19.8,
+    ("memory", "float64", 1): 74.2,
+    ("memory", "float64", 2): 37.6,
+}
+"""What a throw-away prototype took for a solve on a Zen 4 core, per particle [ns]."""
+
+
+class Sizes(NamedTuple):
+    """What is measured, and for how long.
+
+    segments  of a strand
+    cache     strands whose state stays in the cache
+    memory    strands whose state does not: a million particles at 50 segments
+    triad     numbers in each array of the triad
+    seconds   that every measurement is repeated
+    """
+
+    segments: int = 50
+    cache: int = 256
+    memory: int = 9_712
+    triad: int = TRIAD
+    seconds: float = 2.0
+
+
+FULL = Sizes()
+
+
+class Case(NamedTuple):
+    """One kernel in one place; times are per particle [ns].
+
+    kernel     solve: one linearly implicit stage; step: one step of the default integrator
+    place      cache or memory
+    floor      the least time of a solve on this machine
+    prototype  what the prototype took
+    """
+
+    kernel: str
+    place: str
+    dtype: str
+    threads: int
+    time: Spread
+    floor: float | None
+    prototype: float | None
+
+
+class Report(NamedTuple):
+    """All of it.
+
+    work      of a solve, per particle, by dtype
+    code      arithmetic in the machine code of a solve, by dtype
+    compiled  time until every kernel of a frame of hair is compiled, nothing being warm [s]
+    """
+
+    machine: Machine
+    sizes: Sizes
+    roofs: Roofs
+    work: dict[str, Work]
+    code: dict[str, Arithmetic]
+    cases: list[Case]
+    compiled: float
+
+
+def measure_core(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
+    """Measure everything, and say what is being done."""
+    threads = [count for count in THREADS if count <= numba.get_num_threads()]
+    say("compiling every kernel, nothing being warm")
+    compiled = measure_compilation()
+    say("multiply-adds and the triad")
+    roofs = measure_roofs(DTYPES, threads, sizes.triad, sizes.seconds)
+    say("reading machine code")
+    work = {dtype: work_of_a_solve(sizes.segments, dtype) for dtype in DTYPES}
+    code = {dtype: count_arithmetic(machine_code(dtype).splitlines()) for dtype in DTYPES}
+    cases = []
+    for (place, strands), dtype in product([("cache", sizes.cache), ("memory", sizes.memory)], DTYPES):
+        say(f"{strands:,} strands in {dtype}")
+        hair = hang(strands, sizes.segments, dtype)
+        for count, kernel in product(threads, KERNELS):
+            time = _time(KERNELS[kernel], hair, count, sizes.seconds)
+            floor = least_time(work[dtype], dtype, place, count, roofs) if kernel == "solve" else None
+            prototype = PROTOTYPE.get((place, dtype, count)) if kernel == "solve" else None
+            cases.append(Case(kernel, place, dtype, count, time, floor, prototype))
+    return Report(this_machine(), sizes, roofs, work, code, cases, compiled)
+
+
+def least_time(work: Work, dtype: str, place: str, threads: int, roofs: Roofs) -> float:
+    """Give the least time per particle of some work [ns]: for its arithmetic, or for moving its numbers from memory."""
+    arithmetic = work.operations / (roofs.multiply_add[dtype].median * threads)
+    moving = work.bytes / roofs.triad[threads].median if place == "memory" else 0.0
+    return 1e9 * max(arithmetic, moving)
+
+
+def _time(kernel: Callable[[Strands], None], hair: Strands, threads: int, seconds: float) -> Spread:
+    """Time a kernel per particle [ns]."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(threads)
+    try:
+        return repeat(lambda: kernel(hair), seconds, hair.restart).per(hair.particles * 1e-9)
+    finally:
+        numba.set_num_threads(before)

@@ -1,0 +1,112 @@
+"""`hairpipe bench`: what the code costs on this machine."""
+
+import json
+import os
+import tempfile
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hairpipe.cli import options
+from hairpipe.cli.wording import duration, plural, say
+
+if TYPE_CHECKING:
+    from hairpipe.bench.core import Case, Report
+    from hairpipe.bench.repeat import Spread
+
+
+@click.group()
+def bench() -> None:
+    """Measure what the code costs on this machine."""
+
+
+@bench.command()
+@options.as_json
+def core(as_json: bool) -> None:
+    """Measure the strand core: time per particle of a solve and of a step.
+
+    A solve is one linearly implicit stage: forces, choice of altitude springs, assembly, factorisation and
+    substitution. Beside it, from the same minutes: what the machine could do at best in arithmetic and in moving
+    numbers, the least time that leaves for a solve, and what a prototype took. Medians, with the middle half of all
+    runs.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        # An empty folder for kernels: numba, which looks for it when it is first imported, would run old machine code
+        # of a kernel whose helper was edited.
+        os.environ["NUMBA_CACHE_DIR"] = folder
+        from hairpipe.bench.core import measure_core
+
+        report = measure_core(say)  # lines: whatever moves on the screen would be measured, too
+    if as_json:
+        click.echo(json.dumps(document(report), indent=2))
+    else:
+        show(report)
+
+
+def show(report: "Report") -> None:
+    """Write the report as tables."""
+    from rich.console import Console
+    from rich.table import Table
+
+    screen = Console(highlight=False)
+    machine, roofs = report.machine, report.roofs
+    screen.print(f"{machine.processor}, {plural(machine.cores, 'core')}")
+    screen.print(", ".join(f"{name} {version}" for name, version in machine.versions.items()), "\n")
+
+    times = Table("kernel", "in", "numbers", title="ns per particle", title_justify="left", box=None)
+    for heading in ("threads", "median", "half between", "floor", "prototype", "ratio"):
+        times.add_column(heading, justify="right")
+    for case in report.cases:
+        times.add_row(*row_of(case))
+    screen.print(times)
+    sizes = report.sizes
+    screen.print(f"(strands of {sizes.segments} segments; {sizes.cache:,} in cache, {sizes.memory:,} in memory)\n")
+
+    best = Table("", "", title="this machine at best", title_justify="left", box=None, show_header=False)
+    for dtype, rate in roofs.multiply_add.items():
+        best.add_row(f"multiply-add, {dtype}, 1 thread", spread(rate, 1e-9) + " GFLOP/s")
+    for threads, rate in roofs.triad.items():
+        best.add_row(f"triad, {plural(threads, 'thread')}", spread(rate, 1e-9) + " GB/s")
+    screen.print(best, "")
+
+    code = Table("", title="a solve", title_justify="left", box=None)
+    for heading in ("flop/particle", "bytes/particle", "zmm", "ymm", "xmm", "scalar"):
+        code.add_column(heading, justify="right")
+    for dtype, work in report.work.items():
+        code.add_row(dtype, f"{work.operations:.0f}", f"{work.bytes:.0f}", *map(str, report.code[dtype]))
+    screen.print(code)
+    screen.print("(the last four: instructions of arithmetic, on vectors of 64, 32, 16 bytes and on one number)\n")
+    screen.print(f"every kernel of a frame compiled, nothing being warm: {duration(report.compiled)}")
+
+
+def row_of(case: "Case") -> tuple[str, ...]:
+    """Write a case as a row."""
+    return (
+        case.kernel,
+        case.place,
+        case.dtype,
+        str(case.threads),
+        f"{case.time.median:.1f}",
+        f"{case.time.low:.1f}-{case.time.high:.1f}",
+        "" if case.floor is None else f"{case.floor:.1f}",
+        "" if case.prototype is None else f"{case.prototype:.1f}",
+        "" if case.prototype is None else f"{case.time.median / case.prototype:.2f}",
+    )
+
+
+def spread(value: "Spread", unit: float) -> str:
+    """Write a median and the middle half."""
+    return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
+
+
+def document(report: "Report") -> dict[str, Any]:
+    """Describe the report as a JSON document."""
+
+    def plain(value: Any) -> Any:
+        if hasattr(value, "_asdict"):
+            return plain(value._asdict())
+        if isinstance(value, dict):
+            return {str(key): plain(item) for key, item in value.items()}
+        return [plain(item) for item in value] if isinstance(value, list) else value
+
+    return plain(report)

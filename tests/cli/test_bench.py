@@ -1,0 +1,61 @@
+"""`hairpipe bench`: the report as tables and as JSON."""
+
+import json
+import os
+
+import pytest
+
+from hairpipe.bench import core
+from hairpipe.bench.assembly import Arithmetic
+from hairpipe.bench.counting import Work
+from hairpipe.bench.machine import Machine
+from hairpipe.bench.repeat import Spread
+from hairpipe.bench.roofs import Roofs
+
+REPORT = core.Report(
+    Machine("A Processor", 2, {"numba": "1.2"}),
+    core.FULL,
+    Roofs({"float64": Spread(58e9, 57e9, 59e9, 9)}, {1: Spread(20e9, 19e9, 21e9, 9)}),
+    {"float64": Work(1200.4, 250.0)},
+    {"float64": Arithmetic(990, 3, 4, 5)},
+    [
+        core.Case("solve", "cache", "float64", 1, Spread(44.0, 43.0, 46.0, 9), 20.7, 40.0),
+        core.Case("step", "memory", "float64", 1, Spread(123.4, 120.0, 130.0, 9), None, None),
+    ],
+    23.0,
+)
+
+
+@pytest.fixture
+def measured(monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])  # the command sets it for its own process
+
+    def measure(say):
+        say("17 strands")
+        return REPORT
+
+    monkeypatch.setattr(core, "measure_core", measure)
+
+
+def test_tables_say_what_was_measured(measured, hairpipe):
+    text = hairpipe("bench core").stdout
+    rows = [line.split() for line in text.splitlines()]
+    assert ["solve", "cache", "float64", "1", "44.0", "43.0-46.0", "20.7", "40.0", "1.10"] in rows
+    assert ["step", "memory", "float64", "1", "123.4", "120.0-130.0"] in rows
+    assert ["float64", "1200", "250", "990", "3", "4", "5"] in rows
+    for part in ("A Processor, 2 cores", "numba 1.2", "58.0 (57.0-59.0) GFLOP/s", "20.0 (19.0-21.0) GB/s", "23.0 s"):
+        assert part in text
+
+
+def test_a_document_has_all_of_it(measured, hairpipe):
+    result = hairpipe("bench core --json")
+    assert result.stderr == "17 strands\n", "what is being done is no result"
+    document = json.loads(result.stdout)
+    assert document["cases"][0]["time"] == {"median": 44.0, "low": 43.0, "high": 46.0, "runs": 9}
+    assert document["roofs"]["triad"]["1"]["median"] == 20e9
+    assert document["machine"]["versions"] == {"numba": "1.2"}
+    assert document["code"]["float64"]["scalar"] == 5 and document["compiled"] == 23.0
+
+
+def test_an_unknown_benchmark_is_refused(hairpipe):
+    assert hairpipe("bench everything").exit_code == 2
