@@ -50,7 +50,7 @@ def test_it_publishes_something_and_only_below_out(graph):
     assert published and all(path.is_relative_to(OUT) for path in published)
 
 
-FEW: dict[str, dict[str, int | list[int] | list[float]]] = {
+FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "grow_groom": {"strands": 24},
     "load_groom": {"strands": 24},
     "measure_cantilever": {"segments": [8], "angles": [90], "rolls": 1, "gammas": [1]},
@@ -58,6 +58,9 @@ FEW: dict[str, dict[str, int | list[int] | list[float]]] = {
     "measure_helix": {"segments": [25], "gravities": [0.1]},
     "measure_vibration": {"segments": [8], "modes": 2},
     "measure_writhe": {"segments": [5]},
+    "follow_trial": {"trial.seconds": 0.125, "rate": 240},
+    "measure_scheme": {"trial.seconds": 0.125, "rates": [24]},
+    "measure_extremes": {"rates": [24], "seconds": 0.05},
     "preview": {"width": 64, "height": 64},
     "preview_meshes": {"width": 64, "height": 64},
 }

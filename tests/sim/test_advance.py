@@ -72,20 +72,6 @@ def _energy(scene):
     return np.sum(mass * (0.5 * np.sum(v**2, axis=1) + G * (x[:, 1] - hanging)))
 
 
-def test_error_falls_with_nearly_the_square_of_the_step(scene, straight):
-    """1.7 in the study the scheme comes from; kinks where altitude springs change hands keep it below 2."""
-    counts = np.array([5, 10, 20, 40, 80])
-
-    def tip(steps):
-        return scene([straight(0.1, 10, [1, -1, 0])], step=1 / 24 / steps, drag=2.0).run(0.25).axis[-1]
-
-    reference = tip(640)
-    errors = [np.linalg.norm(tip(count) - reference) for count in counts]
-    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert order > 1.5
-    assert errors[0] < 0.002 * 0.1
-
-
 def test_weightless_groom_on_a_still_body_does_not_move(scene):
     curl = np.stack(
         [0.01 * np.cos(np.arange(26) * 0.7), -0.004 * np.arange(26.0), 0.01 * np.sin(np.arange(26) * 0.7)], axis=1

@@ -8,7 +8,8 @@ import numpy as np
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.experiments.integrators.trial import Strand, groom_of
+from hairpipe.experiments.integrators.leading import groom_of
+from hairpipe.experiments.integrators.trial import Strand
 from hairpipe.sim.advance import Hair, advance_frame, make_hair, start
 from hairpipe.sim.material import Material
 from hairpipe.sim.scene import Air, Scene, Scheme, StepControl

@@ -6,7 +6,8 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from hairpipe.experiments.integrators.energy import energies
-from hairpipe.experiments.integrators.trial import MOTIONS, Strand, Trial, ends_at, groom_of
+from hairpipe.experiments.integrators.leading import ends_at, groom_of
+from hairpipe.experiments.integrators.trial import MOTIONS, Strand, Trial
 from hairpipe.sim.advance import Hair, make_hair, start
 from hairpipe.sim.filters.filters import Filters
 from hairpipe.sim.integrators.catalogue import integrator_of
