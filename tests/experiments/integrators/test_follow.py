@@ -19,11 +19,12 @@ def truth():
     return course_table(SHORT, Scheme(), None, 1920)
 
 
-def test_energy_is_that_above_hanging_and_hardly_changes():
-    """A straight strand at angle a holds (1 - cos a) / 2 of m g L."""
+def test_energy_is_that_above_hanging_and_never_grows():
+    """A straight strand at angle a holds (1 - cos a) / 2 of m g L; a bent one holds some in its altitude springs."""
     course = follow(SHORT, Scheme(), None, 1 / 1920)
     np.testing.assert_allclose(course.energy[0], [0, 0, 0.25, 0.25, 0, 0], atol=1e-12)
-    np.testing.assert_allclose(course.energy[-1, :4], course.energy[0, :4], atol=0.01)
+    np.testing.assert_allclose(course.energy[-1, :2], 0, atol=1e-4)
+    assert (course.energy[:, 2:4] < 0.25 + 1e-3).all() and (course.energy[-1, 2:4] > 0.25 - 0.1).all()
     assert (course.kinetic[1:, 2:] > course.kinetic[1:, :2].max()).all()
 
 
