@@ -19,6 +19,7 @@ _MARGIN = 3  # segments left at either end
 _GRID = 0.02  # of the edges' compliance over that of bending
 _SOFTEST = 0.1  # beyond, an edge gives way before the strand bends
 _SINGULAR = np.deg2rad(20.0)  # a lattice that turns by less than this from the plane has no stiffness to fit
+_ENOUGH = 1e-7  # misfit of the logarithm of a stiffness; rounding leaves 1e-8
 _STIFFEST = 1e-4  # of that compliance: stiffer edges change nothing and cost digits
 
 
@@ -63,10 +64,16 @@ def _fit(slack: float, ratio: float, altitude: float, turn: float) -> tuple[floa
     log = np.log([1 / 6.2, 1 / 3.7])
     for _ in range(30):
         misfit = _misfit(log, slack, ratio, altitude, turn)
-        if np.abs(misfit).max() < 1e-10:
+        if np.abs(misfit).max() < _ENOUGH:
             break
         slopes = [(_misfit(log + step, slack, ratio, altitude, turn) - misfit) / 1e-6 for step in np.eye(2) * 1e-6]
         log = log - np.clip(np.linalg.solve(np.transpose(slopes), misfit), -1, 1)
+    else:
+        raise BadInput(
+            f"no spring constants give a lattice that turns by {np.rad2deg(turn):.3g} deg the stiffness of a rod",
+            where="construction",
+            right="turn = 60 to 110, or altitude = 0",
+        )
     bending, torsion = np.exp(log)
     return float(bending), float(torsion)
 

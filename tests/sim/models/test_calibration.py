@@ -59,3 +59,8 @@ def test_constants_are_those_of_the_turn(turn):
     constants = calibration.spring_constants(material, Construction(turn=turn), length)[:, 0]
     stiffness = calibration.rod_stiffness(constants, np.deg2rad(turn)) * length**2
     np.testing.assert_allclose(stiffness, [material.bending, material.torsion], rtol=1e-3)
+
+
+def test_a_turn_that_no_constants_fit_is_refused():
+    with pytest.raises(BadInput, match="turns by 45 deg"):
+        calibration.spring_constants(Material(), Construction(turn=45.0), np.array([0.004]))
