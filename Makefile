@@ -14,7 +14,7 @@ demo: $(VENV)/installed
 	$(VENV)/bin/hairpipe run graphs/demo.toml
 
 test: $(VENV)/tested
-	$(RUN) pytest
+	$(RUN) pytest -n auto
 
 check: $(VENV)/tested
 	$(RUN) ruff check

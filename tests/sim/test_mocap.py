@@ -12,7 +12,7 @@ from hairpipe.body.bust import build_bust
 from hairpipe.graph import Time
 from hairpipe.sim.advance import advance_frame, make_hair, start
 from hairpipe.sim.material import Material
-from hairpipe.sim.scene import Scene
+from hairpipe.sim.scene import Scene, StrainLimit
 
 VIOLENT = {
     "cmu_05_06": 3.0,
@@ -42,7 +42,7 @@ def test_hair_follows_any_motion_at_any_frame_rate(shared, bust, hair, clip, fps
     frames = range(1001, 1001 + round(fps))
     poses = (load_motion(bust, Time(frame, fps), file=file, start=VIOLENT[clip]) for frame in frames)
     bodies = [pose_body(bust, pose) for pose in poses]
-    scene = Scene()
+    scene = Scene(strain=StrainLimit())
     state = start(hair, bodies[0], scene)
     rest = np.linalg.norm(np.diff(hair.groom.points.reshape(16, 21, 3), axis=1), axis=2)
     for before, after in pairwise(bodies):
