@@ -14,7 +14,7 @@ demo: $(VENV)/installed
 	$(VENV)/bin/hairpipe run graphs/demo.toml
 
 test: $(VENV)/tested
-	$(RUN) pytest -n auto
+	$(RUN) pytest
 
 check: $(VENV)/tested
 	$(RUN) ruff check
