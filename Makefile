@@ -14,7 +14,8 @@ demo: $(VENV)/installed
 	$(VENV)/bin/hairpipe run graphs/demo.toml
 
 test: $(VENV)/tested
-	$(RUN) pytest
+	$(RUN) pytest -n auto -k 'not interrupt and not ctrl_c'
+	$(RUN) pytest -k 'interrupt or ctrl_c'
 
 check: $(VENV)/tested
 	$(RUN) ruff check
