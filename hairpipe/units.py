@@ -23,6 +23,8 @@ __all__ = [
     "MetresPerSecond",
     "MetresPerSecondSquared",
     "MinLen",
+    "Newtons",
+    "NewtonsPerMetre",
     "Pascals",
     "PerSecond",
     "Pixels",
@@ -46,6 +48,8 @@ MetresPerSecond = Annotated[float, Unit("m/s")]
 MetresPerSecondSquared = Annotated[float, Unit("m/s^2")]
 Degrees = Annotated[float, Unit("deg")]
 DegreesPerSecond = Annotated[float, Unit("deg/s")]
+Newtons = Annotated[float, Unit("N")]
+NewtonsPerMetre = Annotated[float, Unit("N/m")]
 Pascals = Annotated[float, Unit("Pa")]
 KilogramsPerCubicMetre = Annotated[float, Unit("kg/m^3")]
 Voxels = Annotated[float, Unit("voxels")]

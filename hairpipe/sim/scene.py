@@ -3,7 +3,17 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from hairpipe.units import Ge, Gt, Interval, Metres, MetresPerSecondSquared, PerSecond, Seconds
+from hairpipe.units import (
+    Ge,
+    Gt,
+    Interval,
+    Metres,
+    MetresPerSecondSquared,
+    Newtons,
+    NewtonsPerMetre,
+    PerSecond,
+    Seconds,
+)
 
 
 @dataclass(frozen=True)
@@ -28,6 +38,44 @@ class BodyContact:
     friction: Annotated[float, Ge(0.0)] = 0.3
     thickness: Annotated[Metres, Interval(ge=0.0, le=0.02)] = 1e-3
     interpolation: Literal["two_sided", "linear", "one_sided"] = "two_sided"
+
+
+@dataclass(frozen=True)
+class Stiction:
+    """Hair that came close sticks together until it is pulled apart: Sec. 5.2, in physical terms.
+
+    reach    distance at which segments stick, and that their connection would keep
+    release  distance at which it lets go, at once
+    force    with which it pulls at that moment
+    closest  connections that a segment may have
+    damping  of a connection, a fraction of critical damping
+    """
+
+    reach: Annotated[Metres, Interval(gt=1e-6, le=0.05)] = 5e-4
+    release: Annotated[Metres, Interval(gt=1e-6, le=0.1)] = 1.5e-3
+    force: Annotated[Newtons, Interval(ge=0.0, le=1.0)] = 2e-5
+    closest: Annotated[int, Interval(ge=1, le=16)] = 5
+    damping: Annotated[float, Ge(0.0)] = 0.5
+
+
+@dataclass(frozen=True)
+class Collisions:
+    """Hair pushes hair away and does not pass through it.
+
+    thickness  distance that is kept between the axes of two hairs
+    friction   Coulomb coefficient
+    stiffness  of two hairs that are pressed together
+    solver     coupled: in one system with the strands, which stacks need; sweep: impulses pair by pair, as published
+    sweeps     over all pairs, of the published solver
+    attempts   to resolve the crossings of a step
+    """
+
+    thickness: Annotated[Metres, Interval(gt=1e-6, le=0.02)] = 3e-4
+    friction: Annotated[float, Ge(0.0)] = 0.3
+    stiffness: Annotated[NewtonsPerMetre, Interval(gt=0.0, le=1e4)] = 0.5
+    solver: Literal["coupled", "sweep"] = "coupled"
+    sweeps: Annotated[int, Interval(ge=1, le=100)] = 3
+    attempts: Annotated[int, Interval(ge=1, le=20)] = 4
 
 
 @dataclass(frozen=True)
@@ -107,3 +155,5 @@ class Scene:
     steps: StepControl = StepControl()
     scheme: Scheme = Scheme()
     sag_free: SagFree | None = None
+    stiction: Stiction | None = None
+    collisions: Collisions | None = None
