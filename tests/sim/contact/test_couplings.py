@@ -1,0 +1,78 @@
+"""Couplings as kernels against the same as one dense matrix."""
+
+import numpy as np
+
+from hairpipe.sim.contact.couplings import add_push, find_incidence, joined, multiply_across, no_couplings, own_blocks
+
+
+def multiply(couplings, points, v):
+    out = np.zeros_like(v)
+    multiply_across(couplings, find_incidence(couplings.segments, points), v, out)
+    return out
+
+
+def blocks(couplings, points):
+    diagonal, following = np.zeros((points, 6)), np.zeros((points, 6))
+    own_blocks(couplings, find_incidence(couplings.segments, points), diagonal, following)
+    return diagonal, following
+
+
+def test_own_and_across_are_together_the_whole_matrix(random_couplings, dense):
+    whole_matrix, own_matrix = dense
+    offsets = np.array([0, 2, 7, 16, 19], np.int32)
+    points = int(offsets[-1])
+    couplings = random_couplings(offsets, 60)
+    whole = whole_matrix(couplings, points)
+    across = np.stack([multiply(couplings, points, e.reshape(-1, 3)).ravel() for e in np.eye(3 * points)], axis=1)
+    sum_of_both = own_matrix(*blocks(couplings, points)) + across
+    np.testing.assert_allclose(sum_of_both, whole, atol=1e-12 * np.abs(whole).max())
+
+
+def test_pushes_reach_points_by_their_weights_and_are_opposite(offsets, random_couplings):
+    points = int(offsets[-1])
+    couplings = random_couplings(offsets, 400)
+    out = np.ones((points, 3))
+    add_push(couplings, find_incidence(couplings.segments, points), out)
+    expected = np.ones((points, 3))
+    for (a, b), (s, t), push in zip(couplings.segments, couplings.fractions, couplings.push, strict=True):
+        for place, weight in ((a, 1 - s), (a + 1, s), (b, t - 1), (b + 1, -t)):
+            expected[place] += weight * push
+    np.testing.assert_allclose(out, expected, atol=1e-12)
+    np.testing.assert_allclose((out - 1).sum(axis=0), 0, atol=1e-11)
+
+
+def test_no_strand_gets_a_term_of_its_neighbour(offsets, random_couplings):
+    points = int(offsets[-1])
+    _, following = blocks(random_couplings(offsets, 4000), points)
+    assert not following[offsets[1:] - 1].any()
+    assert np.count_nonzero(following.any(axis=1)) > points / 2
+
+
+def test_threads_and_the_way_sets_are_joined_change_no_bit(offsets, random_couplings, threads):
+    points = int(offsets[-1])
+    couplings = random_couplings(offsets, 3000)
+    parts = [type(couplings)(*(array[rows] for array in couplings)) for rows in (slice(0, 1000), slice(1000, None))]
+    v = np.random.default_rng(1).normal(size=(points, 3))
+    results = []
+    for number, same in ((1, couplings), (2, joined([parts[0], no_couplings(), parts[1]]))):
+        threads(number)
+        push = np.zeros((points, 3))
+        add_push(same, find_incidence(same.segments, points), push)
+        results.append([push, multiply(same, points, v), *blocks(same, points)])
+    for one, other in zip(*results, strict=True):
+        assert np.array_equal(one, other)
+
+
+def test_none_at_all_does_nothing():
+    v = np.ones((4, 3))
+    assert not multiply(joined([]), 4, v).any()
+
+
+def test_what_is_not_a_number_stays_where_it_is_coupled(offsets, random_couplings):
+    points = int(offsets[-1])
+    couplings = random_couplings(offsets, 50)
+    v = np.ones((points, 3))
+    a, b = couplings.segments[7]
+    v[a] = np.nan
+    lost = np.flatnonzero(np.isnan(multiply(couplings, points, v)).any(axis=1))
+    assert {b, b + 1} <= set(lost) and len(lost) < 50
