@@ -25,6 +25,7 @@ __all__ = [
     "MinLen",
     "Newtons",
     "NewtonsPerMetre",
+    "PascalSeconds",
     "Pascals",
     "PerSecond",
     "Pixels",
@@ -51,6 +52,7 @@ DegreesPerSecond = Annotated[float, Unit("deg/s")]
 Newtons = Annotated[float, Unit("N")]
 NewtonsPerMetre = Annotated[float, Unit("N/m")]
 Pascals = Annotated[float, Unit("Pa")]
+PascalSeconds = Annotated[float, Unit("Pa s")]
 KilogramsPerCubicMetre = Annotated[float, Unit("kg/m^3")]
 Voxels = Annotated[float, Unit("voxels")]
 Pixels = Annotated[int, Unit("px")]
