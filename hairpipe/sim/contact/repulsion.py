@@ -1,0 +1,73 @@
+"""Hair that pushes hair away, as springs with friction in the linear system of a stage: what stacks need.
+
+Along the normal of a contact, one-sided,
+
+    f_n = max(0, k (thickness - g) - c n.u),    g = n.J x,    u = J v,    M_n = (h^2 k + h c) n n^T,
+
+and across it Coulomb friction, as a damper that is as strong as friction is at the prediction,
+
+    f_t = -b u_t,   b = mu N / max(|u_t| - mu N h / m, creep),   M_t = h b (I - n n^T),   1/m = sum w^2 / m_i.
+
+Alone, a contact that slides so feels mu N exactly, one that friction can stop within the stage stops, and no friction
+ever reverses it; one that stays creeps, at less than `CREEP` while it holds. Whether a contact acts is decided at the
+prediction. N is its load at the beginning of the step or, if that is more, what would stop the two segments if they
+were alone: the first is right for hair at rest, where the second ignores the stack above, and the second for impacts.
+
+We differ from the paper, which adapts Bridson et al. 2002, impulses pair by pair (`sim/contact/sweep.py`): they do not
+converge in stacks. The authors' code also leaves out pairs whose closest point is an end of a segment. We count them:
+nearly parallel segments, as nearly all neighbours in hair are, always have their closest point there, and so has a tip
+that rests on another hair. At a joint two pairs share a contact; both springs act, and the force stays continuous when
+hair slides across it. Coulomb's law does not mind: the two loads add up to one.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.sim.contact.contacts import RELAXATION, Contacts, between, inverse_mass
+from hairpipe.sim.contact.couplings import Couplings
+from hairpipe.sim.forces.vectors import dot, minus, scaled
+from hairpipe.sim.scene import Collisions
+
+CREEP = 1e-4
+"""Tangential speed at which a contact that sticks reaches the limit of friction [m/s]."""
+
+
+def linearise(
+    contacts: Contacts, points: np.ndarray, velocities: np.ndarray, masses: np.ndarray, collisions: Collisions, h: float
+) -> Couplings:
+    """Linearise what contacts exert at the prediction of a stage; pure. Those that do not act have zeros.
+
+    points, velocities  at the prediction [m], [m/s], (points, 3)
+    masses              of the points, inf where they are held [kg], (points,)
+    h                   weight of the end of the stage [s]
+    """
+    push, matrix = np.empty((len(contacts.loads), 3)), np.empty((len(contacts.loads), 6))
+    stiffness, viscosity = collisions.stiffness, collisions.stiffness * RELAXATION
+    law = (collisions.thickness, stiffness, viscosity, collisions.friction)
+    _linearise(push, matrix, contacts, points, velocities, masses, law, h)
+    return Couplings(contacts.segments, contacts.fractions, push, matrix)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _linearise(push, matrix, contacts, points, velocities, masses, law, h):  # noqa: ANN001, ANN202
+    thickness, stiffness, viscosity, friction = law
+    segments, fractions = contacts.segments, contacts.fractions
+    for i in prange(len(push)):
+        push[i] = 0.0
+        matrix[i] = 0.0
+        n = (contacts.normals[i, 0], contacts.normals[i, 1], contacts.normals[i, 2])
+        overlap = thickness - dot(n, between(points, segments, fractions, i))
+        u = between(velocities, segments, fractions, i)
+        un = dot(n, u)
+        force = stiffness * overlap - viscosity * un
+        if overlap > 0.0 and force > 0.0:
+            ut, w = minus(u, scaled(un, n)), inverse_mass(masses, segments, fractions, i)
+            along = h * (h * stiffness + viscosity)
+            limit = friction * max(contacts.loads[i], force / (1.0 + along * w))
+            across = h * limit / max(np.sqrt(dot(ut, ut)) - limit * h * w, CREEP)
+            for c in range(3):
+                push[i, c] = h * force * n[c] - across * ut[c]
+            m = along - across
+            matrix[i, 0], matrix[i, 1], matrix[i, 2] = across + m * n[0] * n[0], m * n[0] * n[1], m * n[0] * n[2]
+            matrix[i, 3], matrix[i, 4] = across + m * n[1] * n[1], m * n[1] * n[2]
+            matrix[i, 5] = across + m * n[2] * n[2]
