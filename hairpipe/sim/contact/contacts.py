@@ -81,6 +81,28 @@ def inverse_mass(masses, segments, fractions, i):  # noqa: ANN001, ANN201
 
 
 @inlined
+def apply(v, masses, segments, fractions, i, impulse):  # noqa: ANN001, ANN201
+    """Give an impulse [N s] to the first point of pair i and the opposite to its second, in place; held points stay."""
+    for j in range(2):
+        k, s, sign = segments[i, j], fractions[i, j], 1.0 - 2.0 * j
+        for c in range(3):
+            v[k, c] += sign * (1.0 - s) / masses[k] * impulse[c]
+            v[k + 1, c] += sign * s / masses[k + 1] * impulse[c]
+
+
+@inlined
+def impulse(u, n, dv, friction, mass):  # noqa: ANN001, ANN201
+    """Impulse that changes n.u by dv > 0 and slows down the sliding u_t by at most friction dv [N s].
+
+    u  relative velocity of first and second point; mass  M of the pair
+    """
+    ut = minus(u, scaled(dot(n, u), n))
+    slide = np.sqrt(dot(ut, ut))
+    slowed = min(friction * dv / slide, 1.0) if slide > 0.0 else 0.0
+    return scaled(mass, minus(scaled(dv, n), scaled(slowed, ut)))
+
+
+@inlined
 def along(x, k):  # noqa: ANN001, ANN201
     """x_(k+1) - x_k."""
     return x[k + 1, 0] - x[k, 0], x[k + 1, 1] - x[k, 1], x[k + 1, 2] - x[k, 2]
