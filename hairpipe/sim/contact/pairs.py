@@ -1,19 +1,73 @@
-"""Pairs of segments that are near each other."""
+"""Pairs of segments, and lists of them that are quickly searched."""
 
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit, prange
+
+from hairpipe.body.inlined import inlined
+from hairpipe.sim.contact.closest import closest_of
 
 
 class Pairs(NamedTuple):
-    """Pairs of segments and their closest points.
+    """Pairs of segments near each other. Segment i joins points i and i + 1.
 
-    segments   a segment joins a point to the next of its strand and has its number; first < second, rows in
-               lexicographic order, (n, 2) int32
-    fractions  where on the segments the closest points are, 0 at that point and 1 at the next, (n, 2)
-    distances  between them [m], (n,)
+    segments   first < second, rows in lexicographic order, (n, 2) int32
+    fractions  of the segments where they are closest, (n, 2) float64
+    distances  between these places [m], (n,) float64
     """
 
     segments: np.ndarray
     fractions: np.ndarray
     distances: np.ndarray
+
+
+def empty_pairs() -> Pairs:
+    """Give no pairs."""
+    return Pairs(np.empty((0, 2), np.int32), np.empty((0, 2)), np.empty(0))
+
+
+def key_of(segments: np.ndarray) -> np.ndarray:
+    """Give one number per pair, in lexicographic order: first 2^32 + second, (n,) int64; pure."""
+    pairs = segments.astype(np.int64)
+    return (pairs[:, 0] << 32) | pairs[:, 1]
+
+
+def measure(points: np.ndarray, segments: np.ndarray) -> Pairs:
+    """Find where the segments of given pairs, (n, 2) int32, are closest; points [m], (P, 3); pure."""
+    pairs = Pairs(segments, np.empty((len(segments), 2)), np.empty(len(segments)))
+    _measure(points, *pairs)
+    return pairs
+
+
+@njit(cache=True, parallel=True)
+def _measure(points, segments, fractions, distances):  # noqa: ANN001, ANN202
+    for k in prange(len(segments)):
+        s, t, squared = closest_of(points, segments[k, 0], segments[k, 1])
+        fractions[k, 0], fractions[k, 1], distances[k] = s, t, np.sqrt(squared)
+
+
+class Known(NamedTuple):
+    """Pairs that can be looked up.
+
+    starts   the partners of segment i are seconds[starts[i] : starts[i + 1]], (P + 1,) int64
+    seconds  the higher segment of each pair, (n,) int32
+    """
+
+    starts: np.ndarray
+    seconds: np.ndarray
+
+
+def known_pairs(keys: np.ndarray | None, points: int) -> Known:
+    """Prepare sorted keys, (n,) int64, for look-up among the segments of so many points; pure."""
+    keys = np.empty(0, np.int64) if keys is None else keys
+    return Known(np.searchsorted(keys >> 32, np.arange(points + 1)), (keys & 0xFFFFFFFF).astype(np.int32))
+
+
+@inlined
+def is_known(known: Known, first: int, second: int) -> bool:
+    """Whether a pair of segments, first < second, is among the known ones."""
+    found = False
+    for k in range(known.starts[first], known.starts[first + 1]):
+        found |= known.seconds[k] == second
+    return found
