@@ -1,0 +1,66 @@
+"""Drag of air on the segments of strands.
+
+A segment of length L and direction d that moves with u against the air feels (physics: see `cylinder.py`)
+
+    f = -L (c_n u_n + c_t u_t),   u_t = (u . d) d,   u_n = u - u_t,
+
+half of it at each end, where u is that end's velocity against the air there. The coefficients are those of the mean
+of both ends when the solve starts; with them the force is linear in v, so that no step is too long for it.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.sim.air.cylinder import Law, normal_drag, tangential_drag
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def add_drag(
+    points: np.ndarray,
+    velocities: np.ndarray,
+    air: np.ndarray,
+    offsets: np.ndarray,
+    law: Law,
+    push: np.ndarray,
+    damping: np.ndarray,
+) -> None:
+    """Add the force push - damping v on every point, in place.
+
+    points, velocities  of the axes [m, m/s], (P, 3)
+    air                 velocity of the air at every point [m/s], (P, 3)
+    offsets             strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
+    push                [N], (P, 3); damping  symmetric xx xy xz yy yz zz [kg/s], (P, 6)
+    """
+    for strand in prange(len(offsets) - 1):
+        for k in range(offsets[strand], offsets[strand + 1] - 1):
+            _add_segment(points, velocities, air, k, law, push, damping)
+
+
+@njit(cache=True, error_model="numpy")
+def _add_segment(points, velocities, air, k, law, push, damping):  # noqa: ANN001, ANN202
+    """Add the drag of the segment from point k to the next."""
+    dx, dy, dz = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1], points[k + 1, 2] - points[k, 2]
+    length = np.sqrt(dx * dx + dy * dy + dz * dz)
+    if not length > 0.0:
+        return
+    dx, dy, dz = dx / length, dy / length, dz / length
+    ux = 0.5 * (velocities[k, 0] + velocities[k + 1, 0] - air[k, 0] - air[k + 1, 0])
+    uy = 0.5 * (velocities[k, 1] + velocities[k + 1, 1] - air[k, 1] - air[k + 1, 1])
+    uz = 0.5 * (velocities[k, 2] + velocities[k + 1, 2] - air[k, 2] - air[k + 1, 2])
+    along, squared = ux * dx + uy * dy + uz * dz, ux * ux + uy * uy + uz * uz
+    across = np.sqrt(max(squared - along * along, 0.0))
+    normal = 0.5 * length * normal_drag(law, across)
+    excess = 0.5 * length * tangential_drag(law, np.sqrt(squared)) - normal
+    xx, xy, xz = normal + excess * dx * dx, excess * dx * dy, excess * dx * dz
+    yy, yz, zz = normal + excess * dy * dy, excess * dy * dz, normal + excess * dz * dz
+    for p in (k, k + 1):
+        wx, wy, wz = air[p, 0], air[p, 1], air[p, 2]
+        push[p, 0] += xx * wx + xy * wy + xz * wz
+        push[p, 1] += xy * wx + yy * wy + yz * wz
+        push[p, 2] += xz * wx + yz * wy + zz * wz
+        damping[p, 0] += xx
+        damping[p, 1] += xy
+        damping[p, 2] += xz
+        damping[p, 3] += yy
+        damping[p, 4] += yz
+        damping[p, 5] += zz

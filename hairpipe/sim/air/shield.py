@@ -1,0 +1,172 @@
+"""Hair shields hair: how much of the wind is left behind the hair that it came through.
+
+In a volume V with segments of lengths L at angles q to the wind, air gives up the momentum that drag takes along the
+wind. With U the speed of the wind and s the way along it, the balance of momentum is
+
+    rho U dU/ds = -sum L c_n U sin^2 q / V,   c_n = (1/2) rho d C_D U   (see `cylinder.py`)
+
+    dU/ds = -(1/2) C_D a U,   a = sum L d sin^2 q / V
+
+where a is the frontal area of hair per volume, sum L d sin q / V, weighted once more with sin q, as the drag of a fibre
+acts across it and not along the wind. Drag along the fibre is left out. a is counted on a grid whose first axis is the
+wind's, and U marched through it from upwind to downwind, every column by itself; what is left at a point is read
+between the nodes. Behind the hair the wind does not recover, and the body does not shield.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.body.inlined import inlined
+from hairpipe.groom.strands import across
+from hairpipe.sim.air.cylinder import Law, normal_drag
+from hairpipe.sim.air.wind import Wind
+
+MOST_NODES = 1 << 22
+"""Of the grid: 32 MB. Its cells are doubled until it is no larger."""
+
+_NOTHING = 1e-6
+"""Share of the wind that counts as none, so that its Reynolds number stays a number."""
+
+
+class Shield(NamedTuple):
+    """What is left of the wind at the nodes of a grid.
+
+    axes   unit vectors of the grid, along the wind and across it, in rows, (3, 3)
+    low    coordinates of the first node along the axes, in cells, (3,) int64
+    cell   [m]
+    left   share of the undisturbed wind, (nx, ny, nz)
+    """
+
+    axes: np.ndarray
+    low: np.ndarray
+    cell: float
+    left: np.ndarray
+
+
+def shield_of(points: np.ndarray, offsets: np.ndarray, wind: Wind, law: Law, diameter: float) -> Shield | None:
+    """Count hair and march the wind through it; None where nothing shields, or there is no wind.
+
+    points    of the axes [m], (P, 3); offsets  of their strands, (S+1,) int32
+    diameter  of the hair [m]
+    """
+    speed = float(np.linalg.norm(wind.velocity))
+    places = points[np.isfinite(points).all(axis=1)]
+    if wind.shielding is None or speed == 0.0 or not len(places):
+        return None
+    axes = np.ascontiguousarray(across(np.array(wind.velocity) / speed)[:, [2, 0, 1]].T)
+    cell, (low, counts) = wind.shielding.cell, _nodes_around(places @ axes.T, wind.shielding.cell)
+    while np.prod(counts.astype(float)) > MOST_NODES:
+        cell *= 2.0
+        low, counts = _nodes_around(places @ axes.T, cell)
+    area = np.zeros(tuple(counts))
+    _count(points, offsets, axes, low, cell, wind.shielding.hairs * diameter, area)
+    left = np.empty_like(area)
+    _march(area / cell**3, law, wind.density * diameter, speed, cell, left)
+    return Shield(axes, low, cell, left)
+
+
+def _nodes_around(places: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first node and the number of nodes along each axis of a grid that holds places, (n, 3) [m]."""
+    low = np.floor(places.min(axis=0) / cell).astype(np.int64)
+    return low, np.floor(places.max(axis=0) / cell).astype(np.int64) - low + 2
+
+
+@inlined
+def _coordinates(axes, low, cell, x, y, z):  # noqa: ANN001, ANN202
+    """Return the coordinates of a place [m] in the grid, in cells from its first node."""
+    u = (axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z) / cell - low[0]
+    v = (axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z) / cell - low[1]
+    w = (axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z) / cell - low[2]
+    return u, v, w
+
+
+@inlined
+def _voxel(place, count):  # noqa: ANN001, ANN202
+    """Return the node before a coordinate and how far beyond it that is, in cells, within a grid of so many nodes."""
+    place = min(place, count - 1.0) if place > 0.0 else 0.0  # what is not a number, too, is read somewhere
+    i = min(int(place), count - 2)
+    return i, place - i
+
+
+@njit(cache=True, error_model="numpy")
+def _count(points, offsets, axes, low, cell, width, area):  # noqa: ANN001, ANN202
+    """Add L width sin^2 q of every segment to the eight nodes around it [m^2], in place; long ones piece by piece."""
+    for strand in range(len(offsets) - 1):
+        for k in range(offsets[strand], offsets[strand + 1] - 1):
+            x, y, z = points[k, 0], points[k, 1], points[k, 2]
+            dx, dy, dz = points[k + 1, 0] - x, points[k + 1, 1] - y, points[k + 1, 2] - z
+            squared = dx * dx + dy * dy + dz * dz
+            along = axes[0, 0] * dx + axes[0, 1] * dy + axes[0, 2] * dz
+            if 0.0 < squared < np.inf:
+                length = np.sqrt(squared)
+                pieces = int(2.0 * length / cell) + 1
+                facing = width * (squared - along * along) / length / pieces
+                for piece in range(pieces):
+                    s = (piece + 0.5) / pieces
+                    place = _coordinates(axes, low, cell, x + s * dx, y + s * dy, z + s * dz)
+                    _spread(area, place, facing)
+
+
+@inlined
+def _spread(area, place, amount):  # noqa: ANN001, ANN202
+    """Share an amount among the nodes around a place, by trilinear weights."""
+    i, f = _voxel(place[0], area.shape[0])
+    j, g = _voxel(place[1], area.shape[1])
+    k, h = _voxel(place[2], area.shape[2])
+    for a in range(2):
+        for b in range(2):
+            for c in range(2):
+                share = (f if a else 1.0 - f) * (g if b else 1.0 - g) * (h if c else 1.0 - h)
+                area[i + a, j + b, k + c] += share * amount
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _march(density, law, line, speed, cell, left):  # noqa: ANN001, ANN202
+    """Lead the wind along the first axis: dU/ds = -c_n(U) a / (rho d), from cell to cell by the midpoint rule for ln U.
+
+    density  a at the nodes [1/m]; line  rho d [kg/m^2]; left  U at the nodes over the undisturbed speed
+    """
+    for j in prange(density.shape[1]):
+        for k in range(density.shape[2]):
+            share = 1.0
+            for i in range(density.shape[0]):
+                middle = share
+                if density[i, j, k] > 0.0:
+                    thickness = cell * density[i, j, k] / line
+                    middle = max(share * np.exp(-0.5 * thickness * _rate(law, share * speed)), _NOTHING)
+                    share = max(share * np.exp(-thickness * _rate(law, middle * speed)), _NOTHING)
+                left[i, j, k] = middle
+
+
+@inlined
+def _rate(law, speed):  # noqa: ANN001, ANN202
+    """Drag of a metre of hair over its speed squared [N s^2/m^3]."""
+    return normal_drag(law, speed) / speed
+
+
+@njit(cache=True, parallel=True)
+def weaken(shield: Shield, points: np.ndarray, air: np.ndarray) -> None:
+    """Leave of the velocity of the air at points, (P, 3) [m], what comes through to them, in place, (P, 3) [m/s]."""
+    for p in prange(len(points)):
+        share = fraction(shield, points[p, 0], points[p, 1], points[p, 2])
+        for c in range(3):
+            air[p, c] *= share
+
+
+@inlined
+def fraction(shield: Shield, x: float, y: float, z: float) -> float:
+    """Return the share of the wind that is left at a place [m]; beyond the grid, that at its border."""
+    u, v, w = _coordinates(shield.axes, shield.low, shield.cell, x, y, z)
+    left = shield.left
+    i, f = _voxel(u, left.shape[0])
+    j, g = _voxel(v, left.shape[1])
+    k, h = _voxel(w, left.shape[2])
+    share = 0.0
+    for a in range(2):
+        for b in range(2):
+            for c in range(2):
+                weight = (f if a else 1.0 - f) * (g if b else 1.0 - g) * (h if c else 1.0 - h)
+                share += weight * left[i + a, j + b, k + c]
+    return share

@@ -1,0 +1,129 @@
+"""Drag of air on a strand: its laws, and the speed at which hair falls."""
+
+import numpy as np
+import pytest
+from scipy.optimize import root_scalar
+
+from hairpipe.sim.air.breeze import Breeze
+from hairpipe.sim.air.cylinder import normal_drag, tangential_drag
+from hairpipe.sim.air.wind import Coefficients, Gusts, Shielding, Wind
+from hairpipe.sim.material import Material
+
+DIAMETER, LINE, G = Material().diameter, Material().line_density, 9.81
+OFFSETS = np.array([0, 7, 12], np.int32)
+CHANCE = np.random.default_rng(3)
+POINTS, VELOCITIES = CHANCE.normal(size=(12, 3)) * 0.05, CHANCE.normal(size=(12, 3))
+PLAIN = Coefficients(3e-4, 1e-4)
+
+
+def matrices(damping):
+    return damping[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
+
+
+def forces(wind, points=POINTS, velocities=VELOCITIES, offsets=OFFSETS, seconds=0.0):
+    """Push, damping as matrices, and the force of both."""
+    push, damping = np.zeros_like(points), np.zeros((len(points), 6))
+    Breeze(wind, DIAMETER).forces(points, velocities, offsets, seconds, push, damping)
+    full = matrices(damping)
+    return push, full, push - np.einsum("pij,pj->pi", full, velocities)
+
+
+def falling(direction, slope, wind):
+    """Speed of a free strand after a fall long enough, by implicit steps of any length."""
+    points = np.linspace(0, 0.1, 11)[:, None] * np.array(direction, float)
+    mass = np.full((11, 1), LINE * 0.01) * np.array([0.5, *[1.0] * 9, 0.5])[:, None]
+    velocities, offsets = np.zeros_like(points), np.array([0, 11], np.int32)
+    for _ in range(60):
+        push, full, _ = forces(wind, points, velocities, offsets)
+        right = mass * velocities + slope * (push + mass * [0.0, -G, 0.0])
+        velocities = np.linalg.solve(mass[:, :, None] * np.eye(3) + slope * full, right[..., None])[..., 0]
+    return velocities
+
+
+@pytest.mark.parametrize("step", [0.03, 10.0])
+def test_a_level_hair_falls_as_fast_as_a_cylinder_in_cross_flow(step):
+    """1/2 rho d C_D v^2 = m g per length, with C_D of Sucker and Brauer: about 0.4 m/s at Re = 2."""
+
+    def excess(v):
+        re = 1.2 * DIAMETER * v / 1.8e-5
+        return 0.5 * 1.2 * DIAMETER * v**2 * (1.18 + 6.8 / re**0.89 + 1.96 / re**0.5) - LINE * G
+
+    fallen = falling((1, 0, 0), step, Wind((0.0, 0.0, 0.0)))
+    np.testing.assert_allclose(
+        fallen, np.tile([0.0, -root_scalar(excess, bracket=(0.01, 10.0)).root, 0.0], (11, 1)), rtol=1e-6, atol=1e-12
+    )
+
+
+def test_an_upright_hair_falls_until_its_friction_carries_it():
+    """c_t v = m g with c_t = mu 1.7 Re^0.11: five times as fast as a level one."""
+
+    def excess(v):
+        return 1.7 * 1.8e-5 * (1.2 * DIAMETER * v / 1.8e-5) ** 0.11 * v - LINE * G
+
+    speed = root_scalar(excess, bracket=(0.01, 100.0)).root
+    fallen = falling((0, 1, 0), 0.5, Wind((0.0, 0.0, 0.0)))
+    np.testing.assert_allclose(fallen, np.tile([0.0, -speed, 0.0], (11, 1)), rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize(("direction", "coefficient"), [((1, 0, 0), 3e-4), ((0, 1, 0), 1e-4)])
+def test_prescribed_coefficients_are_those_of_a_metre_of_hair(direction, coefficient):
+    wind = Wind((0.3, 0.1, 0.0), coefficients=PLAIN)
+    fallen = falling(direction, 20.0, wind)
+    assert fallen == pytest.approx(np.tile([0.3, 0.1 - LINE * G / coefficient, 0.0], (11, 1)), rel=1e-6)
+
+
+def test_slow_air_takes_twice_as_much_across_as_along():
+    creep = Breeze(Wind(), DIAMETER).law
+    assert normal_drag(creep, 1e-9) / tangential_drag(creep, 1e-9) == pytest.approx(2.0, rel=0.01)
+    assert 4.0 < normal_drag(creep, 1.0) / tangential_drag(creep, 1.0) < 6.0
+
+
+@pytest.mark.parametrize("plain", [None, PLAIN])
+def test_still_air_only_takes_energy(plain):
+    push, full, force = forces(Wind((0.0, 0.0, 0.0), coefficients=plain))
+    assert not push.any()
+    assert (np.sum(force * VELOCITIES, axis=1) < 0.0).all()
+    assert (np.linalg.eigvalsh(full) > 0.0).all()
+
+
+def test_hair_that_moves_with_the_wind_feels_none():
+    drift = np.tile([1.0, -2.0, 0.5], (12, 1))
+    for plain in (None, PLAIN):
+        assert np.abs(forces(Wind((1.0, -2.0, 0.5), coefficients=plain), velocities=drift)[2]).max() < 1e-17
+
+
+def test_turning_the_world_turns_the_force():
+    turn, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
+    wind = np.array([1.0, -2.0, 0.5])
+    _, full, force = forces(Wind(tuple(wind)))
+    _, other_full, other = forces(Wind(tuple(turn @ wind)), POINTS @ turn.T, VELOCITIES @ turn.T)
+    np.testing.assert_allclose(other, force @ turn.T, atol=1e-12 * np.abs(force).max())
+    np.testing.assert_allclose(other_full, turn @ full @ turn.T, atol=1e-12 * full.max())
+
+
+def test_segments_join_no_strands_and_forces_add_up():
+    whole = forces(Wind())
+    parts = [forces(Wind(), POINTS[a:b], VELOCITIES[a:b], np.array([0, b - a], np.int32)) for a, b in ((0, 7), (7, 12))]
+    for now, then in zip(whole, zip(*parts, strict=True), strict=True):
+        np.testing.assert_array_equal(now, np.concatenate(then))
+    push, damping = np.ones_like(POINTS), np.ones((12, 6))
+    Breeze(Wind(), DIAMETER).forces(POINTS, VELOCITIES, OFFSETS, 0.0, push, damping)
+    np.testing.assert_allclose(push - 1.0, whole[0], atol=1e-15)
+
+
+def test_it_does_not_depend_on_threads_and_spares_the_neighbours_of_what_is_not_finite(threads):
+    strands = 700
+    points = np.cumsum(np.random.default_rng(2).normal(size=(strands * 20, 3)) * 0.003, axis=0)
+    velocities, offsets = np.sin(points * 9.0), np.arange(0, len(points) + 1, 20).astype(np.int32)
+    wind = Wind((2.0, 0.3, -1.0), gusts=Gusts(), shielding=Shielding(0.02, 50.0))
+    found = []
+    for count in (1, 2):
+        threads(count)
+        found.append(forces(wind, points, velocities, offsets, 3.7))
+    for one, two in zip(*found, strict=True):
+        np.testing.assert_array_equal(one, two)
+    points[5] = np.nan
+    points[6] = np.inf
+    broken = forces(wind, points, velocities, offsets, 3.7)
+    assert np.isfinite(broken[2][20:]).all()
+    np.testing.assert_allclose(broken[2][20:], found[0][2][20:], rtol=0.05, atol=1e-8)

@@ -1,0 +1,96 @@
+"""Hair shields hair as the balance of momentum says."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from hairpipe.sim.air.breeze import Breeze
+from hairpipe.sim.air.shield import MOST_NODES, fraction, shield_of
+from hairpipe.sim.air.wind import Coefficients, Shielding, Wind
+
+DIAMETER, RHO, MU = 8e-5, 1.2, 1.8e-5
+DEPTH = 0.2
+
+
+def slab(spacing=0.0025, wind=(3.0, 0.0, 0.0), tilt=0.0):
+    """Straight hairs that stand evenly in 0 < x < DEPTH, across the wind or tilted to it, and their frontal area."""
+    x, z = np.meshgrid(np.arange(spacing / 2, DEPTH, spacing), np.arange(spacing / 2, 0.1, spacing))
+    roots = np.stack([x.ravel(), 0 * x.ravel(), z.ravel()], axis=1)
+    direction = np.array([np.sin(tilt), np.cos(tilt), 0.0])
+    points = (roots[:, None] + np.linspace(0, 0.1, 11)[:, None] * direction).reshape(-1, 3)
+    offsets = np.arange(0, len(points) + 1, 11).astype(np.int32)
+    return points, offsets, DIAMETER / spacing**2
+
+
+def left(points, offsets, wind, places):
+    breeze = Breeze(wind, DIAMETER)
+    shield = shield_of(points, offsets, wind, breeze.law, DIAMETER)
+    assert shield is not None
+    return np.array([fraction(shield, *place) for place in places])
+
+
+def drag_coefficient(speed):
+    re = RHO * DIAMETER * speed / MU
+    return 1.18 + 6.8 / re**0.89 + 1.96 / re**0.5
+
+
+@pytest.mark.parametrize("hairs", [0.1, 0.5])
+def test_a_slab_weakens_the_wind_as_the_balance_of_momentum_says(hairs):
+    points, offsets, area = slab()
+    wind = Wind((3.0, 0.0, 0.0), shielding=Shielding(0.01, hairs))
+    x = np.linspace(0.03, 0.17, 8)
+    found = left(points, offsets, wind, np.stack([x, 0 * x + 0.05, 0 * x + 0.05], axis=1))
+    solved = solve_ivp(
+        lambda s, u: -0.5 * drag_coefficient(u) * hairs * area * u, (0, x[-1]), [3.0], t_eval=x, rtol=1e-6
+    )
+    np.testing.assert_allclose(found, solved.y[0] / 3.0, atol=0.003)
+    if hairs < 0.3:
+        straight = np.exp(-0.5 * drag_coefficient(3.0) * hairs * area * x)
+        np.testing.assert_allclose(found, straight, rtol=0.05)
+
+
+def test_hair_along_the_wind_does_not_shield():
+    points, offsets, _ = slab(tilt=np.pi / 2)
+    wind = Wind((3.0, 0.0, 0.0), shielding=Shielding(0.01, 100.0))
+    np.testing.assert_allclose(left(points, offsets, wind, points[::50]), 1.0, atol=1e-9)
+
+
+def test_prescribed_coefficients_take_the_same_speed_from_every_layer():
+    """c_n U is then the force: dU/ds = -c_n a / (rho d), whatever U."""
+    points, offsets, area = slab()
+    wind = Wind((3.0, 0.0, 0.0), coefficients=Coefficients(2e-4, 0.0), shielding=Shielding(0.01, 0.1))
+    x = np.linspace(0.03, 0.17, 8)
+    found = left(points, offsets, wind, np.stack([x, 0 * x + 0.05, 0 * x + 0.05], axis=1))
+    np.testing.assert_allclose(found, 1.0 - 2e-4 * 0.1 * area * x / (RHO * DIAMETER) / 3.0, atol=1e-3)
+
+
+def test_a_turned_world_is_shielded_alike():
+    points, offsets, _ = slab()
+    turn, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
+    turn *= np.linalg.det(turn)
+    places = np.array([[0.05, 0.05, 0.05], [0.1, 0.05, 0.05], [0.15, 0.04, 0.06]])
+    wind = Wind((3.0, 0.0, 0.0), shielding=Shielding(0.01, 0.3))
+    turned = Wind(tuple(turn @ [3.0, 0.0, 0.0]), shielding=wind.shielding)
+    one, two = left(points, offsets, wind, places), left(points @ turn.T, offsets, turned, places @ turn.T)
+    np.testing.assert_allclose(one, two, rtol=0.05)
+    assert one[2] < 0.9 * one[0]
+
+
+def test_dense_hair_lets_nothing_through_and_a_long_segment_counts_all_along_it():
+    points, offsets, _ = slab()
+    thick = left(points, offsets, Wind(shielding=Shielding(0.01, 1e6)), points[::97])
+    assert np.isfinite(thick).all() and (thick >= 0.0).all() and thick.min() < 1e-5
+    ends, few = points.reshape(-1, 11, 3)[:, [0, 10]].reshape(-1, 3), (offsets // 11 * 2).astype(np.int32)
+    wind, places = Wind((3.0, 0.0, 0.0), shielding=Shielding(0.01, 0.3)), np.array([[0.1, 0.05, 0.05]])
+    np.testing.assert_allclose(left(ends, few, wind, places), left(points, offsets, wind, places), rtol=0.02)
+
+
+def test_the_grid_stays_small_however_far_hair_is_spread():
+    points, offsets, _ = slab()
+    points[11 * 7 : 11 * 8] += 1e4
+    wind = Wind((3.0, 0.0, 0.0), shielding=Shielding())
+    shield = shield_of(points, offsets, wind, Breeze(wind, DIAMETER).law, DIAMETER)
+    assert shield is not None and shield.left.size <= MOST_NODES
+    assert (
+        shield_of(points, offsets, Wind((0.0, 0.0, 0.0), shielding=Shielding()), Breeze(wind, 8e-5).law, 8e-5) is None
+    )
