@@ -1,5 +1,6 @@
 """Couplings as kernels against the same as one dense matrix."""
 
+import numba
 import numpy as np
 
 from hairpipe.sim.contact.couplings import add_push, find_incidence, joined, multiply_across, no_couplings, own_blocks
@@ -54,7 +55,10 @@ def test_threads_and_the_way_sets_are_joined_change_no_bit(offsets, random_coupl
     parts = [type(couplings)(*(array[rows] for array in couplings)) for rows in (slice(0, 1000), slice(1000, None))]
     v = np.random.default_rng(1).normal(size=(points, 3))
     results = []
-    for number, same in ((1, couplings), (2, joined([parts[0], no_couplings(), parts[1]]))):
+    for number, same in (
+        (1, couplings),
+        (numba.get_num_threads(), joined([parts[0], no_couplings(), parts[1]])),
+    ):
         threads(number)
         push = np.zeros((points, 3))
         add_push(same, find_incidence(same.segments, points), push)

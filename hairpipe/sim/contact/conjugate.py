@@ -1,0 +1,155 @@
+"""Strands that are coupled: conjugate gradients on the impulses they exchange, the strands themselves solved exactly.
+
+The system is (P + O) x = b, with P one banded matrix a strand and O what couples strands, which touches points of
+their axes alone (`sim/contact/couplings.py`). Preconditioned by P, and started from the strands on their own,
+x0 = P^-1 b, every residual lies on the axes too, as does P times every direction of search:
+
+    x = x0 + P^-1 R^T s,   r = -O (u + R P^-1 R^T s),   u = R x0,   R: take the axis points
+
+s being the impulses that points get from other strands. So all vectors are (points, 3), whatever particles a strand
+has beside its axis; P is never multiplied by, as P p follows from P z = r by the recurrence of p itself. The caller
+gives z = R P^-1 R^T r, and gets s. Sums run in an order that does not depend on threads.
+
+The error of x in the norm of P + O, which is at least that of the mass, is at most sqrt(r . z); it falls in every
+iteration. Where the iterations end early, strands are coupled less than they should be, and never more.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.body.inlined import inlined
+from hairpipe.sim.lanes import WIDTH, load, store
+
+MOST = 200
+"""Iterations."""
+_CHUNK = 1024
+"""Rows of lanes that are summed one after the other."""
+
+
+class Exchange(NamedTuple):
+    """What coupled strands exchange.
+
+    impulses    that points get [N s], (points, 3)
+    iterations  made
+    residual    sqrt(r . z) over that of the start
+    """
+
+    impulses: np.ndarray
+    iterations: int
+    residual: float
+
+
+def solve(
+    respond: Callable[[np.ndarray, np.ndarray], None],
+    multiply: Callable[[np.ndarray, np.ndarray], None],
+    alone: np.ndarray,
+    tolerance: float = 1e-3,
+    most: int = MOST,
+) -> Exchange:
+    """Find the impulses that strands exchange.
+
+    respond    respond(r, z) sets z, what points move by [m/s], to R P^-1 R^T r for impulses r; 0 where they are held
+    multiply   multiply(v, out) adds O v to out, as `multiply_across` does
+    alone      what the points of every strand on its own move by, u [m/s], (points, 3)
+    tolerance  of the residual, sqrt(r . z), over that of the start
+    most       iterations
+
+    A strand for which this is not a number, or respond gives none, is taken as held, and spares the others.
+    """
+    rows = -(-alone.size // WIDTH)
+    vectors = np.zeros((6, rows, WIDTH))
+    s, r, z, p, q, w = vectors
+    points = [vector.reshape(-1)[: alone.size].reshape(-1, 3) for vector in vectors]
+    multiply(np.nan_to_num(alone, nan=0.0, posinf=0.0, neginf=0.0), points[1])
+    np.negative(r, out=r)
+    start, before, goal, made = 0.0, np.inf, 0.0, 0
+    while True:
+        respond(points[1], points[2])
+        rz = _turn(before, goal, r, z, p, q, w)
+        if made == 0:
+            start, goal = rz, tolerance * tolerance * rz
+        if not goal < rz < np.inf or made == most:
+            break
+        multiply(points[3], points[5])
+        if not _advance(rz, p, q, w, s, r):
+            break
+        before, made = rz, made + 1
+    return Exchange(points[0], made, float(np.sqrt(rz / start)) if start > 0.0 else 0.0)
+
+
+@njit(cache=True, parallel=True)
+def _turn(before, goal, r, z, p, q, w):  # noqa: ANN001, ANN202
+    """Give r . z, and unless it is at the goal turn to the next direction, in place: p = z + beta p, w = q = P p."""
+    chunks = -(-len(r) // _CHUNK)
+    sums = np.empty((chunks, WIDTH))
+    for chunk in prange(chunks):
+        _sum_finite(sums, np.int64(chunk), r, z)
+    rz = _total(sums)
+    if rz > goal:
+        beta = rz / before
+        for chunk in prange(chunks):
+            _turn_some(np.int64(chunk) * _CHUNK, beta, r, z, p, q, w)
+    return rz
+
+
+@njit(cache=True, parallel=True)
+def _advance(rz, p, q, w, s, r):  # noqa: ANN001, ANN202
+    """Go along p to the least error, in place: s += step P p, r -= step (P + O) p; tell whether there is one."""
+    chunks = -(-len(r) // _CHUNK)
+    sums = np.empty((chunks, WIDTH))
+    for chunk in prange(chunks):
+        _sum(sums, np.int64(chunk), p, w)
+    curvature = _total(sums)
+    goes = 0.0 < curvature < np.inf
+    if goes:
+        step = rz / curvature
+        for chunk in prange(chunks):
+            _advance_some(np.int64(chunk) * _CHUNK, step, q, w, s, r)
+    return goes
+
+
+@inlined
+def _total(sums):  # noqa: ANN001, ANN202
+    total = 0.0
+    for chunk in range(sums.shape[0]):
+        for lane in range(sums.shape[1]):
+            total += sums[chunk, lane]
+    return total
+
+
+@njit(cache=True)
+def _sum_finite(sums, chunk, r, z):  # noqa: ANN001, ANN202
+    """Sum r z over a chunk; where that is not a number the unknown is held, in place."""
+    for row in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(r))):
+        for lane in range(WIDTH):
+            if not abs(r[row, lane] * z[row, lane]) < np.inf:
+                r[row, lane], z[row, lane] = 0.0, 0.0
+    _sum(sums, chunk, r, z)
+
+
+@njit(cache=True)
+def _sum(sums, chunk, x, y):  # noqa: ANN001, ANN202
+    begin = chunk * _CHUNK
+    total = load(x, (begin,)) * load(y, (begin,))
+    for row in range(begin + 1, min(begin + _CHUNK, len(x))):
+        total = total + load(x, (row,)) * load(y, (row,))
+    store(sums, (chunk,), total)
+
+
+@njit(cache=True)
+def _turn_some(begin, beta, r, z, p, q, w):  # noqa: ANN001, ANN202
+    for row in range(begin, min(begin + _CHUNK, len(r))):
+        store(p, (row,), load(z, (row,)) + beta * load(p, (row,)))
+        product = load(r, (row,)) + beta * load(q, (row,))
+        store(q, (row,), product)
+        store(w, (row,), product)
+
+
+@njit(cache=True)
+def _advance_some(begin, step, q, w, s, r):  # noqa: ANN001, ANN202
+    for row in range(begin, min(begin + _CHUNK, len(r))):
+        store(s, (row,), load(s, (row,)) + step * load(q, (row,)))
+        store(r, (row,), load(r, (row,)) - step * load(w, (row,)))
