@@ -52,25 +52,40 @@ def shield_of(points: np.ndarray, offsets: np.ndarray, wind: Wind, law: Law, dia
     diameter  of the hair [m]
     """
     speed = float(np.linalg.norm(wind.velocity))
-    places = points[np.isfinite(points).all(axis=1)]
-    if wind.shielding is None or speed == 0.0 or not len(places):
+    if wind.shielding is None or speed == 0.0:
         return None
     axes = np.ascontiguousarray(across(np.array(wind.velocity) / speed)[:, [2, 0, 1]].T)
-    cell, (low, counts) = wind.shielding.cell, _nodes_around(places @ axes.T, wind.shielding.cell)
-    while np.prod(counts.astype(float)) > MOST_NODES:
+    bounds = _bounds(points, axes)
+    if bounds[0, 0] > bounds[1, 0]:
+        return None
+    cell, (low, counts) = wind.shielding.cell, _nodes_around(bounds, wind.shielding.cell)
+    while np.prod(counts) > MOST_NODES:
         cell *= 2.0
-        low, counts = _nodes_around(places @ axes.T, cell)
-    area = np.zeros(tuple(counts))
+        low, counts = _nodes_around(bounds, cell)
+    low, area = low.astype(np.int64), np.zeros(tuple(counts.astype(int)))
     _count(points, offsets, axes, low, cell, wind.shielding.hairs * diameter, area)
     left = np.empty_like(area)
     _march(area / cell**3, law, wind.density * diameter, speed, cell, left)
     return Shield(axes, low, cell, left)
 
 
-def _nodes_around(places: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first node and the number of nodes along each axis of a grid that holds places, (n, 3) [m]."""
-    low = np.floor(places.min(axis=0) / cell).astype(np.int64)
-    return low, np.floor(places.max(axis=0) / cell).astype(np.int64) - low + 2
+@njit(cache=True)
+def _bounds(points, axes):  # noqa: ANN001, ANN202
+    """Return the least and the greatest coordinates along the axes [m], (2, 3), of points that are finite."""
+    least, greatest = np.full(3, np.inf), np.full(3, -np.inf)
+    for p in range(len(points)):
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        if np.isfinite(x + y + z):
+            for axis in range(3):
+                place = axes[axis, 0] * x + axes[axis, 1] * y + axes[axis, 2] * z
+                least[axis], greatest[axis] = min(least[axis], place), max(greatest[axis], place)
+    return np.stack((least, greatest))
+
+
+def _nodes_around(bounds: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first node and the number of nodes along each axis of a grid over bounds, (2, 3) [m], as floats."""
+    low, high = np.floor(bounds / cell)
+    return low, high - low + 2.0
 
 
 @inlined
