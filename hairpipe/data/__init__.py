@@ -6,10 +6,12 @@ from hairpipe.data.ends import Ends
 from hairpipe.data.groom import Groom, Strands
 from hairpipe.data.levelset import LevelSet
 from hairpipe.data.mesh import Mesh
+from hairpipe.data.parts import BodyParts
 from hairpipe.data.table import Table
 
 __all__ = [
     "Body",
+    "BodyParts",
     "ElasticState",
     "Ends",
     "Groom",

@@ -9,7 +9,7 @@ from hairpipe.levelset.bricks import filled_bricks
 from hairpipe.levelset.lattice import lattice_around
 from hairpipe.levelset.outer import outer_surface
 from hairpipe.levelset.outside import OUTSIDE, marked_samples
-from hairpipe.levelset.surface import closed_surface
+from hairpipe.levelset.surface import Surface, closed_surface
 
 # Of the area, without a word: the tips of ears and noses fall between samples at any spacing.
 LOST = 0.01
@@ -31,15 +31,21 @@ def bake(mesh: Mesh, voxel: float, half_width: float, open_edges: str = "fill") 
 
     Raises BadInput for a mesh that is broken, empty, encloses no sample, or is too large for its voxel.
     """
-    surface = closed_surface(mesh, open_edges)
+    found, lost = bake_surface(closed_surface(mesh, open_edges), voxel, half_width)
+    if lost > LOST:
+        share = f"{lost:.0%} of the surface"
+        warn(f"body: {share} is too thin for voxel = {voxel:g} m, and stops no hair", stacklevel=2)
+    return found
+
+
+def bake_surface(surface: Surface, voxel: float, half_width: float) -> tuple[LevelSet, float]:
+    """Return the level set of a closed surface, see `bake`, and the share of its area that is too thin for it; pure."""
     lattice = lattice_around(surface.corners, voxel, half_width)
     marks = marked_samples(surface.corners, lattice)
     if (marks & OUTSIDE).all():
         raise BadInput(f"the body encloses no sample at voxel = {voxel:g} m", where="body", right="a smaller voxel")
     outer = outer_surface(surface, marks, lattice)
-    if outer.lost > LOST:
-        share = f"{outer.lost:.0%} of the surface"
-        warn(f"body: {share} is too thin for voxel = {voxel:g} m, and stops no hair", stacklevel=2)
     tree = tree_over(outer.surface.corners)
     bricks = filled_bricks(tree, outer.surface.velocities, lattice, marks, half_width * voxel)
-    return LevelSet(bricks.index, bricks.distance, bricks.velocity, lattice.first * voxel, voxel, half_width)
+    found = LevelSet(bricks.index, bricks.distance, bricks.velocity, lattice.first * voxel, voxel, half_width)
+    return found, outer.lost

@@ -1,0 +1,36 @@
+"""A body as a few level sets, one for each group of bones, each in a frame that moves with its bones."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True, eq=False)
+class BodyParts:
+    """The parts of a body at one frame; the body is all of them together.
+
+    A part k is a level set in its own frame: X = R_k^T (x - p_k), with poses[k] = [R_k | p_k] and R_k a rotation. It is
+    made of bricks, as a LevelSet is. The index of all its bricks, (na, nb, nc) of them, lies flat from starts[k] on.
+
+    names       of the parts, that of the bone each follows
+    poses       [R | p] of the parts [m], (G, 3, 4) float64
+    rates       their time derivatives [1/s, m/s], (G, 3, 4) float64
+    starts      where the bricks of every part begin in `bricks`, (G + 1,) int64
+    shapes      how many bricks of a part there are along the axes, (G, 3) int32
+    origins     position of the first sample of a part in its frame [m], (G, 3) float64
+    bricks      index of the brick at every block of space, LevelSet.FAR_OUTSIDE or FAR_INSIDE, int32
+    distance    signed, negative inside, clamped to +-voxel*half_width [m], (B, 9, 9, 9) float32
+    voxel       spacing of the samples [m]
+    half_width  of the band, in voxels
+    """
+
+    names: tuple[str, ...]
+    poses: np.ndarray
+    rates: np.ndarray
+    starts: np.ndarray
+    shapes: np.ndarray
+    origins: np.ndarray
+    bricks: np.ndarray
+    distance: np.ndarray
+    voxel: float
+    half_width: float

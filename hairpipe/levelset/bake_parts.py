@@ -1,0 +1,98 @@
+"""Bake a body as one level set for each group of bones, in the frame of the bones."""
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+
+from hairpipe.body.groups import group_bones
+from hairpipe.body.rigid import invert
+from hairpipe.body.skinning import skin
+from hairpipe.body.tree import wide_triangles
+from hairpipe.data import Body, BodyParts, LevelSet, Pose
+from hairpipe.levelset.bake import bake_surface
+from hairpipe.levelset.cuts import Cut, closed, cut_skin
+from hairpipe.levelset.surface import Surface
+
+# Along the skin beyond the middle between two bones, in voxels: the caps lie inside the neighbour, where none touches.
+OVERLAP = 3.0
+# Local vertices are rounded to this many steps in a metre: what is rigid in its frame has the same bytes at all frames.
+STEPS = 2.0**20
+REMEMBERED = 64
+
+
+def bake_parts(rest: Body, pose: Pose | None, voxel: float, half_width: float, smallest: float) -> BodyParts:
+    """Return the parts of a body in a pose; at rest and still without one. Pure.
+
+    voxel       spacing of the samples [m]
+    half_width  of the band, in voxels
+    smallest    size of a part of the skin [m]; bones with less move with their parents
+
+    The skin of a part is the posed one: what neighbours share is bent in the frames of both. Raises BadInput as `bake`.
+    """
+    groups = group_bones(rest, smallest)
+    cuts = cut_skin(rest, groups, OVERLAP * voxel)
+    poses, rates = frames_of(rest, pose, groups.leaders[[cut.group for cut in cuts]])
+    points = skin(rest, pose).points
+    names = rest.skeleton.names
+    leaders = [int(groups.leaders[cut.group]) for cut in cuts]
+    found = [bake_part(cut, points, place, voxel, half_width) for cut, place in zip(cuts, poses, strict=True)]
+    labels = tuple(names[leader] if leader >= 0 else "body" for leader in leaders)
+    return gathered(labels, poses, rates, found)
+
+
+def frames_of(rest: Body, pose: Pose | None, leaders: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the motion of bones since rest, [R | p] [m] and its rate, (G, 3, 4) each; pure.
+
+    leaders  the bones, (G,); -1 is none, and stands still
+    """
+    poses, rates = np.tile(np.eye(3, 4), (len(leaders), 1, 1)), np.zeros((len(leaders), 3, 4))
+    if pose is not None:
+        led = leaders >= 0
+        unbind = invert(rest.skeleton.rest[leaders[led]])
+        poses[led] = (pose.transforms[leaders[led]] @ unbind)[:, :3]
+        rates[led] = (pose.rates[leaders[led]] @ unbind)[:, :3]
+    return poses, rates
+
+
+def bake_part(cut: Cut, points: np.ndarray, place: np.ndarray, voxel: float, half_width: float) -> LevelSet:
+    """Return the level set of a part in its own frame.
+
+    points  of the posed skin [m], (n, 3) float64
+    place   [R | p] of the part [m], (3, 4) float64
+    """
+    local = (points[cut.vertices] - place[:, 3]) @ place[:, :3]
+    rounded = np.round(local * STEPS) / STEPS + 0.0
+    return bake_once(rounded.tobytes(), cut.triangles.tobytes(), voxel, half_width)
+
+
+@lru_cache(maxsize=REMEMBERED)
+def bake_once(points: bytes, triangles: bytes, voxel: float, half_width: float) -> LevelSet:
+    """Return the level set of an open patch, (n, 3) float64 and (m, 3) int32, closed by caps; without velocities."""
+    mesh = closed(np.frombuffer(points).reshape(-1, 3), np.frombuffer(triangles, np.int32).reshape(-1, 3))
+    surface = Surface(mesh.points[mesh.triangles], np.zeros((len(mesh.triangles), 3, 3)))
+    wide_triangles(surface.corners)
+    found, _ = bake_surface(surface, voxel, half_width)
+    return replace(found, velocity=np.empty((0, *found.velocity.shape[1:]), np.float32))
+
+
+def gathered(names: tuple[str, ...], poses: np.ndarray, rates: np.ndarray, parts: list[LevelSet]) -> BodyParts:
+    """Return level sets as the parts of a body; pure."""
+    starts = np.cumsum([0] + [part.bricks.size for part in parts])
+    firsts = np.cumsum([0] + [len(part.distance) for part in parts])
+    bricks = [
+        np.where(part.bricks >= 0, part.bricks + first, part.bricks).ravel()
+        for part, first in zip(parts, firsts, strict=False)
+    ]
+    return BodyParts(
+        names,
+        poses,
+        rates,
+        starts.astype(np.int64),
+        np.array([part.bricks.shape for part in parts], np.int32),
+        np.array([part.origin for part in parts]),
+        np.concatenate(bricks).astype(np.int32),
+        np.concatenate([part.distance for part in parts]),
+        parts[0].voxel,
+        parts[0].half_width,
+    )

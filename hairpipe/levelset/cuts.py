@@ -1,0 +1,85 @@
+"""Where a body's skin is cut into parts: each a patch that goes on a little below its neighbours, and is closed."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.body.groups import Groups, group_weights
+from hairpipe.data import Body, Mesh
+from hairpipe.levelset.holes import capped
+from hairpipe.levelset.surface import openings
+
+
+class Cut(NamedTuple):
+    """A patch of the skin that belongs to a group of bones.
+
+    group      it belongs to
+    vertices   of the body that it has, (k,) int64
+    triangles  between them, counted in `vertices`, (m, 3) int32
+    """
+
+    group: int
+    vertices: np.ndarray
+    triangles: np.ndarray
+
+
+class Edges(NamedTuple):
+    """The ways along a skin. Vertices at one place count as one: skins are split along the seams of their texture.
+
+    places   the place of every vertex, (n,) int64
+    ends     of the edges, places, (e, 2) int64
+    lengths  of the edges [m], (e,) float64
+    """
+
+    places: np.ndarray
+    ends: np.ndarray
+    lengths: np.ndarray
+
+
+def cut_skin(body: Body, groups: Groups, overlap: float) -> list[Cut]:
+    """Return the patches of all groups that have skin; pure.
+
+    overlap  how far along the skin a patch goes on beyond the vertices that follow its group most [m]
+
+    Two bones share their skin where both have weight 1/2. What more than two share goes to the foremost, so that no
+    skin is left out.
+    """
+    owners = group_weights(body, groups).argmax(axis=1)
+    skin = edges_along(body.mesh)
+    return [patch(body.mesh, skin, group, owners == group, overlap) for group in np.unique(owners).tolist()]
+
+
+def patch(mesh: Mesh, skin: Edges, group: int, own: np.ndarray, overlap: float) -> Cut:
+    """Return the patch of the vertices that are its own, (n,) bool, and of all within a distance [m] from those."""
+    kept = mesh.triangles[near_along(skin, own, overlap)[mesh.triangles].any(axis=1)]
+    vertices, triangles = np.unique(kept, return_inverse=True)
+    return Cut(group, vertices, triangles.reshape(-1, 3).astype(np.int32))
+
+
+def edges_along(mesh: Mesh) -> Edges:
+    """Return the edges of a mesh; pure."""
+    points, places = np.unique(mesh.points, axis=0, return_inverse=True)
+    places = places.reshape(-1)
+    ends = np.sort(places[mesh.triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)], axis=1)
+    ends = np.unique(ends[ends[:, 0] != ends[:, 1]], axis=0)
+    return Edges(places, ends, np.linalg.norm(points[ends[:, 0]] - points[ends[:, 1]], axis=1))
+
+
+def near_along(skin: Edges, own: np.ndarray, reach: float) -> np.ndarray:
+    """Tell which vertices are within a distance [m] of some, (n,) bool, along the edges, (n,) bool; pure."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import dijkstra
+
+    size = skin.places.max() + 1
+    graph = coo_array((skin.lengths, (skin.ends[:, 0], skin.ends[:, 1])), shape=(size, size)).tocsr()
+    distances = dijkstra(graph, directed=False, indices=np.unique(skin.places[own]), limit=reach, min_only=True)
+    return np.isfinite(distances)[skin.places]
+
+
+def closed(points: np.ndarray, triangles: np.ndarray) -> Mesh:
+    """Return a patch closed by caps across the holes that were cut, standing still; pure.
+
+    A cap is a fan around the middle of its hole: across a limb, inside the neighbour that goes on there.
+    """
+    mesh = Mesh(points, triangles, np.zeros_like(points))
+    return capped(mesh, openings(mesh)[0])
