@@ -10,8 +10,12 @@ PARALLEL = 1e-13
 
 
 @inlined
-def closest_on_segments(a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[float, float, float]:
+def closest_on_segments(
+    a: Vector, b: Vector, c: Vector, d: Vector, parallel: float = PARALLEL
+) -> tuple[float, float, float]:
     """Return fractions s of segment a b and t of segment c d where they are closest, and the squared distance [m^2].
+
+    parallel  sine of the angle between them below which they count as parallel
 
     With u = b - a, v = d - c, w = a - c, n = u x v the lines are closest at s = -(w x v).n / n.n; s is clamped to 0..1,
     t is the closest to that, and where t has to be clamped, s is the closest to t: Ericson, Real-Time Collision
@@ -22,7 +26,7 @@ def closest_on_segments(a: Vector, b: Vector, c: Vector, d: Vector) -> tuple[flo
     uu, vv, uv, uw = dot(u, u), dot(v, v), dot(u, v), dot(u, w)
     n = cross(u, v)
     nn = dot(n, n)
-    if nn > PARALLEL * PARALLEL * uu * vv:
+    if nn > parallel * parallel * uu * vv:
         s = within(-dot(cross(w, v), n) / nn)
     elif uu > 0.0:
         from_c, from_d = -uw / uu, (uv - uw) / uu

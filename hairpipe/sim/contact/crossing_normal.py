@@ -1,0 +1,45 @@
+"""The direction in which two segments that met must be kept apart."""
+
+import numpy as np
+
+from hairpipe.body.inlined import inlined
+from hairpipe.body.vectors import Vector, cross, dot, flattened, length, minus, mix, times, unit
+from hairpipe.sim.contact.encounter import Encounter
+
+_PARALLEL = 1e-8
+"""Sine of the angle below which the normal of the plane of both is rounding."""
+
+
+@inlined
+def crossing_normal(pair: Encounter, time: float, s: float, t: float) -> Vector:
+    """Return the unit normal against which the first segment's point approaches the second's.
+
+    s, t  fractions of the segments where they meet, at a fraction of the step
+
+    The normal of both; of parallel ones the direction of approach, across them. Where they meet without approaching it
+    is some direction across the first.
+    """
+    A = minus(mix(pair.b[0], pair.b[1], time), mix(pair.a[0], pair.a[1], time))
+    C = minus(mix(pair.d[0], pair.d[1], time), mix(pair.c[0], pair.c[1], time))
+    first = mix(minus(pair.a[1], pair.a[0]), minus(pair.b[1], pair.b[0]), s)
+    second = mix(minus(pair.c[1], pair.c[0]), minus(pair.d[1], pair.d[0]), t)
+    approach = minus(second, first)
+    normal = cross(A, C)
+    if length(normal) <= _PARALLEL * length(A) * length(C):
+        along = A if dot(A, A) >= dot(C, C) else C
+        normal = flattened(approach, unit(along, (0.0, 0.0, 0.0)))
+        if length(normal) <= _PARALLEL * length(approach) or length(normal) == 0.0:
+            normal = _any_across(along)
+    normal = unit(normal, (0.0, 0.0, 1.0))
+    return normal if dot(normal, approach) >= 0.0 else times(-1.0, normal)
+
+
+@inlined
+def _any_across(a: Vector) -> Vector:
+    """Return a vector across a, from the axis that is least along it."""
+    x, y, z = np.abs(a[0]), np.abs(a[1]), np.abs(a[2])
+    if x <= y and x <= z:
+        return (0.0, -a[2], a[1])
+    if y <= z:
+        return (a[2], 0.0, -a[0])
+    return (-a[1], a[0], 0.0)

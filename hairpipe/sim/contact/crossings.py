@@ -1,0 +1,58 @@
+"""Which pairs of segments pass through each other in a step, where, and when."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.sim.contact.coplanar import coplanar_time
+from hairpipe.sim.contact.crossing_normal import crossing_normal
+from hairpipe.sim.contact.encounter import encounter, meet
+
+
+class Crossings(NamedTuple):
+    """The first crossing of each pair of segments that have one.
+
+    segments   first < second, in the order of the pairs that were examined, (n, 2) int32
+    fractions  of the segments where they meet, (n, 2) float64
+    times      when, a fraction of the step, (n,) float64
+    normals    across both, from the second to the first as they were before they met, (n, 3) float64
+    """
+
+    segments: np.ndarray
+    fractions: np.ndarray
+    times: np.ndarray
+    normals: np.ndarray
+
+
+def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Crossings:
+    """Find the pairs of segments that pass through or touch each other in a linear motion; pure.
+
+    before, after  positions [m], (P, 3) float64
+    pairs          of segments that may, see `swept_pairs`, (n, 2) int32
+
+    Sec. 5.1 after Bridson et al. 2002, edge against edge: what meets at an end point is left out, unless an edge
+    passes exactly through a joint.
+    """
+    times = np.empty(len(pairs))
+    _find_times(before, after, pairs, times)
+    found = np.flatnonzero(times <= 1.0)
+    times, segments = times[found], pairs[found]
+    fractions, normals = np.empty((len(found), 2)), np.empty((len(found), 3))
+    _describe(before, after, segments, times, fractions, normals)
+    return Crossings(segments, fractions, times, normals)
+
+
+@njit(cache=True, parallel=True)
+def _find_times(before, after, pairs, times):  # noqa: ANN001, ANN202
+    for k in prange(len(pairs)):
+        times[k] = coplanar_time(encounter(before, after, pairs[k, 0], pairs[k, 1]))
+
+
+@njit(cache=True, parallel=True)
+def _describe(before, after, segments, times, fractions, normals):  # noqa: ANN001, ANN202
+    for k in prange(len(segments)):
+        pair = encounter(before, after, segments[k, 0], segments[k, 1])
+        fractions[k, 0], fractions[k, 1], _ = meet(pair, times[k])
+        normal = crossing_normal(pair, times[k], fractions[k, 0], fractions[k, 1])
+        normals[k, 0], normals[k, 1], normals[k, 2] = normal
