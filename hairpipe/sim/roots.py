@@ -67,7 +67,7 @@ def _from_rest(frames: np.ndarray, groom: Groom) -> np.ndarray:
     return np.concatenate([turn, shift[:, :, None]], axis=2)
 
 
-def _motion_of_roots(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray, np.ndarray]:
+def motion_of_roots(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray, np.ndarray]:
     """Rigid motions of the roots from where the groom put them, and their rates, (strands, 3, 4)."""
     if isinstance(lead, Ends):
         return lead.roots, lead.roots_rate
@@ -98,7 +98,7 @@ def place(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layo
     returns  positions [m] and velocities [m/s], (rows, 3, W)
     """
     strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
-    places, rates = _motion_of_roots(lead, groom)
+    places, rates = motion_of_roots(lead, groom)
     return carry(places, rest, strands), carry(rates, rest, strands)
 
 
@@ -108,7 +108,7 @@ def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layou
     shape = (layout.blocks, clamped, 3, layout.width)
     strands = np.repeat(layout.strands, clamped, axis=0)
     ends = []
-    for at, motions in ((layout.first[:-1], _motion_of_roots(lead, groom)), (layout.first[1:] - clamped, _tips(lead))):
+    for at, motions in ((layout.first[:-1], motion_of_roots(lead, groom)), (layout.first[1:] - clamped, _tips(lead))):
         points = rest[(at[:, None] + np.arange(clamped)).reshape(-1)]
         ends.append([carry(m, points, strands).reshape(shape) if m is not None else np.zeros(shape) for m in motions])
     positions, velocities = (np.concatenate(both, axis=1) for both in zip(*ends, strict=True))
