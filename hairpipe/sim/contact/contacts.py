@@ -18,10 +18,10 @@ from hairpipe.sim.contact.pairs import Pairs
 from hairpipe.sim.forces.vectors import cross, dot, minus, plus, scaled
 from hairpipe.sim.scene import Collisions
 
-RELAXATION = 2e-3
+RELAXATION = 5e-3
 """Time in which two hairs that overlap and carry nothing come apart [s]: the viscosity of a contact over its stiffness.
 
-Without it they part within one step, at a speed that is as great as the step is short.
+Without it they part within one step, at a speed that is as great as the step is short, and stacks tremble on.
 """
 _COINCIDENT = 1e-9
 """Points nearer than this [m] have no direction between them."""
