@@ -1,0 +1,17 @@
+"""A body carried along keys."""
+
+from hairpipe.data import Mesh
+from hairpipe.graph import Time, node
+from hairpipe.motion.track import Track
+
+
+@node(frames="each")
+def move_mesh(mesh: Mesh, time: Time, *, at: int = 1001, motion: Track = Track()) -> Mesh:  # noqa: B008 (frozen)
+    """The mesh at a frame, where keys move and turn it, with exact velocities.
+
+    at      frame of the shot at which time is zero
+    motion  keys; moves are from where the mesh is, and the pivot of the turns is a place in space
+    """
+    from hairpipe.motion.bodies import carried
+
+    return carried(mesh, motion, (time.frame - at) / time.fps)
