@@ -1,13 +1,16 @@
 """The hair simulation: every strand of the groom, carried by the body or by its ends."""
 
+# ruff: noqa: B008 (settings are frozen)
+
 from typing import Annotated, Literal, NamedTuple
 
 from hairpipe.data import Ends, Groom, LevelSet, Mesh, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.graph import Pair, Time, node
+from hairpipe.sim import scene as of
+from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.material import Material
 from hairpipe.sim.models.construction import Construction
-from hairpipe.sim.scene import Air, BodyContact, SagFree, Scene, Scheme, StepControl, StrainLimit
 from hairpipe.units import Interval, MetresPerSecondSquared
 
 
@@ -22,21 +25,24 @@ class Hair(NamedTuple):
 def simulate_hair(
     groom: Groom,
     body: Pair[Mesh] | None,
-    surface: Pair[LevelSet] | None,
+    surface: tuple[Pair[LevelSet], ...] | None,
     ends: Pair[Ends] | None,
     previous: HairState | None,
     time: Time,
     *,
     model: Literal["network", "chain"] = "network",
-    material: Material = Material(),  # noqa: B008 (frozen)
-    construction: Construction = Construction(),  # noqa: B008
+    material: Material = Material(),
+    construction: Construction = Construction(),
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81,
-    air: Air = Air(),  # noqa: B008
-    contact: BodyContact = BodyContact(),  # noqa: B008
-    strain: StrainLimit | None = None,
-    steps: StepControl = StepControl(),  # noqa: B008
-    scheme: Scheme = Scheme(),  # noqa: B008
-    sag_free: SagFree | None = None,
+    air: of.Air = of.Air(),
+    contact: of.BodyContact = of.BodyContact(),
+    strain: of.StrainLimit | None = None,
+    steps: of.StepControl = of.StepControl(),
+    scheme: of.Scheme = of.Scheme(),
+    sag_free: of.SagFree | None = None,
+    stiction: of.Stiction | None = None,
+    collisions: of.Collisions | None = None,
+    wind: Wind | None = None,
 ) -> Hair:
     """Mass-spring hair after Selle, Lentine, Fedkiw 2008: every strand a network of springs, solved at once.
 
@@ -45,16 +51,24 @@ def simulate_hair(
     construction  of the network, to take apart what it consists of
     gravity       along -Y
     air           what slows the hair where nothing touches it
-    contact       how it touches the body; without a surface it passes through
+    contact       how it touches bodies; without a surface it passes through
     strain        how far a segment may be stretched; without, as far as its springs let it
     steps         how a frame is cut into steps
     scheme        how a step is computed
     sag_free      start at rest as groomed; without, springs rest in the groom's shape and hair sags from it
+    stiction      hair that came close sticks together until it is pulled apart
+    collisions    hair pushes hair away and does not pass through it
+    wind          moving air; without, it is still
     """
-    from hairpipe.sim.advance import advance_frame, leads_of, make_hair, start, strands_of
+    from hairpipe.sim.advance import advance_frame, leads_of, start, strands_of
+    from hairpipe.sim.catalogue import bodies_of
+    from hairpipe.sim.hair import make_hair
 
-    hair = make_hair(groom, material, model, construction)
-    scene = Scene(gravity, air, contact, strain, steps, scheme, sag_free)
-    leads = leads_of(body, ends)
-    state = advance_frame(hair, previous, leads, surface, time.dt, scene) if previous else start(hair, leads[1], scene)
+    hair, leads = make_hair(groom, material, model, construction), leads_of(body, ends)
+    scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
+    if previous is None:
+        state = start(hair, leads[1], scene)
+    else:
+        bodies = bodies_of(surface or (), contact, time.dt)
+        state = advance_frame(hair, previous, leads, bodies, time.dt, scene, (time.frame - 1) * time.dt)
     return Hair(strands_of(hair, state), state)

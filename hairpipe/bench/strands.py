@@ -7,14 +7,17 @@ from numpy.typing import DTypeLike
 
 from hairpipe.bench.assembly import assembly_of
 from hairpipe.bench.counting import Work, count_work
-from hairpipe.sim.integrators.tr_bdf2 import advance_all
+from hairpipe.sim.integrators.interface import Motion, Step
+from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.lanes import width
 from hairpipe.sim.layout import lay_out
 from hairpipe.sim.material import Material
 from hairpipe.sim.models.construction import Construction
 from hairpipe.sim.models.network import SHAPE, Network, build_network
+from hairpipe.sim.roots import Held, Path
 from hairpipe.sim.spring_form import SpringForm
 from hairpipe.sim.stage import Rule, run_stage, run_stages
+from hairpipe.sim.surroundings import Surroundings
 
 LENGTH, STEP = 0.3, 1 / 240
 """Of a strand [m]; of time [s]."""
@@ -26,28 +29,24 @@ class Strands(NamedTuple):
     """Hair, and room for its state.
 
     rest  [m], (rows, 3, W)
-    x, v, a, T  as `integrators.interface.Motion` has them
-    ends, held  as `integrators.interface.Step` has them, for one stage
+    path  of its roots, which stand still
     """
 
     model: Network
     rest: np.ndarray
-    x: np.ndarray
-    v: np.ndarray
-    a: np.ndarray
-    T: np.ndarray
-    ends: np.ndarray
-    held: np.ndarray
+    motion: Motion
+    path: Path
+    around: Surroundings
 
     @property
     def particles(self) -> int:
         """Number of particles, those of lanes that only repeat a strand too."""
-        return self.x.shape[0] * self.x.shape[2]
+        return self.rest.shape[0] * self.rest.shape[2]
 
     def restart(self) -> None:
         """Put all strands at rest."""
-        self.x[:] = self.rest
-        for array in (self.v, self.a, self.T):
+        self.motion.x[:] = self.rest
+        for array in (self.motion.v, self.motion.a, self.motion.T):
             array[:] = 0.0
 
 
@@ -59,26 +58,23 @@ def hang(count: int, segments: int, dtype: DTypeLike) -> Strands:
     layout = lay_out(offsets, SHAPE, dtype)
     model, rest = build_network(layout, np.tile(strand, (count, 1)), Material(), Construction())
     roots = rest.reshape(layout.blocks, -1, *rest.shape[1:])[:, : SHAPE.clamped]
-    hair = Strands(
-        model,
-        rest,
-        *(np.empty_like(rest) for _ in range(4)),
-        np.concatenate([roots, np.zeros_like(roots)], axis=1),
-        np.zeros((0, layout.width), layout.dtype),
-    )
+    ends = np.concatenate([roots, np.zeros_like(roots)], axis=1)
+    still = Held(ends, np.zeros_like(ends), np.zeros((0, layout.width), layout.dtype))
+    motion = Motion(*(np.empty_like(rest) for _ in range(4)))
+    hair = Strands(model, rest, motion, Path(still, still, STEP), Surroundings(model, layout))
     hair.restart()
     return hair
 
 
 def step(hair: Strands) -> None:
     """Advance hair by one step of the default integrator, in place."""
-    ends = np.stack([hair.ends, hair.ends])
-    advance_all(hair.model, hair.x, hair.v, hair.a, hair.T, ends, hair.held, STEP, RULE)
+    TrBdf2(RULE).advance(hair.model, hair.motion, Step(hair.path, 0.0, STEP), hair.around)
 
 
 def solve(hair: Strands) -> None:
     """Run one linearly implicit stage on all hair, in place."""
-    run_stages(hair.model, hair.x, hair.v, hair.T, hair.rest, hair.a, hair.ends, hair.held, STEP / 4, RULE)
+    x, rest, held = hair.motion, hair.rest, hair.path.start
+    run_stages(hair.model, x.x, x.v, x.T, rest, x.a, rest, held.positions, held.tips, STEP / 4, RULE)
 
 
 def work_of_a_solve(segments: int, dtype: DTypeLike) -> Work:
@@ -94,5 +90,6 @@ def machine_code(dtype: DTypeLike) -> str:
 def one_block(segments: int, dtype: DTypeLike) -> tuple:
     """Arguments of a solve of one block."""
     hair = hang(width(dtype), segments, dtype)
-    before = hair.rest.copy()
-    return hair.model, 0, hair.x, hair.v, hair.T, hair.rest, hair.a, before, hair.ends[0], hair.held, STEP / 4, RULE
+    motion, held = hair.motion, hair.path.start
+    before, ends = hair.rest.copy(), held.positions[0]
+    return hair.model, 0, motion.x, motion.v, motion.T, hair.rest, motion.a, before, ends, held.tips, STEP / 4, RULE

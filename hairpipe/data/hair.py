@@ -14,6 +14,8 @@ class HairState:
     accelerations    of the last solve [m/s^2], same shape
     tensions         multipliers of the springs to the next particles [N], (rows, springs, lanes)
     inverse_lengths  1 / rest length of those springs [1/m], same shape; no rows where they rest in the groom's shape
+    stuck            segments of the groom that stick together, first < second, (n, 2) int32
+    stuck_at         where on them, as fractions of their length, (n, 2) float64
     """
 
     positions: np.ndarray
@@ -21,3 +23,5 @@ class HairState:
     accelerations: np.ndarray
     tensions: np.ndarray
     inverse_lengths: np.ndarray
+    stuck: np.ndarray
+    stuck_at: np.ndarray

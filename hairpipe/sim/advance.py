@@ -1,77 +1,25 @@
 """One frame of the simulation, in steps."""
 
-from dataclasses import dataclass
-from functools import lru_cache
-from typing import Literal
+from collections.abc import Sequence
 
 import numpy as np
 
-from hairpipe.data import Ends, Groom, LevelSet, Mesh, Strands
+from hairpipe.data import Ends, Mesh, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.errors import BadInput
-from hairpipe.groom.binding import name_strands
-from hairpipe.levelset.field import field_of
+from hairpipe.levelset.moving import MovingSurface
+from hairpipe.sim.catalogue import surroundings_of
 from hairpipe.sim.control import limits_of, next_step
-from hairpipe.sim.filters.filters import Filters
+from hairpipe.sim.hair import Hair
 from hairpipe.sim.integrators.catalogue import gravity_of, integrator_of
 from hairpipe.sim.integrators.interface import Motion, Step
-from hairpipe.sim.layout import Layout, lay_out
-from hairpipe.sim.material import Material
-from hairpipe.sim.models import chain, network
-from hairpipe.sim.models.chain import Chain, build_chain
-from hairpipe.sim.models.construction import Construction
-from hairpipe.sim.models.network import Network, build_network
 from hairpipe.sim.roots import Path, hold, place
 from hairpipe.sim.sag_free import stand
 from hairpipe.sim.scene import Scene
 
-ModelName = Literal["network", "chain"]
-AS_IT_WORKS = Construction()
+NOTHING_STUCK = np.empty((0, 2), np.int32), np.empty((0, 2))
 Lead = Mesh | Ends | None
 """What leads the roots: a body, or ends that are driven; None: they stand still."""
-
-
-@dataclass(frozen=True, eq=False)
-class Hair:
-    """What stays the same through a shot: the groom as a model of strands.
-
-    rest  particles of the groom [m], (rows, 3, W)
-    """
-
-    groom: Groom
-    layout: Layout
-    model: Network | Chain
-    rest: np.ndarray
-    diameter: float
-
-
-@lru_cache(maxsize=2)
-def make_hair(
-    groom: Groom, material: Material, name: ModelName = "network", construction: Construction = AS_IT_WORKS
-) -> Hair:
-    """Build the model of a groom's strands; BadInput naming strands with a segment that has no length."""
-    check_segments(groom)
-    if name == "chain":
-        layout = lay_out(groom.offsets, chain.SHAPE)
-        model, rest = build_chain(layout, groom.points, material)
-    else:
-        layout = lay_out(groom.offsets, network.SHAPE)
-        model, rest = build_network(layout, groom.points, material, construction)
-    return Hair(groom, layout, model, rest, material.diameter)
-
-
-def check_segments(groom: Groom) -> None:
-    """Refuse strands with a point that is not finite or on the one before it, by BadInput with their ids."""
-    lengths = np.linalg.norm(np.diff(groom.points, axis=0), axis=1)
-    inside = np.delete(np.arange(len(lengths)), groom.offsets[1:-1] - 1)
-    wrong = inside[~(lengths[inside] > 0.0) | ~np.isfinite(lengths[inside])]
-    if len(wrong):
-        ids = groom.ids[np.unique(np.searchsorted(groom.offsets, wrong, side="right") - 1)]
-        raise BadInput(
-            f"segments without length, or points that are not finite: {name_strands(ids)}",
-            where="groom",
-            right="every point away from the one before it",
-        )
 
 
 def leads_of(body: tuple[Mesh, Mesh] | None, ends: tuple[Ends, Ends] | None) -> tuple[Lead, Lead]:
@@ -90,40 +38,45 @@ def start(hair: Hair, lead: Lead, scene: Scene) -> HairState:
     gravity = gravity_of(scene)
     if scene.sag_free is None:
         tensions = np.zeros_like(hair.model.inverse_lengths)
-        return HairState(positions, velocities, gravity[:, None] - scene.air.drag * velocities, tensions, tensions[:0])
+        accelerations = gravity[:, None] - scene.air.drag * velocities
+        return HairState(positions, velocities, accelerations, tensions, tensions[:0], *NOTHING_STUCK)
     stance = stand(hair.model, hair.layout, hair.groom.ids, positions, gravity, scene.sag_free)
     pull = np.where(stance.rests[:, None], 0.0, gravity[:, None])
     accelerations = pull - scene.air.drag * velocities
-    return HairState(stance.positions, velocities, accelerations, stance.tensions, stance.inverse_lengths)
+    return HairState(
+        stance.positions, velocities, accelerations, stance.tensions, stance.inverse_lengths, *NOTHING_STUCK
+    )
 
 
 def advance_frame(
     hair: Hair,
     state: HairState,
     leads: tuple[Lead, Lead],
-    surfaces: tuple[LevelSet, LevelSet] | None,
+    bodies: Sequence[MovingSurface],
     frame: float,
     scene: Scene,
+    began: float = 0.0,
 ) -> HairState:
     """Carry hair from the previous frame to this one.
 
-    leads     what leads the roots at the previous and at this frame
-    surfaces  of the body, or None where hair passes through
-    frame     time between them [s]
+    leads   what leads the roots at the previous and at this frame
+    bodies  that hair does not pass through
+    frame   time between them [s]
+    began   time of the shot at the previous frame [s]
     """
     model = hair.model if not len(state.inverse_lengths) else hair.model._replace(inverse_lengths=state.inverse_lengths)
     arrays = (state.positions, state.velocities, state.accelerations, state.tensions)
     motion = Motion(*(array.copy() for array in arrays))
     path = Path(*(hold(lead, hair.groom, hair.rest, hair.layout) for lead in leads), frame)
-    fields = None if surfaces is None else (field_of(surfaces[0]), field_of(surfaces[1]))
-    filters = Filters(model, scene.strain, scene.contact, fields, frame)
+    around = surroundings_of(hair, model, state, bodies, scene, began)
     integrator, limits = integrator_of(scene), limits_of(scene.steps, model)
     time = 0.0
     while time < frame * (1 - 1e-9):
         dt = next_step(limits, motion, path, time)
-        integrator.advance(model, motion, Step(path, time, dt), filters)
+        integrator.advance(model, motion, Step(path, time, dt), around)
         time += dt
-    return HairState(motion.x, motion.v, motion.a, motion.T, state.inverse_lengths)
+    stuck = around.hair.connections if around.hair is not None else (state.stuck, state.stuck_at)
+    return HairState(motion.x, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck)
 
 
 def strands_of(hair: Hair, state: HairState) -> Strands:

@@ -209,6 +209,20 @@ def eliminate(A, b, p, count, reach):  # noqa: ANN001, ANN201
 
 
 @inlined
+def forward(A, b, p, count, reach):  # noqa: ANN001, ANN201
+    """Do to particle p of another right-hand side what `eliminate` did to the first, in place."""
+    x = load(b, (p, 0)), load(b, (p, 1)), load(b, (p, 2))
+    for o in range(1, min(reach, count - 1 - p) + 1):
+        _take_vector(b, p + o, _columns(A, p, o), x)  # A now holds W, and U^T D^-1 = W^T
+    xx, xy, xz = load(A, (p, 0)), load(A, (p, 1)), load(A, (p, 2))
+    yy, yz, zz = load(A, (p, 3)), load(A, (p, 4)), load(A, (p, 5))
+    x = _times(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), x)
+    store(b, (p, 0), x[0])
+    store(b, (p, 1), x[1])
+    store(b, (p, 2), x[2])
+
+
+@inlined
 def substitute(A, b, count, reach):  # noqa: ANN001, ANN201
     """Replace b by the solution, in place, after every row has been eliminated."""
     for p in range(count - 1, -1, -1):

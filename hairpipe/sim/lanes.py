@@ -108,6 +108,7 @@ _define_operator(operator.mul, _itself, lambda b, x, y: b.fmul(x, y))
 _define_operator(operator.truediv, _itself, lambda b, x, y: b.fdiv(x, y))
 _define_operator(operator.lt, MaskType, lambda b, x, y: b.fcmp_ordered("<", x, y))
 _define_operator(operator.gt, MaskType, lambda b, x, y: b.fcmp_ordered(">", x, y))
+_define_operator(operator.le, MaskType, lambda b, x, y: b.fcmp_ordered("<=", x, y))
 
 
 @infer_global(operator.neg)
@@ -194,6 +195,13 @@ def either(typingctx, a, b):  # noqa: ANN001, ANN201
 
 
 @intrinsic
+def both(typingctx, a, b):  # noqa: ANN001, ANN201
+    """In every lane a and b."""
+    _expect_masks(a, b)
+    return signature(a, a, a), lambda c, builder, s, args: builder.and_(*args)
+
+
+@intrinsic
 def any_lane(typingctx, condition):  # noqa: ANN001, ANN201
     """Whether the condition holds in any lane."""
     bits = ir.IntType(_expect_masks(condition).width)
@@ -202,6 +210,26 @@ def any_lane(typingctx, condition):  # noqa: ANN001, ANN201
         return builder.icmp_unsigned("!=", builder.bitcast(args[0], bits), ir.Constant(bits, 0))
 
     return signature(types.boolean, condition), emit
+
+
+@intrinsic
+def bits(typingctx, condition):  # noqa: ANN001, ANN201
+    """The lanes in which the condition holds, as the bits of an int64, the first lane lowest."""
+    lanes = ir.IntType(_expect_masks(condition).width)
+
+    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+        return builder.zext(builder.bitcast(args[0], lanes), ir.IntType(64))
+
+    return signature(types.int64, condition), emit
+
+
+@intrinsic
+def lowest(typingctx, a):  # noqa: ANN001, ANN201
+    """The place of the lowest bit that is set in an int64 other than 0."""
+    if a != types.int64:
+        raise _refusal("an int64", a)
+    nowhere = ir.Constant(ir.IntType(1), 1)
+    return signature(a, a), lambda c, builder, s, args: builder.cttz(args[0], nowhere)
 
 
 def _lanes_of(array: types.Type) -> LanesType:
@@ -231,6 +259,23 @@ def load(typingctx, array, index):  # noqa: ANN001, ANN201
     def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
         pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1])
         return builder.load(pointer, align=lanes.dtype.bitwidth // 8, typ=lanes.vector)
+
+    return signature(lanes, array, index), emit
+
+
+@intrinsic
+def load_from(typingctx, array, index):  # noqa: ANN001, ANN201
+    """The lanes that begin at array[index], anywhere in the last axis of two; the array is in C order."""
+    lanes = _lanes_of(array)
+
+    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+        view = context.make_array(sig.args[0])(context, builder, args[0])
+        axes = zip(cgutils.unpack_tuple(builder, args[1]), sig.args[1], strict=True)
+        row, place = (context.cast(builder, i, t, types.intp) for i, t in axes)
+        start = builder.mul(row, cgutils.unpack_tuple(builder, view.shape)[1], flags=["nsw"])
+        pointer = builder.gep(view.data, [builder.add(start, place, flags=["nsw"])], inbounds=True)
+        vector = builder.bitcast(pointer, lanes.vector.as_pointer())
+        return builder.load(vector, align=lanes.dtype.bitwidth // 8, typ=lanes.vector)
 
     return signature(lanes, array, index), emit
 

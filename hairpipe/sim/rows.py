@@ -3,6 +3,9 @@
 In a kernel, numpy's own expressions on arrays leave single precision and take ten times as long to compile.
 """
 
+import numpy as np
+from numba import njit, prange
+
 from hairpipe.body.inlined import inlined
 from hairpipe.sim.lanes import load, store
 
@@ -29,3 +32,12 @@ def copy(out, x):  # noqa: ANN001, ANN201
     for p in range(out.shape[0]):
         for c in range(out.shape[1]):
             store(out, (p, c), load(x, (p, c)))
+
+
+@njit(cache=True, parallel=True)
+def combine_all(out, a, x, b, y):  # noqa: ANN001, ANN201
+    """Set out to a x + b y for all strands, in place; a and b numbers, the others (rows, components, W)."""
+    chunk = 64
+    for n in prange((out.shape[0] + chunk - 1) // chunk):
+        rows = slice(np.int64(n) * chunk, (np.int64(n) + 1) * chunk)
+        combine(out[rows], a, x[rows], b, y[rows])

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from hairpipe.sim.air.wind import Wind
 from hairpipe.units import (
     Ge,
     Gt,
@@ -157,3 +158,4 @@ class Scene:
     sag_free: SagFree | None = None
     stiction: Stiction | None = None
     collisions: Collisions | None = None
+    wind: Wind | None = None

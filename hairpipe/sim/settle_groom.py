@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hairpipe.data import Groom
-from hairpipe.sim.advance import make_hair
+from hairpipe.sim.hair import make_hair
 from hairpipe.sim.integrators.catalogue import gravity_of
 from hairpipe.sim.material import Material
 from hairpipe.sim.models.construction import Construction

@@ -6,6 +6,10 @@ guess,
     (M + h D + h^2 K) dv = M (vh - v) + h (f(x) - D v),   v += dv,  x += h dv.
 
 Every integrator is a sequence of such stages; they differ in h, xh, vh and the guess.
+
+What acts on hair from outside joins the system as numbers of each particle, `outer` (rows, 9 or 15, W): an impulse to
+add to the right-hand side [N s], a symmetric block to add to that on the diagonal [kg], and one to that between two
+neighbours on the axis [kg]; no rows where nothing does.
 """
 
 from typing import NamedTuple
@@ -14,9 +18,19 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
-from hairpipe.sim.banded import add, clear_row, eliminate, fix_lanes, fix_row, row_size, substitute
+from hairpipe.sim.banded import (
+    add,
+    add_coupling,
+    clear_row,
+    eliminate,
+    fix_lanes,
+    fix_row,
+    forward,
+    row_size,
+    substitute,
+)
 from hairpipe.sim.forces.spring import multiplier, tension
-from hairpipe.sim.lanes import any_lane, either, load, select, sqrt, store
+from hairpipe.sim.lanes import any_lane, both, either, load, select, sqrt, store
 from hairpipe.sim.models import chain, network  # noqa: F401 (they teach numba the kernels of the interface)
 from hairpipe.sim.models.interface import add_forces, shape_of, spring_constant, springs_from
 from hairpipe.sim.rows import fill
@@ -46,8 +60,8 @@ class Rule(NamedTuple):
 
 
 @inlined
-def _start_row(A, b, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
-    """Inertia, weight and air drag of particle p."""
+def _start_row(A, b, outer, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
+    """Inertia, weight and air drag of particle p, and what acts from outside."""
     clear_row(A, p)
     m = load(mass, (p,))
     for c in range(3):
@@ -57,27 +71,42 @@ def _start_row(A, b, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
     add(A, p, 0, inertia)
     add(A, p, 3, inertia)
     add(A, p, 5, inertia)
+    if outer.shape[0] > 0:
+        for c in range(3):
+            add(b, p, c, load(outer, (p, c)))
+        for c in range(6):
+            add(A, p, c, load(outer, (p, 3 + c)))
 
 
 @inlined
-def _solve(model, A, b, x, v, vh, T, block, held, h, rule):  # noqa: ANN001, ANN202
-    """Leave the change of velocity in b [m/s]."""
-    count, reach, clamped = x.shape[0], shape_of(model).reach, shape_of(model).clamped
+def _assemble(model, A, b, x, v, vh, T, outer, block, held, h, rule):  # noqa: ANN001, ANN202
+    """Leave the factors in A, and in b what is left to substitute for the change of velocity [m/s]."""
+    count, reach = x.shape[0], shape_of(model).reach
+    clamped, stride = shape_of(model).clamped, shape_of(model).stride
     mass = model.mass[model.first[block] : model.first[block + 1]]
     hh = 0.0 if rule.form == _EXPLICIT else h * h
     for p in range(min(reach, count)):
-        _start_row(A, b, mass, vh, v, p, h, rule)
+        _start_row(A, b, outer, mass, vh, v, p, h, rule)
     for p in range(count):
         if p + reach < count:
-            _start_row(A, b, mass, vh, v, p + reach, h, rule)
+            _start_row(A, b, outer, mass, vh, v, p + reach, h, rule)
         add_forces(model, A, b, x, v, T, p, block, h, hh, rule.damping)
+        if outer.shape[0] > 0 and outer.shape[1] > 9 and (p + 1 - clamped) % stride == 0 and p + stride < count:
+            _add_next(A, outer, p, stride)
         if p < clamped:
             fix_row(A, b, p)
         else:
             if len(held) > 0 and p >= count - clamped:
                 fix_lanes(A, b, p, load(held, (block,)) > 0.0)
             eliminate(A, b, p, count, reach)
-    substitute(A, b, count, reach)
+
+
+@inlined
+def _add_next(A, outer, p, stride):  # noqa: ANN001, ANN202
+    """Add the block between p and the next particle on the axis."""
+    xx, xy, xz = load(outer, (p, 9)), load(outer, (p, 10)), load(outer, (p, 11))
+    yy, yz, zz = load(outer, (p, 12)), load(outer, (p, 13)), load(outer, (p, 14))
+    add_coupling(A, p, stride, xx, xy, xz, yy, yz, zz)
 
 
 @inlined
@@ -151,9 +180,27 @@ def _place_ends(x, v, xh, ends, held, block, clamped, h):  # noqa: ANN001, ANN20
                 store(v, (p, c), select(fixed, (end - load(xh, (p, c))) / h, load(v, (p, c))))
 
 
+@inlined
+def _guess(model, block, x, v, xh, before, ends, held, h, guard):  # noqa: ANN001, ANN202
+    """Place a block where its guess leads; return the lanes that restart from before, being strained too much there."""
+    count, clamped = x.shape[0], shape_of(model).clamped
+    for p in range(count):
+        for c in range(3):
+            store(x, (p, c), load(xh, (p, c)) + h * load(v, (p, c)))
+    _place_ends(x, v, xh, ends, held, block, clamped, h)
+    bad = overstrained(model, x, block, guard)
+    if any_lane(bad):
+        for p in range(clamped, count):
+            for c in range(3):
+                store(x, (p, c), select(bad, load(before, (p, c)), load(x, (p, c))))
+                store(v, (p, c), select(bad, (load(x, (p, c)) - load(xh, (p, c))) / h, load(v, (p, c))))
+        _place_ends(x, v, xh, ends, held, block, clamped, h)
+    return bad
+
+
 @njit(cache=True, error_model="numpy")
 def run_stage(model, block, x, v, T, xh, vh, before, ends, held, h, rule):  # noqa: ANN001, ANN201
-    """Advance one block of strands through a stage, in place.
+    """Advance one block of strands through a stage that nothing from outside takes part in, in place.
 
     x, v     out: positions [m] and velocities [m/s] at the end, (particles, 3, W); in: v is the guess
     T        tensions of the springs [N], in: of the solve before, (particles, springs, W)
@@ -163,42 +210,149 @@ def run_stage(model, block, x, v, T, xh, vh, before, ends, held, h, rule):  # no
     held     1 where the tip is held, 0 where it is free, (blocks, W); no rows where all are free
     h        weight of the end [s]
     """
-    count = x.shape[0]
-    A = np.empty((count, row_size(shape_of(model).reach), x.shape[2]), x.dtype)
-    b, dx = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype)
-    for p in range(count):
-        for c in range(3):
-            store(x, (p, c), load(xh, (p, c)) + h * load(v, (p, c)))
-    _place_ends(x, v, xh, ends, held, block, shape_of(model).clamped, h)
-    bad = overstrained(model, x, block, rule.guard)
-    restart = any_lane(bad)
-    if restart:
-        for p in range(shape_of(model).clamped, count):
-            for c in range(3):
-                store(x, (p, c), select(bad, load(before, (p, c)), load(x, (p, c))))
-                store(v, (p, c), select(bad, (load(x, (p, c)) - load(xh, (p, c))) / h, load(v, (p, c))))
-        _place_ends(x, v, xh, ends, held, block, shape_of(model).clamped, h)
-    if rule.form <= _PRINTED:
-        fill(T, 0.0)
-    for iteration in range(rule.iterations + int(restart)):
-        if rule.form == _TENSION:
-            set_tensions(model, block, x, T)
-        _solve(model, A, b, x, v, vh, T, block, held, h, rule)
+    count, reach = x.shape[0], shape_of(model).reach
+    A = np.empty((count, row_size(reach), x.shape[2]), x.dtype)
+    b, dx, nothing = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty((0, 9, x.shape[2]), x.dtype)
+    bad = _guess(model, block, x, v, xh, before, ends, held, h, rule.guard)
+    for iteration in range(rule.iterations + int(any_lane(bad))):
+        set_form(model, block, x, T, rule)
+        _assemble(model, A, b, x, v, vh, T, nothing, block, held, h, rule)
+        substitute(A, b, count, reach)
         _update(model, x, v, T, dx, b, bad, iteration == rule.iterations, block, h, rule)
 
 
-@njit(cache=True, parallel=True)
-def run_stages(model, x, v, T, xh, vh, ends, held, h, rule):  # noqa: ANN001, ANN201
-    """Advance all strands through a stage, in place; see `run_stage`. The stage begins at xh.
+@inlined
+def set_form(model, block, x, T, rule):  # noqa: ANN001, ANN201
+    """Give T, in place, what the spring form wants in the matrix: nothing, the present tension, or what it has."""
+    if rule.form <= _PRINTED:
+        fill(T, 0.0)
+    elif rule.form == _TENSION:
+        set_tensions(model, block, x, T)
 
-    x, v, T, xh, vh  of all rows; ends  (blocks, 2 clamped, 3, W)
+
+@njit(cache=True, parallel=True)
+def run_stages(model, x, v, T, xh, vh, before, ends, held, h, rule):  # noqa: ANN001, ANN201
+    """Advance all strands through a stage, in place; see `run_stage`.
+
+    x, v, T, xh, vh, before  of all rows; ends  (blocks, 2 clamped, 3, W)
     """
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
-        _run_block(model, np.int64(block), x, v, T, xh, vh, ends, held, h, rule)
+        _run_block(model, np.int64(block), x, v, T, xh, vh, before, ends, held, h, rule)
 
 
 @njit(cache=True)
-def _run_block(model, block, x, v, T, xh, vh, ends, held, h, rule):  # noqa: ANN001, ANN202
+def _run_block(model, block, x, v, T, xh, vh, before, ends, held, h, rule):  # noqa: ANN001, ANN202
     rows = slice(model.first[block], model.first[block + 1])
-    run_stage(model, block, x[rows], v[rows], T[rows], xh[rows], vh[rows], xh[rows], ends[block], held, h, rule)
+    run_stage(model, block, x[rows], v[rows], T[rows], xh[rows], vh[rows], before[rows], ends[block], held, h, rule)
+
+
+@njit(cache=True, parallel=True)
+def guess_stages(model, x, v, xh, before, ends, held, h, guard, bad):  # noqa: ANN001, ANN201
+    """Begin a stage: place all strands where their guess leads, in place; see `run_stage`.
+
+    bad  out: 1 where a strand restarts, (blocks, W)
+    """
+    for block in prange(len(model.first) - 1):
+        _guess_block(model, np.int64(block), x, v, xh, before, ends, held, h, guard, bad)
+
+
+@njit(cache=True, error_model="numpy")
+def _guess_block(model, block, x, v, xh, before, ends, held, h, guard, bad):  # noqa: ANN001, ANN202
+    rows = slice(model.first[block], model.first[block + 1])
+    lanes = _guess(model, block, x[rows], v[rows], xh[rows], before[rows], ends[block], held, h, guard)
+    store(bad, (block,), select(lanes, 0.0 * load(bad, (block,)) + 1.0, 0.0))
+
+
+@njit(cache=True, parallel=True)
+def factor_stages(model, A, b, x, v, vh, T, outer, held, who, h, rule):  # noqa: ANN001, ANN201
+    """Solve every strand's own system, in place.
+
+    A      out: its factors, (rows, row_size, W); not kept where it has no rows
+    b      out: change of velocity [m/s], (rows, 3, W)
+    outer  what acts from outside, see above
+    who    1 for strands that are solved, (blocks, W); a block in which none is keeps what it has in A and b
+    """
+    for block in prange(len(model.first) - 1):
+        if who[block].any():
+            _factor_block(model, np.int64(block), A, b, x, v, vh, T, outer, held, h, rule)
+
+
+@njit(cache=True, error_model="numpy")
+def _factor_block(model, block, A, b, x, v, vh, T, outer, held, h, rule):  # noqa: ANN001, ANN202
+    rows = slice(model.first[block], model.first[block + 1])
+    bs, xs, Ts = b[rows], x[rows], T[rows]
+    reach = shape_of(model).reach
+    As = A[rows] if A.shape[0] > 0 else np.empty((xs.shape[0], row_size(reach), xs.shape[2]), xs.dtype)
+    set_form(model, block, xs, Ts, rule)
+    _assemble(model, As, bs, xs, v[rows], vh[rows], Ts, outer[rows], block, held, h, rule)
+    substitute(As, bs, xs.shape[0], reach)
+
+
+@njit(cache=True, parallel=True)
+def apply_factors(model, A, held, who, r, z):  # noqa: ANN001, ANN201
+    """Set z to the solution of every strand's own system for r, in place; both (rows, 3, W).
+
+    A    of `factor_stages`
+    who  1 for strands that are solved, (blocks, W); the others get 0
+    """
+    for block in prange(len(model.first) - 1):
+        _apply_block(model, np.int64(block), A, held, who, r, z)
+
+
+@njit(cache=True, error_model="numpy")
+def _apply_block(model, block, A, held, who, r, z):  # noqa: ANN001, ANN202
+    rows = slice(model.first[block], model.first[block + 1])
+    As, rs, zs = A[rows], r[rows], z[rows]
+    count, clamped, reach = zs.shape[0], shape_of(model).clamped, shape_of(model).reach
+    fill(zs, 0.0)
+    if not who[block].any():
+        return
+    solved = load(who, (block,)) > 0.0
+    for p in range(clamped, count):
+        free = solved
+        if len(held) > 0 and p >= count - clamped:
+            free = both(solved, load(held, (block,)) < 0.5)
+        for c in range(3):
+            store(zs, (p, c), select(free, load(rs, (p, c)), 0.0))
+    for p in range(clamped, count):
+        forward(As, zs, p, count, reach)
+    substitute(As, zs, count, reach)
+
+
+@njit(cache=True, parallel=True)
+def update_stages(model, x, v, T, b, who, h, rule):  # noqa: ANN001, ANN201
+    """Move the strands who, (blocks, W), to the solution b, in place."""
+    for block in prange(len(model.first) - 1):
+        if who[block].any():
+            _update_block(model, np.int64(block), x, v, T, b, who, h, rule)
+
+
+@njit(cache=True, error_model="numpy")
+def _update_block(model, block, x, v, T, b, who, h, rule):  # noqa: ANN001, ANN202
+    rows = slice(model.first[block], model.first[block + 1])
+    dx = np.empty(x[rows].shape, x.dtype)
+    _update(model, x[rows], v[rows], T[rows], dx, b[rows], load(who, (block,)) > 0.0, True, block, h, rule)
+
+
+@njit(cache=True, parallel=True)
+def overstrained_lanes(model, x, limit, out):  # noqa: ANN001, ANN201
+    """Set out, (blocks, W), to 1 for strands with an edge strained beyond +-limit, in place; tell whether any is."""
+    for block in prange(len(model.first) - 1):
+        _overstrained_block(model, np.int64(block), x, limit, out)
+    return out.any()
+
+
+@njit(cache=True, error_model="numpy")
+def _overstrained_block(model, block, x, limit, out):  # noqa: ANN001, ANN202
+    rows = slice(model.first[block], model.first[block + 1])
+    lanes = overstrained(model, x[rows], block, limit)
+    store(out, (block,), select(lanes, 0.0 * load(out, (block,)) + 1.0, 0.0))
+
+
+@njit(cache=True, parallel=True)
+def set_all_tensions(model, x, T):  # noqa: ANN001, ANN201
+    """Set T to the tensions of the present stretch of all strands [N], in place."""
+    for block in prange(len(model.first) - 1):
+        rows = slice(model.first[block], model.first[block + 1])
+        set_tensions(model, np.int64(block), x[rows], T[rows])

@@ -5,7 +5,8 @@ import pytest
 
 from hairpipe.data import Groom, Mesh
 from hairpipe.groom.binding import root_frames
-from hairpipe.sim.advance import advance_frame, make_hair, start, strands_of
+from hairpipe.sim.advance import advance_frame, start, strands_of
+from hairpipe.sim.hair import make_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.scene import Air, Scene, Scheme, StepControl, StrainLimit
 
@@ -61,10 +62,10 @@ class Shot:
         self.state = start(self.hair, self.body, self.scene)
         self.frame = 1 / fps
 
-    def run(self, seconds, surfaces=None, body=None):
+    def run(self, seconds, bodies=(), body=None):
         for _ in range(round(seconds / self.frame)):
             after = body() if body else self.body
-            self.state = advance_frame(self.hair, self.state, (self.body, after), surfaces, self.frame, self.scene)
+            self.state = advance_frame(self.hair, self.state, (self.body, after), bodies, self.frame, self.scene)
             self.body = after
         return self
 

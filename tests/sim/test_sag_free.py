@@ -9,7 +9,8 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim.advance import advance_frame, make_hair, start
+from hairpipe.sim.advance import advance_frame, start
+from hairpipe.sim.hair import make_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.sag_free import STEP, carry_weight, stand
 from hairpipe.sim.scene import SagFree
@@ -191,5 +192,5 @@ def test_it_stands_wherever_the_first_frame_finds_the_root(sag_free, straight, t
     hair = make_hair(s.hair.groom, Material())
     state = before = start(hair, body, s.scene)
     for _ in range(24):
-        state = advance_frame(hair, state, (body, body), None, 1 / 24, s.scene)
+        state = advance_frame(hair, state, (body, body), (), 1 / 24, s.scene)
     np.testing.assert_allclose(state.positions, before.positions, atol=1e-6)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.sim.advance import Hair
+from hairpipe.sim.hair import Hair
 from hairpipe.sim.integrators.interface import Motion
 from hairpipe.sim.stage import set_tensions
 

@@ -10,7 +10,8 @@ from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.experiments.integrators.leading import groom_of
 from hairpipe.experiments.integrators.trial import Strand
-from hairpipe.sim.advance import Hair, advance_frame, make_hair, start
+from hairpipe.sim.advance import advance_frame, start
+from hairpipe.sim.hair import Hair, make_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.scene import Air, Scene, Scheme, StepControl
 
@@ -73,7 +74,7 @@ def _tried(
     largest, last = 0.0, 0.0
     with np.errstate(all="ignore"):
         for _ in range(round(seconds / FRAME)):
-            state = advance_frame(hair, state, (None, None), None, FRAME, scene)
+            state = advance_frame(hair, state, (None, None), (), FRAME, scene)
             last = stretch(hair, state.positions)
             largest = max(largest, last)
     speed = float(np.abs(state.velocities).max())

@@ -8,12 +8,13 @@ import numpy as np
 from hairpipe.experiments.integrators.energy import energies
 from hairpipe.experiments.integrators.leading import ends_at, groom_of
 from hairpipe.experiments.integrators.trial import MOTIONS, Strand, Trial
-from hairpipe.sim.advance import Hair, make_hair, start
-from hairpipe.sim.filters.filters import Filters
+from hairpipe.sim.advance import start
+from hairpipe.sim.hair import Hair, make_hair
 from hairpipe.sim.integrators.catalogue import integrator_of
 from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.roots import Path, hold
-from hairpipe.sim.scene import Air, BodyContact, Scene, Scheme, StrainLimit
+from hairpipe.sim.scene import Air, Scene, Scheme, StrainLimit
+from hairpipe.sim.surroundings import Surroundings
 
 RATE = 24
 """Samples a second; between two of them roots are led along a cubic, and steps are equal shares of that time."""
@@ -58,7 +59,7 @@ def _follow(trial: Trial, strands: list[Strand], scene: Scene, step: float) -> l
     motion = Motion(*(a.copy() for a in (state.positions, state.velocities, state.accelerations, state.tensions)))
     unit = trial.material.line_density * scene.gravity * np.array([strand.length for strand in strands]) ** 2
     integrator = integrator_of(scene)
-    filters = Filters(hair.model, scene.strain, BodyContact(), None, frame)
+    around = Surroundings(hair.model, hair.layout, scene.strain)
     held = [hold(ends_at(strands, hair.groom, time), hair.groom, hair.rest, hair.layout) for time in times]
     rows = [_sample(hair, motion, _worst(hair, motion, motion.x, frame), scene, unit)]
     with np.errstate(all="ignore"):
@@ -66,7 +67,7 @@ def _follow(trial: Trial, strands: list[Strand], scene: Scene, step: float) -> l
             path, worst = Path(before, after, frame), np.zeros((4, *hair.layout.strands.shape))
             for n in range(count):
                 x = motion.x.copy()
-                integrator.advance(hair.model, motion, Step(path, n * frame / count, frame / count), filters)
+                integrator.advance(hair.model, motion, Step(path, n * frame / count, frame / count), around)
                 worst = np.maximum(worst, _worst(hair, motion, x, frame / count))
             rows.append(_sample(hair, motion, worst, scene, unit))
     return [np.stack(values) for values in zip(*rows, strict=True)]

@@ -192,3 +192,26 @@ def _blocks_of_some(couplings, incidence, diagonal, following, begin):  # noqa: 
             if k >= begin:
                 diagonal[k, c] += near[c] + carried[c]
             carried[c] = far[c]
+
+
+@njit(cache=True, parallel=True)
+def exchanged(couplings: Couplings, change: np.ndarray) -> Couplings:
+    """Return couplings whose push is the impulse of a solve that changed velocities so; pure.
+
+    push - M J dv [N s], for a change dv of the velocity of points [m/s], (points, 3)
+    """
+    push, M, fractions, segments = (
+        np.empty_like(couplings.push),
+        couplings.matrix,
+        couplings.fractions,
+        couplings.segments,
+    )
+    for i in prange(len(push)):
+        k, q, s, t = segments[i, 0], segments[i, 1], fractions[i, 0], fractions[i, 1]
+        x = (1.0 - s) * change[k, 0] + s * change[k + 1, 0] - (1.0 - t) * change[q, 0] - t * change[q + 1, 0]
+        y = (1.0 - s) * change[k, 1] + s * change[k + 1, 1] - (1.0 - t) * change[q, 1] - t * change[q + 1, 1]
+        z = (1.0 - s) * change[k, 2] + s * change[k + 1, 2] - (1.0 - t) * change[q, 2] - t * change[q + 1, 2]
+        push[i, 0] = couplings.push[i, 0] - M[i, 0] * x - M[i, 1] * y - M[i, 2] * z
+        push[i, 1] = couplings.push[i, 1] - M[i, 1] * x - M[i, 3] * y - M[i, 4] * z
+        push[i, 2] = couplings.push[i, 2] - M[i, 2] * x - M[i, 4] * y - M[i, 5] * z
+    return Couplings(segments, fractions, push, M)

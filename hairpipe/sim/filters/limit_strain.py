@@ -13,10 +13,10 @@ less than a thousandth of what the weight gives (tests/sim/test_strain.py).
 """
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 
 from hairpipe.sim.lanes import load, maximum, minimum, sqrt, store
-from hairpipe.sim.models.interface import Shape
+from hairpipe.sim.models.interface import Shape, shape_of
 
 
 @njit(cache=True)
@@ -41,3 +41,14 @@ def limit_strain(x: np.ndarray, inverse_lengths: np.ndarray, shape: Shape, toler
     for p in range(shape.clamped, x.shape[0]):
         parent = p - 1 if p % shape.stride else p - shape.stride
         _draw_in(x, p, parent, load(inverse_lengths, (parent, p - parent - 1)), 1.0 + tolerance)
+
+
+@njit(cache=True, parallel=True)
+def limit_all(model, x, tolerance):  # noqa: ANN001, ANN201
+    """Limit the strain of all hair, in place.
+
+    x  positions [m], (rows, 3, W)
+    """
+    for block in prange(len(model.first) - 1):
+        rows = slice(model.first[block], model.first[block + 1])
+        limit_strain(x[rows], model.inverse_lengths[rows], shape_of(model), tolerance)

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.sim.filters.filters import Filters
 from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
-from hairpipe.sim.stage import Rule, run_stages
+from hairpipe.sim.stage import Rule
+from hairpipe.sim.surroundings import Stage, Surroundings
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,11 +24,12 @@ class BackwardEuler:
 
     rule: Rule
 
-    def advance(self, model: Network | Chain, motion: Motion, step: Step, filters: Filters) -> None:
+    def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
         before, v0 = motion.x.copy(), motion.v.copy()
         motion.v[:] = 0.0
-        ends = step.ends(1.0)
-        run_stages(model, motion.x, motion.v, motion.T, before, v0, ends, step.held, step.dt, self.rule)
-        np.divide(motion.v - v0, step.dt, out=motion.a)
-        filters.finish(motion.x, motion.v, before, step.time, step.dt)
+        around.begin(motion, step)
+        stage = Stage(before, v0, before, step.ends(1.0), step.held, step.dt, step.time + step.dt, step.dt)
+        kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)
+        np.divide(motion.v - v0 - kick, step.dt, out=motion.a)
+        around.end(motion, before, step)

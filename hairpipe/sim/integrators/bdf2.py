@@ -4,19 +4,19 @@
 
 with r = dt / dt_before, w1 = (1 + r)^2 / (1 + 2 r), w0 = r^2 / (1 + 2 r). It remembers the step before, and a frame
 does not: the first step after a frame is one of TR-BDF2, so that a frame needs no more state than that scheme's, and
-with one step a frame the two are the same.
+with one step a frame the two are the same. What contact changed is no part of the differences.
 """
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from hairpipe.sim.filters.filters import Filters
 from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
-from hairpipe.sim.stage import Rule, run_stages
+from hairpipe.sim.stage import Rule
+from hairpipe.sim.surroundings import Stage, Surroundings
 
 
 @dataclass(eq=False)
@@ -26,17 +26,19 @@ class Bdf2:
     rule: Rule
     _before: tuple[np.ndarray, np.ndarray, float] | None = field(default=None, init=False)
 
-    def advance(self, model: Network | Chain, motion: Motion, step: Step, filters: Filters) -> None:
+    def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
         x0, v0 = motion.x.copy(), motion.v.copy()
         if step.time == 0.0 or self._before is None:
-            TrBdf2(self.rule).advance(model, motion, step, filters)
+            kick = TrBdf2(self.rule).carry(model, motion, step, around)
         else:
             x1, v1, dt = self._before
             r = step.dt / dt
             w1, w0, h = (1 + r) ** 2 / (1 + 2 * r), r**2 / (1 + 2 * r), (1 + r) / (1 + 2 * r) * step.dt
             xh, vh = w1 * x0 - w0 * x1, w1 * v0 - w0 * v1
-            run_stages(model, motion.x, motion.v, motion.T, xh, vh, step.ends(1.0), step.held, h, self.rule)
-            np.divide(motion.v - vh, h, out=motion.a)
-            filters.finish(motion.x, motion.v, x0, step.time, step.dt)
-        self._before = x0, v0, step.dt
+            around.begin(motion, step)
+            stage = Stage(xh, vh, xh, step.ends(1.0), step.held, h, step.time + step.dt, step.dt)
+            kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)
+            np.divide(motion.v - vh - kick, h, out=motion.a)
+            kick = kick + around.end(motion, x0, step)
+        self._before = x0, v0 + kick, step.dt

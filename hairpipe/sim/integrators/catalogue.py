@@ -24,7 +24,7 @@ def integrator_of(scene: Scene) -> Integrator:
         scheme.guard,
         scheme.iterations,
         gravity_of(scene),
-        scene.air.drag,
+        scene.air.drag if scene.wind is None else 0.0,  # the wind's own drag takes its place
     )
     kinds = _NINE_STEPS if scheme.value == "nine_steps" else _SCHEMES
     return kinds[scheme.velocity if scheme.value == "nine_steps" else scheme.value](rule)

@@ -1,14 +1,16 @@
 """What a time integrator is given, and what it does."""
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from hairpipe.sim.filters.filters import Filters
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
 from hairpipe.sim.roots import Path
+
+if TYPE_CHECKING:
+    from hairpipe.sim.surroundings import Surroundings
 
 
 @dataclass(eq=False)
@@ -45,8 +47,8 @@ class Step:
 
 
 class Integrator(Protocol):
-    """Carries hair through a step: solves, and filters where its scheme has them."""
+    """Carries hair through a step: solves with what surrounds it, and filters where its scheme has them."""
 
-    def advance(self, model: Network | Chain, motion: Motion, step: Step, filters: Filters) -> None:
+    def advance(self, model: Network | Chain, motion: Motion, step: Step, around: "Surroundings") -> None:
         """Advance motion by step, in place."""
         ...

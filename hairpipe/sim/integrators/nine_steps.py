@@ -9,7 +9,8 @@
 v* moves the hair and is thrown away. Solves are implicit as the spring form says, linearised where the
 positions are known. The authors' archived code has full backward Euler at x^n+1 for 7 and 8, the other choice here.
 
-Steps 3, 6 and 9 are those of `sim/contact/`.
+Steps 3, 5, 6 and 9 are those of `sim/contact/`; what touched the body in 5 has its normal component held in 7. Wind and
+stiction are among the forces of 1 and 7.
 """
 
 from abc import ABC, abstractmethod
@@ -17,11 +18,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.sim.filters.filters import Filters
 from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
-from hairpipe.sim.stage import Rule, run_stages
+from hairpipe.sim.stage import Rule
+from hairpipe.sim.surroundings import Stage, Surroundings
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,30 +31,36 @@ class NineSteps(ABC):
 
     rule: Rule
 
-    def advance(self, model: Network | Chain, motion: Motion, step: Step, filters: Filters) -> None:
+    def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
         x, v, dt = motion.x.copy(), motion.v, step.dt
-        v_star = self.solve(model, motion, step, x, dt / 2, 0.5)  # 1
-        filters.limit_velocity(x, v_star, dt)  # 2
+        around.begin(motion, step)
+        v_star = self.solve(motion, step, around, x, dt / 2, 0.5, step.time)  # 1
+        around.limit_velocity(x, v_star, dt)  # 2
+        around.repel(x, v_star, step, elastic=True)  # 3
         motion.x[:] = x + dt * v_star  # 4
-        filters.collide(motion.x, v, x, step.time, dt)  # 5
-        motion.v[:] = self.velocity(model, motion, step, x)  # 7, 8
+        around.collide(motion.x, v, x, step)  # 5
+        around.cross(motion.x, v, x, step)  # 6
+        motion.v[:] = self.velocity(motion, step, around, x)  # 7, 8
+        around.repel(motion.x, motion.v, step, elastic=False)  # 9
 
     @abstractmethod
-    def velocity(self, model: Network | Chain, motion: Motion, step: Step, before: np.ndarray) -> np.ndarray:
+    def velocity(self, motion: Motion, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:
         """Find v^n+1 [m/s], (rows, 3, W), of a motion with x^n+1 and v^n; before is x^n [m], same shape."""
 
     def solve(
-        self, model: Network | Chain, motion: Motion, step: Step, x: np.ndarray, h: float, part: float
+        self, motion: Motion, step: Step, around: Surroundings, x: np.ndarray, h: float, part: float, time: float
     ) -> np.ndarray:
         """Solve v = v^n + h a(x + h v, v) linearised at x [m], (rows, 3, W).
 
         part  of the step after which held particles would stand at x + h v, at their mean velocity
+        time  that bodies and wind are those of [s]
         """
         moved, v = x.copy(), np.zeros_like(x)
         start = step.ends(0.0)
         ends = start + part * (step.ends(1.0) - start)
-        run_stages(model, moved, v, motion.T, x, motion.v, ends, step.held, h, self.rule)
+        stage = Stage(x, motion.v, x, ends, step.held, h, time, h, held_normals=True)
+        around.solve(moved, v, motion.T, stage, self.rule)
         return v
 
 
@@ -61,9 +68,10 @@ class NineSteps(ABC):
 class Trapezoid(NineSteps):
     """Steps 7 and 8 as printed."""
 
-    def velocity(self, model: Network | Chain, motion: Motion, step: Step, before: np.ndarray) -> np.ndarray:
+    def velocity(self, motion: Motion, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:
         """v^n+1 = 2 vh - v^n with vh = v^n + dt/2 a(x^n+1/2, vh)."""
-        half = self.solve(model, motion, step, (before + motion.x) / 2, step.dt / 2, 1.0)
+        middle = step.time + step.dt / 2
+        half = self.solve(motion, step, around, (before + motion.x) / 2, step.dt / 2, 1.0, middle)
         return 2 * half - motion.v
 
 
@@ -71,6 +79,6 @@ class Trapezoid(NineSteps):
 class FullStep(NineSteps):
     """Steps 7 and 8 as the authors' code has them."""
 
-    def velocity(self, model: Network | Chain, motion: Motion, step: Step, before: np.ndarray) -> np.ndarray:
+    def velocity(self, motion: Motion, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:
         """v^n+1 = v^n + dt a(x^n+1 + dt v^n+1, v^n+1): the stiffness reaches a step ahead, which damps."""
-        return self.solve(model, motion, step, motion.x, step.dt, 2.0)
+        return self.solve(motion, step, around, motion.x, step.dt, 2.0, step.time + step.dt)

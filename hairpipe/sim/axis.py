@@ -1,0 +1,105 @@
+"""The axis of every strand, point after point, and back: contact does not care for lanes.
+
+Flat, a point is a row of three numbers and strand s owns rows offsets[s]:offsets[s+1], as in the groom. In lanes its
+components lie a vector apart, strands of a block side by side.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.sim.layout import Layout
+
+
+class Axis(NamedTuple):
+    """Where the points of the groom lie among the particles.
+
+    first    rows of block b are first[b]:first[b+1], (blocks+1,) int64
+    strands  strand in every lane, (blocks, W) int64
+    idle     lanes that only repeat a strand, (blocks, W) bool
+    offsets  of the groom's points, (strands+1,) int32
+    root     row of the first point in a block
+    stride   rows from one point to the next
+    """
+
+    first: np.ndarray
+    strands: np.ndarray
+    idle: np.ndarray
+    offsets: np.ndarray
+    root: int
+    stride: int
+
+
+def axis_of(layout: Layout) -> Axis:
+    """Return the axis of a layout; its arrays are shared."""
+    shape = layout.shape
+    return Axis(layout.first, layout.strands, layout.idle, layout.offsets, shape.clamped - 1, shape.stride)
+
+
+@njit(cache=True, parallel=True)
+def gather(axis: Axis, lanes: np.ndarray, out: np.ndarray) -> None:
+    """Copy what particles on the axis have, (rows, k, W), to the points of the groom, (P, k), in place."""
+    for block in prange(len(axis.first) - 1):
+        for lane in range(axis.strands.shape[1]):
+            if not axis.idle[block, lane]:
+                strand = axis.strands[block, lane]
+                for n in range(axis.offsets[strand + 1] - axis.offsets[strand]):
+                    row, point = axis.first[block] + axis.root + axis.stride * n, axis.offsets[strand] + n
+                    for c in range(out.shape[1]):
+                        out[point, c] = lanes[row, c, lane]
+
+
+@njit(cache=True, parallel=True)
+def scatter(axis: Axis, points: np.ndarray, first: int, lanes: np.ndarray) -> None:
+    """Write what points have, (P, k), to components first, first + 1, ... of lanes, (rows, c, W), in place.
+
+    Rows that are not on the axis stay.
+    """
+    for block in prange(len(axis.first) - 1):
+        for lane in range(axis.strands.shape[1]):
+            strand = axis.strands[block, lane]
+            for n in range(axis.offsets[strand + 1] - axis.offsets[strand]):
+                row, point = axis.first[block] + axis.root + axis.stride * n, axis.offsets[strand] + n
+                for c in range(points.shape[1]):
+                    lanes[row, first + c, lane] = points[point, c]
+
+
+@njit(cache=True, parallel=True)
+def follow(axis: Axis, change: np.ndarray, lanes: np.ndarray) -> None:
+    """Add changes of points, (P, 3), to lanes, (rows, 3, W), in place.
+
+    A perturbed particle follows the mean of its two neighbours on the axis. Held points stay.
+    """
+    for block in prange(len(axis.first) - 1):
+        for lane in range(axis.strands.shape[1]):
+            strand = axis.strands[block, lane]
+            for n in range(1, axis.offsets[strand + 1] - axis.offsets[strand]):
+                row, point = axis.first[block] + axis.root + axis.stride * n, axis.offsets[strand] + n
+                for c in range(3):
+                    here, before = change[point, c], change[point - 1, c] if n > 1 else 0.0
+                    lanes[row, c, lane] += here
+                    if axis.stride == 2 and (here != 0.0 or before != 0.0):
+                        lanes[row - 1, c, lane] += 0.5 * (here + before)
+
+
+@njit(cache=True, parallel=True)
+def lanes_with(axis: Axis, marked: np.ndarray, lanes: np.ndarray) -> None:
+    """Set lanes, (blocks, W), to 1 for strands with a marked point, (P,) bool, to 0 for the others, in place."""
+    for block in prange(len(axis.first) - 1):
+        for lane in range(axis.strands.shape[1]):
+            strand = axis.strands[block, lane]
+            lanes[block, lane] = 0.0
+            for point in range(axis.offsets[strand], axis.offsets[strand + 1]):
+                if marked[point]:
+                    lanes[block, lane] = 1.0
+
+
+@njit(cache=True, parallel=True)
+def points_of(axis: Axis, lanes: np.ndarray, marked: np.ndarray) -> None:
+    """Mark the points, (P,) bool, of strands with a number that is not 0, (blocks, W), and no others, in place."""
+    for block in prange(len(axis.first) - 1):
+        for lane in range(axis.strands.shape[1]):
+            strand = axis.strands[block, lane]
+            for point in range(axis.offsets[strand], axis.offsets[strand + 1]):
+                marked[point] = lanes[block, lane] != 0.0

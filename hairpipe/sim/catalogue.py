@@ -1,0 +1,58 @@
+"""What of a scene surrounds its hair in a frame."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from hairpipe.data import LevelSet
+from hairpipe.data.hair import HairState
+from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.moving import MovingSurface
+from hairpipe.levelset.moving_field import moving_field
+from hairpipe.sim.air.breeze import Breeze
+from hairpipe.sim.contact.body import BodyContacts, thicknesses
+from hairpipe.sim.contact.hair import HairContacts
+from hairpipe.sim.contact.ignored import REST, keys_of
+from hairpipe.sim.contact.near import near_pairs
+from hairpipe.sim.contact.stiction import Connections, same_hair_keys
+from hairpipe.sim.hair import Hair
+from hairpipe.sim.models.chain import Chain
+from hairpipe.sim.models.network import Network
+from hairpipe.sim.scene import BodyContact, Collisions, Scene, Stiction
+from hairpipe.sim.surroundings import Surroundings
+
+
+def bodies_of(surfaces: Sequence[tuple[LevelSet, LevelSet]], contact: BodyContact, frame: float) -> list[MovingSurface]:
+    """Make bodies of their level sets at the previous and at this frame, which are frame [s] apart."""
+    return [moving_field(*surface, frame, Interpolation[contact.interpolation]) for surface in surfaces]
+
+
+def surroundings_of(
+    hair: Hair, model: Network | Chain, state: HairState, bodies: Sequence[MovingSurface], scene: Scene, began: float
+) -> Surroundings:
+    """Collect what acts on hair in a frame."""
+    offsets = hair.layout.offsets
+    body = wind = touching = None
+    if bodies:
+        body = BodyContacts(list(bodies), scene.contact, thicknesses(offsets, scene.contact.thickness))
+    if scene.wind is not None:
+        wind = Breeze(scene.wind, hair.diameter)
+    if scene.stiction is not None or scene.collisions is not None:
+        stuck = Connections(state.stuck, state.stuck_at)
+        at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
+        touching = HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest)
+    return Surroundings(model, hair.layout, scene.strain, wind, body, touching, began)
+
+
+@lru_cache(maxsize=2)
+def pairs_at_rest(
+    hair: Hair, stiction: Stiction | None, collisions: Collisions | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the keys of pairs that the groom has so near that they do not stick, and that they do not collide."""
+    points, offsets, none = hair.groom.points, hair.layout.offsets, np.empty(0, np.int64)
+    sticking = same_hair_keys(points, offsets, stiction.reach) if stiction is not None else none
+    colliding = none
+    if collisions is not None:
+        colliding = keys_of(near_pairs(points, offsets, REST * collisions.thickness).segments)
+    return sticking, colliding

@@ -1,0 +1,138 @@
+"""Hair against the body in one step: held while it is solved, caught where it ran into it, put right at the end."""
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from hairpipe.levelset.moving import MovingSurface, Probe, Sweep
+from hairpipe.sim.contact.hold import SLIDES, Touch, hold, judge, reactions, stop_normals
+from hairpipe.sim.contact.project import Motion, project
+from hairpipe.sim.scene import BodyContact
+
+RISE = 5
+"""Points over which the thickness grows from the root on."""
+_PARTS = 8  # of a step, that the normals are read at where hair ran into something
+_MARGIN = 1e-4  # [m]; points farther than this beyond their thickness are not looked at
+
+
+class Span(Protocol):
+    """What a stage says about time: see `Stage`."""
+
+    h: float
+    time: float
+    span: float
+
+
+def thicknesses(offsets: np.ndarray, thickness: float) -> np.ndarray:
+    """Return what every point keeps from the body [m], (P,): rising from 0 at the root to all of it at the fifth."""
+    along = np.arange(offsets[-1]) - np.repeat(offsets[:-1], np.diff(offsets))
+    return thickness * np.minimum(along, RISE) / RISE
+
+
+@dataclass(eq=False)
+class BodyContacts:
+    """Contact with bodies within a frame; touching is remembered from stage to stage.
+
+    surfaces   the bodies, which are one
+    thickness  that points keep [m], (P,)
+    """
+
+    surfaces: list[MovingSurface]
+    contact: BodyContact
+    thickness: np.ndarray
+    _touch: Touch = field(init=False)
+    _begun: np.ndarray = field(init=False)
+    _probe: Probe = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._touch = Touch.none(len(self.thickness))
+
+    def look(self, points: np.ndarray, time: float) -> Probe:
+        """Find how near the body is at a time since the previous frame [s], where it is near."""
+        probe = Probe.blank(len(points), float(self.thickness.max(initial=0.0)) + _MARGIN)
+        for surface in self.surfaces:
+            surface.probe(points, time, probe)
+        return probe
+
+    def begin(self, points: np.ndarray, time: float) -> None:
+        """Note where points begin a step."""
+        self._begun = self.look(points, time).distance
+
+    def foresee(self, points: np.ndarray, time: float) -> None:
+        """Look where a prediction leads, at the end of a stage."""
+        self._probe = self.look(points, time)
+        self._touch.freed[:] = False
+
+    def hold(
+        self,
+        points: np.ndarray,
+        speeds: np.ndarray,
+        masses: np.ndarray,
+        stage: Span,
+        who: np.ndarray,
+        push: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:
+        """Add the forces that hold points, push - damping v, in place; see `hold`."""
+        rest = (self._begun, self.thickness, masses, self.contact.friction, stage.h, stage.span, who, push, damping)
+        hold(self._touch, self._probe, points, speeds, *rest)
+
+    def judge(
+        self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, stage: Span, who: np.ndarray
+    ) -> np.ndarray:
+        """Look at what a solve found; mark the points that must be solved again, (P,) bool."""
+        self._probe, changed = self.look(points, stage.time), np.empty(len(points), np.bool_)
+        rest = (self.thickness, masses, self.contact.friction, stage.h, stage.span, who, changed)
+        judge(self._touch, self._probe, speeds, *rest)
+        return changed
+
+    def reactions(self, speeds: np.ndarray, masses: np.ndarray, h: float) -> np.ndarray:
+        """Return the change of velocity that the body made in a stage [m/s], (P, 3)."""
+        out = np.empty_like(speeds)
+        reactions(self._touch, speeds, h, masses, out)
+        return out
+
+    def stop(self, speeds: np.ndarray) -> np.ndarray:
+        """Return the change of velocity [m/s], (P, 3), after which what is held goes with the body along the normal."""
+        change = np.empty_like(speeds)
+        stop_normals(self._touch, speeds, change)
+        return change
+
+    def hold_where_it_is(self, who: np.ndarray, normals: np.ndarray, speeds: np.ndarray, masses: np.ndarray) -> None:
+        """Keep the normal velocity of points who, (P,) bool, through the next solves, and let go of the others.
+
+        This is how the paper's velocity solve has it; friction has acted before.
+        """
+        touch = self._touch
+        touch.state[:] = np.where(who & np.isfinite(masses), SLIDES, 0)
+        touch.load[:] = touch.applied[:] = 0.0
+        touch.normal[:] = normals
+        touch.target[:] = speeds
+        touch.rate[:] = 0.0
+
+    def correct(
+        self, before: np.ndarray, after: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, dt: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Find what puts points right at the end of a step: changes of position [m] and velocity [m/s], (P, 3).
+
+        Third and fourth: which points touched, (P,) bool, and the normals there, (P, 3).
+        """
+        sweep = Sweep.blank(len(after))
+        for surface in self.surfaces:
+            surface.sweep(before, after, time, time + dt, self.thickness, sweep)
+        met = np.flatnonzero((sweep.fraction <= 1.0) & np.isfinite(masses))
+        parts = np.minimum((sweep.fraction[met] * _PARTS).astype(int), _PARTS - 1)
+        meeting = Probe.blank(len(met))
+        for part in np.unique(parts):
+            chosen = parts == part
+            where, share = met[chosen], part / _PARTS
+            at = before[where] + share * (after[where] - before[where])
+            found = Probe.blank(len(where))
+            for surface in self.surfaces:
+                surface.probe(at, time + share * dt, found)
+            for target, values in zip(meeting, found, strict=True):
+                target[chosen] = values
+        motion = Motion(before, after, speeds, self._begun, self.thickness, masses)
+        ended = self.look(after, time + dt)
+        return project(motion, ended, met, parts / _PARTS, meeting, dt, self.contact.friction)

@@ -1,0 +1,88 @@
+"""The hair of a shot: a groom as a model of strands."""
+
+from dataclasses import dataclass, field
+from functools import lru_cache
+from hashlib import blake2b
+from typing import Literal
+
+import numpy as np
+
+from hairpipe.data import Groom
+from hairpipe.errors import BadInput
+from hairpipe.groom.binding import name_strands
+from hairpipe.sim.layout import Layout, lay_out
+from hairpipe.sim.material import Material
+from hairpipe.sim.models import chain, network
+from hairpipe.sim.models.chain import Chain, build_chain
+from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.models.network import Network, build_network
+
+ModelName = Literal["network", "chain"]
+AS_IT_WORKS = Construction()
+
+
+@dataclass(frozen=True, eq=False)
+class Hair:
+    """What stays the same through a shot: the groom as a model of strands.
+
+    rest  particles of the groom [m], (rows, 3, W)
+    """
+
+    groom: Groom
+    layout: Layout
+    model: Network | Chain
+    rest: np.ndarray
+    diameter: float
+
+
+def make_hair(
+    groom: Groom, material: Material, name: ModelName = "network", construction: Construction = AS_IT_WORKS
+) -> Hair:
+    """Build the model of a groom's strands; BadInput naming strands with a segment that has no length.
+
+    The last two are remembered by their contents: every frame of a shot gets a groom of its own that is the same.
+    """
+    return _make_hair(_Contents(groom), material, name, construction)
+
+
+@dataclass(frozen=True)
+class _Contents:
+    """A groom that equals another one when all its arrays do."""
+
+    groom: Groom = field(compare=False)
+    digest: bytes = field(init=False)
+
+    def __post_init__(self) -> None:
+        digest = blake2b()
+        for name in Groom.__dataclass_fields__:
+            values = np.ascontiguousarray(getattr(self.groom, name))
+            digest.update(f"{name} {values.dtype} {values.shape}".encode())
+            digest.update(values.data)
+        object.__setattr__(self, "digest", digest.digest())
+
+
+@lru_cache(maxsize=2)
+def _make_hair(contents: _Contents, material: Material, name: ModelName, construction: Construction) -> Hair:
+    groom = contents.groom
+    check_segments(groom)
+    if name == "chain":
+        layout = lay_out(groom.offsets, chain.SHAPE)
+        model, rest = build_chain(layout, groom.points, material)
+    else:
+        layout = lay_out(groom.offsets, network.SHAPE)
+        model, rest = build_network(layout, groom.points, material, construction)
+    return Hair(groom, layout, model, rest, material.diameter)
+
+
+def check_segments(groom: Groom) -> None:
+    """Refuse strands with a point that is not finite or on the one before it, by BadInput with their ids."""
+    lengths = np.linalg.norm(np.diff(groom.points, axis=0), axis=1)
+    inside = np.delete(np.arange(len(lengths)), groom.offsets[1:-1] - 1)
+    wrong = inside[~(lengths[inside] > 0.0) | ~np.isfinite(lengths[inside])]
+    if len(wrong):
+        ids = groom.ids[np.unique(np.searchsorted(groom.offsets, wrong, side="right") - 1)]
+        raise BadInput(
+            f"segments without length, or points that are not finite: {name_strands(ids)}",
+            where="groom",
+            right="every point away from the one before it",
+        )

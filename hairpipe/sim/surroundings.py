@@ -1,0 +1,279 @@
+"""What acts on strands from outside while a stage is solved: wind, the body that holds them, other strands.
+
+A stage that nothing takes part in is one kernel. Otherwise it is solved, judged, and solved again for the strands for
+which the judgement was wrong: those that a prediction strained too much, and those whose contact with the body changed.
+What couples strands to each other (stiction, hair on hair) makes one system of all, solved by conjugate gradients with
+the strands' own factors before it.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.sim.air.breeze import Breeze
+from hairpipe.sim.axis import Axis, axis_of, follow, gather, lanes_with, points_of, scatter
+from hairpipe.sim.banded import row_size
+from hairpipe.sim.contact.body import BodyContacts
+from hairpipe.sim.contact.hair import HairContacts
+from hairpipe.sim.filters.limit_strain import limit_all
+from hairpipe.sim.integrators.interface import Motion, Step
+from hairpipe.sim.layout import Layout
+from hairpipe.sim.models.chain import Chain
+from hairpipe.sim.models.network import Network
+from hairpipe.sim.scene import StrainLimit
+from hairpipe.sim.stage import Rule, apply_factors, factor_stages, guess_stages, run_stages, update_stages
+
+_PASSES = 4  # over the strands for which a judgement was wrong
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """One stage of an integrator: x = xh + h v, M (v - vh) = h f(x, v); see `sim/stage.py`.
+
+    xh, vh   explicit parts of position and velocity, (rows, 3, W)
+    before   positions where the stage began, same shape
+    ends     held particles at its end, (blocks, 2 clamped, 3, W)
+    held     see `Step`
+    h        weight of the end [s]
+    time     at the end, since the previous frame [s]
+    span     that the stage covers [s]
+    held_normals  the body holds what a filter has marked, and nothing else: the velocity solve of the paper
+    """
+
+    xh: np.ndarray
+    vh: np.ndarray
+    before: np.ndarray
+    ends: np.ndarray
+    held: np.ndarray
+    h: float
+    time: float
+    span: float
+    held_normals: bool = False
+
+
+@dataclass(eq=False)
+class Surroundings:
+    """Everything that acts from outside in a frame; what is None is not there.
+
+    model, layout  of the strands
+    strain         how far a segment may be stretched
+    began          time of the shot at the previous frame [s]
+    """
+
+    model: Network | Chain
+    layout: Layout
+    strain: StrainLimit | None = None
+    wind: Breeze | None = None
+    body: BodyContacts | None = None
+    hair: HairContacts | None = None
+    began: float = 0.0
+    _axis: Axis = field(init=False)
+    _masses: np.ndarray = field(init=False)
+    _memory: dict[str, np.ndarray] = field(default_factory=dict, init=False)
+
+    def __post_init__(self) -> None:
+        self._axis = axis_of(self.layout)
+        self._masses = np.empty((self.layout.offsets[-1], 1))
+        gather(self._axis, self.model.mass[:, None, :], self._masses)
+        self._masses = self._masses[:, 0]
+        self._masses[self.layout.offsets[:-1]] = np.inf
+
+    def begin(self, motion: Motion, step: Step) -> None:
+        """Look around at the start of a step."""
+        if self.body is not None or self.hair is not None:
+            points = self._points(motion.x)
+            if self.body is not None:
+                self.body.begin(points, step.time)
+            if self.hair is not None:
+                self.hair.begin(points, self._points(motion.v), self._masses)
+
+    def solve(
+        self, x: np.ndarray, v: np.ndarray, T: np.ndarray, stage: Stage, rule: Rule, who: np.ndarray | None = None
+    ) -> np.ndarray | float:
+        """Advance strands through a stage, in place; v is the guess.
+
+        x, v, T  out: at the end of the stage, see `run_stage`
+        who      1 for strands that are solved, (blocks, W); None: all
+
+        Returns the change of velocity that contact made, no part of the acceleration [m/s], (rows, 3, W), or 0.
+        """
+        if self.wind is None and self.body is None and self.hair is None and who is None:
+            run_stages(self.model, x, v, T, stage.xh, stage.vh, stage.before, stage.ends, stage.held, stage.h, rule)
+            return 0.0
+        bad = np.zeros(self.layout.strands.shape, x.dtype)
+        guess_stages(self.model, x, v, stage.xh, stage.before, stage.ends, stage.held, stage.h, rule.guard, bad)
+        who = np.ones_like(bad) if who is None else who
+        again, marked = who, np.ones(len(self._masses), np.bool_)
+        kick = np.zeros((len(self._masses), 3))
+        if self.body is not None and not stage.held_normals:
+            self.body.foresee(self._points(x), stage.time)
+        for left in reversed(range(rule.iterations + _PASSES)):
+            points_of(self._axis, again, marked)
+            b = self._solve_once(x, v, T, stage, rule, again, marked)
+            if self.hair is not None:
+                kick[marked] = self.hair.impulses(self._points(b))[marked] / self._masses[marked, None]
+            update_stages(self.model, x, v, T, b, again, stage.h, rule)
+            again = self._judge(x, v, stage, bad, marked, left - _PASSES) * who
+            if not again.any():
+                break
+        return self._kick(kick, x, v, stage)
+
+    def _solve_once(  # noqa: ANN202
+        self,
+        x: np.ndarray,
+        v: np.ndarray,
+        T: np.ndarray,
+        stage: Stage,
+        rule: Rule,
+        who: np.ndarray,
+        marked: np.ndarray,
+    ):
+        """Return the change of velocity of strands who, (blocks, W), and their points marked [m/s], (rows, 3, W)."""
+        coupled = self.hair is not None
+        outer = self._room("outer", x, 15 if coupled else 9)
+        factors = self._room("factors", x, row_size(self.model.shape.reach)) if coupled else outer[:0]
+        b = self._room("b", x, 3)
+        self._surround(x, v, stage, marked, outer)
+        factor_stages(self.model, factors, b, x, v, stage.vh, T, outer, stage.held, who, stage.h, rule)
+        if self.hair is not None:
+            lanes, solution = self._room("lanes", x, 3), self._room("solution", x, 3)
+
+            def respond(r: np.ndarray, z: np.ndarray) -> None:
+                scatter(self._axis, r, 0, lanes)
+                apply_factors(self.model, factors, stage.held, who, lanes, solution)
+                gather(self._axis, solution, z)
+
+            alone = self._points(b)
+            alone[~marked] = 0.0
+            exchanged = self.hair.exchange(respond, alone)
+            respond(exchanged, alone)
+            b += solution
+        return b
+
+    def _surround(self, x: np.ndarray, v: np.ndarray, stage: Stage, marked: np.ndarray, outer: np.ndarray) -> None:
+        """Write what acts on particles into outer, see `sim/stage.py`, in place."""
+        points, speeds, h = self._points(x), self._points(v), stage.h
+        push, damping = np.zeros_like(points), np.zeros((len(points), 6))
+        if self.wind is not None:
+            self.wind.forces(points, speeds, self.layout.offsets, self.began + stage.time, push, damping)
+        if self.body is not None:
+            who = np.zeros_like(marked) if stage.held_normals else marked
+            self.body.hold(points, speeds, self._masses, stage, who, push, damping)
+        withdraw(push, damping, speeds, h)
+        if self.hair is not None:
+            following = np.zeros_like(damping)
+            self.hair.linearise(points, speeds, self._masses, h, push, damping, following)
+            scatter(self._axis, following, 9, outer)
+        scatter(self._axis, push, 0, outer)
+        scatter(self._axis, damping, 3, outer)
+
+    def _judge(
+        self, x: np.ndarray, v: np.ndarray, stage: Stage, bad: np.ndarray, marked: np.ndarray, left: int
+    ) -> np.ndarray:
+        """Mark the strands that must be solved again, (blocks, W); so many iterations of Newton's method are left."""
+        wrong = np.ones_like(bad) if left > 0 else (bad if left == 0 else np.zeros_like(bad))
+        if self.body is not None and not stage.held_normals:
+            changed = self.body.judge(self._points(x), self._points(v), self._masses, stage, marked)
+            touched = np.zeros_like(bad)
+            lanes_with(self._axis, changed, touched)
+            wrong = np.maximum(wrong, touched)
+        return wrong
+
+    def _kick(self, kick: np.ndarray, x: np.ndarray, v: np.ndarray, stage: Stage) -> np.ndarray | float:
+        """Collect what contact did, and take from v what it does not give back, in place."""
+        if self.body is None and self.hair is None:
+            return 0.0
+        if self.body is not None:
+            kick += self.body.reactions(self._points(v), self._masses, stage.h)
+        lanes = np.zeros_like(x)
+        scatter(self._axis, kick, 0, lanes)
+        return lanes
+
+    def limit_velocity(self, x: np.ndarray, v: np.ndarray, dt: float) -> None:
+        """Change v so that x + dt v keeps the strain limit, in place; x, v (rows, 3, W)."""
+        if self.strain is not None:
+            target = x + dt * v
+            limited = target.copy()
+            limit_all(self.model, limited, self.strain.tolerance)
+            v += (limited - target) / dt
+
+    def collide(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> None:
+        """Move hair out of the body at the end of a step, and slow it down, in place.
+
+        x, v, before  positions and velocities now, positions at the start of the step, (rows, 3, W)
+
+        What touched is held along its normal by stages that ask for it.
+        """
+        if self.body is not None:
+            touched, normals = self._put_right(x, v, before, step)
+            self.body.hold_where_it_is(touched, normals, self._points(v), self._masses)
+
+    def end(self, motion: Motion, before: np.ndarray, step: Step) -> np.ndarray | float:
+        """Correct what a step found, in place; before is where it began [m], (rows, 3, W).
+
+        Contact gives nothing back; what passed through each other is brought back, strain is limited, and the body has
+        the last word. Returns how that changed velocities [m/s], (rows, 3, W), or 0.
+        """
+        found = 0.0 if self.body is None and self.hair is None else motion.v.copy()
+        if self.body is not None:
+            follow(self._axis, self.body.stop(self._points(motion.v)), motion.v)
+        self.cross(motion.x, motion.v, before, step)
+        if self.strain is not None:
+            limit_all(self.model, motion.x, self.strain.tolerance)
+        if self.body is not None:
+            self._put_right(motion.x, motion.v, before, step)
+        return motion.v - found if isinstance(found, np.ndarray) else 0.0
+
+    def cross(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> None:
+        """Bring back hair that passed through hair in a step, in place; arguments as for `collide`."""
+        if self.hair is not None:
+            points, ended, speeds = self._points(before), self._points(x), self._points(v)
+            moved, slowed = ended.copy(), speeds.copy()
+            self.hair.collide(points, moved, slowed, self._masses, step.dt)
+            follow(self._axis, moved - ended, x)
+            follow(self._axis, slowed - speeds, v)
+
+    def repel(self, x: np.ndarray, v: np.ndarray, step: Step, *, elastic: bool) -> None:
+        """Let hair that is near push hair away by impulses, in place; x, v (rows, 3, W)."""
+        if self.hair is not None:
+            speeds = self._points(v)
+            slowed = speeds.copy()
+            self.hair.repel(self._points(x), slowed, self._masses, step.dt, elastic=elastic)
+            follow(self._axis, slowed - speeds, v)
+
+    def _put_right(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> tuple[np.ndarray, np.ndarray]:
+        """Move hair out of the body; return which points touched it and its normals there."""
+        assert self.body is not None
+        begun, ended, speeds = self._points(before), self._points(x), self._points(v)
+        dx, dv, touched, normals = self.body.correct(begun, ended, speeds, self._masses, step.time, step.dt)
+        follow(self._axis, dx, x)
+        follow(self._axis, dv, v)
+        return touched, normals
+
+    def _points(self, lanes: np.ndarray) -> np.ndarray:
+        points = np.empty((len(self._masses), lanes.shape[1]))
+        gather(self._axis, lanes, points)
+        return points
+
+    def _room(self, name: str, like: np.ndarray, numbers: int) -> np.ndarray:
+        """Give room for so many numbers a particle, the same for every solve; zeros at first."""
+        if name not in self._memory:
+            self._memory[name] = np.zeros((like.shape[0], numbers, like.shape[2]), like.dtype)
+        return self._memory[name]
+
+
+@njit(cache=True, parallel=True)
+def withdraw(push: np.ndarray, damping: np.ndarray, speeds: np.ndarray, h: float) -> None:
+    """Turn forces push - damping v into an impulse h (push - damping v) and its matrix h damping, in place.
+
+    push  (P, 3); damping  symmetric, (P, 6); speeds  v [m/s], (P, 3)
+    """
+    for i in prange(len(push)):
+        x, y, z = speeds[i, 0], speeds[i, 1], speeds[i, 2]
+        d = damping[i]
+        push[i, 0] = h * (push[i, 0] - d[0] * x - d[1] * y - d[2] * z)
+        push[i, 1] = h * (push[i, 1] - d[1] * x - d[3] * y - d[4] * z)
+        push[i, 2] = h * (push[i, 2] - d[2] * x - d[4] * y - d[5] * z)
+        for c in range(6):
+            d[c] *= h
