@@ -6,7 +6,6 @@ from functools import lru_cache
 import numpy as np
 
 from hairpipe.body.groups import group_bones
-from hairpipe.body.rigid import invert
 from hairpipe.body.skinning import skin
 from hairpipe.body.tree import wide_triangles
 from hairpipe.data import Body, BodyParts, LevelSet, Pose
@@ -42,16 +41,19 @@ def bake_parts(rest: Body, pose: Pose | None, voxel: float, half_width: float, s
 
 
 def frames_of(rest: Body, pose: Pose | None, leaders: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the motion of bones since rest, [R | p] [m] and its rate, (G, 3, 4) each; pure.
+    """Return the frames of bones, [R | p] [m] and its rate, (G, 3, 4) each, R being the turn since rest; pure.
 
-    leaders  the bones, (G,); -1 is none, and stands still
+    leaders  the bones, (G,), whose joints are p; -1 is none, and its frame the world's
     """
     poses, rates = np.tile(np.eye(3, 4), (len(leaders), 1, 1)), np.zeros((len(leaders), 3, 4))
+    led = leaders >= 0
+    bones = rest.skeleton.rest[leaders[led]]
+    poses[led] = bones[:, :3]
     if pose is not None:
-        led = leaders >= 0
-        unbind = invert(rest.skeleton.rest[leaders[led]])
-        poses[led] = (pose.transforms[leaders[led]] @ unbind)[:, :3]
-        rates[led] = (pose.rates[leaders[led]] @ unbind)[:, :3]
+        poses[led], rates[led] = pose.transforms[leaders[led], :3], pose.rates[leaders[led], :3]
+    unbind = np.swapaxes(bones[:, :3, :3], 1, 2)
+    poses[led, :, :3] = poses[led, :, :3] @ unbind
+    rates[led, :, :3] = rates[led, :, :3] @ unbind
     return poses, rates
 
 

@@ -8,6 +8,7 @@ from numba import njit, prange
 from hairpipe.body.inlined import inlined
 from hairpipe.body.vectors import Vector
 from hairpipe.data import LevelSet
+from hairpipe.levelset.box import passage
 from hairpipe.levelset.field import Field, field_of
 from hairpipe.levelset.interpolation import Interpolation, distance_between, evaluate
 from hairpipe.levelset.lattice import BRICK
@@ -129,28 +130,14 @@ def seen_from(way: Course, seconds: float, v: Vector) -> float:
 
 
 @inlined
-def within(body: MovingField, way: Course) -> tuple[float, float]:
-    """Return the fractions of a way at which it enters and leaves the box of the bricks, in turn unless it misses."""
-    first, last = 0.0, 1.0
-    places, steps = (way.x, way.y, way.z), (way.dx, way.dy, way.dz)
-    for axis in range(3):
-        near, far = body.low[axis] - places[axis], body.high[axis] - places[axis]
-        step = steps[axis]
-        if step != 0.0:
-            first, last = max(first, min(near / step, far / step)), min(last, max(near / step, far / step))
-        elif not near <= 0.0 <= far:
-            last = -1.0
-    return first, last
-
-
-@inlined
 def meeting(body: MovingField, way: Course, thickness: float) -> float:
     """Return the fraction of a way at which the distance gets below the thickness [m], or inf.
 
     Sphere tracing (Hart 1996): the distance tells how far on the body cannot be. Along a way over which it changes by
     at most L, it cannot get below zero if the distances at both ends add up to more than L.
     """
-    first, last = within(body, way)
+    low, high = (body.low[0], body.low[1], body.low[2]), (body.high[0], body.high[1], body.high[2])
+    first, last = passage(low, high, (way.x, way.y, way.z), (way.dx, way.dy, way.dz))
     if not first <= last:
         return np.inf
     begin, finish = distance_on(body, way, first), distance_on(body, way, last)
