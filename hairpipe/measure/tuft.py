@@ -1,0 +1,55 @@
+"""How hair spreads, and how it clumps."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from hairpipe.data import Strands, Table
+from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
+
+LEVELS = np.linspace(0.5, 1.0, 9)
+"""Where strands are looked at: shares of their length from the root, the outer half of them."""
+COLUMNS = ("time [s]", "spread of tips [mm]", "nearest strand [mm]", "over random [1]")
+
+
+def measure_spread(hair: Mapping[int, Strands], fps: float) -> Table:
+    """Return a row for every frame; time zero is the first.
+
+    spread of tips   root mean square distance from their mean
+    nearest strand   mean distance to the nearest other, at the same share of its length, from half of it on
+    over random      that, over what it would be if the strands were strewn over a disc of the same spread: 1 is by
+                     chance, 2 an even lattice, less than 1 clumps (Clark and Evans, Distance to Nearest Neighbor, 1954)
+    Raise BadInput where there are fewer than two strands.
+    """
+    frames = list(hair)
+    if len(hair[frames[0]].offsets) < 3:
+        raise BadInput("one strand alone is no tuft", where="hair", right="two strands or more")
+    rows = []
+    for frame in frames:
+        levels = at_levels(hair[frame])
+        gaps, spreads = nearest(levels), spread(levels)
+        chance = 0.5 * spreads * np.sqrt(2.0 * np.pi / levels.shape[1])
+        share = np.mean(np.divide(gaps, chance, out=np.ones_like(gaps), where=chance > 0.0))
+        rows.append(((frame - frames[0]) / fps, 1e3 * spreads[-1], 1e3 * gaps.mean(), share))
+    return table_of_rows(COLUMNS, rows)
+
+
+def at_levels(hair: Strands) -> np.ndarray:
+    """Return where every strand is at every level [m], (levels, S, 3)."""
+    place = hair.offsets[:-1] + LEVELS[:, None] * (np.diff(hair.offsets) - 1)
+    k = np.minimum(place.astype(int), hair.offsets[1:] - 2)
+    s, points = (place - k)[..., None], hair.points.astype(float)
+    return (1.0 - s) * points[k] + s * points[k + 1]
+
+
+def nearest(levels: np.ndarray) -> np.ndarray:
+    """Return the mean distance to the nearest other strand at every level [m], (levels,)."""
+    return np.array([KDTree(points).query(points, 2)[0][:, 1].mean() for points in levels])
+
+
+def spread(levels: np.ndarray) -> np.ndarray:
+    """Return the root mean square distance of strands from their mean at every level [m], (levels,)."""
+    away = levels - levels.mean(axis=1, keepdims=True)
+    return np.sqrt(np.sum(away**2, axis=2).mean(axis=1))

@@ -1,0 +1,33 @@
+"""Depths are those of points in a ball."""
+
+import numpy as np
+import pytest
+from hairpipe.nodes.measure_contact import measure_contact
+
+from hairpipe.data import Strands
+from hairpipe.graph import Frames, Time
+from hairpipe.levelset.bake import bake
+
+
+def test_depths_are_counted_without_the_roots(sphere):
+    ball, other = (bake(sphere(0.05, (x, 0.0, 0.0)), 0.0025, 8.0) for x in (0.0, 0.2))
+    away = np.full((200, 3), 1.0, np.float32)
+    away[0] = away[100] = 0.0
+    one = away.copy()
+    one[1], one[2], one[150] = (0.048, 0.0, 0.0), (0.0, 0.045, 0.0), (0.0, 0.0, 0.049)
+    both = one.copy()
+    both[151:154] = [[0.2, 0.041, 0.0], [0.155, 0.0, 0.0], [0.2, 0.0, 0.051]]
+    offsets = np.array([0, 100, 200], np.int32)
+    values = {n: Strands(p, p * 0, offsets, 8e-5) for n, p in ((3, away), (4, one), (6, both))}
+    frames = tuple(values)
+    hair, (first, second) = (
+        Frames(frames, values.__getitem__),
+        (Frames(frames, dict.fromkeys(frames, s).__getitem__) for s in (ball, other)),
+    )
+    table = measure_contact(hair, (first, second), Time(3, 10.0))
+    assert table["time [s]"] == pytest.approx([0.0, 0.1, 0.3])
+    assert table["points inside"].tolist() == [0, 3, 5] and table["points"].tolist() == [198] * 3
+    assert table["deepest [mm]"] == pytest.approx([0.0, 5.0, 9.0], abs=0.1)
+    assert table["99 % within [mm]"] == pytest.approx([0.0, 1.03, 5.0], abs=0.15)
+    alone = measure_contact(hair, (first,), Time(3, 10.0))
+    assert alone["points inside"].tolist() == [0, 3, 3]
