@@ -18,6 +18,11 @@ from hairpipe.sim.contact.pairs import Pairs
 from hairpipe.sim.forces.vectors import cross, dot, minus, plus, scaled
 from hairpipe.sim.scene import Collisions
 
+REACH = 2.0
+"""Pairs within so many thicknesses at the beginning of a step may touch before it ends.
+
+With those alone that touch then, whatever comes down on a stack is caught when it is in it already.
+"""
 RELAXATION = 5e-3
 """Time in which two hairs that overlap and carry nothing come apart [s]: the viscosity of a contact over its stiffness.
 

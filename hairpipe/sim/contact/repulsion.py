@@ -39,7 +39,8 @@ CREEP = 1e-4
 def linearise(
     contacts: Contacts, points: np.ndarray, velocities: np.ndarray, masses: np.ndarray, collisions: Collisions, h: float
 ) -> Couplings:
-    """Linearise what contacts exert at the prediction of a stage; pure. Those that do not act get zeros.
+    """Linearise what contacts exert at the prediction of a stage; pure. Those that do not act get zeros, as do those
+    of hair that is not finite.
 
     points, velocities  at the prediction [m], [m/s], (points, 3)
     masses              of the points, inf where they are held [kg], (points,)
@@ -64,7 +65,7 @@ def _linearise(push, matrix, contacts, points, velocities, masses, law, h):  # n
         u = between(velocities, segments, fractions, i)
         un = dot(n, u)
         force = stiffness * overlap - viscosity * un
-        if contacts.loads[i] > 0.0 or (overlap > 0.0 and force > 0.0):
+        if np.isfinite(force) and (contacts.loads[i] > 0.0 or (overlap > 0.0 and force > 0.0)):
             ut, w = minus(u, scaled(un, n)), inverse_mass(masses, segments, fractions, i)
             along = h * (h * stiffness + viscosity)
             limit = friction * max(contacts.loads[i], force / (1.0 + along * w))
