@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hairpipe.sim.contact import conjugate
-from hairpipe.sim.contact.contacts import Contacts, find_contacts
+from hairpipe.sim.contact.contacts import REACH, Contacts, find_contacts
 from hairpipe.sim.contact.couplings import (
     Couplings,
     Incidence,
@@ -60,7 +60,7 @@ class HairContacts:
         self._stuck = keys_of(self.connections.segments)
         if self.collisions is not None and self.collisions.solver == "coupled":
             ignored = np.union1d(self.at_rest[1], self._stuck)
-            pairs = near_pairs(points, self.offsets, self.collisions.thickness, ignored)
+            pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, ignored)
             self._contacts = find_contacts(pairs, points, speeds, self.collisions)
         segments = [self.connections.segments] + ([self._contacts.segments] if self._contacts is not None else [])
         self._incidence = find_incidence(np.concatenate(segments), len(points))
@@ -114,5 +114,5 @@ class HairContacts:
         """Let what is near push by impulses, as published, in a step of dt [s]; changes speeds, in place."""
         if self.collisions is not None and self.collisions.solver == "sweep":
             ignored = np.union1d(self.at_rest[1], self._stuck)
-            pairs = near_pairs(points, self.offsets, self.collisions.thickness, ignored)
+            pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, ignored)
             sweep(pairs, points, speeds, masses, self.collisions, dt, elastic=elastic)
