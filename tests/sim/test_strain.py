@@ -11,32 +11,33 @@ from hairpipe.motion.track import Track
 from hairpipe.motion.wave import Wave
 from hairpipe.sim.advance import start
 from hairpipe.sim.control import limits_of, next_step
-from hairpipe.sim.filters.filters import Filters
 from hairpipe.sim.integrators.catalogue import integrator_of
 from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.material import Material
 from hairpipe.sim.roots import Path, hold
 from hairpipe.sim.scene import StepControl, StrainLimit
+from hairpipe.sim.surroundings import Surroundings
 
 FRAME = 1 / 24
 VIOLENT = Wave(frequency=2.0, turning=2500.0, axis=(0.0, 0.0, 1.0), pivot=(0.0, -0.1, 0.0))
 
 
-@dataclass(frozen=True, eq=False)
-class Recorder(Filters):
-    """Filters that note the strain after every step, and the momentum that the limit gave."""
+@dataclass(eq=False)
+class Recorder(Surroundings):
+    """Surroundings that note the strain after every step, and the momentum that the limit gave."""
 
     strains: list = field(default_factory=list)
     momenta: list = field(default_factory=list)
 
-    def finish(self, x, v, before, time, dt):
-        solved = x.copy()
-        super().finish(x, v, before, time, dt)
-        axis = x[2::2, :, 0]
+    def end(self, motion, before, step):
+        solved = motion.x.copy()
+        changed = super().end(motion, before, step)
+        axis = motion.x[2::2, :, 0]
         lengths = np.linalg.norm(np.diff(axis, axis=0), axis=1) * self.model.inverse_lengths[2:-1:2, 1, 0]
         self.strains.append(lengths.max() - 1)
         free = slice(self.model.shape.clamped, None)
-        self.momenta.append((self.model.mass[free, 0] @ (x - solved)[free, :, 0]) / dt)
+        self.momenta.append((self.model.mass[free, 0] @ (motion.x - solved)[free, :, 0]) / step.dt)
+        return changed
 
 
 def shaken(shot, seconds, tolerance, step):
@@ -45,7 +46,7 @@ def shaken(shot, seconds, tolerance, step):
     hair, groom = shot.hair, shot.hair.groom
     state = start(hair, lead(groom, 0.0, Track(), VIOLENT, None, None), scene)
     motion = Motion(state.positions, state.velocities, state.accelerations, state.tensions)
-    recorder = Recorder(hair.model, scene.strain, scene.contact, None, FRAME)
+    recorder = Recorder(hair.model, hair.layout, scene.strain)
     integrator, limits = integrator_of(scene), limits_of(scene.steps, hair.model)
     held = [
         hold(lead(groom, f * FRAME, Track(), VIOLENT, None, None), groom, hair.rest, hair.layout)
