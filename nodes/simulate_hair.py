@@ -6,6 +6,7 @@ from typing import Annotated, Literal, NamedTuple
 
 from hairpipe.data import Ends, Groom, LevelSet, Mesh, Strands
 from hairpipe.data.hair import HairState
+from hairpipe.data.parts import BodyParts
 from hairpipe.graph import Pair, Time, node
 from hairpipe.sim import scene as of
 from hairpipe.sim.air.wind import Wind
@@ -26,6 +27,7 @@ def simulate_hair(
     groom: Groom,
     body: Pair[Mesh] | None,
     surface: tuple[Pair[LevelSet], ...] | None,
+    parts: tuple[Pair[BodyParts], ...] | None,
     ends: Pair[Ends] | None,
     previous: HairState | None,
     time: Time,
@@ -43,6 +45,7 @@ def simulate_hair(
     stiction: of.Stiction | None = None,
     collisions: of.Collisions | None = None,
     wind: Wind | None = None,
+    cuts: tuple[int, ...] = (),
 ) -> Hair:
     """Mass-spring hair after Selle, Lentine, Fedkiw 2008: every strand a network of springs, solved at once.
 
@@ -51,7 +54,7 @@ def simulate_hair(
     construction  of the network, to take apart what it consists of
     gravity       along -Y
     air           what slows the hair where nothing touches it
-    contact       how it touches bodies; without a surface it passes through
+    contact       how it touches bodies, whole level sets and those in parts; without any it passes through
     strain        how far a segment may be stretched; without, as far as its springs let it
     steps         how a frame is cut into steps
     scheme        how a step is computed
@@ -59,8 +62,10 @@ def simulate_hair(
     stiction      hair that came close sticks together until it is pulled apart
     collisions    hair pushes hair away and does not pass through it
     wind          moving air; without, it is still
+    cuts          frames at which a shot begins anew: hair is carried over with its roots, without the way there
     """
     from hairpipe.sim.advance import advance_frame, leads_of, start, strands_of
+    from hairpipe.sim.carry import carry_state
     from hairpipe.sim.catalogue import bodies_of
     from hairpipe.sim.hair import make_hair
 
@@ -68,7 +73,9 @@ def simulate_hair(
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
     if previous is None:
         state = start(hair, leads[1], scene)
+    elif time.frame in cuts:
+        state = carry_state(previous, groom, hair.layout, *leads)
     else:
-        bodies = bodies_of(surface or (), contact, time.dt)
+        bodies = bodies_of(surface or (), parts or (), contact, time.dt)
         state = advance_frame(hair, previous, leads, bodies, time.dt, scene, (time.frame - 1) * time.dt)
     return Hair(strands_of(hair, state), state)

@@ -69,7 +69,7 @@ def advance_frame(
     motion = Motion(*(array.copy() for array in arrays))
     path = Path(*(hold(lead, hair.groom, hair.rest, hair.layout) for lead in leads), frame)
     around = surroundings_of(hair, model, state, bodies, scene, began)
-    integrator, limits = integrator_of(scene), limits_of(scene.steps, model)
+    integrator, limits = integrator_of(scene), limits_of(scene.steps, model, around)
     time = 0.0
     while time < frame * (1 - 1e-9):
         dt = next_step(limits, motion, path, time)

@@ -7,9 +7,11 @@ import numpy as np
 
 from hairpipe.data import LevelSet
 from hairpipe.data.hair import HairState
+from hairpipe.data.parts import BodyParts
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.moving import MovingSurface
 from hairpipe.levelset.moving_field import moving_field
+from hairpipe.levelset.moving_parts import moving_parts
 from hairpipe.sim.air.breeze import Breeze
 from hairpipe.sim.contact.body import BodyContacts, thicknesses
 from hairpipe.sim.contact.hair import HairContacts
@@ -23,9 +25,16 @@ from hairpipe.sim.scene import BodyContact, Collisions, Scene, Stiction
 from hairpipe.sim.surroundings import Surroundings
 
 
-def bodies_of(surfaces: Sequence[tuple[LevelSet, LevelSet]], contact: BodyContact, frame: float) -> list[MovingSurface]:
-    """Make bodies of their level sets at the previous and at this frame, which are frame [s] apart."""
-    return [moving_field(*surface, frame, Interpolation[contact.interpolation]) for surface in surfaces]
+def bodies_of(
+    surfaces: Sequence[tuple[LevelSet, LevelSet]],
+    parts: Sequence[tuple[BodyParts, BodyParts]],
+    contact: BodyContact,
+    frame: float,
+) -> list[MovingSurface]:
+    """Make bodies of what they are at the previous and at this frame, which are frame [s] apart."""
+    scheme = Interpolation[contact.interpolation]
+    whole = [moving_field(*surface, frame, scheme) for surface in surfaces]
+    return [*whole, *(moving_parts(*body, frame) for body in parts)]
 
 
 def surroundings_of(

@@ -14,6 +14,7 @@ from hairpipe.sim.models.interface import shape_of, spring_constant, springs_fro
 from hairpipe.sim.models.network import Network
 from hairpipe.sim.roots import Path
 from hairpipe.sim.scene import StepControl
+from hairpipe.sim.surroundings import Surroundings
 
 
 class Limit(Protocol):
@@ -35,18 +36,33 @@ class Fixed:
         return self.step
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Courant:
     """What an explicit step could be, times a number: dt = cfl / sqrt(max_p sum_s 4 k_s / (m_p l0_s)).
 
-    The sum runs over the springs at a particle. [code] of the authors: 4 for heads, 10 for single strands.
+    The sum runs over the springs at a particle, and over its connections by stiction. [code] of the authors: 4 for
+    heads, 10 for single strands; stiction, which is explicit there, does not count.
     """
 
-    step: float
+    number: float
+    stiffest: float
+    around: Surroundings
 
     def longest(self, motion: Motion, path: Path, time: float) -> float:
-        """Give that length: it depends on nothing that moves."""
-        return self.step
+        """Give that length: without stiction it depends on nothing that moves."""
+        return self.number / np.sqrt(self.stiffest + self.around.stiffest_connections())
+
+
+@dataclass(frozen=True, eq=False)
+class Slip:
+    """A connection by stiction goes at most a share of its way from reach to release, at the mean rate of all."""
+
+    share: float
+    around: Surroundings
+
+    def longest(self, motion: Motion, path: Path, time: float) -> float:
+        """Find how fast connections are pulled apart."""
+        return self.share * self.around.slip_time(motion)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,13 +105,15 @@ class Root:
         return left / count
 
 
-def limits_of(control: StepControl, model: Network | Chain) -> list[Limit]:
+def limits_of(control: StepControl, model: Network | Chain, around: Surroundings) -> list[Limit]:
     """Collect the limits that a scene asks for."""
     limits: list[Limit] = [Fixed(control.longest), Travel(control.travel), Root(control.root)]
     if control.strain_rate is not None:
         limits.append(StrainRate(model, control.strain_rate))
     if control.courant is not None:
-        limits.append(Courant(control.courant / _fastest(model)))
+        limits.append(Courant(control.courant, _stiffest(model), around))
+    if control.slip is not None:
+        limits.append(Slip(control.slip, around))
     return limits
 
 
@@ -104,11 +122,6 @@ def next_step(limits: list[Limit], motion: Motion, path: Path, time: float) -> f
     left = path.frame - time
     longest = min(limit.longest(motion, path, time) for limit in limits)
     return left / max(ceil(left / longest - 1e-6), 1)
-
-
-def _fastest(model: Network | Chain) -> float:
-    """Highest frequency of a particle between neighbours that rest: max_p sqrt(sum_s 4 k_s / (m_p l0_s)) [1/s]."""
-    return float(np.sqrt(_stiffest(model)))
 
 
 @njit(cache=True)

@@ -16,6 +16,7 @@ from hairpipe.sim.axis import Axis, axis_of, follow, gather, lanes_with, points_
 from hairpipe.sim.banded import row_size
 from hairpipe.sim.contact.body import BodyContacts
 from hairpipe.sim.contact.hair import HairContacts
+from hairpipe.sim.contact.stiction import slip_time, stiffest
 from hairpipe.sim.filters.limit_strain import limit_all
 from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.layout import Layout
@@ -241,6 +242,18 @@ class Surroundings:
             slowed = speeds.copy()
             self.hair.repel(self._points(x), slowed, self._masses, step.dt, elastic=elastic)
             follow(self._axis, slowed - speeds, v)
+
+    def stiffest_connections(self) -> float:
+        """Bound what stiction adds to the square of the highest frequency [1/s^2]."""
+        if self.hair is None or self.hair.stiction is None:
+            return 0.0
+        return stiffest(self.hair.connections, self._masses, self.hair.stiction)
+
+    def slip_time(self, motion: Motion) -> float:
+        """Time in which connections by stiction would let go, at their present rate [s]; inf where there are none."""
+        if self.hair is None or self.hair.stiction is None:
+            return np.inf
+        return slip_time(self.hair.connections, self._points(motion.x), self._points(motion.v), self.hair.stiction)
 
     def _put_right(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> tuple[np.ndarray, np.ndarray]:
         """Move hair out of the body; return which points touched it and its normals there."""

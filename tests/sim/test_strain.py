@@ -47,7 +47,7 @@ def shaken(shot, seconds, tolerance, step):
     state = start(hair, lead(groom, 0.0, Track(), VIOLENT, None, None), scene)
     motion = Motion(state.positions, state.velocities, state.accelerations, state.tensions)
     recorder = Recorder(hair.model, hair.layout, scene.strain)
-    integrator, limits = integrator_of(scene), limits_of(scene.steps, hair.model)
+    integrator, limits = integrator_of(scene), limits_of(scene.steps, hair.model, recorder)
     held = [
         hold(lead(groom, f * FRAME, Track(), VIOLENT, None, None), groom, hair.rest, hair.layout)
         for f in range(round(seconds / FRAME) + 1)
