@@ -1,0 +1,1 @@
+"""Bodies between two frames: what the interpolations of their level sets make of them."""
