@@ -1,0 +1,70 @@
+"""What strands pull with, along their length."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from hairpipe.data import Groom, Table
+from hairpipe.data.hair import HairState
+from hairpipe.data.table import table_of_rows
+from hairpipe.sim.layout import Layout, lay_out
+from hairpipe.sim.models import chain, network
+
+COLUMNS = ("time [s]", "strand", "segment", "arc [m]", "turned [deg]", "tension [uN]")
+
+
+def measure_tensions(groom: Groom, states: Mapping[int, HairState], fps: float, moments: Sequence[int]) -> Table:
+    """Return a row for every segment of every strand at every frame; time zero is the first frame.
+
+    moments  frames that are looked at, where any of them are among the frames; all without
+    arc      from the root to the middle of the segment
+    turned   how far strand has turned since its root: the sum of the angles between its segments
+    tension  see `tensions`
+    """
+    frames = list(states)
+    rows: list[tuple[Any, ...]] = []
+    for frame in [f for f in frames if f in moments] or frames:
+        layout = layout_of(groom, states[frame])
+        for strand, points, pulls in tensions(layout, states[frame]):
+            edges = np.diff(points, axis=0)
+            lengths = np.linalg.norm(edges, axis=1)
+            cosines = np.sum(edges[1:] * edges[:-1], axis=1) / (lengths[1:] * lengths[:-1])
+            turned = np.degrees(np.cumsum(np.arccos(np.clip([1.0, *cosines], -1.0, 1.0))))
+            middles = np.cumsum(lengths) - 0.5 * lengths
+            columns = zip(middles.tolist(), turned.tolist(), (1e6 * pulls).tolist(), strict=True)
+            rows += [((frame - frames[0]) / fps, strand, k, *values) for k, values in enumerate(columns)]
+    rows.sort(key=lambda row: row[:3])
+    return table_of_rows(COLUMNS, rows)
+
+
+def layout_of(groom: Groom, state: HairState) -> Layout:
+    """Return the layout that a state is in: that of the model whose particles are as many."""
+    layouts = [lay_out(groom.offsets, shape) for shape in (network.SHAPE, chain.SHAPE)]
+    return next(layout for layout in layouts if layout.first[-1] == len(state.positions))
+
+
+def tensions(layout: Layout, state: HairState) -> list[tuple[int, np.ndarray, np.ndarray]]:
+    """Return every strand with its points [m], (n+1, 3), and the tension of its segments [N], (n,).
+
+    What is on one side of a cut through a segment pulls at what is on the other with sum T d, over the linear springs
+    that the cut goes through; the tension is what of that is along the segment. Altitude springs are left out: they
+    keep tetrahedra apart and carry nothing along a strand that hangs or is drawn.
+    """
+    shape, found = layout.shape, []
+    for block, segments in enumerate(layout.segments):
+        rows = slice(layout.first[block], layout.first[block + 1])
+        x, T = state.positions[rows], state.tensions[rows]
+        total = np.zeros_like(x)
+        for offset in range(1, min(T.shape[1], shape.reach) + 1):
+            span = x[offset:] - x[:-offset]
+            pull = T[:-offset, None, offset - 1] * span / np.linalg.norm(span, axis=1, keepdims=True)
+            for cut in range(offset):
+                total[cut : cut + len(pull)] += pull
+        axis = x[shape.axis]
+        edges = np.diff(axis, axis=0)
+        cuts = total[shape.axis][:segments]
+        along = np.sum(cuts * edges, axis=1) / np.linalg.norm(edges, axis=1)
+        lanes = np.flatnonzero(~layout.idle[block])
+        found += [(int(layout.strands[block, lane]), axis[:, :, lane], along[:, lane]) for lane in lanes]
+    return found
