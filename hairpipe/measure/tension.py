@@ -11,18 +11,20 @@ from hairpipe.data.table import table_of_rows
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.models import chain, network
 
-COLUMNS = ("time [s]", "strand", "segment", "arc [m]", "turned [deg]", "tension [uN]")
+COLUMNS = ("time [s]", "strand", "segment", "root moved [mm]", "arc [m]", "turned [deg]", "tension [uN]")
 
 
 def measure_tensions(groom: Groom, states: Mapping[int, HairState], fps: float, moments: Sequence[int]) -> Table:
     """Return a row for every segment of every strand at every frame; time zero is the first frame.
 
-    moments  frames that are looked at, where any of them are among the frames; all without
-    arc      from the root to the middle of the segment
-    turned   how far strand has turned since its root: the sum of the angles between its segments
-    tension  see `tensions`
+    moments     frames that are looked at, where any of them are among the frames; all without
+    root moved  how far the root is from where it was at the first frame
+    arc         from the root to the middle of the segment
+    turned      how far the strand has turned since its root: the sum of the angles between its segments
+    tension     see `tensions`
     """
     frames = list(states)
+    first = layout_of(groom, states[frames[0]]).axis(states[frames[0]].positions)[groom.offsets[:-1]]
     rows: list[tuple[Any, ...]] = []
     for frame in [f for f in frames if f in moments] or frames:
         layout = layout_of(groom, states[frame])
@@ -33,7 +35,8 @@ def measure_tensions(groom: Groom, states: Mapping[int, HairState], fps: float, 
             turned = np.degrees(np.cumsum(np.arccos(np.clip([1.0, *cosines], -1.0, 1.0))))
             middles = np.cumsum(lengths) - 0.5 * lengths
             columns = zip(middles.tolist(), turned.tolist(), (1e6 * pulls).tolist(), strict=True)
-            rows += [((frame - frames[0]) / fps, strand, k, *values) for k, values in enumerate(columns)]
+            moved = 1e3 * float(np.linalg.norm(points[0] - first[strand]))
+            rows += [((frame - frames[0]) / fps, strand, k, moved, *values) for k, values in enumerate(columns)]
     rows.sort(key=lambda row: row[:3])
     return table_of_rows(COLUMNS, rows)
 

@@ -43,13 +43,16 @@ def test_the_table_has_a_row_for_every_segment_and_knows_turns():
     arc = lay_strands(1, 0.1, 20, (1.0, 0.0, 0.0), (0.0, 0.0, 0.01), None, 0.4)
     hair = make_hair(arc, Material(), "network")
     state = start(hair, None, Scene())
-    table = measure_tension(arc, Frames((3, 4, 6), dict.fromkeys((3, 4, 6), state).__getitem__), Time(3, 10.0))
+    led = replace(state, positions=state.positions + np.array([0.0, 0.003, 0.004])[:, None])
+    states = {3: state, 4: state, 6: led}
+    table = measure_tension(arc, Frames((3, 4, 6), states.__getitem__), Time(3, 10.0))
+    assert table["root moved [mm]"][[0, 20, 40]] == pytest.approx([0.0, 0.0, 5.0])
     assert len(table) == 60 and table["time [s]"][[0, 20, 40]] == pytest.approx([0.0, 0.1, 0.3])
     edges = np.diff(arc.points, axis=0)
     between = np.degrees(np.arccos(edges[0] @ edges[-1] / 0.005**2))
     assert table["turned [deg]"][19] == pytest.approx(between, rel=1e-6) and table["turned [deg]"][0] == 0.0
     assert table["arc [m]"][:2] == pytest.approx([0.0025, 0.0075])
     assert not np.asarray(table["tension [uN]"]).any()
-    frames = Frames((3, 4, 6), dict.fromkeys((3, 4, 6), state).__getitem__)
+    frames = Frames((3, 4, 6), states.__getitem__)
     assert len(measure_tension(arc, frames, Time(3, 10.0), moments=(4, 9))) == 20
     assert len(measure_tension(arc, frames, Time(3, 10.0), moments=(9,))) == 60

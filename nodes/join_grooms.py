@@ -1,0 +1,12 @@
+"""Several grooms as one."""
+
+from hairpipe.data import Groom
+from hairpipe.graph import node
+
+
+@node(frames="once")
+def join_grooms(grooms: tuple[Groom, ...]) -> Groom:
+    """The strands of all grooms in turn, numbered anew."""
+    from hairpipe.groom.joining import joined_strands
+
+    return joined_strands(grooms)

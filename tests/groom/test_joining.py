@@ -1,0 +1,25 @@
+"""Joined grooms keep their strands, and joined ends lead them."""
+
+import numpy as np
+
+from hairpipe.groom.joining import joined_ends, joined_strands
+from hairpipe.groom.strands import lay_strands
+from hairpipe.motion.ends import lead
+from hairpipe.motion.track import Track
+
+
+def test_strands_and_ends_stay_together():
+    one = lay_strands(2, 0.1, 5, (1.0, 0.0, 0.0), (0.0, 0.0, 0.01), None, 0.0)
+    two = lay_strands(1, 0.2, 8, (0.0, 1.0, 0.0), (0.0, 0.0, 0.01), None, 0.0)
+    both = joined_strands((one, two))
+    assert both.offsets.tolist() == [0, 6, 12, 21] and both.ids.tolist() == [0, 1, 2]
+    assert both.offsets.dtype == both.ids.dtype == np.int32
+    np.testing.assert_array_equal(both.points, np.concatenate([one.points, two.points]))
+    np.testing.assert_array_equal(both.root_frames[2], two.root_frames[0])
+    led = (
+        lead(one, 0.0, Track(), None, None, None),
+        lead(two, 0.0, Track((0.0,), ((1.0, 2.0, 3.0),)), None, Track(), None),
+    )
+    ends = joined_ends(led)
+    assert ends.roots.shape == (3, 3, 4) and ends.roots[2, :, 3].tolist() == [1.0, 2.0, 3.0]
+    assert np.isnan(ends.tips[:2]).all() and np.isfinite(ends.tips[2]).all()
