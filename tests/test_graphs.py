@@ -58,6 +58,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_helix": {"segments": [25], "gravities": [0.1]},
     "measure_vibration": {"segments": [8], "modes": 2},
     "measure_writhe": {"segments": [5]},
+    "measure_stack": {"layers": [2], "iterations": 5, "seconds": 0.01},
     "follow_trial": {"trial.seconds": 0.125, "rate": 240},
     "measure_scheme": {"trial.seconds": 0.125, "rates": [24]},
     "measure_extremes": {"rates": [24], "seconds": 0.05},
