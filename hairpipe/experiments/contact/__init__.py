@@ -1,0 +1,1 @@
+"""How contact between hairs is solved, and how well."""
