@@ -23,7 +23,7 @@ def measure_stack(
     *,
     collisions: Collisions = Collisions(),  # noqa: B008 (frozen)
     step: Annotated[Seconds, Gt(0.0)] = 1 / 800,
-    layers: Layers = (2, 5, 10, 20, 40),
+    layers: Layers = (5, 10, 20, 40),
     sweeps: Sweeps = (3, 10, 30, 100),
     iterations: Annotated[int, Interval(ge=1, le=10_000)] = 1000,
     seconds: Annotated[Seconds, Gt(0.0)] = 0.5,
