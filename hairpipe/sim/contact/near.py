@@ -1,25 +1,14 @@
 """Pairs of segments within a distance of each other."""
 
 import numpy as np
+from numba import njit, prange
 
-from hairpipe.sim.contact.pairs import Pairs, key_of, measure
-
-
-def candidates(points: np.ndarray, offsets: np.ndarray, radius: float) -> np.ndarray:
-    """List pairs of segments, of any distance up to radius [m] and some beyond, (n, 2) int32, in order."""
-    from scipy.spatial import KDTree
-
-    if not np.isfinite(points).all():
-        raise ArithmeticError("positions are not finite")
-    segments = np.setdiff1d(np.arange(len(points)), np.asarray(offsets)[1:] - 1).astype(np.int32)
-    if len(segments) < 2:
-        return np.empty((0, 2), np.int32)
-    ends = points[segments], points[segments + 1]
-    length = np.linalg.norm(ends[1] - ends[0], axis=1).max()
-    found = KDTree(0.5 * (ends[0] + ends[1])).query_pairs(1.000001 * (radius + length), output_type="ndarray")
-    pairs = segments[np.sort(found, axis=1)]
-    pairs = pairs[pairs[:, 1] - pairs[:, 0] > 1]
-    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+from hairpipe.sim.contact.distances import squared_distances
+from hairpipe.sim.contact.found import CHUNK, gather_pairs, in_order, note
+from hairpipe.sim.contact.grid import LANES, MOST_RUNS, build_grid, entry, find_runs, reaching, rounding
+from hairpipe.sim.contact.pairs import Pairs, known_pairs, measure
+from hairpipe.sim.contact.pieces import all_segments, cut_in_pieces
+from hairpipe.sim.lanes import bits, lowest
 
 
 def near_pairs(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: np.ndarray | None = None) -> Pairs:
@@ -31,8 +20,38 @@ def near_pairs(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: n
 
     Raises ArithmeticError where a position is not finite.
     """
-    pairs = measure(points, candidates(points, offsets, reach))
+    grid = build_grid(points, cut_in_pieces(points, all_segments(points, offsets), reach), reach)
+    known = known_pairs(ignored, len(points))
+    found = gather_pairs(lambda *out: _search(grid, reach / grid.cell, known, *out), len(grid.segments))
+    pairs = measure(points, in_order(found, len(points)))
     keep = pairs.distances <= reach
-    if ignored is not None:
-        keep &= ~np.isin(key_of(pairs.segments), ignored)
-    return Pairs(*(field[keep] for field in pairs))
+    return pairs if keep.all() else Pairs(*(field[keep] for field in pairs))
+
+
+@njit(cache=True, parallel=True)
+def _search(grid, reach, known, chunks, starts, found, counts):  # noqa: ANN001, ANN202
+    """Write the pairs that chunks of the grid begin, and maybe some a little farther apart, to found; count them."""
+    for k in prange(len(chunks)):
+        chunk = np.int64(chunks[k])
+        runs = np.empty((MOST_RUNS, 2), np.int64)
+        counts[k] = _search_chunk(grid, reach, known, chunk, runs, found[starts[k] : starts[k + 1]])
+
+
+@njit(cache=True)
+def _search_chunk(grid, reach, known, chunk, runs, found):  # noqa: ANN001, ANN202
+    count = 0
+    for e in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(grid.segments))):
+        p, d, dd, inverse = entry(grid, e)
+        radius = reach + grid.half
+        blur, excess = rounding(p, radius, grid.half)
+        low, high = reaching(p, d, radius + blur)
+        limit = np.float32(((reach + blur) ** 2 + excess) * (1.0 + 1e-6))
+        for r in range(find_runs(grid, low, high, e + 1, runs)):
+            for start in range(runs[r, 0], runs[r, 1], LANES):
+                near = bits(squared_distances(grid.rows, p, d, dd, inverse, start) <= limit)
+                near &= (1 << min(runs[r, 1] - start, LANES)) - 1
+                while near != 0:
+                    other = grid.segments[start + lowest(near)]
+                    near &= near - 1
+                    count += note(grid.segments[e], other, known, found, count)
+    return count

@@ -1,9 +1,28 @@
 """The closest few segments of every segment."""
 
 import numpy as np
+from numba import njit, prange
 
-from hairpipe.sim.contact.near import near_pairs
-from hairpipe.sim.contact.pairs import Pairs
+from hairpipe.body.inlined import inlined
+from hairpipe.body.vectors import dot, minus, times
+from hairpipe.sim.contact.closest import closest_of
+from hairpipe.sim.contact.distances import squared_distances
+from hairpipe.sim.contact.found import CHUNK
+from hairpipe.sim.contact.grid import (
+    LANES,
+    MOST_RUNS,
+    SINGLE,
+    Grid,
+    build_grid,
+    find_runs,
+    in_cells,
+    reaching,
+    rounding,
+)
+from hairpipe.sim.contact.mutual import Lists, mutual_pairs
+from hairpipe.sim.contact.pairs import Pairs, is_known, known_pairs, measure
+from hairpipe.sim.contact.pieces import all_segments, cut_in_pieces, piece, pieces_of
+from hairpipe.sim.lanes import bits, lowest
 
 
 def closest_pairs(
@@ -24,16 +43,95 @@ def closest_pairs(
 
     No segment is in more pairs than its limit. Raises ArithmeticError where a position is not finite.
     """
-    pairs = near_pairs(points, offsets, reach, ignored)
-    limit = np.full(len(points), most) if room is None else np.minimum(room, most)
-    keep = (limit[pairs.segments] > 0).all(axis=1)
-    pairs = Pairs(*(field[keep] for field in pairs))
-    chosen = np.ones(len(pairs.distances), bool)
-    for side in (0, 1):
-        own, other = pairs.segments[:, side], pairs.segments[:, 1 - side]
-        of, others = np.concatenate([own, other]), np.concatenate([other, own])
-        order = np.lexsort((others, np.tile(pairs.distances, 2), of))
-        rank = np.empty(len(of), np.int64)
-        rank[order] = np.arange(len(of)) - np.searchsorted(of[order], of[order])
-        chosen &= (rank < limit[of])[: len(own)]
-    return Pairs(*(field[chosen] for field in pairs))
+    limits = np.full(len(points), most) if room is None else np.minimum(room, most)
+    segments = all_segments(points, offsets)
+    grid = build_grid(points, cut_in_pieces(points, segments[limits[segments] > 0], reach), reach)
+    lists = Lists(np.full((len(points), most), -1, np.int32), np.empty((len(points), most)))
+    _search(points, grid, reach, known_pairs(ignored, len(points)), limits, lists)
+    return measure(points, mutual_pairs(lists.closest))
+
+
+@njit(cache=True, parallel=True)
+def _search(points, grid, reach, known, limits, lists):  # noqa: ANN001, ANN202
+    """Fill the lists of all segments in the grid."""
+    for chunk in prange(-(-len(grid.segments) // CHUNK)):
+        runs = np.empty((MOST_RUNS, 2), np.int64)
+        start = np.int64(chunk) * CHUNK
+        for e in range(start, min(start + CHUNK, len(grid.segments))):
+            i = grid.segments[e]
+            if grid.numbers[e] == 0:  # the list of a segment has one writer, whatever it is cut into
+                row = Lists(lists.closest[i, : limits[i]], lists.squared[i, : limits[i]])
+                _fill(points, grid, reach, known, i, runs, row)
+
+
+@njit(cache=True)
+def _fill(points: np.ndarray, grid: Grid, reach: float, known, i: int, runs: np.ndarray, row: Lists) -> None:  # noqa: ANN001
+    """Fill the list of segment i."""
+    row.squared[:] = np.inf
+    count = pieces_of(points, i, grid.cut)
+    for number in range(count):
+        a, b = piece(points, i, number, count)
+        _look_round(points, grid, reach, known, i, a, b, runs, row)
+
+
+@njit(cache=True)
+def _look_round(points, grid, reach, known, i, a, b, runs, row):  # noqa: ANN001, ANN202
+    """Enter what is near a piece, from a to b, of segment i into its list."""
+    p, d = in_cells(a, grid.centre, grid.cell), times(1.0 / grid.cell, minus(b, a))
+    dd = dot(d, d)
+    inverse = 1.0 / dd if dd > 0.0 else 0.0
+    radius = reach / grid.cell + grid.half
+    blur, excess = rounding(p, radius, grid.half)
+    low, high = reaching(p, d, radius + blur)
+    limit = _limit(row, reach, grid.cell, blur, excess)
+    count = find_runs(grid, low, high, 0, runs)
+    for k in range(count):
+        r = _outwards(k, count)
+        for start in range(runs[r, 0], runs[r, 1], LANES):
+            near = bits(squared_distances(grid.rows, p, d, dd, inverse, start) <= limit)
+            near &= (1 << min(runs[r, 1] - start, LANES)) - 1
+            while near != 0:
+                j = grid.segments[start + lowest(near)]
+                near &= near - 1
+                if _enter(points, reach, known, i, j, row):
+                    limit = _limit(row, reach, grid.cell, blur, excess)
+
+
+@inlined
+def _outwards(k: int, count: int) -> int:
+    """Return a run from the middle on: what is closest is found early, and the rest passed over."""
+    middle = (count - 1) // 2
+    return middle + (k + 1) // 2 if k % 2 == 1 else middle - k // 2
+
+
+@inlined
+def _limit(row, reach, cell, blur, excess):  # noqa: ANN001, ANN202
+    """Return up to which square of a distance [cells^2] in single precision a segment may still enter the list."""
+    distance = min(np.sqrt(row.squared[-1]), reach) / cell + blur
+    return SINGLE((distance * distance + excess) * (1.0 + 1e-6))
+
+
+@inlined
+def _enter(points: np.ndarray, reach: float, known, i: int, j: int, row: Lists) -> bool:  # noqa: ANN001
+    """Enter segment j into the list of i where it belongs; return whether it does."""
+    first, second = min(i, j), max(i, j)
+    if second - first <= 1 or is_known(known, first, second):
+        return False
+    squared = closest_of(points, first, second)[2]
+    if np.sqrt(squared) > reach or not _precedes(squared, j, row, len(row.closest) - 1):
+        return False
+    for k in range(len(row.closest)):
+        if row.closest[k] == j:
+            return False
+    k = len(row.closest) - 1
+    while k > 0 and _precedes(squared, j, row, k - 1):
+        row.closest[k], row.squared[k] = row.closest[k - 1], row.squared[k - 1]
+        k -= 1
+    row.closest[k], row.squared[k] = j, squared
+    return True
+
+
+@inlined
+def _precedes(squared: float, j: int, row: Lists, k: int) -> bool:
+    """Whether a segment comes before the k-th of the list: closer, or as close and of lower number."""
+    return squared < row.squared[k] or (squared == row.squared[k] and j < row.closest[k])

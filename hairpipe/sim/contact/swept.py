@@ -1,9 +1,52 @@
 """Pairs of segments that may come near each other within a step."""
 
-import numpy as np
+from typing import NamedTuple
 
-from hairpipe.sim.contact.near import candidates
-from hairpipe.sim.contact.pairs import key_of, measure
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.body.inlined import inlined
+from hairpipe.body.vectors import dot, times
+from hairpipe.sim.contact.distances import fastest_squared, squared_distances
+from hairpipe.sim.contact.drift import departures, find_drift
+from hairpipe.sim.contact.found import CHUNK, gather_pairs, in_order, note
+from hairpipe.sim.contact.grid import (
+    LANES,
+    MOST_RUNS,
+    SINGLE,
+    ULP,
+    Grid,
+    build_grid,
+    entry,
+    find_runs,
+    reaching,
+    rounding,
+)
+from hairpipe.sim.contact.pairs import Known, known_pairs
+from hairpipe.sim.contact.pieces import Pieces, all_segments, cut_in_pieces, piece, pieces_of
+from hairpipe.sim.lanes import any_lane, bits, lowest, sqrt
+
+_CALM = 0.25
+"""Departure from the common motion, over the longest piece, that is sorted into the first level."""
+_STEP = 4.0
+"""From level to level."""
+
+
+class Motion(NamedTuple):
+    """How the pieces of a grid at half time move that depart about equally from the common motion of all.
+
+    drift  for every piece x y z of the displacement of its start in half a step and x y z of that of its end, in cells,
+           (6, E + LANES) float32
+    away   by how much each departs from the common motion in half a step [m], (E,)
+    most   of these [m]
+    """
+
+    drift: np.ndarray
+    away: np.ndarray
+    most: float
+
+
+Level = tuple[Grid, Motion]
 
 
 def swept_pairs(
@@ -16,15 +59,109 @@ def swept_pairs(
     ignored        sorted keys of pairs to leave out, see `key_of`, (k,) int64
 
     In order, first < second; the two share no point. Two segments get nearer than at half time, d, by no more than
-    half the largest relative displacement D of their ends: kept are pairs with d <= reach + D / 2.
+    half the largest relative displacement D of their ends: kept are pairs with d <= reach + D / 2. What departs little
+    from the motion of its surroundings is searched apart from what is fast, see `drift`.
     Raises ArithmeticError where a position is not finite.
     """
+    segments = all_segments(before, offsets)
+    all_segments(after, offsets)
     middle, half = 0.5 * (before + after), 0.5 * (after - before)
-    half = half - half.mean(axis=0)
-    segments = candidates(middle, offsets, reach + 2.0 * np.linalg.norm(half, axis=1).max(initial=0.0))
-    first, second = segments[:, 0], segments[:, 1]
-    moved = [np.linalg.norm(half[first + a] - half[second + b], axis=1) for a in (0, 1) for b in (0, 1)]
-    keep = measure(middle, segments).distances <= 1.000001 * (reach + np.max(moved, axis=0))
-    if ignored is not None:
-        keep &= ~np.isin(key_of(segments), ignored)
-    return segments[keep]
+    half -= np.median(half[:: max(1, len(half) // 4096)], axis=0) if len(half) else 0.0
+    common = find_drift(middle, half)
+    pieces = cut_in_pieces(middle, segments, reach)
+    away = departures(common, middle, half, pieces)
+    levels = [_build_level(middle, half, *some, reach) for some in _by_departure(pieces, away)]
+    known = known_pairs(ignored, len(before))
+    found = [
+        _meetings(*sorted((level, other), key=lambda one: len(one[1].away)), reach, common.steep, known)
+        for k, level in enumerate(levels)
+        for other in levels[k:]
+    ]
+    return in_order(np.concatenate([np.empty((0, 2), np.int32), *found]), len(before))
+
+
+def _by_departure(pieces: Pieces, away: np.ndarray) -> list[tuple[Pieces, np.ndarray]]:
+    """Sort pieces into levels, each of which departs up to _STEP times as far as the one before."""
+    calm = _CALM * max(pieces.longest, 1e-9)
+    levels = np.ceil(np.log(np.maximum(away / calm, 1.0)) / np.log(_STEP)).astype(np.int8)
+    members = [np.flatnonzero(levels == level) for level in np.unique(levels)]
+    return [(pieces._replace(segments=pieces.segments[k], numbers=pieces.numbers[k]), away[k]) for k in members]
+
+
+def _build_level(middle: np.ndarray, half: np.ndarray, pieces: Pieces, away: np.ndarray, reach: float) -> Level:
+    most = float(away.max())
+    grid = build_grid(middle, pieces, reach + 2.0 * most)
+    drift = np.zeros((6, len(away) + LANES), SINGLE)
+    _fill_drift(middle, half, grid, drift)
+    return grid, Motion(drift, away[grid.order], most)
+
+
+@njit(cache=True, parallel=True)
+def _fill_drift(middle, half, grid, drift):  # noqa: ANN001, ANN202
+    for e in prange(len(grid.segments)):
+        i = grid.segments[e]
+        u, v = piece(half, i, grid.numbers[e], pieces_of(middle, i, grid.cut))
+        for x in range(3):
+            drift[x, e], drift[3 + x, e] = u[x] / grid.cell, v[x] / grid.cell
+
+
+def _meetings(few: Level, many: Level, reach: float, steep: float, known: Known) -> np.ndarray:
+    """List which pieces of one level may meet which of another one, or of the same."""
+
+    def search(*out: np.ndarray) -> None:
+        _search(*few, *many, few is many, reach, 1.0 / (1.0 - steep), known, *out)
+
+    return gather_pairs(search, len(few[1].away))
+
+
+@njit(cache=True, parallel=True)
+def _search(some, few, grid, many, same, reach, stretch, known, chunks, starts, found, counts):  # noqa: ANN001, ANN202
+    for k in prange(len(chunks)):
+        runs = np.empty((MOST_RUNS, 2), np.int64)
+        out = found[starts[k] : starts[k + 1]]
+        counts[k] = _search_chunk(some, few, grid, many, same, reach, stretch, known, np.int64(chunks[k]), runs, out)
+
+
+@njit(cache=True)
+def _search_chunk(some, few, grid, many, same, reach, stretch, known, chunk, runs, found):  # noqa: ANN001, ANN202
+    """Write to found what pieces of a chunk of one level may meet in another, or after them in the same; count it."""
+    count = 0
+    for e in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(few.away))):
+        p, d, dd, inverse, u, v = _entry(some, few.drift, e, grid.cell)
+        radius = (reach + few.away[e] + many.most) * stretch / grid.cell
+        blur, excess = rounding(p, radius + grid.half, grid.half + 0.5 * np.sqrt(dd))
+        blur += _drift_rounding(u, v)
+        farthest = SINGLE(((radius + blur) ** 2 + excess) * (1.0 + 1e-6))
+        low, high = reaching(p, d, radius + grid.half + blur)
+        margin, excess = SINGLE(reach / grid.cell + blur), SINGLE(excess)
+        for r in range(find_runs(grid, low, high, e + 1 if same else 0, runs)):
+            for start in range(runs[r, 0], runs[r, 1], LANES):
+                squared = squared_distances(grid.rows, p, d, dd, inverse, start)
+                if not any_lane(squared <= farthest):
+                    continue
+                gain = sqrt(fastest_squared(many.drift, u, v, start)) * SINGLE(1.0 + 1e-5) + margin
+                near = bits(squared <= farthest) & bits(squared <= gain * gain + excess)
+                near &= (1 << min(runs[r, 1] - start, LANES)) - 1
+                while near != 0:
+                    other = grid.segments[start + lowest(near)]
+                    near &= near - 1
+                    count += note(some.segments[e], other, known, found, count)
+    return count
+
+
+@inlined
+def _entry(grid, drift, e, cell):  # noqa: ANN001, ANN202
+    """Return a piece as `entry` does and the displacements of its ends, in cells of another grid."""
+    p, d, _, _ = entry(grid, e)
+    u, v = (drift[0, e], drift[1, e], drift[2, e]), (drift[3, e], drift[4, e], drift[5, e])
+    scale = grid.cell / cell
+    p, d, u, v = times(scale, p), times(scale, d), times(scale, u), times(scale, v)
+    dd = dot(d, d)
+    return p, d, dd, 1.0 / dd if dd > 0.0 else 0.0, u, v
+
+
+@inlined
+def _drift_rounding(u, v):  # noqa: ANN001, ANN202
+    """Bound how displacements relative to u and v are rounded, but for a small part of themselves."""
+    largest = max(abs(u[0]), max(abs(u[1]), abs(u[2]))) + max(abs(v[0]), max(abs(v[1]), abs(v[2])))
+    return 16.0 * ULP * largest

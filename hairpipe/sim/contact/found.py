@@ -1,0 +1,117 @@
+"""Pairs of segments that chunks of a grid find by themselves, put together and in order."""
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.body.inlined import inlined
+from hairpipe.sim.contact.pairs import Known, is_known
+
+CHUNK = 1024
+"""Pieces that one thread searches for at a time."""
+_ROOM = 6
+"""Pairs a piece that are made room for before they are counted."""
+_GROUPS, _BUCKETS = 64, 1024
+"""Parts of all pairs that are sorted at a time; parts by number of their first segment."""
+
+
+def gather_pairs(search: Callable[..., None], pieces: int) -> np.ndarray:
+    """Let all chunks of so many pieces search, and list what they find, (n, 2) int32.
+
+    search  writes what some chunks (k,) find to `found`, that of chunk c from starts[c] to starts[c + 1] as far as
+            there is room, and how much there is to `counts`: search(chunks, starts, found, counts), in place
+
+    What there was no room for is searched for again.
+    """
+    chunks = np.arange(-(-pieces // CHUNK))
+    starts = np.arange(len(chunks) + 1) * (_ROOM * CHUNK)
+    found, counts = np.empty((starts[-1], 2), np.int32), np.zeros(len(chunks), np.int64)
+    search(chunks, starts, found, counts)
+    ends = np.concatenate([[0], np.cumsum(counts)])
+    pairs = np.empty((ends[-1], 2), np.int32)
+    _collect(found, starts, counts, ends, pairs)
+    over = np.flatnonzero(counts > _ROOM * CHUNK)
+    if len(over):
+        starts = np.concatenate([[0], np.cumsum(counts[over])])
+        more, counts = np.empty((starts[-1], 2), np.int32), np.zeros(len(over), np.int64)
+        search(chunks[over], starts, more, counts)
+        for k, chunk in enumerate(over):
+            pairs[ends[chunk] : ends[chunk + 1]] = more[starts[k] : starts[k + 1]]
+    return pairs
+
+
+@inlined
+def note(i: int, j: int, known: Known, found: np.ndarray, count: int) -> int:
+    """Write pair i j to row `count` of found, if that is there and the pair is not known; return 1 if it is not."""
+    first, second = min(i, j), max(i, j)
+    if second - first <= 1 or is_known(known, first, second):
+        return 0
+    if count < len(found):
+        found[count, 0], found[count, 1] = first, second
+    return 1
+
+
+@njit(cache=True, parallel=True)
+def _collect(found, starts, counts, ends, pairs):  # noqa: ANN001, ANN202
+    for c in prange(len(counts)):
+        if counts[c] <= starts[c + 1] - starts[c]:
+            for k in range(counts[c]):
+                pairs[ends[c] + k, 0], pairs[ends[c] + k, 1] = found[starts[c] + k, 0], found[starts[c] + k, 1]
+
+
+def in_order(pairs: np.ndarray, points: int) -> np.ndarray:
+    """Sort pairs of segments below `points`, (n, 2) int32, lexicographically, without repetitions; pure."""
+    shift = max(0, int(points).bit_length() - _BUCKETS.bit_length() + 1)
+    places = np.zeros((_GROUPS, (points >> shift) + 1), np.int64)
+    _count(pairs, shift, places)
+    ends = np.cumsum(places.T.ravel())
+    places = np.ascontiguousarray((ends - places.T.ravel()).reshape(-1, _GROUPS).T)
+    starts = np.append(places[0], len(pairs))
+    buckets, order = np.empty_like(pairs), np.empty_like(pairs)
+    _distribute(pairs, shift, places, buckets)
+    _sort_buckets(buckets, shift, starts, order)
+    repeated = (order[1:] == order[:-1]).all(axis=1)
+    return order[np.append(True, ~repeated)] if repeated.any() else order
+
+
+@njit(cache=True, parallel=True)
+def _count(pairs, shift, places):  # noqa: ANN001, ANN202
+    groups = len(places)
+    for g in prange(groups):
+        for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
+            places[g, pairs[k, 0] >> shift] += 1
+
+
+@njit(cache=True, parallel=True)
+def _distribute(pairs, shift, places, buckets):  # noqa: ANN001, ANN202
+    groups = len(places)
+    for g in prange(groups):
+        for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
+            b = pairs[k, 0] >> shift
+            place = places[g, b]
+            buckets[place, 0], buckets[place, 1] = pairs[k, 0], pairs[k, 1]
+            places[g, b] = place + 1
+
+
+@njit(cache=True, parallel=True)
+def _sort_buckets(buckets, shift, starts, order):  # noqa: ANN001, ANN202
+    for b in prange(len(starts) - 1):
+        start, end, lowest = starts[b], starts[b + 1], np.int64(b) << shift
+        rows = np.zeros((1 << shift) + 1, np.int64)
+        for k in range(start, end):
+            rows[buckets[k, 0] - lowest + 1] += 1
+        for i in range(1 << shift):
+            rows[i + 1] += rows[i]
+        seconds = np.empty(end - start, np.int32)
+        for k in range(start, end):
+            i = buckets[k, 0] - lowest
+            seconds[rows[i]] = buckets[k, 1]
+            rows[i] += 1
+        for i in range(1 << shift):
+            first = rows[i - 1] if i > 0 else 0
+            row = seconds[first : rows[i]]
+            if len(row) > 1:
+                row.sort()
+            for k in range(len(row)):
+                order[start + first + k, 0], order[start + first + k, 1] = lowest + i, row[k]
