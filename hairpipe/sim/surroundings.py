@@ -147,7 +147,7 @@ class Surroundings:
 
             alone = self._points(b)
             alone[~marked] = 0.0
-            exchanged = self.hair.exchange(respond, alone)
+            exchanged = self.hair.exchange(respond, alone, self._masses)
             respond(exchanged, alone)
             b += solution
         return b

@@ -10,8 +10,9 @@ s being the impulses that points get from other strands. So all vectors are (poi
 has beside its axis; P is never multiplied by, as P p follows from P z = r by the recurrence of p itself. The caller
 gives z = R P^-1 R^T r, and gets s. Sums run in an order that does not depend on threads.
 
-The error of x in the norm of P + O, which is at least that of the mass, is at most sqrt(r . z); it falls in every
-iteration. Where the iterations end early, strands are coupled less than they should be, and never more.
+The error of x in the norm of P + O, and so in that of the mass, sqrt(sum m |error|^2), is at most sqrt(r . z): the
+iterations end when that is a given fraction of the mass norm of R x. The error falls in every one; where they end
+early, strands are coupled less than they should be, and never more.
 """
 
 from collections.abc import Callable
@@ -25,6 +26,8 @@ from hairpipe.sim.lanes import WIDTH, load, store
 
 MOST = 200
 """Iterations."""
+STILL = 1e-3
+"""Change of velocity [m/s] below which the tolerance is not relative: what rests is not solved to the last bit."""
 _CHUNK = 1024
 """Rows of lanes that are summed one after the other."""
 
@@ -34,18 +37,19 @@ class Exchange(NamedTuple):
 
     impulses    that points get [N s], (points, 3)
     iterations  made
-    residual    sqrt(r . z) over that of the start
+    error       of what points move by, over that, at most; both in the norm of the mass
     """
 
     impulses: np.ndarray
     iterations: int
-    residual: float
+    error: float
 
 
 def solve(
     respond: Callable[[np.ndarray, np.ndarray], None],
     multiply: Callable[[np.ndarray, np.ndarray], None],
     alone: np.ndarray,
+    masses: np.ndarray,
     tolerance: float = 1e-3,
     most: int = MOST,
 ) -> Exchange:
@@ -54,50 +58,57 @@ def solve(
     respond    respond(r, z) sets z, what points move by [m/s], to R P^-1 R^T r for impulses r; 0 where they are held
     multiply   multiply(v, out) adds O v to out, as `multiply_across` does
     alone      what the points of every strand on its own move by, u [m/s], (points, 3)
-    tolerance  of the residual, sqrt(r . z), over that of the start
+    masses     of the points, inf where they are held [kg], (points,)
+    tolerance  of the error
     most       iterations
 
     A strand for which this is not a number, or respond gives none, is taken as held, and spares the others.
     """
     rows = -(-alone.size // WIDTH)
-    vectors = np.zeros((6, rows, WIDTH))
-    s, r, z, p, q, w = vectors
+    vectors = np.zeros((7, rows, WIDTH))
+    s, r, z, p, q, w, x = vectors
     points = [vector.reshape(-1)[: alone.size].reshape(-1, 3) for vector in vectors]
-    multiply(np.nan_to_num(alone, nan=0.0, posinf=0.0, neginf=0.0), points[1])
+    points[6][:] = np.nan_to_num(alone, nan=0.0, posinf=0.0, neginf=0.0)
+    free = np.where(masses < np.inf, masses, 0.0)
+    multiply(points[6], points[1])
     np.negative(r, out=r)
-    start, before, goal, made = 0.0, np.inf, 0.0, 0
-    while True:
+    size, before, rz, made = _size(free, points[6]), np.inf, 0.0, 0
+    while r.any():
         respond(points[1], points[2])
-        rz = _turn(before, goal, r, z, p, q, w)
-        if made == 0:
-            start, goal = rz, tolerance * tolerance * rz
-        if not goal < rz < np.inf or made == most:
+        rz = _turn(before, r, z, p, q, w)
+        if rz <= tolerance * tolerance * size:
+            size = _size(free, points[6])
+        if not tolerance * tolerance * size < rz < np.inf or made == most:
             break
         multiply(points[3], points[5])
-        if not _advance(rz, p, q, w, s, r):
+        if not _advance(rz, p, q, w, s, r, x):
             break
         before, made = rz, made + 1
-    return Exchange(points[0], made, float(np.sqrt(rz / start)) if start > 0.0 else 0.0)
+    return Exchange(points[0], made, float(np.sqrt(rz / size)) if rz > 0.0 else 0.0)
+
+
+def _size(masses: np.ndarray, x: np.ndarray) -> float:
+    """Square of the mass norm [J], in a fixed order."""
+    return max(float(np.einsum("p,pc,pc", masses, x, x)), STILL * STILL * float(masses.sum()))
 
 
 @njit(cache=True, parallel=True)
-def _turn(before, goal, r, z, p, q, w):  # noqa: ANN001, ANN202
-    """Give r . z, and unless it is at the goal turn to the next direction, in place: p = z + beta p, w = q = P p."""
+def _turn(before, r, z, p, q, w):  # noqa: ANN001, ANN202
+    """Give r . z, and turn to the next direction, in place: p = z + beta p, w = q = P p."""
     chunks = -(-len(r) // _CHUNK)
     sums = np.empty((chunks, WIDTH))
     for chunk in prange(chunks):
         _sum_finite(sums, np.int64(chunk), r, z)
     rz = _total(sums)
-    if rz > goal:
-        beta = rz / before
-        for chunk in prange(chunks):
-            _turn_some(np.int64(chunk) * _CHUNK, beta, r, z, p, q, w)
+    beta = rz / before
+    for chunk in prange(chunks):
+        _turn_some(np.int64(chunk) * _CHUNK, beta, r, z, p, q, w)
     return rz
 
 
 @njit(cache=True, parallel=True)
-def _advance(rz, p, q, w, s, r):  # noqa: ANN001, ANN202
-    """Go along p to the least error, in place: s += step P p, r -= step (P + O) p; tell whether there is one."""
+def _advance(rz, p, q, w, s, r, x):  # noqa: ANN001, ANN202
+    """Go along p to the least error, in place: x += step p, s and r with it; tell whether there is one."""
     chunks = -(-len(r) // _CHUNK)
     sums = np.empty((chunks, WIDTH))
     for chunk in prange(chunks):
@@ -107,7 +118,7 @@ def _advance(rz, p, q, w, s, r):  # noqa: ANN001, ANN202
     if goes:
         step = rz / curvature
         for chunk in prange(chunks):
-            _advance_some(np.int64(chunk) * _CHUNK, step, q, w, s, r)
+            _advance_some(np.int64(chunk) * _CHUNK, step, p, q, w, s, r, x)
     return goes
 
 
@@ -149,7 +160,8 @@ def _turn_some(begin, beta, r, z, p, q, w):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _advance_some(begin, step, q, w, s, r):  # noqa: ANN001, ANN202
+def _advance_some(begin, step, p, q, w, s, r, x):  # noqa: ANN001, ANN202
     for row in range(begin, min(begin + _CHUNK, len(r))):
+        store(x, (row,), load(x, (row,)) + step * load(p, (row,)))
         store(s, (row,), load(s, (row,)) + step * load(q, (row,)))
         store(r, (row,), load(r, (row,)) - step * load(w, (row,)))

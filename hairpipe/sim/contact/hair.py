@@ -88,13 +88,15 @@ class HairContacts:
         add_push(self._couplings, self._incidence, push)
         own_blocks(self._couplings, self._incidence, diagonal, following)
 
-    def exchange(self, respond: Callable[[np.ndarray, np.ndarray], None], alone: np.ndarray) -> np.ndarray:
+    def exchange(
+        self, respond: Callable[[np.ndarray, np.ndarray], None], alone: np.ndarray, masses: np.ndarray
+    ) -> np.ndarray:
         """Return the impulses that strands exchange [N s], (P, 3); see `conjugate.solve`."""
 
         def multiply(v: np.ndarray, out: np.ndarray) -> None:
             multiply_across(self._couplings, self._incidence, v, out)
 
-        return conjugate.solve(respond, multiply, alone).impulses
+        return conjugate.solve(respond, multiply, alone, masses).impulses
 
     def impulses(self, change: np.ndarray) -> np.ndarray:
         """Return the impulses that points got from other strands in a solve which changed velocities so, (P, 3)."""
