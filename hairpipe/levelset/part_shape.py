@@ -20,15 +20,13 @@ def shape_distance(before: PartField, after: PartField, changes: np.ndarray, par
 @inlined
 def shape_gradient(before: PartField, after: PartField, changes: np.ndarray, part: int, a: float, X: Vector) -> Vector:
     """Return the gradient of the distance by central differences over one voxel, as `sample.gradient` does."""
-    x, y, z = X
     e, per = 0.5 / before.per_metre, before.per_metre
-    gx = shape_distance(before, after, changes, part, a, (x + e, y, z))
-    gx -= shape_distance(before, after, changes, part, a, (x - e, y, z))
-    gy = shape_distance(before, after, changes, part, a, (x, y + e, z))
-    gy -= shape_distance(before, after, changes, part, a, (x, y - e, z))
-    gz = shape_distance(before, after, changes, part, a, (x, y, z + e))
-    gz -= shape_distance(before, after, changes, part, a, (x, y, z - e))
-    return gx * per, gy * per, gz * per
+    gx = gy = gz = 0.0
+    for side in (-1.0, 1.0):
+        gx += side * per * shape_distance(before, after, changes, part, a, (X[0] + side * e, X[1], X[2]))
+        gy += side * per * shape_distance(before, after, changes, part, a, (X[0], X[1] + side * e, X[2]))
+        gz += side * per * shape_distance(before, after, changes, part, a, (X[0], X[1], X[2] + side * e))
+    return gx, gy, gz
 
 
 @inlined
