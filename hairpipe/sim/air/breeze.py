@@ -5,7 +5,7 @@ import numpy as np
 from hairpipe.sim.air.cylinder import law_of
 from hairpipe.sim.air.drag import add_drag
 from hairpipe.sim.air.gusts import add_gusts, modes_of
-from hairpipe.sim.air.shield import shield_of, weaken
+from hairpipe.sim.air.shield import Shield, shield_of, weaken
 from hairpipe.sim.air.wind import Wind
 
 
@@ -18,6 +18,11 @@ class Breeze:
         self.diameter = diameter
         self.law = law_of(wind, diameter)
         self.modes = modes_of(wind.gusts) if wind.gusts else None
+        self._shield: Shield | None = None
+
+    def begin(self, points: np.ndarray, offsets: np.ndarray) -> None:
+        """Count the hair that shields, for all solves of a step; without it, every one counts anew."""
+        self._shield = shield_of(points, offsets, self.wind, self.law, self.diameter)
 
     def air(self, points: np.ndarray, offsets: np.ndarray, seconds: float) -> np.ndarray:
         """Return the velocity of the air at points of hair, (P, 3) [m], at an absolute time of the shot [m/s], (P, 3).
@@ -28,7 +33,7 @@ class Breeze:
         air = np.tile(velocity, (len(points), 1))
         if self.modes is not None:
             add_gusts(self.modes, velocity, points, seconds, air)
-        shield = shield_of(points, offsets, self.wind, self.law, self.diameter)
+        shield = self._shield or shield_of(points, offsets, self.wind, self.law, self.diameter)
         if shield is not None:
             weaken(shield, points, air)
         return air

@@ -95,3 +95,14 @@ def test_the_grid_stays_small_however_far_hair_is_spread():
     assert (
         shield_of(points, offsets, Wind((0.0, 0.0, 0.0), shielding=Shielding()), Breeze(wind, 8e-5).law, 8e-5) is None
     )
+
+
+def test_what_was_counted_at_the_start_of_a_step_shields_all_through_it():
+    points, offsets, _ = slab()
+    wind = Wind((3.0, 0.0, 0.0), shielding=Shielding())
+    counted, fresh = Breeze(wind, DIAMETER), Breeze(wind, DIAMETER)
+    counted.begin(points, offsets)
+    np.testing.assert_array_equal(counted.air(points, offsets, 0.0), fresh.air(points, offsets, 0.0))
+    ahead = points - np.array([1.0, 0.0, 0.0])  # of what was counted, where the wind is still what it was
+    np.testing.assert_allclose(counted.air(ahead, offsets, 0.0)[:, 0], 3.0, rtol=0.05)
+    assert fresh.air(ahead, offsets, 0.0)[:, 0].min() < 1.0
