@@ -157,9 +157,10 @@ def test_a_foreign_library_lives_in_one_place():
 
 @pytest.mark.parametrize("path", [p for p in SOURCES if room_of(p) == "nodes" and p.stem != "__init__"], ids=name_of)
 def test_a_node_file_declares_one_node_of_its_name(path):
+    tree = tree_of(path)
     declared = [
         function.name
-        for function in functions_of(tree_of(path))
+        for function in functions_of(tree)
         if any(ast.unparse(decorator).startswith("node(") for decorator in function.decorator_list)
     ]
     assert declared == [path.stem]
