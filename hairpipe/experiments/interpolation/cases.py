@@ -82,4 +82,5 @@ CASES = (
         (HEAD, Way(begin=(0.0, -30.0, 0.0), turn=(0.0, 60.0, 0.0))),
         (SHOULDER, Way(rest=(0.1, -0.83, 0.0))),
     ),
+    moved("travel by its length and turn", 0.6, (EGG, Way(turn=(0.0, 0.0, 60.0), travel=(1.2, 0.3, 0.0)))),
 )

@@ -1,0 +1,26 @@
+"""Interpolation between frames against the frames between."""
+
+from typing import Annotated
+
+from hairpipe.data import Body, BodyParts, LevelSet, Mesh, Table
+from hairpipe.graph import Frames, Time, node
+from hairpipe.units import Ge
+
+
+@node(frames="once")
+def measure_between(
+    rest: Body,
+    body: Frames[Mesh],
+    surface: Frames[LevelSet],
+    parts: Frames[BodyParts],
+    time: Time,
+    *,
+    stride: Annotated[int, Ge(1)] = 4,
+) -> Table:
+    """Errors of a body's level sets between keys, against the skin at the frames between, which they are not shown.
+
+    stride  frames from one key to the next: at 96 frames a second, 4 makes keys of 24
+    """
+    from hairpipe.experiments.interpolation.clips import Clip, clip_table
+
+    return clip_table(rest.mesh, Clip(body, surface, parts), stride, time.dt)
