@@ -161,4 +161,5 @@ def _find(normals, loads, pairs, points, velocities, thickness, stiffness, visco
         gap = dot(n, between(points, pairs.segments, pairs.fractions, i))
         speed = dot(n, between(velocities, pairs.segments, pairs.fractions, i))
         normals[i, 0], normals[i, 1], normals[i, 2] = n
-        loads[i] = max(stiffness * max(thickness - gap, 0.0) - viscosity * speed, 0.0) if gap < thickness else 0.0
+        # What comes near only now has not been slowed down yet.
+        loads[i] = max(stiffness * (thickness - gap) - viscosity * max(speed, 0.0), 0.0) if gap < thickness else 0.0

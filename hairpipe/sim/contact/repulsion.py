@@ -34,6 +34,8 @@ from hairpipe.sim.scene import Collisions
 
 CREEP = 1e-4
 """Tangential speed at which a contact that sticks reaches the limit of friction [m/s]."""
+_FIRMEST = 1e3
+"""Damper of friction over the mass that it stops: more stops nothing better, and is hard to solve for."""
 
 
 def linearise(
@@ -69,7 +71,7 @@ def _linearise(push, matrix, contacts, points, velocities, masses, law, h):  # n
             ut, w = minus(u, scaled(un, n)), inverse_mass(masses, segments, fractions, i)
             along = h * (h * stiffness + viscosity)
             limit = friction * max(contacts.loads[i], force / (1.0 + along * w))
-            across = h * limit / max(np.sqrt(dot(ut, ut)) - limit * h * w, CREEP)
+            across = min(h * limit / max(np.sqrt(dot(ut, ut)) - limit * h * w, CREEP), _FIRMEST / w)
             for c in range(3):
                 push[i, c] = h * force * n[c] - across * ut[c]
             m = along - across
