@@ -47,6 +47,7 @@ class HairContacts:
     _contacts: Contacts | None = field(default=None, init=False)
     _couplings: Couplings = field(init=False)
     _incidence: Incidence = field(init=False)
+    _exchanged: np.ndarray = field(init=False)
 
     def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray) -> None:
         """Look around at the start of a step: connections break and are made, contacts are found."""
@@ -96,12 +97,17 @@ class HairContacts:
         def multiply(v: np.ndarray, out: np.ndarray) -> None:
             multiply_across(self._couplings, self._incidence, v, out)
 
-        return conjugate.solve(respond, multiply, alone, masses).impulses
+        self._exchanged = conjugate.solve(respond, multiply, alone, masses).impulses.copy()
+        return self._exchanged
 
     def impulses(self, change: np.ndarray) -> np.ndarray:
-        """Return the impulses that points got from other strands in a solve which changed velocities so, (P, 3)."""
-        out = np.zeros_like(change)
+        """Return the impulses that points got from other strands in a solve which changed velocities so, (P, 3).
+
+        What was exchanged replaces -O dv: contact is so stiff that the small error left in dv would be a great impulse.
+        """
+        out = self._exchanged.copy()
         add_push(exchanged(self._couplings, change), self._incidence, out)
+        multiply_across(self._couplings, self._incidence, change, out)
         return out
 
     def collide(self, before: np.ndarray, after: np.ndarray, speeds: np.ndarray, masses: np.ndarray, dt: float) -> None:
