@@ -58,29 +58,29 @@ def moved(name: str, radius: float, *pairs: tuple[Solid, Way]) -> Case:
 EGG, ROD, LIMB = ellipsoid((0.6, 0.45, 0.3)), capsule(0.3, 0.4), capsule(0.25, 0.5, (0.5, 0.0, 0.0))
 HEAD, SHOULDER = ellipsoid((0.6, 0.45, 0.3), (0.25, 0.0, 0.0)), capsule(0.3, 0.6)
 
+# They travel by so much, or turn by so many degrees, from one frame to the next; the hinges open by 60 degrees, from so
+# many; a rod slides past another, and a chin turns by 60 degrees over a shoulder.
 CASES = (
-    moved("travel by 1 radius", 0.6, (EGG, Way(travel=(0.6, 0.0, 0.0)))),
-    moved("travel by 2 radii", 0.6, (EGG, Way(travel=(1.2, 0.0, 0.0)))),
-    moved("turn by 30 deg", 0.6, (EGG, Way(turn=(0.0, 0.0, 30.0)))),
-    moved("turn by 60 deg", 0.6, (EGG, Way(turn=(0.0, 0.0, 60.0)))),
-    moved("ball on a 60 deg arc", 0.3, (ellipsoid((0.3, 0.3, 0.3), (0.6, 0.0, 0.0)), Way(turn=(0.0, 0.0, 60.0)))),
-    moved("travel and turn", 0.7, (ROD, Way(turn=(0.0, 0.0, 45.0), travel=(0.0, 0.7, 0.0)))),
+    moved("1 radius", 0.6, (EGG, Way(travel=(0.6, 0.0, 0.0)))),
+    moved("2 radii", 0.6, (EGG, Way(travel=(1.2, 0.0, 0.0)))),
+    moved("turn 30", 0.6, (EGG, Way(turn=(0.0, 0.0, 30.0)))),
+    moved("turn 60", 0.6, (EGG, Way(turn=(0.0, 0.0, 60.0)))),
+    moved("arc 60", 0.3, (ellipsoid((0.3, 0.3, 0.3), (0.6, 0.0, 0.0)), Way(turn=(0.0, 0.0, 60.0)))),
+    moved("go and turn", 0.7, (ROD, Way(turn=(0.0, 0.0, 45.0), travel=(0.0, 0.7, 0.0)))),
     moved("accelerate", 0.6, (EGG, Way(travel=(0.6, 0.0, 0.0), extra=(0.6, 0.0, 0.0)))),
     moved(
-        "hinge opens from 40 by 60 deg",
+        "hinge 40",
         1.0,
         (LIMB, Way()),
         (LIMB, Way(begin=(0.0, 0.0, 40.0), turn=(0.0, 0.0, 60.0))),
     ),
+    moved("hinge 5", 1.0, (LIMB, Way()), (LIMB, Way(begin=(0.0, 0.0, 5.0), turn=(0.0, 0.0, 60.0)))),
+    moved("slide past", 0.7, (ROD, Way(rest=(-0.35, 0.7, 0.0), travel=(0.7, 0.0, 0.0))), (ROD, Way())),
     moved(
-        "hinge opens from 5 by 60 deg", 1.0, (LIMB, Way()), (LIMB, Way(begin=(0.0, 0.0, 5.0), turn=(0.0, 0.0, 60.0)))
-    ),
-    moved("slide along a neighbour", 0.7, (ROD, Way(rest=(-0.35, 0.7, 0.0), travel=(0.7, 0.0, 0.0))), (ROD, Way())),
-    moved(
-        "chin over shoulder by 60 deg",
+        "chin turns",
         0.85,
         (HEAD, Way(begin=(0.0, -30.0, 0.0), turn=(0.0, 60.0, 0.0))),
         (SHOULDER, Way(rest=(0.1, -0.83, 0.0))),
     ),
-    moved("travel by its length and turn", 0.6, (EGG, Way(turn=(0.0, 0.0, 60.0), travel=(1.2, 0.3, 0.0)))),
+    moved("length + 60", 0.6, (EGG, Way(turn=(0.0, 0.0, 60.0), travel=(1.2, 0.3, 0.0)))),
 )

@@ -6,12 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.experiments.interpolation.bodies import FRAME, outline_at, skin_at, surfaces_of
+from hairpipe.experiments.interpolation.bodies import FRAME, outline_at, parts_of, surfaces_of
 from hairpipe.experiments.interpolation.cases import CASES
 from hairpipe.levelset.bake import bake
-from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.moving import MovingSurface, Probe
-from hairpipe.levelset.moving_field import moving_field
+from hairpipe.levelset.moving_parts import moving_parts
 
 ACROSS = 241
 """Points along the longer side of a section."""
@@ -22,7 +21,7 @@ class Sections(NamedTuple):
 
     extent  left, right, bottom and top of the plane [m]
     shown   by name of the interpolation, at every time
-    truth   at every time
+    truth   at every time: the solids, each baked on its own, where they are then
     """
 
     extent: tuple[float, float, float, float]
@@ -45,8 +44,9 @@ def sections(name: str, fractions: Sequence[float], voxel: float, half_width: fl
         key: [distances(surface, plane, a * FRAME) for a in fractions]
         for key, surface in surfaces_of(case, voxel, half_width).items()
     }
-    then = [bake(skin_at(case, a), voxel, half_width) for a in fractions]
-    truth = [distances(moving_field(body, body, FRAME, Interpolation.linear), plane, 0.0) for body in then]
+    shapes = [bake(solid.mesh(), voxel, half_width) for solid in case.solids]
+    then = [parts_of(case, shapes, a) for a in fractions]
+    truth = [distances(moving_parts(parts, parts, FRAME), plane, 0.0) for parts in then]
     return Sections((x[0], x[-1], y[0], y[-1]), shown, truth)
 
 
