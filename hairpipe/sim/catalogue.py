@@ -14,6 +14,7 @@ from hairpipe.levelset.moving_field import moving_field
 from hairpipe.levelset.moving_parts import moving_parts
 from hairpipe.sim.air.breeze import Breeze
 from hairpipe.sim.contact.body import BodyContacts, thicknesses
+from hairpipe.sim.contact.folds import turns_of
 from hairpipe.sim.contact.hair import HairContacts
 from hairpipe.sim.contact.ignored import REST, keys_of
 from hairpipe.sim.contact.near import near_pairs
@@ -44,7 +45,9 @@ def surroundings_of(
     offsets = hair.layout.offsets
     body = wind = touching = None
     if bodies:
-        body = BodyContacts(list(bodies), scene.contact, thicknesses(offsets, scene.contact.thickness))
+        turns = turns_of(hair.groom.points, offsets) if scene.contact.folds is not None else None
+        thickness = thicknesses(offsets, scene.contact.thickness)
+        body = BodyContacts(list(bodies), scene.contact, thickness, offsets, turns)
     if scene.wind is not None:
         wind = Breeze(scene.wind, hair.diameter)
     if scene.stiction is not None or scene.collisions is not None:

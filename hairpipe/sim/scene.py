@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from hairpipe.sim.air.wind import Wind
 from hairpipe.units import (
+    Fraction,
     Ge,
     Gt,
     Interval,
@@ -33,12 +34,14 @@ class BodyContact:
 
     friction       Coulomb coefficient
     thickness      distance kept from the surface, from the fifth particle on; one fifth of it at the first
-    interpolation  of the level set between frames: two_sided as published, linear and one_sided beside it
+    interpolation  of whole level sets between frames: two_sided as published, linear and one_sided beside it
+    folds          share of their shape that curls keep where a body presses on them; without, it presses them flat
     """
 
     friction: Annotated[float, Ge(0.0)] = 0.3
     thickness: Annotated[Metres, Interval(ge=0.0, le=0.02)] = 1e-3
     interpolation: Literal["two_sided", "linear", "one_sided"] = "two_sided"
+    folds: Fraction | None = None
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from typing import Protocol
 import numpy as np
 
 from hairpipe.levelset.moving import MovingSurface, Probe, Sweep
+from hairpipe.sim.contact.folds import Turns, add_heights
 from hairpipe.sim.contact.hold import SLIDES, Touch, hold, judge, reactions, stop_normals
 from hairpipe.sim.contact.project import Motion, project
 from hairpipe.sim.scene import BodyContact
@@ -36,23 +37,33 @@ class BodyContacts:
 
     surfaces   the bodies, which are one
     thickness  that points keep [m], (P,)
+    offsets    of the points of strands, (S+1,) int32
+    turns      of curls that keep their shape; None: they are pressed flat
     """
 
     surfaces: list[MovingSurface]
     contact: BodyContact
     thickness: np.ndarray
+    offsets: np.ndarray
+    turns: Turns | None = None
     _touch: Touch = field(init=False)
     _begun: np.ndarray = field(init=False)
     _probe: Probe = field(init=False)
+    _kept: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         self._touch = Touch.none(len(self.thickness))
 
     def look(self, points: np.ndarray, time: float) -> Probe:
-        """Find how near the body is at a time since the previous frame [s], where it is near."""
-        probe = Probe.blank(len(points), float(self.thickness.max(initial=0.0)) + _MARGIN)
+        """Find how near the body is at a time since the previous frame [s], where it is, and what points keep there."""
+        highest = 2.0 * self.turns.radii.max(initial=0.0) if self.turns is not None else 0.0
+        probe = Probe.blank(len(points), float(self.thickness.max(initial=0.0) + highest) + _MARGIN)
         for surface in self.surfaces:
             surface.probe(points, time, probe)
+        self._kept = self.thickness
+        if self.turns is not None and self.contact.folds is not None:
+            self._kept = self.thickness.copy()
+            add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._kept)
         return probe
 
     def begin(self, points: np.ndarray, time: float) -> None:
@@ -75,7 +86,7 @@ class BodyContacts:
         damping: np.ndarray,
     ) -> None:
         """Add the forces that hold points, push - damping v, in place; see `hold`."""
-        rest = (self._begun, self.thickness, masses, self.contact.friction, stage.h, stage.span, who, push, damping)
+        rest = (self._begun, self._kept, masses, self.contact.friction, stage.h, stage.span, who, push, damping)
         hold(self._touch, self._probe, points, speeds, *rest)
 
     def judge(
@@ -83,7 +94,7 @@ class BodyContacts:
     ) -> np.ndarray:
         """Look at what a solve found; mark the points that must be solved again, (P,) bool."""
         self._probe, changed = self.look(points, stage.time), np.empty(len(points), np.bool_)
-        rest = (self.thickness, masses, self.contact.friction, stage.h, stage.span, who, changed)
+        rest = (self._kept, masses, self.contact.friction, stage.h, stage.span, who, changed)
         judge(self._touch, self._probe, speeds, *rest)
         return changed
 
@@ -133,6 +144,6 @@ class BodyContacts:
                 surface.probe(at, time + share * dt, found)
             for target, values in zip(meeting, found, strict=True):
                 target[chosen] = values
-        motion = Motion(before, after, speeds, self._begun, self.thickness, masses)
         ended = self.look(after, time + dt)
+        motion = Motion(before, after, speeds, self._begun, self._kept, masses)
         return project(motion, ended, met, parts / _PARTS, meeting, dt, self.contact.friction)
