@@ -1,0 +1,33 @@
+"""A soft hair that hangs in wind, through the whole solver, against the balance of its drag and its weight."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import root_scalar
+
+from hairpipe.sim.air.wind import Coefficients, Wind
+from hairpipe.sim.material import Material
+
+SOFT = Material(young=1e7, softening=1.0)
+WEIGHT = SOFT.line_density * 9.81
+
+
+def cylinder(speed):
+    re = 1.2 * SOFT.diameter * speed / 1.8e-5
+    return 0.5 * 1.2 * SOFT.diameter * speed**2 * (1.18 + 6.8 / re**0.89 + 1.96 / re**0.5)
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "drag"), [(None, cylinder), (Coefficients(2e-4, 5e-5), lambda speed: 2e-4 * speed)]
+)
+def test_it_leans_until_its_weight_across_is_the_drag(scene, straight, coefficients, drag):
+    """Straight but at the root: drag(U cos a) = w sin a on every metre, whatever pulls along it."""
+    s = scene([straight(0.1, 10, [0, -1, 0])], SOFT)
+    s.scene = replace(s.scene, wind=Wind((0.4, 0.0, 0.3), coefficients=coefficients))
+    leant = s.run(1.5).axis
+    edge = leant[-1] - leant[-5]
+    angle = np.arctan2(np.hypot(edge[0], edge[2]), -edge[1])
+    balance = root_scalar(lambda a: drag(0.5 * np.cos(a)) - WEIGHT * np.sin(a), bracket=(0.01, 1.5)).root
+    assert angle == pytest.approx(balance, rel=0.01)
+    assert edge[2] / edge[0] == pytest.approx(0.75, rel=0.02)
