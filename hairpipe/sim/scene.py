@@ -101,7 +101,6 @@ class StepControl:
     travel       a particle moves at most this far in a step, so that it cannot leap over the band of the level set
     strain_rate  an edge changes its length by at most this fraction of it in a step; 0.1 in the authors' code
     courant      so many times what an explicit step could be; 4 and 10 in the authors' code
-    slip         a connection by stiction goes at most this share of its way from reach to release in a step
     """
 
     longest: Annotated[Seconds, Interval(gt=1e-6, le=1.0)] = 1 / 240
@@ -109,7 +108,6 @@ class StepControl:
     travel: Annotated[Metres, Interval(gt=1e-5, le=1e3)] = 0.02
     strain_rate: Annotated[float, Gt(0.0)] | None = None
     courant: Annotated[float, Gt(0.0)] | None = None
-    slip: Annotated[float, Gt(0.0)] | None = None
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from hairpipe.sim.axis import Axis, axis_of, follow, gather, lanes_with, points_
 from hairpipe.sim.banded import row_size
 from hairpipe.sim.contact.body import BodyContacts
 from hairpipe.sim.contact.hair import HairContacts
-from hairpipe.sim.contact.stiction import slip_time, stiffest
+from hairpipe.sim.contact.stiction import stiffest
 from hairpipe.sim.filters.limit_strain import limit_all
 from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.layout import Layout
@@ -164,7 +164,7 @@ class Surroundings:
         withdraw(push, damping, speeds, h)
         if self.hair is not None:
             following = np.zeros_like(damping)
-            self.hair.linearise(points, speeds, self._masses, h, push, damping, following)
+            self.hair.linearise(points, speeds, self._masses, h, stage.span, push, damping, following)
             scatter(self._axis, following, 9, outer)
         scatter(self._axis, push, 0, outer)
         scatter(self._axis, damping, 3, outer)
@@ -248,12 +248,6 @@ class Surroundings:
         if self.hair is None or self.hair.stiction is None:
             return 0.0
         return stiffest(self.hair.connections, self._masses, self.hair.stiction)
-
-    def slip_time(self, motion: Motion) -> float:
-        """Time in which connections by stiction would let go, at their present rate [s]; inf where there are none."""
-        if self.hair is None or self.hair.stiction is None:
-            return np.inf
-        return slip_time(self.hair.connections, self._points(motion.x), self._points(motion.v), self.hair.stiction)
 
     def _put_right(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> tuple[np.ndarray, np.ndarray]:
         """Move hair out of the body; return which points touched it and its normals there."""

@@ -72,20 +72,25 @@ class HairContacts:
         speeds: np.ndarray,
         masses: np.ndarray,
         h: float,
+        span: float,
         push: np.ndarray,
         diagonal: np.ndarray,
         following: np.ndarray,
     ) -> None:
         """Linearise what strands do to each other at a prediction, and add each strand's own part of it, in place.
 
-        push  [N s], (P, 3); diagonal, following  [kg], (P, 6): see `own_blocks`
+        h, span  weight of the stage's end, and the time that the stage covers [s]: what strands do to each other is no
+                 part of accelerations, so in a stage it acts all that time
+        push     [N s], (P, 3); diagonal, following  [kg], (P, 6): see `own_blocks`
         """
         sets = []
         if self.stiction is not None:
             sets.append(linearise_connections(self.connections, points, speeds, masses, self.stiction, h))
         if self._contacts is not None and self.collisions is not None:
             sets.append(linearise_contacts(self._contacts, points, speeds, masses, self.collisions, h))
-        self._couplings = joined(sets)
+        all_of_it = joined(sets)
+        share = span / h
+        self._couplings = all_of_it._replace(push=share * all_of_it.push, matrix=share * all_of_it.matrix)
         add_push(self._couplings, self._incidence, push)
         own_blocks(self._couplings, self._incidence, diagonal, following)
 

@@ -125,19 +125,6 @@ def stiffest(connections: Connections, masses: np.ndarray, stiction: Stiction) -
     return 4.0 * stiffness_of(stiction) * float((weights / masses).max(initial=0.0))
 
 
-def slip_time(connections: Connections, points: np.ndarray, velocities: np.ndarray, stiction: Stiction) -> float:
-    """Time in which connections go from reach to release, at the root of their mean square rate of stretch [s]; or inf.
-
-    points, velocities  [m], [m/s], (points, 3)
-
-    A step much longer than that cannot see what happens on the way.
-    """
-    squares = np.empty(len(connections.segments))
-    _stretch_rates(squares, connections, points, velocities)
-    mean = squares.mean() if len(squares) else 0.0
-    return (stiction.release - stiction.reach) / float(np.sqrt(mean)) if mean > 0.0 else np.inf
-
-
 @njit(cache=True, parallel=True)
 def _hold_on(kept, connections, points, distance):  # noqa: ANN001, ANN202
     for i in prange(len(kept)):
@@ -166,12 +153,3 @@ def _linearise(push, matrix, connections, points, velocities, masses, law, h):  
             push[i, 0], push[i, 1], push[i, 2] = force * d[0], force * d[1], force * d[2]
             matrix[i, 0], matrix[i, 1], matrix[i, 2] = xx + t, xy, xz
             matrix[i, 3], matrix[i, 4], matrix[i, 5] = yy + t, yz, zz + t
-
-
-@njit(cache=True, parallel=True)
-def _stretch_rates(squares, connections, points, velocities):  # noqa: ANN001, ANN202
-    segments, fractions = connections.segments, connections.fractions
-    for i in prange(len(squares)):
-        d = normal_of(points, velocities, segments, fractions, i)
-        rate = dot(d, between(velocities, segments, fractions, i))
-        squares[i] = rate * rate if rate * rate < np.inf else 0.0
