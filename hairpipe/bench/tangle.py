@@ -6,9 +6,11 @@ RADIUS, SHELL = 0.105, 0.025
 """Of the head; thickness of the hair on it [m]."""
 LENGTH = 3e-3
 """Of a segment [m]."""
+COMBED, DISORDER = np.array([0.6, 0.0, 0.8]), 0.3
+"""Axis that strands run round, and how much each has a direction of its own."""
 TURN, FREQUENCY, STEP = np.radians(60.0), 1.5, 1 / 240
 """Yaw [rad], so often a second [Hz]; length of a step [s]."""
-TURBULENCE, SPREAD = 0.06, 0.9
+TURBULENCE, SPREAD = 0.04, 0.9
 """Typical speed of a strand by itself [m/s], and the deviation of its logarithm among strands."""
 
 
@@ -35,14 +37,14 @@ def tangle(strands: int, segments: int, seed: int) -> tuple[np.ndarray, np.ndarr
 def _wander(rng: np.random.Generator, strands: int, points: int) -> np.ndarray:
     """Let strands start anywhere in the shell and run along it, bending a little, kept inside, (strands, points, 3)."""
     place = _directions(rng, strands) * (RADIUS + SHELL * rng.random((strands, 1)))
-    along = _directions(rng, strands)
+    along = np.cross(place, COMBED) / RADIUS + DISORDER * _directions(rng, strands)
     path = np.empty((strands, points, 3))
     for k in range(points):
         path[:, k] = place
         out = place / np.linalg.norm(place, axis=1, keepdims=True)
         depth = (np.linalg.norm(place, axis=1, keepdims=True) - RADIUS) / SHELL
         radial = np.sum(along * out, axis=1, keepdims=True)
-        along = along + 0.1 * rng.normal(size=along.shape) - out * (radial + 0.5 * (depth - rng.random((strands, 1))))
+        along = along + 0.05 * rng.normal(size=along.shape) - out * (radial + 0.5 * (depth - rng.random((strands, 1))))
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         place = place + LENGTH * along
     return path

@@ -17,7 +17,7 @@ from hairpipe.sim.contact.encounter import NEARLY_PARALLEL, TOUCHING, Encounter,
 from hairpipe.sim.contact.grazing import first_graze, quadratic_roots
 
 Cubic = tuple[float, float, float, float]
-_ROUNDING = 32 * 2.0**-52
+ROUNDING = 32 * 2.0**-52
 _LOOSEST = 1e-4
 """Distance over the lengths of both segments at a root that rounding blurs."""
 _EXACTLY = 1e-9
@@ -32,7 +32,7 @@ def coplanar_time(pair: Encounter) -> float:
     N0, N1, N01 = cross(A0, C0), cross(A1, C1), plus(cross(A0, C1), cross(A1, C0))
     b = (dot(N0, P0), (dot(N01, P0) + dot(N0, P1)) / 3.0, (dot(N01, P1) + dot(N1, P0)) / 3.0, dot(N1, P1))
     area = max(length(A0), length(A1)) * max(length(C0), length(C1))
-    noise = _ROUNDING * area * max(length(P0), length(P1))
+    noise = ROUNDING * area * max(length(P0), length(P1))
     if min(min(b[0], b[1]), min(b[2], b[3])) > noise or max(max(b[0], b[1]), max(b[2], b[3])) < -noise:
         return np.inf
     time = _first_root(pair, b, noise)

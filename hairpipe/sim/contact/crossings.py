@@ -8,6 +8,10 @@ from numba import njit, prange
 from hairpipe.sim.contact.coplanar import coplanar_time
 from hairpipe.sim.contact.crossing_normal import crossing_normal
 from hairpipe.sim.contact.encounter import encounter, meet
+from hairpipe.sim.contact.signs import ROWS, may_cross
+from hairpipe.sim.lanes import WIDTH, lowest
+
+_CHUNK = 1024
 
 
 class Crossings(NamedTuple):
@@ -45,8 +49,15 @@ def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Cross
 
 @njit(cache=True, parallel=True)
 def _find_times(before, after, pairs, times):  # noqa: ANN001, ANN202
-    for k in prange(len(pairs)):
-        times[k] = coplanar_time(encounter(before, after, pairs[k, 0], pairs[k, 1]))
+    for chunk in prange(-(-len(pairs) // _CHUNK)):
+        room = np.empty((ROWS, WIDTH))
+        for start in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(pairs)), WIDTH):
+            times[start : start + WIDTH] = np.inf
+            possible = may_cross(before, after, pairs, start, room)
+            while possible != 0:
+                k = start + lowest(possible)
+                possible &= possible - 1
+                times[k] = coplanar_time(encounter(before, after, pairs[k, 0], pairs[k, 1]))
 
 
 @njit(cache=True, parallel=True)

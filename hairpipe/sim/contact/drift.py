@@ -19,10 +19,11 @@ from hairpipe.body.vectors import Vector, length, minus, mix, row
 from hairpipe.sim.contact.grid import in_cells
 from hairpipe.sim.contact.pieces import Pieces, piece, pieces_of
 
-STEEPEST = 0.2
+STEEPEST = 0.05
 """Lipschitz constant that the field may have."""
-_NODES = 24
+_NODES = 12
 _MARGIN = 2
+_SPREADINGS = 4
 _SMOOTHINGS = 40
 _SAMPLE = 65536
 _OUTLYING = 3.0
@@ -61,22 +62,68 @@ def find_drift(middle: np.ndarray, half: np.ndarray) -> Drift:
     corner = low - _MARGIN * spacing
     sums, counts = np.zeros((*shape, 3)), np.zeros(shape)
     _gather(middle, half, corner, spacing, sums, counts)
-    nodes = np.where(counts[..., None] > 0.0, sums / np.maximum(counts, 1.0)[..., None], overall)
-    for _ in range(_SMOOTHINGS):
-        steep = _steepness(nodes, spacing)
-        if steep <= STEEPEST:
-            break
-        nodes = sum((np.roll(nodes, n, axis=x) for x in range(3) for n in (-1, 1)), start=2.0 * nodes) / 8.0
+    for _ in range(_SPREADINGS):
+        sums, counts = _spread(sums, counts)
+    nodes = np.where(counts[..., None] > 0.0, sums / np.maximum(counts, 1e-300)[..., None], overall)
     steep = _steepness(nodes, spacing)
+    for _ in range(_SMOOTHINGS):
+        if steep > STEEPEST:
+            nodes = _smooth(nodes)
+            steep = _steepness(nodes, spacing)
     if steep > STEEPEST:
         nodes, steep = overall + (nodes - overall) * (STEEPEST / steep), STEEPEST
     return Drift(nodes, corner, spacing, steep * (1.0 + 1e-9))
 
 
+@njit(cache=True)
 def _steepness(nodes: np.ndarray, spacing: float) -> float:
     """Bound the Lipschitz constant of trilinear interpolation by the steepest edges along each axis."""
-    edges = [np.sum((np.roll(nodes, -1, axis=x) - nodes) ** 2, axis=-1).max() for x in range(3)]
-    return float(np.sqrt(sum(edges))) / spacing
+    nx, ny, nz, _ = nodes.shape
+    along_x, along_y, along_z = 0.0, 0.0, 0.0
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                x, y, z = 0.0, 0.0, 0.0
+                for c in range(3):
+                    here = nodes[i, j, k, c]
+                    x += (nodes[(i + 1) % nx, j, k, c] - here) ** 2
+                    y += (nodes[i, (j + 1) % ny, k, c] - here) ** 2
+                    z += (nodes[i, j, (k + 1) % nz, c] - here) ** 2
+                along_x, along_y, along_z = max(along_x, x), max(along_y, y), max(along_z, z)
+    return np.sqrt(along_x + along_y + along_z) / spacing
+
+
+@njit(cache=True)
+def _spread(sums: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Give nodes that have nothing near what their six neighbours have."""
+    nx, ny, nz = counts.shape
+    more, weights = sums.copy(), counts.copy()
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                if counts[i, j, k] == 0.0:
+                    around = ((i - 1, j, k), ((i + 1) % nx, j, k), (i, j - 1, k))
+                    for x, y, z in (*around, (i, (j + 1) % ny, k), (i, j, k - 1), (i, j, (k + 1) % nz)):
+                        weights[i, j, k] += counts[x, y, z]
+                        for c in range(3):
+                            more[i, j, k, c] += sums[x, y, z, c]
+    return more, weights
+
+
+@njit(cache=True)
+def _smooth(nodes: np.ndarray) -> np.ndarray:
+    """Average every node with its six neighbours."""
+    nx, ny, nz, _ = nodes.shape
+    smoother = np.empty_like(nodes)
+    for i in range(nx):
+        for j in range(ny):
+            for k in range(nz):
+                for c in range(3):
+                    x = nodes[(i + 1) % nx, j, k, c] + nodes[i - 1, j, k, c]
+                    y = nodes[i, (j + 1) % ny, k, c] + nodes[i, j - 1, k, c]
+                    z = nodes[i, j, (k + 1) % nz, c] + nodes[i, j, k - 1, c]
+                    smoother[i, j, k, c] = (2.0 * nodes[i, j, k, c] + x + y + z) / 8.0
+    return smoother
 
 
 @njit(cache=True)

@@ -70,9 +70,11 @@ def in_order(pairs: np.ndarray, points: int) -> np.ndarray:
     starts = np.append(places[0], len(pairs))
     buckets, order = np.empty_like(pairs), np.empty_like(pairs)
     _distribute(pairs, shift, places, buckets)
-    _sort_buckets(buckets, shift, starts, order)
-    repeated = (order[1:] == order[:-1]).all(axis=1)
-    return order[np.append(True, ~repeated)] if repeated.any() else order
+    repeats = np.zeros(len(starts) - 1, np.bool_)
+    _sort_buckets(buckets, shift, starts, order, repeats)
+    if not repeats.any():
+        return order
+    return order[np.append(True, (order[1:] != order[:-1]).any(axis=1))]
 
 
 @njit(cache=True, parallel=True)
@@ -95,7 +97,7 @@ def _distribute(pairs, shift, places, buckets):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _sort_buckets(buckets, shift, starts, order):  # noqa: ANN001, ANN202
+def _sort_buckets(buckets, shift, starts, order, repeats):  # noqa: ANN001, ANN202
     for b in prange(len(starts) - 1):
         start, end, lowest = starts[b], starts[b + 1], np.int64(b) << shift
         rows = np.zeros((1 << shift) + 1, np.int64)
@@ -110,8 +112,21 @@ def _sort_buckets(buckets, shift, starts, order):  # noqa: ANN001, ANN202
             rows[i] += 1
         for i in range(1 << shift):
             first = rows[i - 1] if i > 0 else 0
-            row = seconds[first : rows[i]]
-            if len(row) > 1:
-                row.sort()
-            for k in range(len(row)):
-                order[start + first + k, 0], order[start + first + k, 1] = lowest + i, row[k]
+            _sort(seconds[first : rows[i]])
+            for k in range(first, rows[i]):
+                order[start + k, 0], order[start + k, 1] = lowest + i, seconds[k]
+                repeats[b] |= k > first and seconds[k] == seconds[k - 1]
+
+
+@njit(cache=True)
+def _sort(row):  # noqa: ANN001, ANN202
+    """Sort a few numbers, or many, in place."""
+    if len(row) > 32:
+        row.sort()
+        return
+    for k in range(1, len(row)):
+        value, place = row[k], k
+        while place > 0 and row[place - 1] > value:
+            row[place] = row[place - 1]
+            place -= 1
+        row[place] = value

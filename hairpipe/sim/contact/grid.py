@@ -23,8 +23,9 @@ ULP = 2.0**-24
 MOST_RUNS = 8192
 """Boxes of more columns of cells are not looked for: all of the grid is."""
 _CELLS_PER_PIECE = 4
-_FINEST = 2.0**-30
-"""Least size of a cell over that of everything."""
+_FINEST = 1e-6
+"""Least size of a cell [m]: the farthest are numbered in 64 bits."""
+_SAMPLE = 8192
 
 
 class Grid(NamedTuple):
@@ -57,11 +58,10 @@ class Grid(NamedTuple):
 
 def build_grid(points: np.ndarray, pieces: Pieces, reach: float) -> Grid:
     """Sort pieces of segments into cells that suit a search within reach [m]; points [m], (P, 3); pure."""
-    centre = np.median(points[:: max(1, len(points) // 4096)], axis=0) if len(points) else np.zeros(3)
-    low, high = points.min(axis=0, initial=np.inf), points.max(axis=0, initial=-np.inf)
-    size = float(np.max(high - low, initial=0.0)) if len(points) else 0.0
-    cell = max(0.5 * (reach + pieces.longest), _FINEST * size, 1e-30)
-    shape = _shape((high - low) / cell if len(points) else np.ones(3), _CELLS_PER_PIECE * len(pieces.segments) + 64)
+    some = points[:: max(1, len(points) // _SAMPLE)] if len(points) else np.zeros((1, 3))
+    centre, extent = np.median(some, axis=0), np.ptp(some, axis=0)
+    cell = max(0.5 * (reach + pieces.longest), _FINEST)
+    shape = _shape(extent / cell, _CELLS_PER_PIECE * len(pieces.segments) + 64)
     cells = np.empty(len(pieces.segments), np.int64)
     _find_cells(points, pieces.segments, pieces.numbers, pieces.cut, centre, cell, shape, cells)
     starts, order = _sort(cells, shape.prod())

@@ -68,6 +68,8 @@ def known_pairs(keys: np.ndarray | None, points: int) -> Known:
 def is_known(known: Known, first: int, second: int) -> bool:
     """Whether a pair of segments, first < second, is among the known ones."""
     found = False
+    if len(known.seconds) == 0:
+        return found
     for k in range(known.starts[first], known.starts[first + 1]):
         found |= known.seconds[k] == second
     return found
