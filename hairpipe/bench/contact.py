@@ -1,0 +1,95 @@
+"""The cost of hair that touches: a frame of a full head with everything on, and where its time goes."""
+
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from hairpipe.bench.core import THREADS
+from hairpipe.bench.head import STEPS, grow_head
+from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.roofs import TRIAD, Roofs, measure_roofs
+from hairpipe.bench.shares import shares_of
+
+
+class Sizes(NamedTuple):
+    """What is measured.
+
+    segments  of all hair
+    settling  frames before the first that is measured: hair has fallen, touched and stuck by then
+    frames    that are measured for each number of threads
+    triad     numbers in each array of the triad
+    seconds   that the roofs are measured for
+    """
+
+    segments: tuple[int, ...] = (10_000, 100_000, 1_000_000)
+    settling: int = 6
+    frames: int = 3
+    triad: int = TRIAD
+    seconds: float = 1.0
+
+
+FULL = Sizes()
+
+
+class Case(NamedTuple):
+    """A frame of one head on so many threads.
+
+    particles  of the strands, those beside their axes too
+    seconds    a frame, the median
+    shares     of the parts of the work, in seconds of that frame
+    stuck      connections by stiction at the end
+    """
+
+    segments: int
+    particles: int
+    threads: int
+    seconds: float
+    shares: dict[str, float]
+    stuck: int
+
+
+class Report(NamedTuple):
+    """All of it; steps are those of a frame of 1/24 s."""
+
+    machine: Machine
+    sizes: Sizes
+    steps: int
+    roofs: Roofs
+    cases: list[Case]
+
+
+def measure_contact(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
+    """Measure everything, and say what is being done."""
+    threads = [count for count in THREADS if count <= numba.get_num_threads()]
+    say("multiply-adds and the triad")
+    roofs = measure_roofs(("float64",), threads, sizes.triad, sizes.seconds)
+    cases = []
+    for segments in sizes.segments:
+        say(f"{segments:,} segments: growing them")
+        head = grow_head(segments)
+        for frame in range(sizes.settling):
+            say(f"{segments:,} segments: frame {frame + 1} of {sizes.settling} before the first that counts")
+            head.advance()
+        for count in threads:
+            say(f"{segments:,} segments: {sizes.frames} frames on {count} threads")
+            numba.set_num_threads(count)
+            try:
+                found = [_timed(head.advance) for _ in range(sizes.frames)]
+            finally:
+                numba.set_num_threads(threads[-1])
+            seconds, shares = sorted(found, key=lambda case: case[0])[len(found) // 2]
+            layout = head.hair.layout
+            grown = np.diff(layout.offsets) - 1
+            particles = sum(layout.shape.count(int(count)) for count in grown)
+            cases.append(Case(int(grown.sum()), particles, count, seconds, shares, len(head.state.stuck)))
+    return Report(this_machine(), sizes, STEPS, roofs, cases)
+
+
+def _timed(work: Callable[[], object]) -> tuple[float, dict[str, float]]:
+    """Time some work, and its parts [s]."""
+    begun = time.perf_counter()
+    shares = shares_of(work)
+    return time.perf_counter() - begun, shares

@@ -1,0 +1,87 @@
+"""A head of hair that shakes, everything on: what `hairpipe bench contact` measures."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hairpipe.body.bust import build_bust
+from hairpipe.body.skinning import skin
+from hairpipe.data import Body, BodyParts, Mesh, Pose
+from hairpipe.data.hair import HairState
+from hairpipe.groom.growing import grow
+from hairpipe.groom.paint import Canvas
+from hairpipe.groom.style import Style
+from hairpipe.levelset.bake_parts import bake_parts
+from hairpipe.levelset.moving_parts import moving_parts
+from hairpipe.sim.advance import advance_frame, start
+from hairpipe.sim.hair import Hair, make_hair
+from hairpipe.sim.material import Material
+from hairpipe.sim.scene import Collisions, Scene, StepControl, Stiction, StrainLimit
+
+FPS, STEPS = 24.0, 10
+"""Frames a second, steps a frame."""
+LENGTH, SEGMENTS = 0.25, 50
+"""Of the hair [m]; of a strand."""
+TURN, FREQUENCY = np.radians(60.0), 1.5
+"""Yaw [rad], so often a second [Hz]."""
+VOXEL, HALF_WIDTH, SMALLEST = 0.005, 8.0, 0.08
+"""Of the level sets: spacing of samples [m], band [voxels], smallest part [m]."""
+
+
+@dataclass(eq=False)
+class Head:
+    """A bust that turns to and fro, and its hair."""
+
+    bust: Body
+    hair: Hair
+    state: HairState
+    frame: int = 0
+
+    def advance(self) -> None:
+        """Simulate the next frame, in place."""
+        before, after = self.frame / FPS, (self.frame + 1) / FPS
+        body = moving_parts(*(parts_at(self.bust, t) for t in (before, after)), 1 / FPS)
+        leads = mesh_at(self.bust, before), mesh_at(self.bust, after)
+        self.state = advance_frame(self.hair, self.state, leads, [body], 1 / FPS, everything(), before)
+        self.frame += 1
+
+
+def everything() -> Scene:
+    """Return a scene with all that hair does on hair and body."""
+    steps = StepControl(longest=1 / (FPS * STEPS), root=1.0, travel=1.0)
+    return Scene(strain=StrainLimit(), steps=steps, stiction=Stiction(), collisions=Collisions())
+
+
+def grow_head(segments: int) -> Head:
+    """Grow a head of long straight hair with about so many segments in all."""
+    bust = build_bust()
+    style = Style(length=LENGTH)
+    groom = grow(Canvas(bust, no_image, 0), style, None, max(segments // SEGMENTS, 1), SEGMENTS)
+    hair = make_hair(groom, Material())
+    return Head(bust, hair, start(hair, mesh_at(bust, 0.0), everything()))
+
+
+def no_image(path: str) -> np.ndarray:
+    """Refuse to read a picture: nothing here is painted."""
+    raise FileNotFoundError(path)
+
+
+def pose_at(bust: Body, seconds: float) -> Pose:
+    """Turn all of the bust about the vertical through its root."""
+    phase = 2.0 * np.pi * FREQUENCY * seconds
+    angle, rate = TURN * np.sin(phase), TURN * 2.0 * np.pi * FREQUENCY * np.cos(phase)
+    c, s = np.cos(angle), np.sin(angle)
+    turn, spin = np.eye(4), np.zeros((4, 4))
+    turn[0, 0], turn[0, 2], turn[2, 0], turn[2, 2] = c, s, -s, c
+    spin[0, 0], spin[0, 2], spin[2, 0], spin[2, 2] = -s * rate, c * rate, -c * rate, -s * rate
+    return Pose(turn @ bust.skeleton.rest, spin @ bust.skeleton.rest)
+
+
+def mesh_at(bust: Body, seconds: float) -> Mesh:
+    """Return the skin of the bust at a time [s]."""
+    return skin(bust, pose_at(bust, seconds))
+
+
+def parts_at(bust: Body, seconds: float) -> BodyParts:
+    """Return the parts of the bust at a time [s]; all are rigid, and baked once."""
+    return bake_parts(bust, pose_at(bust, seconds), VOXEL, HALF_WIDTH, SMALLEST)
