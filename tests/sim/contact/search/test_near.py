@@ -1,0 +1,80 @@
+"""Every pair within reach is found, and no other."""
+
+import numpy as np
+import pytest
+
+from hairpipe.sim.contact.near import near_pairs
+from hairpipe.sim.contact.pairs import empty_pairs, key_of
+
+ROUNDING = 1e-9
+
+
+def keys(pairs):
+    return set(key_of(np.asarray(pairs)).tolist())
+
+
+def test_none_missing_none_extra(scene, brute):
+    points, offsets, reach = scene
+    i, j = brute[0](offsets)
+    distances = brute[1](points, i, j)
+    all_pairs, blur = np.stack([i, j], axis=1), ROUNDING * np.abs(points).max()
+    found = near_pairs(points, offsets, reach)
+    assert keys(all_pairs[distances <= reach - blur]) <= keys(found.segments)
+    assert keys(found.segments) <= keys(all_pairs[distances <= reach + blur])
+    assert (np.diff(key_of(found.segments)) > 0).all()
+    assert (found.distances <= reach).all()
+    order = np.searchsorted(key_of(all_pairs), key_of(found.segments))
+    np.testing.assert_allclose(found.distances, distances[order], atol=blur)
+
+
+def test_fractions_are_where_the_distance_is(scene):
+    points, offsets, reach = scene
+    found = near_pairs(points, offsets, reach)
+    i, j = found.segments.T
+    s, t = found.fractions.T[:, :, None]
+    gap = (1 - s) * points[i] + s * points[i + 1] - (1 - t) * points[j] - t * points[j + 1]
+    np.testing.assert_allclose(np.linalg.norm(gap, axis=1), found.distances, atol=ROUNDING * np.abs(points).max())
+
+
+def test_what_is_to_be_ignored_is_left_out(scene):
+    points, offsets, reach = scene
+    everything = key_of(near_pairs(points, offsets, reach).segments)
+    ignored = np.sort(np.concatenate([everything[::2], [0, 1 << 40]]))
+    np.testing.assert_array_equal(key_of(near_pairs(points, offsets, reach, ignored).segments), everything[1::2])
+
+
+def test_more_pairs_than_room_was_made_for():
+    """Eight hundred segments in one place: half a million pairs from one chunk."""
+    points = np.zeros((1600, 3))
+    points[1::2, 0] = 1.0
+    found = near_pairs(points, np.arange(801, dtype=np.int32) * 2, 0.1)
+    assert len(found.distances) == 800 * 799 // 2
+    assert (np.diff(key_of(found.segments)) > 0).all()
+
+
+def test_threads_do_not_matter(hair, threads):
+    points, _, offsets = hair
+    runs = []
+    for count in (1, 2):
+        threads(count)
+        runs.append(near_pairs(points, offsets, 5e-3))
+    assert len(runs[0].distances) > 1000
+    for one, other in zip(*runs, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("offsets", [[0], [0, 0], [0, 1], [0, 1, 2], [0, 2], [0, 0, 3, 3]])
+def test_hair_with_no_pairs(offsets):
+    points = np.random.default_rng(0).random((offsets[-1], 3))
+    found = near_pairs(points, np.array(offsets, np.int32), 10.0)
+    for field, empty in zip(found, empty_pairs(), strict=True):
+        assert (field.shape, field.dtype) == (empty.shape, empty.dtype)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e13])
+def test_positions_that_are_not_finite_are_refused(scene, value):
+    points, offsets, reach = scene
+    points = points.copy()
+    points[7, 1] = value
+    with pytest.raises(ArithmeticError, match="point 7 "):
+        near_pairs(points, offsets, reach)

@@ -1,0 +1,75 @@
+"""No two segments that meet in a step are missed, and not too many others are listed."""
+
+import numpy as np
+import pytest
+
+from hairpipe.bench.tangle import tangle
+from hairpipe.sim.contact.crossings import crossings
+from hairpipe.sim.contact.pairs import key_of
+from hairpipe.sim.contact.swept import swept_pairs
+
+MOTIONS = ["a little", "a turn", "one strand is thrown", "all ways", "rest", "together"]
+
+
+def moved(points, motion):
+    rng = np.random.default_rng(8)
+    noise = rng.normal(size=points.shape) * np.ptp(points[:-9], axis=0).max()
+    if motion == "a little":
+        return points + 0.01 * noise
+    if motion == "a turn":
+        return points + 0.2 * np.cross([0.1, 1.0, 0.2], points) + [1.0, 2.0, 3.0] + 0.001 * noise
+    if motion == "one strand is thrown":
+        after = points + 0.003 * noise
+        after[54:63] += [500.0, 20.0, 0.0]
+        return after
+    return {"all ways": points + 0.5 * noise, "rest": points, "together": points + 1.0}[motion]
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+@pytest.mark.parametrize("reach", [0.0, 0.02])
+def test_none_that_meet_are_missed(scene, brute, motion, reach):
+    before, offsets, _ = scene
+    after = moved(before, motion)
+    found = key_of(swept_pairs(before, after, offsets, reach))
+    assert (np.diff(found) > 0).all()
+    i, j = brute[0](offsets)
+    listed = np.isin(key_of(np.stack([i, j], axis=1)), found)
+    for time in np.linspace(0, 1, 6):
+        now = (1 - time) * before + time * after
+        assert listed[brute[1](now, i, j) <= reach - 1e-9 * np.abs(now).max()].all()
+    crossed = crossings(before, after, np.stack([i, j], axis=1)[~listed].astype(np.int32))
+    sizes = np.abs(before).max()
+    assert len(crossed.times) == 0 or sizes > 1e5
+
+
+def test_what_is_ignored_is_left_out(scene):
+    before, offsets, reach = scene
+    after = moved(before, "a little")
+    everything = key_of(swept_pairs(before, after, offsets, reach))
+    some = key_of(swept_pairs(before, after, offsets, reach, everything[::2]))
+    np.testing.assert_array_equal(some, everything[1::2])
+
+
+def test_threads_do_not_matter(hair, threads):
+    before, after, offsets = hair
+    runs = []
+    for count in (1, 2):
+        threads(count)
+        runs.append(swept_pairs(before, after, offsets, 1e-3))
+    assert len(runs[0]) > 100
+    np.testing.assert_array_equal(*runs)
+
+
+def test_few_are_listed_that_do_not_come_near(brute):
+    """In a shake only those within half their relative motion, also when a strand is flung far."""
+    before, after, offsets = (np.ascontiguousarray(part) for part in tangle(60, 10, 3))
+    before, after = 0.1 * before, before * 0.1 + (after - before)
+    middle, half = 0.5 * (before + after), 0.5 * (after - before)
+    i, j = brute[0](offsets)
+    gains = [np.linalg.norm(half[i + a] - half[j + b], axis=1) for a in (0, 1) for b in (0, 1)]
+    bound = brute[1](middle, i, j) <= np.max(gains, axis=0)
+    found = swept_pairs(before, after, offsets, 0.0)
+    assert len(found) <= 1.01 * bound.sum()
+    after[:11] += [300.0, 0.0, 0.0]
+    flung = swept_pairs(before, after, offsets, 0.0)
+    assert (flung[:, 0] >= 11).sum() <= 1.02 * len(found)
