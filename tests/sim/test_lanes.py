@@ -9,7 +9,22 @@ import pytest
 from numba import njit
 from numba.core.errors import TypingError
 
-from hairpipe.sim.lanes import WIDTH, any_lane, either, load, maximum, minimum, multiply_add, select, sqrt, store, width
+from hairpipe.sim.lanes import (
+    WIDTH,
+    any_lane,
+    bits,
+    either,
+    load,
+    load_from,
+    lowest,
+    maximum,
+    minimum,
+    multiply_add,
+    select,
+    sqrt,
+    store,
+    width,
+)
 
 KINDS = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 
@@ -61,6 +76,28 @@ def test_any_lane_sees_every_lane(dtype):
         a[0, lane] = 1.0
         assert _any_above(a, 0.5)
     assert not _any_above(np.zeros((1, width(dtype)), dtype), 0.5)
+
+
+@njit
+def _places_up_to(numbers, row, start, limit, places):
+    """List the lanes from numbers[row, start] on that hold at most the limit."""
+    found, count = bits(load_from(numbers, (row, start)) <= limit), 0
+    while found != 0:
+        places[count] = lowest(found)
+        found &= found - 1
+        count += 1
+    return count
+
+
+@KINDS
+def test_lanes_from_anywhere_and_which_of_them_hold(dtype):
+    numbers = np.random.default_rng(2).random((3, 5 * width(dtype))).astype(dtype)
+    numbers[1, 3 * width(dtype)] = limit = dtype(0.5)
+    places = np.empty(width(dtype), np.int64)
+    for start in range(4 * width(dtype)):
+        count = _places_up_to(numbers, 1, start, limit, places)
+        expected = np.flatnonzero(numbers[1, start : start + width(dtype)] <= limit)
+        np.testing.assert_array_equal(places[:count], expected)
 
 
 @njit
