@@ -88,13 +88,14 @@ def _look_round(points, grid, reach, known, i, a, b, runs, row):  # noqa: ANN001
     for k in range(count):
         r = _outwards(k, count)
         for start in range(runs[r, 0], runs[r, 1], LANES):
-            near = bits(squared_distances(grid.rows, p, d, dd, inverse, start) <= limit)
-            near &= (1 << min(runs[r, 1] - start, LANES)) - 1
+            squared = squared_distances(grid.rows, p, d, dd, inverse, start)
+            near = bits(squared <= limit) & ((1 << min(runs[r, 1] - start, LANES)) - 1)
             while near != 0:
                 j = grid.segments[start + lowest(near)]
                 near &= near - 1
                 if _enter(points, reach, known, i, j, row):
                     limit = _limit(row, reach, grid.cell, blur, excess)
+                    near &= bits(squared <= limit)
 
 
 @inlined
