@@ -97,7 +97,7 @@ class Surroundings:
         x, v, T  out: at the end of the stage, see `run_stage`
         who      1 for strands that are solved, (blocks, W); None: all
 
-        Returns the change of velocity that contact made, no part of the acceleration [m/s], (rows, 3, W), or 0.
+        Returns the change of velocity that other strands made, no part of the acceleration [m/s], (rows, 3, W), or 0.
         """
         if self.wind is None and self.body is None and self.hair is None and who is None:
             run_stages(self.model, x, v, T, stage.xh, stage.vh, stage.before, stage.ends, stage.held, stage.h, rule)
@@ -105,10 +105,11 @@ class Surroundings:
         bad = np.zeros(self.layout.strands.shape, x.dtype)
         guess_stages(self.model, x, v, stage.xh, stage.before, stage.ends, stage.held, stage.h, rule.guard, bad)
         who = np.ones_like(bad) if who is None else who
-        again, marked = who, np.ones(len(self._masses), np.bool_)
+        again, marked = who, np.empty(len(self._masses), np.bool_)
+        points_of(self._axis, who, marked)
         kick = np.zeros((len(self._masses), 3))
         if self.body is not None and not stage.held_normals:
-            self.body.foresee(self._points(x), stage.time)
+            self.body.foresee(self._points(x), stage.time, marked)
         for left in reversed(range(rule.iterations + _PASSES)):
             points_of(self._axis, again, marked)
             b = self._solve_once(x, v, T, stage, rule, again, marked)
@@ -118,9 +119,9 @@ class Surroundings:
             again = self._judge(x, v, stage, bad, marked, left - _PASSES) * who
             if not again.any():
                 break
-        return self._kick(kick, x, v, stage)
+        return self._kick(kick, x)
 
-    def _solve_once(  # noqa: ANN202
+    def _solve_once(
         self,
         x: np.ndarray,
         v: np.ndarray,
@@ -129,7 +130,7 @@ class Surroundings:
         rule: Rule,
         who: np.ndarray,
         marked: np.ndarray,
-    ):
+    ) -> np.ndarray:
         """Return the change of velocity of strands who, (blocks, W), and their points marked [m/s], (rows, 3, W)."""
         coupled = self.hair is not None
         outer = self._room("outer", x, 15 if coupled else 9)
@@ -181,12 +182,10 @@ class Surroundings:
             wrong = np.maximum(wrong, touched)
         return wrong
 
-    def _kick(self, kick: np.ndarray, x: np.ndarray, v: np.ndarray, stage: Stage) -> np.ndarray | float:
-        """Collect what contact did, and take from v what it does not give back, in place."""
-        if self.body is None and self.hair is None:
+    def _kick(self, kick: np.ndarray, x: np.ndarray) -> np.ndarray | float:
+        """Spread what other strands did to points over particles."""
+        if self.hair is None:
             return 0.0
-        if self.body is not None:
-            kick += self.body.reactions(self._points(v), self._masses, stage.h)
         lanes = np.zeros_like(x)
         scatter(self._axis, kick, 0, lanes)
         return lanes
@@ -225,6 +224,13 @@ class Surroundings:
         if self.body is not None:
             self._put_right(motion.x, motion.v, before, step)
         return motion.v - found if isinstance(found, np.ndarray) else 0.0
+
+    def shocked(self, like: np.ndarray) -> np.ndarray:
+        """Mark the strands whose contact with the body jumped in this step, (blocks, W), of the dtype of an array."""
+        lanes = np.zeros(self.layout.strands.shape, like.dtype)
+        if self.body is not None:
+            lanes_with(self._axis, self.body.shocked, lanes)
+        return lanes
 
     def cross(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> None:
         """Bring back hair that passed through hair in a step, in place; arguments as for `collide`."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from hairpipe.levelset.moving import MovingSurface, Probe, Sweep
 from hairpipe.sim.contact.folds import Turns, add_heights
-from hairpipe.sim.contact.hold import SLIDES, Touch, hold, judge, reactions, stop_normals
+from hairpipe.sim.contact.hold import SLIDES, Touch, hold, judge, stop_normals
 from hairpipe.sim.contact.project import Motion, project
 from hairpipe.sim.scene import BodyContact
 
@@ -22,7 +22,6 @@ class Span(Protocol):
 
     h: float
     time: float
-    span: float
 
 
 def thicknesses(offsets: np.ndarray, thickness: float) -> np.ndarray:
@@ -54,12 +53,23 @@ class BodyContacts:
     def __post_init__(self) -> None:
         self._touch = Touch.none(len(self.thickness))
 
-    def look(self, points: np.ndarray, time: float) -> Probe:
-        """Find how near the body is at a time since the previous frame [s], where it is, and what points keep there."""
+    def look(self, points: np.ndarray, time: float, who: np.ndarray | None = None) -> Probe:
+        """Find how near the body is at a time since the previous frame [s], where it is, and what points keep there.
+
+        who  points that are looked at, (P,) bool; of the others what was seen last
+        """
         highest = 2.0 * self.turns.radii.max(initial=0.0) if self.turns is not None else 0.0
-        probe = Probe.blank(len(points), float(self.thickness.max(initial=0.0) + highest) + _MARGIN)
-        for surface in self.surfaces:
-            surface.probe(points, time, probe)
+        reach = float(self.thickness.max(initial=0.0) + highest) + _MARGIN
+        if who is None or who.all():
+            probe = Probe.blank(len(points), reach)
+            for surface in self.surfaces:
+                surface.probe(points, time, probe)
+        else:
+            probe, part = self._probe, Probe.blank(int(who.sum()), reach)
+            for surface in self.surfaces:
+                surface.probe(points[who], time, part)
+            for target, values in zip(probe, part, strict=True):
+                target[who] = values
         self._kept = self.thickness
         if self.turns is not None and self.contact.folds is not None:
             self._kept = self.thickness.copy()
@@ -68,11 +78,13 @@ class BodyContacts:
 
     def begin(self, points: np.ndarray, time: float) -> None:
         """Note where points begin a step."""
-        self._begun = self.look(points, time).distance
-
-    def foresee(self, points: np.ndarray, time: float) -> None:
-        """Look where a prediction leads, at the end of a stage."""
         self._probe = self.look(points, time)
+        self._begun = self._probe.distance.copy()
+        self._touch.shocked[:] = False
+
+    def foresee(self, points: np.ndarray, time: float, who: np.ndarray) -> None:
+        """Look where a prediction leads points who, (P,) bool, at the end of a stage."""
+        self._probe = self.look(points, time, who)
         self._touch.freed[:] = False
 
     def hold(
@@ -86,23 +98,22 @@ class BodyContacts:
         damping: np.ndarray,
     ) -> None:
         """Add the forces that hold points, push - damping v, in place; see `hold`."""
-        rest = (self._begun, self._kept, masses, self.contact.friction, stage.h, stage.span, who, push, damping)
+        rest = (self._begun, self._kept, masses, self.contact.friction, stage.h, who, push, damping)
         hold(self._touch, self._probe, points, speeds, *rest)
 
     def judge(
         self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, stage: Span, who: np.ndarray
     ) -> np.ndarray:
         """Look at what a solve found; mark the points that must be solved again, (P,) bool."""
-        self._probe, changed = self.look(points, stage.time), np.empty(len(points), np.bool_)
-        rest = (self._kept, masses, self.contact.friction, stage.h, stage.span, who, changed)
+        self._probe, changed = self.look(points, stage.time, who), np.empty(len(points), np.bool_)
+        rest = (self._kept, masses, self.contact.friction, who, changed)
         judge(self._touch, self._probe, speeds, *rest)
         return changed
 
-    def reactions(self, speeds: np.ndarray, masses: np.ndarray, h: float) -> np.ndarray:
-        """Return the change of velocity that the body made in a stage [m/s], (P, 3)."""
-        out = np.empty_like(speeds)
-        reactions(self._touch, speeds, h, masses, out)
-        return out
+    @property
+    def shocked(self) -> np.ndarray:
+        """Points whose contact with the body jumped in this step, (P,) bool."""
+        return self._touch.shocked
 
     def stop(self, speeds: np.ndarray) -> np.ndarray:
         """Return the change of velocity [m/s], (P, 3), after which what is held goes with the body along the normal."""
@@ -146,4 +157,6 @@ class BodyContacts:
                 target[chosen] = values
         ended = self.look(after, time + dt)
         motion = Motion(before, after, speeds, self._begun, self._kept, masses)
-        return project(motion, ended, met, parts / _PARTS, meeting, dt, self.contact.friction)
+        found = project(motion, ended, met, parts / _PARTS, meeting, dt, self.contact.friction)
+        np.logical_or(self._touch.shocked, found[1].any(axis=1), out=self._touch.shocked)
+        return found

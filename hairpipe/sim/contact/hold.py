@@ -24,6 +24,7 @@ from hairpipe.levelset.moving import Probe
 FREE, STICKS, SLIDES = 0, 1, 2
 STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less than 5 um in a step of 1/240 s
 _NEAR = 1e-5  # [m]; what touches is held up to this far outside, and what is free is caught from this far inside
+_TURNED = 0.9  # cosine between normals; what turns farther in a step is a shock
 _PUSH_OUT = 0.5  # [m/s]; for points that begin deeper than _DEEP
 _DEEP = 1e-3  # [m]
 _CHUNK = 512
@@ -34,9 +35,10 @@ class Touch(NamedTuple):
 
     state     FREE, STICKS or SLIDES, (P,) int8
     force     that friction has on a point that slides, over its normal force: unit, (P, 3)
-    load      normal force, mean over the last stage [N], (P,)
+    load      normal force in the last solve [N], (P,)
     applied   friction of points that slide, as the solve had it [N], (P,)
     freed     let go of in this stage, (P,) bool
+    shocked   began or ceased to touch in this step, or were turned about: forces jumped, (P,) bool
     normal    (P, 3); rate  c_n, (P,) [kg/s]; target  w [m/s], (P, 3)
     body      speed of the body along the normal [m/s], (P,)
     """
@@ -46,6 +48,7 @@ class Touch(NamedTuple):
     load: np.ndarray
     applied: np.ndarray
     freed: np.ndarray
+    shocked: np.ndarray
     normal: np.ndarray
     rate: np.ndarray
     target: np.ndarray
@@ -55,19 +58,21 @@ class Touch(NamedTuple):
     def none(cls, count: int) -> "Touch":
         """Make points that touch nothing."""
         vectors, numbers = [np.zeros((count, 3)) for _ in range(3)], [np.zeros(count) for _ in range(4)]
-        state, freed = np.zeros(count, np.int8), np.zeros(count, np.bool_)
-        return cls(state, vectors[0], numbers[0], numbers[1], freed, vectors[1], numbers[2], vectors[2], numbers[3])
+        state, freed, shocked = np.zeros(count, np.int8), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+        return cls(
+            state, vectors[0], numbers[0], numbers[1], freed, shocked, vectors[1], numbers[2], vectors[2], numbers[3]
+        )
 
 
 @njit(cache=True, parallel=True)
-def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, friction, h, span, who, push, damping) -> None:  # noqa: ANN001
+def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, friction, h, who, push, damping) -> None:  # noqa: ANN001
     """Hold the points that touch: add their forces, push - damping v, in place.
 
     probe      of the body at x
     x, v       where the stage is linearised [m], [m/s], (P, 3)
     begun      distance at the start of the step [m], (P,)
     thickness  [m], (P,); mass [kg], (P,); inf: held by the root
-    h, span    weight of the stage's end, and the time that the stage covers [s]
+    h          weight of the stage's end [s]
     who        points that are solved now, (P,) bool; the others are held as before
     push       [N], (P, 3); damping [kg/s], (P, 6)
     """
@@ -77,7 +82,7 @@ def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, friction, h, 
                 _aim(touch, probe, i, v, begun[i], thickness[i], mass[i], h)
             if touch.state[i] != FREE:
                 if who[i]:
-                    touch.applied[i] = friction * touch.load[i] * span / h
+                    touch.applied[i] = friction * touch.load[i]
                 _add_hold(touch, i, push, damping)
 
 
@@ -88,9 +93,12 @@ def _aim(touch, probe, i, v, begun, thickness, mass, h):  # noqa: ANN001, ANN202
     near = _NEAR if touch.state[i] != FREE else (-_NEAR if touch.freed[i] else 0.0)
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     if not (phi < thickness + near and mass < np.inf and nx * nx + ny * ny + nz * nz > 0.5):
+        touch.shocked[i] |= touch.state[i] != FREE
         touch.state[i] = FREE
         touch.load[i] = 0.0
         return
+    old = touch.normal[i]
+    touch.shocked[i] |= touch.state[i] == FREE or old[0] * nx + old[1] * ny + old[2] * nz < _TURNED
     if touch.state[i] == FREE:
         touch.state[i] = STICKS
     bx, by, bz = probe.velocity[i, 0], probe.velocity[i, 1], probe.velocity[i, 2]
@@ -127,7 +135,7 @@ def _add_hold(touch, i, push, damping):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def judge(touch: Touch, probe: Probe, v, thickness, mass, friction, h, span, who, changed) -> None:  # noqa: ANN001
+def judge(touch: Touch, probe: Probe, v, thickness, mass, friction, who, changed) -> None:  # noqa: ANN001
     """Look at what a solve found: set changed, (P,) bool, where points must be solved again, in place.
 
     probe  of the body where points are now; v  their velocities [m/s], (P, 3); the others as for `hold`
@@ -141,11 +149,11 @@ def judge(touch: Touch, probe: Probe, v, thickness, mass, friction, h, span, who
                     moved = probe.normal[i, 0] != 0.0 or probe.normal[i, 1] != 0.0 or probe.normal[i, 2] != 0.0
                     changed[i] = moved and phi < thickness[i] - (2 * _NEAR if touch.freed[i] else _NEAR)
                 else:
-                    changed[i] = _judge_touch(touch, i, v, friction, h, span)
+                    changed[i] = _judge_touch(touch, i, v, friction)
 
 
 @njit(cache=True)
-def _judge_touch(touch, i, v, friction, h, span):  # noqa: ANN001, ANN202
+def _judge_touch(touch, i, v, friction):  # noqa: ANN001, ANN202
     """Change the state of point i if it must change; tell whether it did."""
     c, n, w = touch.rate[i], touch.normal[i], touch.target[i]
     ux, uy, uz = v[i, 0] - w[0], v[i, 1] - w[1], v[i, 2] - w[2]
@@ -153,12 +161,12 @@ def _judge_touch(touch, i, v, friction, h, span):  # noqa: ANN001, ANN202
     pressed = -c * normal
     if pressed < 0.0:
         touch.state[i] = FREE
-        touch.freed[i] = True
+        touch.freed[i] = touch.shocked[i] = True
         touch.load[i] = 0.0
         return True
     tx, ty, tz = ux - normal * n[0], uy - normal * n[1], uz - normal * n[2]
     speed = np.sqrt(tx * tx + ty * ty + tz * tz)
-    before, touch.load[i] = touch.load[i], pressed * h / span
+    before, touch.load[i] = touch.load[i], pressed
     if touch.state[i] == STICKS:
         if c * speed <= friction * pressed:
             return False
@@ -171,26 +179,6 @@ def _judge_touch(touch, i, v, friction, h, span):  # noqa: ANN001, ANN202
     if speed > 0.0:
         touch.force[i, 0], touch.force[i, 1], touch.force[i, 2] = -tx / speed, -ty / speed, -tz / speed
     return abs(touch.load[i] - before) > 0.2 * max(before, touch.load[i]) and friction > 0.0
-
-
-@njit(cache=True, parallel=True)
-def reactions(touch: Touch, v, h, mass, out) -> None:  # noqa: ANN001
-    """Set out, (P, 3), to the change of velocity that the body made in a stage [m/s], in place.
-
-    v  velocities that the solve found [m/s], (P, 3); the others as for `hold`
-    """
-    for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
-        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(v))):
-            for a in range(3):
-                out[i, a] = 0.0
-            if touch.state[i] != FREE:
-                c, n, w = touch.rate[i] * h / mass[i], touch.normal[i], touch.target[i]
-                pressed = c * ((w[0] - v[i, 0]) * n[0] + (w[1] - v[i, 1]) * n[1] + (w[2] - v[i, 2]) * n[2])
-                for a in range(3):
-                    if touch.state[i] == STICKS:
-                        out[i, a] = c * (w[a] - v[i, a])
-                    else:
-                        out[i, a] = pressed * n[a] + touch.applied[i] * h / mass[i] * touch.force[i, a]
 
 
 @njit(cache=True, parallel=True)

@@ -9,8 +9,11 @@ with w1 = 1 / (g (2 - g)), w0 = (1 - g)^2 w1 and a = (v - vh) / h of the last st
 again. One solve a stage, linearised at the prediction. A strand with an edge that is strained by more than 10 % after
 that is beyond the scheme: its step is done again by backward Euler, which nothing makes diverge.
 
-Contact changes velocities within a stage as backward Euler would: what it did is taken out of v - vh and of v1 - v, so
-that no stage throws back what the one before has stopped.
+What strands do to each other changes velocities within a stage as backward Euler would: it is taken out of v - vh and
+of v1 - v, so that no stage throws back what the one before has stopped. Where contact with the body began or ended in a
+step, the acceleration says nothing about the next one and is NaN; there the first stage is one of backward Euler,
+
+    1   xh = x,   vh = v,   weight g dt
 
 We differ from the paper, whose half step and trapezoid (Sec. 4) gain or lose energy at steps where this is accurate.
 Source: Bank et al., Transient Simulation of Silicon Devices and Circuits, 1985; Hosea and Shampine, 1996.
@@ -54,7 +57,13 @@ class TrBdf2:
         combine_all(xh, 1.0, x0, h, v0)
         combine_all(vh, 1.0, v0, h, motion.a)
         stage = Stage(xh, vh, x0, step.ends(G), step.held, h, step.time + G * dt, G * dt)
-        first = around.solve(x, v, T, stage, self.rule)
+        shocked = np.isnan(motion.a[model.first[:-1] + model.shape.clamped, 0]).astype(x.dtype)
+        first = around.solve(x, v, T, stage, self.rule, None if not shocked.any() else 1 - shocked)
+        if shocked.any():
+            stage = Stage(x0, v0, x0, step.ends(G), step.held, G * dt, step.time + G * dt, G * dt)
+            first = first + _solve_apart(
+                self.rule, model, motion, Motion(x.copy(), v0.copy(), v0, tensions.copy()), shocked, stage, around
+            )
         x1 = x.copy()
         combine_all(xh, _W1, x1, -_W0, x0)
         combine_all(vh, _W1, v, -_W0, v0 + first)
@@ -64,7 +73,14 @@ class TrBdf2:
         lost = np.zeros((len(model.first) - 1, x.shape[2]), x.dtype)
         if overstrained_lanes(model, x, _LOST, lost):
             self._do_again(model, motion, Motion(x0, v0, np.zeros_like(x), tensions), lost, step, around)
-        return first + second + around.end(motion, x0, step)
+        changed = around.end(motion, x0, step)
+        self._forget(model, motion.a, around.shocked(x))
+        return first + second + changed
+
+    def _forget(self, model: Network | Chain, a: np.ndarray, shocked: np.ndarray) -> None:
+        """Set the accelerations of strands, (blocks, W), to NaN, in place."""
+        if shocked.any():
+            a[np.repeat(shocked != 0.0, np.diff(model.first), axis=0)[:, None].repeat(3, axis=1)] = np.nan
 
     def _do_again(
         self, model: Network | Chain, motion: Motion, start: Motion, lost: np.ndarray, step: Step, around: Surroundings
@@ -76,6 +92,26 @@ class TrBdf2:
         stage = Stage(start.x, start.v, start.x, step.ends(1.0), step.held, step.dt, step.time + step.dt, step.dt)
         kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
         again.a[:] = (again.v - start.v - kick) / step.dt
-        chosen = np.repeat(lost != 0.0, np.diff(model.first), axis=0)[:, None]
-        for name in ("x", "v", "a", "T"):
-            np.copyto(getattr(motion, name), getattr(again, name), where=chosen)
+        _take(model, motion, again, lost, "xvaT")
+
+
+def _solve_apart(
+    rule: Rule,
+    model: Network | Chain,
+    motion: Motion,
+    start: Motion,
+    who: np.ndarray,
+    stage: Stage,
+    around: Surroundings,
+) -> np.ndarray | float:
+    """Solve a stage for some strands, (blocks, W), and leave the others as they are, in place; see `solve`."""
+    kick = around.solve(start.x, start.v, start.T, stage, rule, who)
+    _take(model, motion, start, who, "xvT")
+    return kick
+
+
+def _take(model: Network | Chain, motion: Motion, other: Motion, who: np.ndarray, names: str) -> None:
+    """Take over the motion of some strands, (blocks, W), in place."""
+    rows = np.repeat(who != 0.0, np.diff(model.first), axis=0)[:, None]
+    for name in names:
+        np.copyto(getattr(motion, name), getattr(other, name), where=rows)
