@@ -3,6 +3,7 @@
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.body.inlined import inlined
 from hairpipe.sim.contact.distances import squared_distances
 from hairpipe.sim.contact.found import CHUNK, gather_pairs, in_order, note
 from hairpipe.sim.contact.grid import LANES, MOST_RUNS, build_grid, entry, find_runs, reaching, rounding
@@ -37,7 +38,7 @@ def _search(grid, reach, known, chunks, starts, found, counts):  # noqa: ANN001,
         counts[k] = _search_chunk(grid, reach, known, chunk, runs, found[starts[k] : starts[k + 1]])
 
 
-@njit(cache=True)
+@inlined
 def _search_chunk(grid, reach, known, chunk, runs, found):  # noqa: ANN001, ANN202
     count = 0
     for e in range(chunk * CHUNK, min((chunk + 1) * CHUNK, len(grid.segments))):

@@ -64,17 +64,18 @@ def _search(points, grid, reach, known, limits, lists):  # noqa: ANN001, ANN202
                 _fill(points, grid, reach, known, i, runs, row)
 
 
-@njit(cache=True)
+@inlined
 def _fill(points: np.ndarray, grid: Grid, reach: float, known, i: int, runs: np.ndarray, row: Lists) -> None:  # noqa: ANN001
     """Fill the list of segment i."""
-    row.squared[:] = np.inf
+    for k in range(len(row.squared)):
+        row.squared[k] = np.inf
     count = pieces_of(points, i, grid.cut)
     for number in range(count):
         a, b = piece(points, i, number, count)
         _look_round(points, grid, reach, known, i, a, b, runs, row)
 
 
-@njit(cache=True)
+@inlined
 def _look_round(points, grid, reach, known, i, a, b, runs, row):  # noqa: ANN001, ANN202
     """Enter what is near a piece, from a to b, of segment i into its list."""
     p, d = in_cells(a, grid.centre, grid.cell), times(1.0 / grid.cell, minus(b, a))
@@ -116,10 +117,12 @@ def _limit(row, reach, cell, blur, excess):  # noqa: ANN001, ANN202
 def _enter(points: np.ndarray, reach: float, known, i: int, j: int, row: Lists) -> bool:  # noqa: ANN001
     """Enter segment j into the list of i where it belongs; return whether it does."""
     first, second = min(i, j), max(i, j)
-    if second - first <= 1 or is_known(known, first, second):
+    if second - first <= 1:
         return False
     squared = closest_of(points, first, second)[2]
     if np.sqrt(squared) > reach or not _precedes(squared, j, row, len(row.closest) - 1):
+        return False
+    if is_known(known, first, second):
         return False
     for k in range(len(row.closest)):
         if row.closest[k] == j:

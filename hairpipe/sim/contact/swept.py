@@ -122,7 +122,7 @@ def _search(some, few, grid, many, same, reach, stretch, known, chunks, starts, 
         counts[k] = _search_chunk(some, few, grid, many, same, reach, stretch, known, np.int64(chunks[k]), runs, out)
 
 
-@njit(cache=True)
+@inlined
 def _search_chunk(some, few, grid, many, same, reach, stretch, known, chunk, runs, found):  # noqa: ANN001, ANN202
     """Write to found what pieces of a chunk of one level may meet in another, or after them in the same; count it."""
     count = 0
