@@ -23,9 +23,8 @@ def measure_ratios(tension: Table, friction: float) -> Table:
     for time, strand in np.unique(keys, axis=0):
         mine = (keys == (time, strand)).all(axis=1)
         turned, pull = (np.asarray(tension[name])[mine] for name in ("turned [deg]", "tension [uN]"))
-        places = turned[-1] * np.array([EDGE, 1.0 - EDGE])
-        ends = np.interp(places, turned, pull)
-        angle = float(places[1] - places[0])
+        first, last = (int(np.argmax(turned >= share * turned[-1])) for share in (EDGE, 1.0 - EDGE))
+        ends, angle = pull[[first, last]], turned[last] - turned[first]
         ratio = float(ends.max() / ends.min()) if ends.min() > 0.0 else np.inf
         rows.append((time, int(strand), angle, ratio, np.exp(friction * np.radians(angle))))
     return table_of_rows(COLUMNS, rows)

@@ -20,7 +20,7 @@ def measure_tensions(groom: Groom, states: Mapping[int, HairState], fps: float, 
     moments     frames that are looked at, where any of them are among the frames; all without
     root moved  how far the root is from where it was at the first frame
     arc         from the root to the middle of the segment
-    turned      how far the strand has turned since its root: the sum of the angles between its segments
+    turned      how far the strand has turned since its root, about the axis that it turns about on the whole
     tension     see `tensions`
     """
     frames = list(states)
@@ -29,16 +29,26 @@ def measure_tensions(groom: Groom, states: Mapping[int, HairState], fps: float, 
     for frame in [f for f in frames if f in moments] or frames:
         layout = layout_of(groom, states[frame])
         for strand, points, pulls in tensions(layout, states[frame]):
-            edges = np.diff(points, axis=0)
-            lengths = np.linalg.norm(edges, axis=1)
-            cosines = np.sum(edges[1:] * edges[:-1], axis=1) / (lengths[1:] * lengths[:-1])
-            turned = np.degrees(np.cumsum(np.arccos(np.clip([1.0, *cosines], -1.0, 1.0))))
+            lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
             middles = np.cumsum(lengths) - 0.5 * lengths
-            columns = zip(middles.tolist(), turned.tolist(), (1e6 * pulls).tolist(), strict=True)
+            columns = zip(middles.tolist(), turns(points).tolist(), (1e6 * pulls).tolist(), strict=True)
             moved = 1e3 * float(np.linalg.norm(points[0] - first[strand]))
             rows += [((frame - frames[0]) / fps, strand, k, moved, *values) for k, values in enumerate(columns)]
     rows.sort(key=lambda row: row[:3])
     return table_of_rows(COLUMNS, rows)
+
+
+def turns(points: np.ndarray) -> np.ndarray:
+    """Return how far every segment of a curve, (n+1, 3), is turned against the first [deg], (n,).
+
+    Angles between neighbours are taken about the mean of their axes, so that wriggles cancel out.
+    """
+    edges = np.diff(points, axis=0)
+    across, cosines = np.cross(edges[:-1], edges[1:]), np.sum(edges[:-1] * edges[1:], axis=1)
+    axis = across.sum(axis=0)
+    size = np.linalg.norm(axis)
+    sines = across @ (axis / size if size > 0.0 else axis)
+    return np.degrees(np.cumsum([0.0, *np.arctan2(sines, cosines)]))
 
 
 def layout_of(groom: Groom, state: HairState) -> Layout:

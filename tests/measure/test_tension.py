@@ -8,7 +8,7 @@ from hairpipe.nodes.measure_tension import measure_tension
 
 from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
-from hairpipe.measure.tension import tensions
+from hairpipe.measure.tension import tensions, turns
 from hairpipe.sim.advance import start
 from hairpipe.sim.hair import make_hair
 from hairpipe.sim.material import Material
@@ -56,3 +56,9 @@ def test_the_table_has_a_row_for_every_segment_and_knows_turns():
     frames = Frames((3, 4, 6), states.__getitem__)
     assert len(measure_tension(arc, frames, Time(3, 10.0), moments=(4, 9))) == 20
     assert len(measure_tension(arc, frames, Time(3, 10.0), moments=(9,))) == 60
+
+
+def test_wriggles_are_no_turns():
+    angle = np.radians(np.linspace(0.0, 180.0, 91) + 20.0 * np.sin(np.linspace(0.0, 40.0, 91)) ** 2)
+    wriggly = np.cumsum(np.column_stack([np.cos(angle), 0 * angle, np.sin(angle)]), axis=0)
+    assert turns(wriggly)[-1] == pytest.approx(np.degrees(angle[-1] - angle[1]), abs=1e-6)
