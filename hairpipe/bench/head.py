@@ -1,6 +1,7 @@
 """A head of hair that shakes, everything on: what `hairpipe bench contact` measures."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from hairpipe.data import Body, BodyParts, Mesh, Pose
 from hairpipe.data.hair import HairState
 from hairpipe.groom.growing import grow
 from hairpipe.groom.paint import Canvas
-from hairpipe.groom.style import Style
+from hairpipe.groom.style import PaintedMetres, Style
 from hairpipe.levelset.bake_parts import bake_parts
 from hairpipe.levelset.moving_parts import moving_parts
 from hairpipe.sim.advance import advance_frame, start
@@ -55,13 +56,13 @@ def everything() -> Scene:
 def grow_head(segments: int) -> Head:
     """Grow a head of long straight hair with about so many segments in all."""
     bust = build_bust()
-    style = Style(length=LENGTH)
+    style = Style(length=PaintedMetres(LENGTH))
     groom = grow(Canvas(bust, no_image, 0), style, None, max(segments // SEGMENTS, 1), SEGMENTS)
     hair = make_hair(groom, Material())
     return Head(bust, hair, start(hair, mesh_at(bust, 0.0), everything()))
 
 
-def no_image(path: str) -> np.ndarray:
+def no_image(path: Path) -> np.ndarray:
     """Refuse to read a picture: nothing here is painted."""
     raise FileNotFoundError(path)
 

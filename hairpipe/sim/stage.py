@@ -117,7 +117,7 @@ def _update(model, x, v, T, dx, b, bad, only_bad, block, h, rule):  # noqa: ANN0
         for c in range(3):
             dv = load(b, (p, c))
             if only_bad:
-                dv = select(bad, dv, 0.0 * dv)
+                dv = select(bad, dv, 0.0)
             store(dx, (p, c), h * dv)
             store(v, (p, c), load(v, (p, c)) + dv)
     if rule.form == _MULTIPLIER:
@@ -271,15 +271,17 @@ def factor_stages(model, A, b, x, v, vh, T, outer, held, who, h, rule):  # noqa:
     A      out: its factors, (rows, row_size, W); not kept where it has no rows
     b      out: change of velocity [m/s], (rows, 3, W)
     outer  what acts from outside, see above
-    who    1 for strands that are solved, (blocks, W); a block in which none is keeps what it has in A and b
+    who    1 for strands that are solved, (blocks, W); the others have 0 in b
     """
     for block in prange(len(model.first) - 1):
         if who[block].any():
-            _factor_block(model, np.int64(block), A, b, x, v, vh, T, outer, held, h, rule)
+            _factor_block(model, np.int64(block), A, b, x, v, vh, T, outer, held, who, h, rule)
+        else:
+            fill(b[model.first[block] : model.first[block + 1]], 0.0)
 
 
 @njit(cache=True, error_model="numpy")
-def _factor_block(model, block, A, b, x, v, vh, T, outer, held, h, rule):  # noqa: ANN001, ANN202
+def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, h, rule):  # noqa: ANN001, ANN202
     rows = slice(model.first[block], model.first[block + 1])
     bs, xs, Ts = b[rows], x[rows], T[rows]
     reach = shape_of(model).reach
@@ -287,6 +289,9 @@ def _factor_block(model, block, A, b, x, v, vh, T, outer, held, h, rule):  # noq
     set_form(model, block, xs, Ts, rule)
     _assemble(model, As, bs, xs, v[rows], vh[rows], Ts, outer[rows], block, held, h, rule)
     substitute(As, bs, xs.shape[0], reach)
+    for p in range(bs.shape[0]):
+        for c in range(3):
+            store(bs, (p, c), select(load(who, (block,)) > 0.0, load(bs, (p, c)), 0.0))
 
 
 @njit(cache=True, parallel=True)

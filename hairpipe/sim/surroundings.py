@@ -3,7 +3,7 @@
 A stage that nothing takes part in is one kernel. Otherwise it is solved, judged, and solved again for the strands for
 which the judgement was wrong: those that a prediction strained too much, and those whose contact with the body changed.
 What couples strands to each other (stiction, hair on hair) makes one system of all, solved by conjugate gradients with
-the strands' own factors before it.
+the strands' own factors before it; strands that are solved again see the others where that left them.
 """
 
 from dataclasses import dataclass, field
@@ -25,7 +25,7 @@ from hairpipe.sim.models.network import Network
 from hairpipe.sim.scene import StrainLimit
 from hairpipe.sim.stage import Rule, apply_factors, factor_stages, guess_stages, run_stages, update_stages
 
-_PASSES = 4  # over the strands for which a judgement was wrong
+_PASSES = 2  # over the strands for which a judgement was wrong
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +82,10 @@ class Surroundings:
 
     def begin(self, motion: Motion, step: Step) -> None:
         """Look around at the start of a step."""
-        if self.body is not None or self.hair is not None:
+        if self.wind is not None or self.body is not None or self.hair is not None:
             points = self._points(motion.x)
+            if self.wind is not None:
+                self.wind.begin(points, self.layout.offsets)
             if self.body is not None:
                 self.body.begin(points, step.time)
             if self.hair is not None:
@@ -112,7 +114,7 @@ class Surroundings:
             self.body.foresee(self._points(x), stage.time, marked)
         for left in reversed(range(rule.iterations + _PASSES)):
             points_of(self._axis, again, marked)
-            b = self._solve_once(x, v, T, stage, rule, again, marked)
+            b = self._solve_once(x, v, T, stage, rule, again, marked, coupled=left >= _PASSES)
             if self.hair is not None:
                 kick[marked] = self.hair.impulses(self._points(b))[marked] / self._masses[marked, None]
             update_stages(self.model, x, v, T, b, again, stage.h, rule)
@@ -130,15 +132,22 @@ class Surroundings:
         rule: Rule,
         who: np.ndarray,
         marked: np.ndarray,
+        *,
+        coupled: bool,
     ) -> np.ndarray:
-        """Return the change of velocity of strands who, (blocks, W), and their points marked [m/s], (rows, 3, W)."""
-        coupled = self.hair is not None
-        outer = self._room("outer", x, 15 if coupled else 9)
+        """Return the change of velocity of strands who, (blocks, W), and their points marked [m/s], (rows, 3, W).
+
+        coupled  in one system; else every strand sees the others where they are
+        """
+        outer = self._room("outer", x, 15 if self.hair is not None else 9)
+        coupled = coupled and self.hair is not None
         factors = self._room("factors", x, row_size(self.model.shape.reach)) if coupled else outer[:0]
         b = self._room("b", x, 3)
         self._surround(x, v, stage, marked, outer)
         factor_stages(self.model, factors, b, x, v, stage.vh, T, outer, stage.held, who, stage.h, rule)
         if self.hair is not None:
+            self.hair.part()
+        if self.hair is not None and coupled:
             lanes, solution = self._room("lanes", x, 3), self._room("solution", x, 3)
 
             def respond(r: np.ndarray, z: np.ndarray) -> None:
@@ -147,7 +156,6 @@ class Surroundings:
                 gather(self._axis, solution, z)
 
             alone = self._points(b)
-            alone[~marked] = 0.0
             exchanged = self.hair.exchange(respond, alone, self._masses)
             respond(exchanged, alone)
             b += solution

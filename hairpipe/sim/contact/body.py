@@ -7,7 +7,7 @@ import numpy as np
 
 from hairpipe.levelset.moving import MovingSurface, Probe, Sweep
 from hairpipe.sim.contact.folds import Turns, add_heights
-from hairpipe.sim.contact.hold import SLIDES, Touch, hold, judge, stop_normals
+from hairpipe.sim.contact.hold import TOUCHES, Touch, hold, judge, stop_normals
 from hairpipe.sim.contact.project import Motion, project
 from hairpipe.sim.scene import BodyContact
 
@@ -127,8 +127,8 @@ class BodyContacts:
         This is how the paper's velocity solve has it; friction has acted before.
         """
         touch = self._touch
-        touch.state[:] = np.where(who & np.isfinite(masses), SLIDES, 0)
-        touch.load[:] = touch.applied[:] = 0.0
+        touch.state[:] = np.where(who & np.isfinite(masses), TOUCHES, 0)
+        touch.grip[:] = 0.0
         touch.normal[:] = normals
         touch.target[:] = speeds
         touch.rate[:] = 0.0

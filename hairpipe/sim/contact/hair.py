@@ -94,6 +94,10 @@ class HairContacts:
         add_push(self._couplings, self._incidence, push)
         own_blocks(self._couplings, self._incidence, diagonal, following)
 
+    def part(self) -> None:
+        """Let strands exchange nothing in the next solve."""
+        self._exchanged = np.zeros((self.offsets[-1], 3))
+
     def exchange(
         self, respond: Callable[[np.ndarray, np.ndarray], None], alone: np.ndarray, masses: np.ndarray
     ) -> np.ndarray:
