@@ -1,6 +1,6 @@
 """Pictures side by side and below each other, with a word on each."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,13 +29,28 @@ def write_beside(path: Path, pictures: Sequence[np.ndarray], words: Sequence[str
     sheet.save(path, "PNG")
 
 
-def write_below(path: Path, pictures: Sequence[Path], columns: int) -> None:
-    """Write a PNG of pictures, all of the size of the first, in rows of so many."""
+def write_below(
+    path: Path,
+    pictures: Sequence[Path],
+    columns: int,
+    words: Mapping[int, str] = {},  # noqa: B006 (read only)
+    corners: Sequence[str] = ("",),
+) -> None:
+    """Write a PNG of pictures, all of the size of the first, in rows of so many.
+
+    words    over pictures, by their numbers; corners  words in the corners of all, over and over
+    """
     images = [read_picture(picture) for picture in pictures]
     width, height = images[0].size
     rows = -(-len(images) // columns)
     columns = min(columns, len(images))
     sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), PAPER)
+    pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(max(10, height // 22))
     for place, image in enumerate(images):
-        sheet.paste(image, (place % columns * (width + GAP), place // columns * (height + GAP)))
+        left, top = place % columns * (width + GAP), place // columns * (height + GAP)
+        sheet.paste(image, (left, top))
+        at, edge = (left + height * 0.03, top + height * 0.02), {"stroke_width": 2, "stroke_fill": PAPER}
+        pen.text(at, words.get(place, ""), INK, font, **edge)
+        corner = (left + height * 0.03, top + height * 0.98)
+        pen.text(corner, corners[place % len(corners)], INK, font, anchor="ls", **edge)
     sheet.save(path, "PNG")

@@ -9,7 +9,6 @@ from hairpipe.levelset.bake import bake
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.moving_field import moving_field
 from hairpipe.sim.contact.project import slide
-from hairpipe.sim.scene import Air, BodyContact, Scene
 
 CENTRE, RADIUS = np.array([0.04, -0.06, -0.0333]), 0.05
 
@@ -77,17 +76,3 @@ def test_friction_removes_at_most_its_share_of_sliding():
         np.testing.assert_allclose(after @ n, 0.0, atol=1e-15)
         np.testing.assert_allclose(np.linalg.norm(after), left, atol=1e-12)
         np.testing.assert_allclose(np.cross(after, [0.3, 0, 0.4]), 0.0, atol=1e-12)
-
-
-def test_friction_holds_hair_that_would_slide_off(scene, straight, ball):
-    """Loose ends apart, hair lying on a ball creeps off without friction and stays with much of it."""
-    slid = {}
-    for mu in (0.0, 2.0):
-        s = scene([straight(0.1, 20, [1, 0.1, 0.3])], drag=5.0)
-        s.scene = Scene(9.81, Air(5.0), BodyContact(friction=mu))
-        s.run(1.0, bodies=still(ball))
-        before = s.axis
-        s.run(0.5, bodies=still(ball))
-        slid[mu] = np.abs(s.axis - before).max()
-    assert slid[2.0] <= slid[0.0]
-    assert slid[2.0] < 2e-3

@@ -1,0 +1,96 @@
+"""Coulomb's law in the solve: what a sliding body pulls, and what a post lets through (Euler, Eytelwein)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from hairpipe.sim.material import Material
+from hairpipe.sim.scene import Air, BodyContact, Scene, StepControl
+
+
+@dataclass
+class Floor:
+    """The half space below a height, its surface moving along x; a MovingSurface."""
+
+    height: float
+    speed: float
+
+    def probe(self, points, seconds, out):
+        distance = points[:, 1] - self.height
+        near = distance < out.distance
+        out.distance[near] = distance[near]
+        out.normal[near] = [0.0, 1.0, 0.0]
+        out.velocity[near] = [self.speed, 0.0, 0.0]
+
+    def sweep(self, before, after, start, end, thickness, out):
+        pass
+
+
+@dataclass
+class Post:
+    """A cylinder along z whose surface turns; a MovingSurface."""
+
+    centre: tuple[float, float]
+    radius: float
+    speed: float
+
+    def probe(self, points, seconds, out):
+        away = points[:, :2] - self.centre
+        far = np.linalg.norm(away, axis=1)
+        near = far - self.radius < out.distance
+        out.distance[near] = far[near] - self.radius
+        out.normal[near] = np.pad(away[near] / far[near, None], ((0, 0), (0, 1)))
+        out.velocity[near] = self.speed * np.stack([away[near, 1], -away[near, 0], 0 * far[near]], 1) / far[near, None]
+
+    def sweep(self, before, after, start, end, thickness, out):
+        pass
+
+
+def settled(shot, body, friction, seconds, thickness=1e-4):
+    """Run hair on a body; give the tension of the edge at its root, the mean over the last tenth of the time [N]."""
+    shot.scene = Scene(9.81, Air(40.0), BodyContact(friction, thickness), steps=StepControl(1 / 480))
+    tensions = []
+    for _ in range(round(24 * seconds)):
+        shot.run(1 / 24, [body])
+        tensions.append(shot.state.tensions[1, 0, 0])
+    return np.mean(tensions[-len(tensions) // 10 :])
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2, 0.6])
+def test_a_floor_that_slides_under_hair_pulls_by_the_friction_of_its_weight(scene, straight, friction):
+    strand = straight(0.1, 20, [1, 0, 0])
+    shot = scene([strand], model="chain")
+    pull = settled(shot, Floor(-1e-6, 0.2), friction, 1.0, thickness=0.0)
+    weight = 9.81 * shot.hair.model.mass[2:, 0].sum()
+    # The root is held, and the drag of 40/s at most 2 % of the weight here.
+    assert pull == pytest.approx(friction * weight, rel=0.05, abs=0.01 * weight)
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.3, 0.6])
+def test_a_post_that_turns_lets_through_what_theory_says(scene, straight, friction):
+    """Hair from its root over a quarter of a post, and down; T_root / T_free = exp(mu pi / 2)."""
+    root = straight(0.1, 1, [1, 0, 0])[0]
+    radius, level, hanging, segment = 0.02, 0.02, 0.12, 0.004
+    turn = np.linspace(0, np.pi / 2, 50)[1:]
+    arc = np.stack([level + radius * np.sin(turn), radius * np.cos(turn) - radius, 0 * turn], axis=1)
+    path = np.concatenate([[[0, 0, 0], [level, 0, 0]], arc, [[level + radius, -radius - hanging, 0]]])
+    along = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    count = round(along[-1] / segment)
+    shot = scene([straight(along[-1], count, [1, 0, 0])], Material(young=1e8), model="chain")
+    bent = (
+        np.stack([np.interp(np.linspace(0, along[-1], count + 1), along, path[:, c]) for c in range(3)], axis=1) + root
+    )
+    shot.state.positions[1:, :, :] = bent[:, :, None]
+    post = Post((root[0] + level, root[1] - radius - 1e-4), radius, 0.1)
+    pull = settled(shot, post, friction, 2.0)
+    axis, mass = shot.axis, shot.hair.model.mass[1:, 0]
+    free = axis[:, 0] > root[0] + level + radius - 1e-3
+    below = 9.81 * mass[free & (axis[:, 1] < post.centre[1])].sum()
+    # The weight of the hair on the post is pulled along, too: dT/da = mu T + rho g R (cos a + mu sin a ...)
+    line = mass[5] / segment * 9.81
+    a, tension = np.linspace(0, np.pi / 2, 2001), below
+    for angle in a[::-1][:-1]:  # from the free side to the root; a from the top
+        normal = tension + line * radius * np.cos(angle)
+        tension += (friction * normal + line * radius * np.sin(angle)) * (a[1] - a[0])
+    assert pull == pytest.approx(tension, rel=0.05)
