@@ -1,27 +1,34 @@
-"""Some pictures of a film on one sheet."""
+"""Some pictures of films on one sheet."""
 
 from typing import Annotated
 
-from hairpipe.graph import File, Frames, Workspace, node
+from hairpipe.graph import File, Frames, Time, Workspace, node
 from hairpipe.units import Ge
 
 
 @node(frames="once")
 def contact_sheet(
-    pictures: Frames[File],
+    pictures: tuple[Frames[File], ...],
     workspace: Workspace,
+    time: Time,
     *,
     frames: tuple[int, ...] = (),
     columns: Annotated[int, Ge(1)] = 1,
+    names: tuple[str, ...] = (),
+    times: bool = False,
 ) -> File:
-    """PNG of pictures in rows.
+    """PNG of pictures in rows; several films follow each other, at the same frames.
 
     frames   shown, as far as they are run; all, where none is named
     columns  pictures in a row
+    names    of the films, written on the first picture of each
+    times    since the first frame of the run are written on every picture
     """
     from hairpipe.io.panels import write_below
 
-    path = workspace / "sheet.png"
-    shown = [frame for frame in pictures.numbers if not frames or frame in frames] or pictures.numbers[:1]
-    write_below(path, [pictures[frame].path for frame in shown], columns)
+    path, numbers = workspace / "sheet.png", pictures[0].numbers
+    shown = [frame for frame in numbers if not frames or frame in frames] or numbers[:1]
+    moments = [f"{(frame - numbers[0]) / time.fps:.2f} s" if times else "" for frame in shown]
+    words = {film * len(shown): name for film, name in enumerate(names)}
+    write_below(path, [film[frame].path for film in pictures for frame in shown], columns, words, moments)
     return File(path)

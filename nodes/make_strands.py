@@ -5,6 +5,7 @@ from typing import Annotated
 from hairpipe.data import Groom
 from hairpipe.graph import node
 from hairpipe.groom.helix import Helix
+from hairpipe.groom.tuft import Tuft
 from hairpipe.units import Gt, Interval, Metres
 
 Direction = tuple[float, float, float]
@@ -21,6 +22,7 @@ def make_strands(
     spacing: Shift = (0.0, 0.0, 0.01),
     curl: Helix | None = None,
     arch: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0,
+    tuft: Tuft | None = None,
 ) -> Groom:
     """Strands in a row, all alike, the root of the first at the origin; no body holds them.
 
@@ -31,7 +33,10 @@ def make_strands(
     spacing    from one root to the next
     curl       helix along the direction; straight without it
     arch       rise over span of a parabola towards +Y, or +Z where the strand lies along Y
+    tuft       more such rows; one row without it
     """
     from hairpipe.groom.strands import lay_strands
+    from hairpipe.groom.tuft import gather_tuft
 
-    return lay_strands(strands, length, segments, direction, spacing, curl, arch)
+    row = lay_strands(strands, length, segments, direction, spacing, curl, arch)
+    return gather_tuft(row, tuft) if tuft else row

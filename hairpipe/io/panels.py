@@ -33,7 +33,7 @@ def write_below(
     path: Path,
     pictures: Sequence[Path],
     columns: int,
-    words: Mapping[int, str] = {},  # noqa: B006 (read only)
+    words: Mapping[int, str] = {},
     corners: Sequence[str] = ("",),
 ) -> None:
     """Write a PNG of pictures, all of the size of the first, in rows of so many.

@@ -32,3 +32,16 @@ def test_pictures_fill_rows(tmp_path):
     for i in range(5):
         row, column = divmod(i, 2)
         assert (sheet[row * (40 + GAP) + 20, column * (60 + GAP) + 30] == 40 * i + 10).all()
+
+
+def test_words_stand_over_and_in_the_corners_of_what_they_belong_to(tmp_path):
+    paths = [tmp_path / f"{i}.png" for i in range(4)]
+    for path in paths:
+        write_png(path, plain(90))
+    write_below(tmp_path / "bare.png", paths, 2)
+    write_below(tmp_path / "worded.png", paths, 2, {2: "third"}, ("", "late"))
+    bare, worded = (np.asarray(Image.open(tmp_path / name)) for name in ("bare.png", "worded.png"))
+    changed = (bare != worded).any(axis=2)
+    places = [changed[top : top + 40, left : left + 60] for top in (0, 40 + GAP) for left in (0, 60 + GAP)]
+    assert [bool(part[:20].any()) for part in places] == [False, False, True, False]
+    assert [bool(part[20:].any()) for part in places] == [False, True, False, True]

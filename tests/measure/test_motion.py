@@ -1,0 +1,25 @@
+"""Speed, stretch and height of hair as a whole."""
+
+import numpy as np
+import pytest
+from hairpipe.nodes.measure_motion import measure_motion
+
+from hairpipe.data import Strands
+from hairpipe.graph import Frames, Time
+
+POINTS = np.array([[0, 0, 0], [0, -1, 0], [0, -2, 0], [1, 0, 0], [1, -2, 0]], np.float32)
+OFFSETS = np.array([0, 3, 5], np.int32)
+SPEEDS = np.array([[9, 9, 9], [3, 4, 0], [0, 0, 0], [9, 9, 9], [0, 0, 12]], np.float32)
+
+
+def test_what_points_do_whose_roots_are_led():
+    moved = POINTS.copy()
+    moved[2, 1], moved[4, 1] = -2.5, -1.0
+    hair = {3: Strands(POINTS, SPEEDS, OFFSETS, 8e-5), 4: Strands(moved, 0 * SPEEDS, OFFSETS, 8e-5)}
+    table = measure_motion(Frames((3, 4), hair.__getitem__), Time(0, 24.0))
+    assert table["time [s]"].tolist() == pytest.approx([0.0, 1 / 24])
+    assert table["rms speed [mm/s]"].tolist() == pytest.approx([1e3 * np.sqrt((25 + 144) / 3), 0.0])
+    assert table["fastest [mm/s]"].tolist() == pytest.approx([12e3, 0.0])
+    assert table["longest stretch [%]"].tolist() == pytest.approx([0.0, 25.0])
+    assert table["mean height [mm]"].tolist() == pytest.approx([-5e3 / 3, -1.5e3])
+    assert table["moved [mm]"].tolist() == pytest.approx([0.0, 1e3 * np.sqrt((0.25 + 1.0) / 3)])
