@@ -40,6 +40,7 @@ class Stage:
     time     at the end, since the previous frame [s]
     span     that the stage covers [s]
     held_normals  the body holds what a filter has marked, and nothing else: the velocity solve of the paper
+    apart         every strand sees the others where they are, though it be coupled to them
     """
 
     xh: np.ndarray
@@ -51,6 +52,7 @@ class Stage:
     time: float
     span: float
     held_normals: bool = False
+    apart: bool = False
 
 
 @dataclass(eq=False)
@@ -114,7 +116,7 @@ class Surroundings:
             self.body.foresee(self._points(x), stage.time, marked)
         for left in reversed(range(rule.iterations + _PASSES)):
             points_of(self._axis, again, marked)
-            b = self._solve_once(x, v, T, stage, rule, again, marked, coupled=left >= _PASSES)
+            b = self._solve_once(x, v, T, stage, rule, again, marked, coupled=left >= _PASSES and not stage.apart)
             if self.hair is not None:
                 kick[marked] = self.hair.impulses(self._points(b))[marked] / self._masses[marked, None]
             update_stages(self.model, x, v, T, b, again, stage.h, rule)

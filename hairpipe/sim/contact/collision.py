@@ -27,6 +27,8 @@ from hairpipe.sim.scene import Collisions
 
 _SWEEPS = 8
 _LEAST = 0.01
+_LOOK = 2.0
+"""Thicknesses within which pairs are listed: none is missed when impulses move both by less than half of that."""
 
 
 class Outcome(NamedTuple):
@@ -59,7 +61,8 @@ def collide(
     dt             step [s]
     ignored        keys of pairs that may cross, sorted
     """
-    met = crossings(before, after, swept_pairs(before, after, offsets, 0.0, ignored))
+    near = swept_pairs(before, after, offsets, _LOOK * collisions.thickness, ignored)
+    met = crossings(before, after, near)
     found, known = len(met.times), [met]
     change, moved = np.zeros_like(after), np.zeros(len(after), bool)
     mean, ends = (after - before) / dt, after
@@ -71,7 +74,9 @@ def collide(
         _solve(change, mean, before, masses, _in_time(known), rule)
         ends, struck = after + dt * change, (change != previous).any(axis=1)
         moved |= struck
-        met = _met_again(before, ends, offsets, ignored, struck)
+        if 2.0 * dt * np.abs(change).max(initial=0.0) * np.sqrt(3.0) > _LOOK * collisions.thickness:
+            near = swept_pairs(before, ends, offsets, 0.0, ignored)
+        met = crossings(before, ends, near[_touched(struck)[near].any(axis=1)])
         known.append(met)
     after[moved] = ends[moved]
     velocities[moved] += change[moved]
@@ -85,14 +90,11 @@ def _in_time(known: list[Crossings]) -> Crossings:
     return Crossings(*(part[order] for part in together))
 
 
-def _met_again(
-    before: np.ndarray, after: np.ndarray, offsets: np.ndarray, ignored: np.ndarray | None, struck: np.ndarray
-) -> Crossings:
-    """Find the crossings of segments with a point that was struck."""
-    pairs = swept_pairs(before, after, offsets, 0.0, ignored)
+def _touched(struck: np.ndarray) -> np.ndarray:
+    """Mark segments with a point that was struck, (P,) bool."""
     touched = struck.copy()
     touched[:-1] |= struck[1:]
-    return crossings(before, after, pairs[touched[pairs].any(axis=1)])
+    return touched
 
 
 @njit(cache=True, error_model="numpy")

@@ -34,7 +34,7 @@ from hairpipe.sim.scene import Collisions
 
 CREEP = 1e-4
 """Tangential speed at which a contact that sticks reaches the limit of friction [m/s]."""
-_FIRMEST = 1e3
+_FIRMEST = 1e2
 """Damper of friction over the mass that it stops: more stops nothing better, and is hard to solve for."""
 
 

@@ -60,7 +60,7 @@ class TrBdf2:
         shocked = np.isnan(motion.a[model.first[:-1] + model.shape.clamped, 0]).astype(x.dtype)
         first = around.solve(x, v, T, stage, self.rule, None if not shocked.any() else 1 - shocked)
         if shocked.any():
-            stage = Stage(x0, v0, x0, step.ends(G), step.held, G * dt, step.time + G * dt, G * dt)
+            stage = Stage(x0, v0, x0, step.ends(G), step.held, G * dt, step.time + G * dt, G * dt, apart=True)
             first = first + _solve_apart(
                 self.rule, model, motion, Motion(x.copy(), v0.copy(), v0, tensions.copy()), shocked, stage, around
             )
