@@ -9,6 +9,7 @@ from hairpipe.levelset.moving import MovingSurface, Probe, Sweep
 from hairpipe.sim.contact.folds import Turns, add_heights
 from hairpipe.sim.contact.hold import TOUCHES, Touch, hold, judge, stop_normals
 from hairpipe.sim.contact.project import Motion, project
+from hairpipe.sim.contact.squeeze import give_way
 from hairpipe.sim.scene import BodyContact
 
 RISE = 5
@@ -74,6 +75,7 @@ class BodyContacts:
         if self.turns is not None and self.contact.folds is not None:
             self._kept = self.thickness.copy()
             add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._kept)
+        self._kept = give_way(points, time, self.surfaces, probe, self.thickness, self._kept)
         return probe
 
     def begin(self, points: np.ndarray, time: float) -> None:
