@@ -1,0 +1,96 @@
+"""Hair with everything around it: the same whatever the threads, resumed or not, and finite by every scheme."""
+
+from dataclasses import replace
+
+import numba
+import numpy as np
+import pytest
+
+from hairpipe.data.hair import HairState
+from hairpipe.io.hdf5 import decode, encode
+from hairpipe.sim.air.wind import Gusts, Shielding, Wind
+from hairpipe.sim.scene import Air, BodyContact, Collisions, Scene, Scheme, StepControl, Stiction, StrainLimit
+
+
+class Ball:
+    """A ball that goes along x; a MovingSurface."""
+
+    def __init__(self, speed):
+        self.speed = speed
+
+    def probe(self, points, seconds, out):
+        away = points - [0.05 + self.speed * seconds, -0.06, -0.0333]
+        far = np.linalg.norm(away, axis=1)
+        near = far - 0.04 < out.distance
+        out.distance[near] = far[near] - 0.04
+        out.normal[near] = away[near] / far[near, None]
+        out.velocity[near] = [self.speed, 0.0, 0.0]
+
+    def sweep(self, before, after, start, end, thickness, out):
+        pass
+
+
+EVERYTHING = Scene(
+    air=Air(2.0),
+    contact=BodyContact(folds=0.5),
+    strain=StrainLimit(),
+    steps=StepControl(longest=1 / 120),
+    stiction=Stiction(reach=1e-3, release=3e-3),
+    collisions=Collisions(thickness=8e-4),
+    wind=Wind((-2.0, 0.0, 0.0), gusts=Gusts(), shielding=Shielding()),
+)
+
+
+@pytest.fixture
+def tuft(scene, straight):
+    """Run a tuft for so many frames; give its states."""
+
+    def run(frames, how=EVERYTHING, speed=0.5, state=None):
+        roots = np.random.default_rng(7).normal(scale=2e-3, size=(12, 3)) * [1, 0, 1]
+        shot = scene([straight(0.1, 12, [1, 0.2 * k / 12, 0.1]) + root for k, root in enumerate(roots)])
+        shot.scene = how
+        shot.state = state or shot.state
+        states = []
+        for _ in range(frames):
+            states.append(shot.run(1 / 24, [Ball(speed)]).state)
+        return states
+
+    return run
+
+
+def as_bytes(state):
+    return [getattr(state, name).tobytes() for name in HairState.__dataclass_fields__]
+
+
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="needs two threads")
+def test_threads_change_no_bit(tuft):
+    found = []
+    for threads in (1, 2):
+        numba.set_num_threads(threads)
+        found.append([as_bytes(state) for state in tuft(3)])
+    assert found[0] == found[1]
+
+
+def test_a_run_that_is_resumed_gives_the_same_bytes(tuft, tmp_path):
+    whole = tuft(4)
+    assert len(whole[1].stuck) > 0
+    encode(whole[1], tmp_path / "state.h5")
+    resumed = tuft(2, state=decode(tmp_path / "state.h5", HairState))
+    assert as_bytes(resumed[-1]) == as_bytes(whole[-1])
+
+
+@pytest.mark.parametrize("value", ["tr_bdf2", "bdf2", "backward_euler", "nine_steps"])
+@pytest.mark.parametrize("solver", ["coupled", "sweep"])
+def test_nothing_is_flung_about_by_any_scheme(tuft, value, solver):
+    how = replace(EVERYTHING, scheme=Scheme(value=value), collisions=Collisions(thickness=8e-4, solver=solver))
+    last = tuft(6, how)[-1]
+    assert np.isfinite(last.positions).all() and np.isfinite(last.velocities).all()
+    assert np.abs(last.velocities).max() < 20.0
+
+
+def test_what_is_absent_changes_nothing(tuft):
+    """A body out of reach, stiction and collisions of hair too far apart to meet, and wind that has no drag."""
+    alone = tuft(2, Scene(air=Air(2.0), strain=StrainLimit(), steps=StepControl(longest=1 / 120)), speed=50.0)
+    far = replace(EVERYTHING, stiction=Stiction(reach=1e-6, release=2e-6), collisions=Collisions(thickness=1.1e-6))
+    met = tuft(2, replace(far, wind=None, contact=BodyContact(thickness=1e-6)), speed=50.0)
+    np.testing.assert_allclose(met[0].positions, alone[0].positions, atol=1e-9)
