@@ -9,7 +9,9 @@ once for the velocity that is kept and once for the displacement of the step. A 
 on the other side or would be pushed out there, goes on from where it met the body with V'.
 
 We differ from the paper: what began inside is pushed out at a bounded speed, so that a groom that starts within the
-body does not burst; and where contact is held in the solve (`sim/contact/hold.py`) only what that missed is left to do.
+body does not burst; no segment is stretched by more than a tenth, so that hair which is squeezed stays inside and is
+not flung away when it comes free; and where contact is held in the solve (`sim/contact/hold.py`) only what that missed
+is left to do.
 """
 
 from typing import NamedTuple
@@ -20,6 +22,7 @@ from numba import njit
 from hairpipe.levelset.moving import Probe
 
 _PUSH_OUT = 0.5  # [m/s]
+_STRETCH = 0.1  # of a segment, by what puts its ends right
 _SKIN = 1e-3  # [m]; less than this inside counts as on the surface
 
 
@@ -94,7 +97,25 @@ def project(
             _meet(motion, i, n, b, max(aim - phi, 0.0), dt, friction, dx, dv)
             touched[i] = True
             normals[i, 0], normals[i, 1], normals[i, 2] = n
+    _keep_lengths(motion, dx)
     return dx, dv, touched, normals
+
+
+@njit(cache=True)
+def _keep_lengths(motion, dx):  # noqa: ANN001, ANN202
+    """Draw points, from the root on, after the one before where the way to it would be stretched too far."""
+    for i in range(1, len(dx)):
+        if motion.mass[i] < np.inf:
+            p, q = motion.after[i], motion.after[i - 1]
+            rest = moved = 0.0
+            for a in range(3):
+                rest += (p[a] - q[a]) ** 2
+                moved += (p[a] + dx[i, a] - q[a] - dx[i - 1, a]) ** 2
+            if moved > (1.0 + _STRETCH) ** 2 * rest:
+                scale = (1.0 + _STRETCH) * np.sqrt(rest / moved)
+                for a in range(3):
+                    way = p[a] + dx[i, a] - q[a] - dx[i - 1, a]
+                    dx[i, a] = q[a] + dx[i - 1, a] + scale * way - p[a]
 
 
 @njit(cache=True)
