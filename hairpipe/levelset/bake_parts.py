@@ -65,13 +65,14 @@ def bake_part(cut: Cut, points: np.ndarray, place: np.ndarray, voxel: float, hal
     """
     local = (points[cut.vertices] - place[:, 3]) @ place[:, :3]
     rounded = np.round(local * STEPS) / STEPS + 0.0
-    return bake_once(rounded.tobytes(), cut.triangles.tobytes(), voxel, half_width)
+    return bake_once(rounded.tobytes(), cut.triangles.tobytes(), cut.rim.tobytes(), voxel, half_width)
 
 
 @lru_cache(maxsize=REMEMBERED)
-def bake_once(points: bytes, triangles: bytes, voxel: float, half_width: float) -> LevelSet:
-    """Return the level set of an open patch, (n, 3) float64 and (m, 3) int32, closed by caps; without velocities."""
-    mesh = closed(np.frombuffer(points).reshape(-1, 3), np.frombuffer(triangles, np.int32).reshape(-1, 3))
+def bake_once(points: bytes, triangles: bytes, rim: bytes, voxel: float, half_width: float) -> LevelSet:
+    """Return the level set of an open patch, closed by caps and without velocities; see `closed`."""
+    patch = np.frombuffer(points).reshape(-1, 3), np.frombuffer(triangles, np.int32).reshape(-1, 3)
+    mesh = closed(*patch, np.frombuffer(rim, bool))
     surface = Surface(mesh.points[mesh.triangles], np.zeros((len(mesh.triangles), 3, 3)))
     wide_triangles(surface.corners)
     found, _ = bake_surface(surface, voxel, half_width)
