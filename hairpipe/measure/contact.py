@@ -1,46 +1,86 @@
-"""How deep hair is inside a body."""
+"""How hair gets on with a body: how deep it is inside, how fast, how far stretched."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numba import njit
 
-from hairpipe.data import LevelSet, Strands, Table
+from hairpipe.data import BodyParts, LevelSet, Strands, Table
 from hairpipe.data.table import table_of_rows
-from hairpipe.levelset.field import Field, field_of
-from hairpipe.levelset.sample import distance
+from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.moving import MovingSurface, Probe
+from hairpipe.levelset.moving_field import moving_field
+from hairpipe.levelset.moving_parts import moving_parts
 
-COLUMNS = ("time [s]", "deepest [mm]", "99 % within [mm]", "points inside", "points")
+COLUMNS = (
+    "time [s]",
+    "deepest [mm]",
+    "99 % within [mm]",
+    "points inside",
+    "points",
+    "not yet out [mm]",
+    "points not yet out",
+    "fastest point [m/s]",
+    "segment stretch [%]",
+)
 
 
-def measure_depths(hair: Mapping[int, Strands], surfaces: Sequence[Mapping[int, LevelSet]], fps: float) -> Table:
+def measure_contacts(
+    hair: Mapping[int, Strands],
+    surfaces: Sequence[Mapping[int, LevelSet]],
+    parts: Sequence[Mapping[int, BodyParts]],
+    fps: float,
+) -> Table:
     """Return a row for every frame, over all points but the roots, which the body holds; time zero is the first frame.
 
-    surfaces        of the bodies: a point is as deep as in the one that it is deepest in
-    deepest         point inside a body, 0 where all are outside
-    99 % within     depth that 99 of 100 points do not exceed
+    surfaces, parts  of the bodies: a point is as deep as in the one that it is deepest in
+    deepest          point inside a body, 0 where all are outside
+    99 % within      depth that 99 of 100 points do not exceed
+    not yet out      of strands that began inside and have not been outside as a whole since: they count nowhere else
+    segment stretch  the largest, over the length in the first frame
     """
     frames = list(hair)
+    rest = lengths_of(hair[frames[0]])
+    rest[rest == 0.0] = np.inf
     rows: list[tuple[Any, ...]] = []
+    late_strands: np.ndarray | None = None
+    counts = np.diff(hair[frames[0]].offsets) - 1
+    starts = np.concatenate([[0], np.cumsum(counts)[:-1]])
     for frame in frames:
-        depth = depths(hair[frame], [field_of(surface[frame]) for surface in surfaces])
-        deep = (1e3 * depth.max(initial=0.0), 1e3 * np.percentile(depth, 99.0) if len(depth) else 0.0)
-        rows.append(((frame - frames[0]) / fps, *deep, np.count_nonzero(depth), len(depth)))
+        bodies = [still(surface[frame]) for surface in surfaces] + [still_parts(part[frame]) for part in parts]
+        depth = depths(hair[frame], bodies)
+        inside = np.add.reduceat(depth > 0.0, starts) > 0
+        late_strands = inside if late_strands is None else late_strands & inside
+        begun = np.repeat(late_strands, counts) & (depth > 0.0)
+        late = np.where(begun, 0.0, depth)
+        deep = (1e3 * late.max(initial=0.0), 1e3 * np.percentile(late, 99.0) if len(late) else 0.0)
+        left = (1e3 * depth[begun].max(initial=0.0), np.count_nonzero(begun))
+        speed = np.linalg.norm(hair[frame].velocities.astype(float), axis=1).max(initial=0.0)
+        stretch = 100.0 * (lengths_of(hair[frame]) / rest - 1.0).max(initial=-1.0)
+        rows.append(((frame - frames[0]) / fps, *deep, np.count_nonzero(late), len(depth), *left, speed, stretch))
     return table_of_rows(COLUMNS, rows)
 
 
-def depths(hair: Strands, fields: Sequence[Field]) -> np.ndarray:
+def still(surface: LevelSet) -> MovingSurface:
+    """Make a body that is at all times what it is at one frame."""
+    return moving_field(surface, surface, 1.0, Interpolation.linear)
+
+
+def still_parts(parts: BodyParts) -> MovingSurface:
+    """Make a body in parts of which the time zero is a frame."""
+    return moving_parts(parts, parts, 1.0)
+
+
+def depths(hair: Strands, bodies: Sequence[MovingSurface]) -> np.ndarray:
     """Return how deep all points but the roots are inside the union of bodies [m], (P - S,); 0 where outside."""
     free = np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
-    deepest = np.zeros(len(free))
-    for field in fields:
-        _deepen(field, free, deepest)
-    return deepest
+    probe = Probe.blank(len(free), 0.0)
+    for body in bodies:
+        body.probe(free, 0.0, probe)
+    return -probe.distance
 
 
-@njit(cache=True)
-def _deepen(field: Field, points: np.ndarray, deepest: np.ndarray) -> None:
-    """Raise depths to those in one more body, in place."""
-    for p in range(len(points)):
-        deepest[p] = max(deepest[p], -distance(field, points[p, 0], points[p, 1], points[p, 2]))
+def lengths_of(hair: Strands) -> np.ndarray:
+    """Return the lengths of all segments [m], (P - S,)."""
+    ways = np.linalg.norm(np.diff(hair.points.astype(float), axis=0), axis=1)
+    return np.delete(ways, hair.offsets[1:-1] - 1)

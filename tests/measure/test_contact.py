@@ -24,10 +24,10 @@ def test_depths_are_counted_without_the_roots(sphere):
         Frames(frames, values.__getitem__),
         (Frames(frames, dict.fromkeys(frames, s).__getitem__) for s in (ball, other)),
     )
-    table = measure_contact(hair, (first, second), Time(3, 10.0))
+    table = measure_contact(hair, (first, second), None, Time(3, 10.0))
     assert table["time [s]"] == pytest.approx([0.0, 0.1, 0.3])
     assert table["points inside"].tolist() == [0, 3, 5] and table["points"].tolist() == [198] * 3
     assert table["deepest [mm]"] == pytest.approx([0.0, 5.0, 9.0], abs=0.1)
     assert table["99 % within [mm]"] == pytest.approx([0.0, 1.03, 5.0], abs=0.15)
-    alone = measure_contact(hair, (first,), Time(3, 10.0))
+    alone = measure_contact(hair, (first,), None, Time(3, 10.0))
     assert alone["points inside"].tolist() == [0, 3, 3]
