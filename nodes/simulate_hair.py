@@ -4,9 +4,8 @@
 
 from typing import Annotated, Literal, NamedTuple
 
-from hairpipe.data import Ends, Groom, LevelSet, Mesh, Strands
+from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh, Strands
 from hairpipe.data.hair import HairState
-from hairpipe.data.parts import BodyParts
 from hairpipe.graph import Pair, Time, node
 from hairpipe.sim import scene as of
 from hairpipe.sim.air.wind import Wind
@@ -64,18 +63,12 @@ def simulate_hair(
     wind          moving air; without, it is still
     cuts          frames at which a shot begins anew: hair is carried over with its roots, without the way there
     """
-    from hairpipe.sim.advance import advance_frame, leads_of, start, strands_of
-    from hairpipe.sim.carry import carry_state
-    from hairpipe.sim.catalogue import bodies_of
+    from hairpipe.sim.advance import leads_of, strands_of
     from hairpipe.sim.hair import make_hair
+    from hairpipe.sim.shot import next_state
 
     hair, leads = make_hair(groom, material, model, construction), leads_of(body, ends)
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
-    if previous is None:
-        state = start(hair, leads[1], scene)
-    elif time.frame in cuts:
-        state = carry_state(previous, groom, hair.layout, *leads)
-    else:
-        bodies = bodies_of(surface or (), parts or (), contact, time.dt)
-        state = advance_frame(hair, previous, leads, bodies, time.dt, scene, (time.frame - 1) * time.dt)
+    began, cut = (time.frame - 1) * time.dt, time.frame in cuts
+    state = next_state(hair, previous, leads, (surface or (), parts or ()), scene, began, time.dt, cut)
     return Hair(strands_of(hair, state), state)

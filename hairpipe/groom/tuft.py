@@ -7,7 +7,6 @@ import numpy as np
 
 from hairpipe.data import Groom
 from hairpipe.groom.chance import stream
-from hairpipe.groom.joining import joined_strands
 from hairpipe.units import Degrees, Ge, Interval, Metres
 
 
@@ -29,6 +28,8 @@ class Tuft:
 
 def gather_tuft(row: Groom, tuft: Tuft) -> Groom:
     """Return rows like this one, every strand turned about its root by a rotation of its own; pure."""
+    from hairpipe.groom.joining import joined_strands  # heavy, where nodes read the settings above
+
     step = np.array(tuft.apart)
     groom = joined_strands(tuple(moved(row, k * step) for k in range(tuft.rows)))
     count = len(groom.ids)
