@@ -77,7 +77,7 @@ def depths(hair: Strands, bodies: Sequence[MovingSurface]) -> np.ndarray:
     probe = Probe.blank(len(free), 0.0)
     for body in bodies:
         body.probe(free, 0.0, probe)
-    return -probe.distance
+    return 0.0 - probe.distance
 
 
 def lengths_of(hair: Strands) -> np.ndarray:
