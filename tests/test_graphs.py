@@ -68,10 +68,10 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "preview_meshes": {"width": 64, "height": 64},
 }
 """Settings by node type with which every graph runs in a moment."""
-FIRST = 3
+FIRST = 2
 """Frames of every graph that are computed."""
 DEEPEST = 5e-3
-"""How far inside a point may still be after three frames: imported strands that begin inside come out softly [m]."""
+"""How far inside a point may still be after them: imported strands that begin inside come out softly [m]."""
 
 
 @pytest.fixture(scope="module")
