@@ -9,6 +9,9 @@ nearest to the body, and keeps
 from it: all points of a turn are held together, each at its own height, instead of the lowest first and the others on
 top of it. With share 0, or on hair without turns, nothing changes.
 
+It is here to be compared with: curls whose springs hold their shape need it not, and follow a target that moves with
+them, `graphs/experiments/curls.toml`.
+
 We differ from the paper, Selle et al. 2008, which leaves this undone and says that bodies flatten its curls; and from
 Bridson et al., whose heights are those that folds have in the animation, for those that the groom has.
 """
