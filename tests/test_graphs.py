@@ -60,10 +60,10 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_writhe": {"segments": [5]},
     "measure_stack": {"layers": [2], "iterations": 5, "seconds": 0.01},
     "follow_trial": {"trial.seconds": 0.125, "rate": 240},
-    "measure_interpolation": {"voxel": 0.1},
+    "measure_interpolation": {"voxel": 0.2},
     "measure_scheme": {"trial.seconds": 0.125, "rates": [24]},
     "measure_extremes": {"rates": [24], "seconds": 0.05},
-    "plot_interpolation": {"voxel": 0.1},
+    "plot_interpolation": {"voxel": 0.2},
     "preview": {"width": 64, "height": 64},
     "preview_meshes": {"width": 64, "height": 64},
 }

@@ -84,7 +84,7 @@ def complete(words: str, cwd=None) -> list[str]:
 
 def test_the_shell_completes_commands_types_and_nodes(shot):
     assert complete("ru") == ["run"]
-    assert complete("nodes make_b") == ["make_bust"]
+    assert complete("nodes make_bu") == ["make_bust"]
     assert complete("run shot.toml --to dr", shot.parent) == ["drawing"]
     assert complete("get shot.toml se", shot.parent) == ["seed"]
     assert complete("run none.toml --to dr", shot.parent) == []
