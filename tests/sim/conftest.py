@@ -54,7 +54,7 @@ class Shot:
         drag=0.0,
         fps=24.0,
         model="network",
-        scheme=Scheme(),
+        scheme=Scheme(),  # noqa: B008 (frozen)
     ):
         self.hair = make_hair(groom_of(strands), material or Material(), model)
         self.body = plate()
