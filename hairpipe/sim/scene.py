@@ -69,7 +69,8 @@ class Collisions:
     thickness  distance that is kept between the axes of two hairs
     friction   Coulomb coefficient
     stiffness  of two hairs that are pressed together
-    solver     coupled: in one system with the strands, which stacks need; sweep: impulses pair by pair, as published
+    solver     coupled: in one system with the strands, which stacks need; sweep: impulses pair by pair, as published,
+               in schemes other than the nine steps once, on the velocities that a step ends with
     sweeps     over all pairs, of the published solver
     attempts   to resolve the crossings of a step
     """

@@ -222,12 +222,15 @@ class Surroundings:
     def end(self, motion: Motion, before: np.ndarray, step: Step) -> np.ndarray | float:
         """Correct what a step found, in place; before is where it began [m], (rows, 3, W).
 
-        Contact gives nothing back; what passed through each other is brought back, strain is limited, and the body has
-        the last word. Returns how that changed velocities [m/s], (rows, 3, W), or 0.
+        Contact gives nothing back; what is near repels, where that is not part of the solve; what passed through each
+        other is brought back, strain is limited, and the body has the last word.
+
+        Returns how that changed velocities [m/s], (rows, 3, W), or 0.
         """
         found = 0.0 if self.body is None and self.hair is None else motion.v.copy()
         if self.body is not None:
             follow(self._axis, self.body.stop(self._points(motion.v)), motion.v)
+        self.repel(motion.x, motion.v, step, elastic=True)
         self.cross(motion.x, motion.v, before, step)
         if self.strain is not None:
             limit_all(self.model, motion.x, self.strain.tolerance)

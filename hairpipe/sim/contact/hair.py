@@ -47,7 +47,7 @@ class HairContacts:
     collisions: Collisions | None
     connections: Connections
     at_rest: tuple[np.ndarray, np.ndarray]
-    _stuck: np.ndarray = field(init=False)
+    _ignored: np.ndarray = field(init=False)
     _contacts: Contacts | None = field(default=None, init=False)
     _couplings: Couplings = field(init=False)
     _incidence: Incidence = field(init=False)
@@ -62,10 +62,10 @@ class HairContacts:
             taken = np.union1d(self.at_rest[0], keys_of(self.connections.segments))
             near = closest_pairs(points, self.offsets, self.stiction.reach, most, taken, free)
             self.connections = connect(self.connections, near)
-        self._stuck = keys_of(self.connections.segments)
+        if self.collisions is not None:
+            self._ignored = np.union1d(self.at_rest[1], keys_of(self.connections.segments))
         if self.collisions is not None and self.collisions.solver == "coupled":
-            ignored = np.union1d(self.at_rest[1], self._stuck)
-            pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, ignored)
+            pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, self._ignored)
             self._contacts = find_contacts(pairs, points, speeds, self.collisions)
         segments = [self.connections.segments] + ([self._contacts.segments] if self._contacts is not None else [])
         self._incidence = find_incidence(np.concatenate(segments), len(points))
@@ -126,12 +126,10 @@ class HairContacts:
     def collide(self, before: np.ndarray, after: np.ndarray, speeds: np.ndarray, masses: np.ndarray, dt: float) -> None:
         """Bring back what passed through each other in a step of dt [s]; changes after and speeds, in place."""
         if self.collisions is not None:
-            ignored = np.union1d(self.at_rest[1], self._stuck)
-            collide(before, after, speeds, masses, self.offsets, dt, self.collisions, ignored)
+            collide(before, after, speeds, masses, self.offsets, dt, self.collisions, self._ignored)
 
     def repel(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, dt: float, *, elastic: bool) -> None:
         """Let what is near push by impulses, as published, in a step of dt [s]; changes speeds, in place."""
         if self.collisions is not None and self.collisions.solver == "sweep":
-            ignored = np.union1d(self.at_rest[1], self._stuck)
-            pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, ignored)
+            pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, self._ignored)
             sweep(pairs, points, speeds, masses, self.collisions, dt, elastic=elastic)

@@ -4,7 +4,8 @@
 
 with r = dt / dt_before, w1 = (1 + r)^2 / (1 + 2 r), w0 = r^2 / (1 + 2 r). It remembers the step before, and a frame
 does not: the first step after a frame is one of TR-BDF2, so that a frame needs no more state than that scheme's, and
-with one step a frame the two are the same. What contact changed is no part of the differences.
+with one step a frame the two are the same. What strands do to each other is no part of the differences; where contact
+with the body jumped, for any strand, the next step is one of TR-BDF2 too.
 """
 
 from dataclasses import dataclass, field
@@ -12,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hairpipe.sim.integrators.interface import Motion, Step
-from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
+from hairpipe.sim.integrators.tr_bdf2 import TrBdf2, forget
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
 from hairpipe.sim.stage import Rule
@@ -41,4 +42,6 @@ class Bdf2:
             kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)
             np.divide(motion.v - vh - kick, h, out=motion.a)
             kick = kick + around.end(motion, x0, step)
-        self._before = x0, v0 + kick, step.dt
+        shocked = around.shocked(motion.x)
+        forget(model, motion.a, shocked)
+        self._before = None if shocked.any() else (x0, v0 + kick, step.dt)

@@ -74,13 +74,8 @@ class TrBdf2:
         if overstrained_lanes(model, x, _LOST, lost):
             self._do_again(model, motion, Motion(x0, v0, np.zeros_like(x), tensions), lost, step, around)
         changed = around.end(motion, x0, step)
-        self._forget(model, motion.a, around.shocked(x))
+        forget(model, motion.a, around.shocked(x))
         return first + second + changed
-
-    def _forget(self, model: Network | Chain, a: np.ndarray, shocked: np.ndarray) -> None:
-        """Set the accelerations of strands, (blocks, W), to NaN, in place."""
-        if shocked.any():
-            a[np.repeat(shocked != 0.0, np.diff(model.first), axis=0)[:, None].repeat(3, axis=1)] = np.nan
 
     def _do_again(
         self, model: Network | Chain, motion: Motion, start: Motion, lost: np.ndarray, step: Step, around: Surroundings
@@ -93,6 +88,12 @@ class TrBdf2:
         kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
         again.a[:] = (again.v - start.v - kick) / step.dt
         _take(model, motion, again, lost, "xvaT")
+
+
+def forget(model: Network | Chain, a: np.ndarray, shocked: np.ndarray) -> None:
+    """Set the accelerations of strands that are marked, (blocks, W), to NaN, in place."""
+    rows = np.repeat(shocked != 0.0, np.diff(model.first), axis=0)[:, None]
+    np.copyto(a, np.nan, where=rows)
 
 
 def _solve_apart(
