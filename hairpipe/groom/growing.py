@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.solid import Solid, solid_of
-from hairpipe.body.surface import Sites, site_uv
+from hairpipe.body.surface import Sites, site_points, site_uv
 from hairpipe.body.tree import Tree
 from hairpipe.body.vectors import row
 from hairpipe.data import Groom
@@ -16,6 +16,7 @@ from hairpipe.groom.chance import stream
 from hairpipe.groom.curling import wind
 from hairpipe.groom.laying import lay, lift_off
 from hairpipe.groom.layout import GAP, SHORTEST, Layout, lay_out
+from hairpipe.groom.ordering import order_along_curve
 from hairpipe.groom.paint import Canvas, vertex_coat
 from hairpipe.groom.resampling import put, stride_on
 from hairpipe.groom.seeding import Density, seed_roots
@@ -37,6 +38,8 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, segm
     """
     mesh = canvas.body.mesh
     sites = seed_roots(mesh, scalp_density(canvas, density), strands, stream(canvas.seed, "roots"))
+    order = order_along_curve(site_points(mesh, sites))
+    sites = Sites(*(array[order] for array in sites))
     frames = root_frames(mesh.points, mesh.triangles, *sites)
     layout = lay_out(canvas, style, sites, frames)
     ids = np.flatnonzero(layout.lengths >= SHORTEST)

@@ -38,11 +38,14 @@ def axis_of(layout: Layout) -> Axis:
 
 
 @njit(cache=True, parallel=True)
-def gather(axis: Axis, lanes: np.ndarray, out: np.ndarray) -> None:
-    """Copy what particles on the axis have, (rows, k, W), to the points of the groom, (P, k), in place."""
+def gather(axis: Axis, who: np.ndarray, lanes: np.ndarray, out: np.ndarray) -> None:
+    """Copy what particles on the axis of strands who have, (rows, k, W), to the points of the groom, (P, k), in place.
+
+    who  not 0 for strands that are copied, (blocks, W)
+    """
     for block in prange(len(axis.first) - 1):
         for lane in range(axis.strands.shape[1]):
-            if not axis.idle[block, lane]:
+            if who[block, lane] != 0.0 and not axis.idle[block, lane]:
                 strand = axis.strands[block, lane]
                 for n in range(axis.offsets[strand + 1] - axis.offsets[strand]):
                     row, point = axis.first[block] + axis.root + axis.stride * n, axis.offsets[strand] + n
@@ -51,8 +54,8 @@ def gather(axis: Axis, lanes: np.ndarray, out: np.ndarray) -> None:
 
 
 @njit(cache=True, parallel=True)
-def scatter(axis: Axis, points: np.ndarray, first: int, lanes: np.ndarray) -> None:
-    """Write what points have, (P, k), to components first, first + 1, ... of lanes, (rows, c, W), in place.
+def scatter(axis: Axis, points: np.ndarray, lanes: np.ndarray) -> None:
+    """Write what points have, (P, k), to lanes, (rows, k, W), in place.
 
     Rows that are not on the axis stay.
     """
@@ -62,7 +65,7 @@ def scatter(axis: Axis, points: np.ndarray, first: int, lanes: np.ndarray) -> No
             for n in range(axis.offsets[strand + 1] - axis.offsets[strand]):
                 row, point = axis.first[block] + axis.root + axis.stride * n, axis.offsets[strand] + n
                 for c in range(points.shape[1]):
-                    lanes[row, first + c, lane] = points[point, c]
+                    lanes[row, c, lane] = points[point, c]
 
 
 @njit(cache=True, parallel=True)

@@ -25,12 +25,11 @@ from hairpipe.sim.banded import (
     eliminate,
     fix_lanes,
     fix_row,
-    forward,
     row_size,
     substitute,
 )
 from hairpipe.sim.forces.spring import multiplier, tension
-from hairpipe.sim.lanes import any_lane, both, either, load, select, sqrt, store
+from hairpipe.sim.lanes import any_lane, either, load, select, sqrt, store
 from hairpipe.sim.models import chain, network  # noqa: F401 (they teach numba the kernels of the interface)
 from hairpipe.sim.models.interface import add_forces, shape_of, spring_constant, springs_from
 from hairpipe.sim.rows import fill
@@ -292,37 +291,6 @@ def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, h, rule):  
     for p in range(bs.shape[0]):
         for c in range(3):
             store(bs, (p, c), select(load(who, (block,)) > 0.0, load(bs, (p, c)), 0.0))
-
-
-@njit(cache=True, parallel=True)
-def apply_factors(model, A, held, who, r, z):  # noqa: ANN001, ANN201
-    """Set z to the solution of every strand's own system for r, in place; both (rows, 3, W).
-
-    A    of `factor_stages`
-    who  1 for strands that are solved, (blocks, W); the others get 0
-    """
-    for block in prange(len(model.first) - 1):
-        _apply_block(model, np.int64(block), A, held, who, r, z)
-
-
-@njit(cache=True, error_model="numpy")
-def _apply_block(model, block, A, held, who, r, z):  # noqa: ANN001, ANN202
-    rows = slice(model.first[block], model.first[block + 1])
-    As, rs, zs = A[rows], r[rows], z[rows]
-    count, clamped, reach = zs.shape[0], shape_of(model).clamped, shape_of(model).reach
-    fill(zs, 0.0)
-    if not who[block].any():
-        return
-    solved = load(who, (block,)) > 0.0
-    for p in range(clamped, count):
-        free = solved
-        if len(held) > 0 and p >= count - clamped:
-            free = both(solved, load(held, (block,)) < 0.5)
-        for c in range(3):
-            store(zs, (p, c), select(free, load(rs, (p, c)), 0.0))
-    for p in range(clamped, count):
-        forward(As, zs, p, count, reach)
-    substitute(As, zs, count, reach)
 
 
 @njit(cache=True, parallel=True)

@@ -9,7 +9,6 @@ the strands' own factors before it; strands that are solved again see the others
 from dataclasses import dataclass, field
 
 import numpy as np
-from numba import njit, prange
 
 from hairpipe.sim.air.breeze import Breeze
 from hairpipe.sim.axis import Axis, axis_of, follow, gather, lanes_with, points_of, scatter
@@ -22,8 +21,10 @@ from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
+from hairpipe.sim.outer import ROWS, ROWS_WITH_NEXT, clear, lay_out
+from hairpipe.sim.response import respond
 from hairpipe.sim.scene import StrainLimit
-from hairpipe.sim.stage import Rule, apply_factors, factor_stages, guess_stages, run_stages, update_stages
+from hairpipe.sim.stage import Rule, factor_stages, guess_stages, run_stages, update_stages
 
 _PASSES = 2  # over the strands for which a judgement was wrong
 
@@ -72,13 +73,15 @@ class Surroundings:
     hair: HairContacts | None = None
     began: float = 0.0
     _axis: Axis = field(init=False)
+    _everyone: np.ndarray = field(init=False)
     _masses: np.ndarray = field(init=False)
     _memory: dict[str, np.ndarray] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
         self._axis = axis_of(self.layout)
+        self._everyone = np.ones(self.layout.strands.shape)
         self._masses = np.empty((self.layout.offsets[-1], 1))
-        gather(self._axis, self.model.mass[:, None, :], self._masses)
+        gather(self._axis, self._everyone, self.model.mass[:, None, :], self._masses)
         self._masses = self._masses[:, 0]
         self._masses[self.layout.offsets[:-1]] = np.inf
 
@@ -111,19 +114,60 @@ class Surroundings:
         who = np.ones_like(bad) if who is None else who
         again, marked = who, np.empty(len(self._masses), np.bool_)
         points_of(self._axis, who, marked)
-        kick = np.zeros((len(self._masses), 3))
+        points, speeds, kick = self._points(x), self._points(v), np.zeros((len(self._masses), 3))
         if self.body is not None and not stage.held_normals:
-            self.body.foresee(self._points(x), stage.time, marked)
+            self.body.foresee(points, stage.time, marked)
         for left in reversed(range(rule.iterations + _PASSES)):
+            newton = left >= _PASSES
             points_of(self._axis, again, marked)
-            b = self._solve_once(x, v, T, stage, rule, again, marked, coupled=left >= _PASSES and not stage.apart)
+            outer = self._surround(points, speeds, stage, again, marked, x, anew=newton)
+            b = self._solve_once(x, v, T, stage, rule, outer, again, coupled=newton and not stage.apart)
             if self.hair is not None:
-                kick[marked] = self.hair.impulses(self._points(b))[marked] / self._masses[marked, None]
+                change = self._room("change", points)
+                gather(self._axis, again, b, change)
+                self.hair.follow(change, marked, self._room("received", points))
+                np.divide(self._room("received", points), self._masses[:, None], out=kick, where=marked[:, None])
             update_stages(self.model, x, v, T, b, again, stage.h, rule)
-            again = self._judge(x, v, stage, bad, marked, left - _PASSES) * who
+            gather(self._axis, again, x, points)
+            gather(self._axis, again, v, speeds)
+            again = self._judge(points, speeds, stage, bad, marked, left - _PASSES) * who
             if not again.any():
                 break
         return self._kick(kick, x)
+
+    def _surround(
+        self,
+        points: np.ndarray,
+        speeds: np.ndarray,
+        stage: Stage,
+        who: np.ndarray,
+        marked: np.ndarray,
+        like: np.ndarray,
+        *,
+        anew: bool,
+    ) -> np.ndarray:
+        """Return what acts on particles of strands who, (blocks, W), and their points marked; see `sim/outer.py`.
+
+        points, speeds  where that is linearised [m], [m/s], (P, 3)
+        anew            what strands do to each other, too; else it is what solves since then have made of it
+        """
+        push, damping = self._room("push", points), self._room("damping", points, 6)
+        received = push[:0] if self.hair is None else self._room("received", points)
+        clear(marked, push, damping)
+        if self.wind is not None:
+            self.wind.forces(points, speeds, self.layout.offsets, self.began + stage.time, push, damping)
+        if self.body is not None:
+            held = np.zeros_like(marked) if stage.held_normals else marked
+            self.body.hold(points, speeds, self._masses, stage, held, push, damping)
+        own = damping[:0], damping[:0]
+        if self.hair is not None:
+            if anew:
+                self.hair.linearise(points, speeds, self._masses, stage.h, stage.span)
+            self.hair.impulses(marked, received)
+            own = self.hair.own
+        outer = self._room("outer", like, ROWS if self.hair is None else ROWS_WITH_NEXT)
+        lay_out(self._axis, who, push, damping, speeds, stage.h, received, *own, outer)
+        return outer
 
     def _solve_once(
         self,
@@ -132,61 +176,37 @@ class Surroundings:
         T: np.ndarray,
         stage: Stage,
         rule: Rule,
+        outer: np.ndarray,
         who: np.ndarray,
-        marked: np.ndarray,
         *,
         coupled: bool,
     ) -> np.ndarray:
-        """Return the change of velocity of strands who, (blocks, W), and their points marked [m/s], (rows, 3, W).
+        """Return the change of velocity of strands who, (blocks, W) [m/s], (rows, 3, W).
 
         coupled  in one system; else every strand sees the others where they are
         """
-        outer = self._room("outer", x, 15 if self.hair is not None else 9)
         coupled = coupled and self.hair is not None
         factors = self._room("factors", x, row_size(self.model.shape.reach)) if coupled else outer[:0]
-        b = self._room("b", x, 3)
-        self._surround(x, v, stage, marked, outer)
+        b = self._room("b", x)
         factor_stages(self.model, factors, b, x, v, stage.vh, T, outer, stage.held, who, stage.h, rule)
-        if self.hair is not None:
-            self.hair.part()
         if self.hair is not None and coupled:
-            lanes, solution = self._room("lanes", x, 3), self._room("solution", x, 3)
-
-            def respond(r: np.ndarray, z: np.ndarray) -> None:
-                scatter(self._axis, r, 0, lanes)
-                apply_factors(self.model, factors, stage.held, who, lanes, solution)
-                gather(self._axis, solution, z)
-
             alone = self._points(b)
-            exchanged = self.hair.exchange(respond, alone, self._masses)
-            respond(exchanged, alone)
-            b += solution
+
+            def ask(impulses: np.ndarray, change: np.ndarray) -> None:
+                respond(self.model, self._axis, factors, stage.held, who, impulses, change, b[:0])
+
+            exchanged = self.hair.exchange(ask, alone, self._masses)
+            respond(self.model, self._axis, factors, stage.held, who, exchanged, alone, b)
+            self._room("received", alone)[:] += exchanged
         return b
 
-    def _surround(self, x: np.ndarray, v: np.ndarray, stage: Stage, marked: np.ndarray, outer: np.ndarray) -> None:
-        """Write what acts on particles into outer, see `sim/stage.py`, in place."""
-        points, speeds, h = self._points(x), self._points(v), stage.h
-        push, damping = np.zeros_like(points), np.zeros((len(points), 6))
-        if self.wind is not None:
-            self.wind.forces(points, speeds, self.layout.offsets, self.began + stage.time, push, damping)
-        if self.body is not None:
-            who = np.zeros_like(marked) if stage.held_normals else marked
-            self.body.hold(points, speeds, self._masses, stage, who, push, damping)
-        withdraw(push, damping, speeds, h)
-        if self.hair is not None:
-            following = np.zeros_like(damping)
-            self.hair.linearise(points, speeds, self._masses, h, stage.span, push, damping, following)
-            scatter(self._axis, following, 9, outer)
-        scatter(self._axis, push, 0, outer)
-        scatter(self._axis, damping, 3, outer)
-
     def _judge(
-        self, x: np.ndarray, v: np.ndarray, stage: Stage, bad: np.ndarray, marked: np.ndarray, left: int
+        self, points: np.ndarray, speeds: np.ndarray, stage: Stage, bad: np.ndarray, marked: np.ndarray, left: int
     ) -> np.ndarray:
         """Mark the strands that must be solved again, (blocks, W); so many iterations of Newton's method are left."""
         wrong = np.ones_like(bad) if left > 0 else (bad if left == 0 else np.zeros_like(bad))
         if self.body is not None and not stage.held_normals:
-            changed = self.body.judge(self._points(x), self._points(v), self._masses, stage, marked)
+            changed = self.body.judge(points, speeds, self._masses, stage, marked)
             touched = np.zeros_like(bad)
             lanes_with(self._axis, changed, touched)
             wrong = np.maximum(wrong, touched)
@@ -197,7 +217,7 @@ class Surroundings:
         if self.hair is None:
             return 0.0
         lanes = np.zeros_like(x)
-        scatter(self._axis, kick, 0, lanes)
+        scatter(self._axis, kick, lanes)
         return lanes
 
     def limit_velocity(self, x: np.ndarray, v: np.ndarray, dt: float) -> None:
@@ -279,27 +299,11 @@ class Surroundings:
 
     def _points(self, lanes: np.ndarray) -> np.ndarray:
         points = np.empty((len(self._masses), lanes.shape[1]))
-        gather(self._axis, lanes, points)
+        gather(self._axis, self._everyone, lanes, points)
         return points
 
-    def _room(self, name: str, like: np.ndarray, numbers: int) -> np.ndarray:
-        """Give room for so many numbers a particle, the same for every solve; zeros at first."""
+    def _room(self, name: str, like: np.ndarray, numbers: int = 3) -> np.ndarray:
+        """Give room for so many numbers a particle or a point, the same for every solve; zeros at first."""
         if name not in self._memory:
-            self._memory[name] = np.zeros((like.shape[0], numbers, like.shape[2]), like.dtype)
+            self._memory[name] = np.zeros((like.shape[0], numbers, *like.shape[2:]), like.dtype)
         return self._memory[name]
-
-
-@njit(cache=True, parallel=True)
-def withdraw(push: np.ndarray, damping: np.ndarray, speeds: np.ndarray, h: float) -> None:
-    """Turn forces push - damping v into an impulse h (push - damping v) and its matrix h damping, in place.
-
-    push  (P, 3); damping  symmetric, (P, 6); speeds  v [m/s], (P, 3)
-    """
-    for i in prange(len(push)):
-        x, y, z = speeds[i, 0], speeds[i, 1], speeds[i, 2]
-        d = damping[i]
-        push[i, 0] = h * (push[i, 0] - d[0] * x - d[1] * y - d[2] * z)
-        push[i, 1] = h * (push[i, 1] - d[1] * x - d[3] * y - d[4] * z)
-        push[i, 2] = h * (push[i, 2] - d[2] * x - d[4] * y - d[5] * z)
-        for c in range(6):
-            d[c] *= h

@@ -47,7 +47,7 @@ class Exchange(NamedTuple):
 
 def solve(
     respond: Callable[[np.ndarray, np.ndarray], None],
-    multiply: Callable[[np.ndarray, np.ndarray], None],
+    multiply: Callable[[np.ndarray, np.ndarray, np.ndarray], None],
     alone: np.ndarray,
     masses: np.ndarray,
     tolerance: float = 1e-3,
@@ -56,7 +56,7 @@ def solve(
     """Find the impulses that strands exchange.
 
     respond    respond(r, z) sets z, what points move by [m/s], to R P^-1 R^T r for impulses r; 0 where they are held
-    multiply   multiply(v, out) adds O v to out, as `multiply_across` does
+    multiply   multiply(v, start, out) sets out to start + O v, as `multiply_across` does
     alone      what the points of every strand on its own move by, u [m/s], (points, 3)
     masses     of the points, inf where they are held [kg], (points,)
     tolerance  of the error
@@ -70,17 +70,17 @@ def solve(
     points = [vector.reshape(-1)[: alone.size].reshape(-1, 3) for vector in vectors]
     points[6][:] = np.nan_to_num(alone, nan=0.0, posinf=0.0, neginf=0.0)
     free = np.where(masses < np.inf, masses, 0.0)
-    multiply(points[6], points[1])
+    multiply(points[6], points[0], points[1])
     np.negative(r, out=r)
     size, before, rz, made = _size(free, points[6]), np.inf, 0.0, 0
     while r.any():
         respond(points[1], points[2])
-        rz = _turn(before, r, z, p, q, w)
+        rz = _turn(before, r, z, p, q)
         if rz <= tolerance * tolerance * size:
             size = _size(free, points[6])
         if not tolerance * tolerance * size < rz < np.inf or made == most:
             break
-        multiply(points[3], points[5])
+        multiply(points[3], points[4], points[5])
         if not _advance(rz, p, q, w, s, r, x):
             break
         before, made = rz, made + 1
@@ -93,8 +93,8 @@ def _size(masses: np.ndarray, x: np.ndarray) -> float:
 
 
 @njit(cache=True, parallel=True)
-def _turn(before, r, z, p, q, w):  # noqa: ANN001, ANN202
-    """Give r . z, and turn to the next direction, in place: p = z + beta p, w = q = P p."""
+def _turn(before, r, z, p, q):  # noqa: ANN001, ANN202
+    """Give r . z, and turn to the next direction, in place: p = z + beta p, q = P p."""
     chunks = -(-len(r) // _CHUNK)
     sums = np.empty((chunks, WIDTH))
     for chunk in prange(chunks):
@@ -102,7 +102,7 @@ def _turn(before, r, z, p, q, w):  # noqa: ANN001, ANN202
     rz = _total(sums)
     beta = rz / before
     for chunk in prange(chunks):
-        _turn_some(np.int64(chunk) * _CHUNK, beta, r, z, p, q, w)
+        _turn_some(np.int64(chunk) * _CHUNK, beta, r, z, p, q)
     return rz
 
 
@@ -151,12 +151,10 @@ def _sum(sums, chunk, x, y):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _turn_some(begin, beta, r, z, p, q, w):  # noqa: ANN001, ANN202
+def _turn_some(begin, beta, r, z, p, q):  # noqa: ANN001, ANN202
     for row in range(begin, min(begin + _CHUNK, len(r))):
         store(p, (row,), load(z, (row,)) + beta * load(p, (row,)))
-        product = load(r, (row,)) + beta * load(q, (row,))
-        store(q, (row,), product)
-        store(w, (row,), product)
+        store(q, (row,), load(r, (row,)) + beta * load(q, (row,)))
 
 
 @njit(cache=True)

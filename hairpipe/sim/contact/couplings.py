@@ -16,7 +16,9 @@ P + O is the matrix of the whole system:
 
 The right-hand side of the strands gets `add_push`. Rows of held particles (roots) are fixed after all of that. Which
 couplings touch a point is found once, by `find_incidence`, and holds as long as `segments` stay what they are; every
-point gathers from its own list, in the order of the couplings, so that no result depends on threads.
+point gathers from its own list, in the order of the couplings, so that no result depends on threads. What is
+multiplied by again and again lies in that order too, `Sides`: in single precision, since memory is all that it costs,
+and own blocks are made of the same numbers, so that P + O stays the matrix of springs.
 """
 
 from typing import NamedTuple
@@ -56,6 +58,19 @@ class Incidence(NamedTuple):
     sides: np.ndarray
 
 
+class Sides(NamedTuple):
+    """Couplings as segment after segment sees them, in the order of an `Incidence`.
+
+    first    as there
+    others   segment on the other side, (2 n,) int32
+    numbers  fraction on this side, fraction on the other, and the matrix [kg], (2 n, 8) float32
+    """
+
+    first: np.ndarray
+    others: np.ndarray
+    numbers: np.ndarray
+
+
 def no_couplings() -> Couplings:
     """Make an empty set."""
     return Couplings(np.empty((0, 2), np.int32), np.empty((0, 2)), np.empty((0, 3)), np.empty((0, 6)))
@@ -89,6 +104,21 @@ def find_incidence(segments: np.ndarray, points: int) -> Incidence:
 
 
 @njit(cache=True, parallel=True)
+def sides_of(couplings: Couplings, incidence: Incidence) -> Sides:
+    """Sort couplings by the segments that they touch; pure."""
+    sides = incidence.sides
+    others, numbers = np.empty(len(sides), np.int32), np.empty((len(sides), 8), np.float32)
+    for chunk in prange(-(-len(sides) // _CHUNK)):
+        for e in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(sides))):
+            i, j = sides[e] >> 1, sides[e] & 1
+            others[e] = couplings.segments[i, 1 - j]
+            numbers[e, 0], numbers[e, 1] = couplings.fractions[i, j], couplings.fractions[i, 1 - j]
+            for c in range(6):
+                numbers[e, 2 + c] = couplings.matrix[i, c]
+    return Sides(incidence.first, others, numbers)
+
+
+@njit(cache=True, parallel=True)
 def add_push(couplings: Couplings, incidence: Incidence, out: np.ndarray) -> None:
     """Add J^T push to every point [N s], (points, 3), in place."""
     for chunk in prange(-(-len(out) // _CHUNK)):
@@ -96,33 +126,105 @@ def add_push(couplings: Couplings, incidence: Incidence, out: np.ndarray) -> Non
 
 
 @njit(cache=True, parallel=True)
-def own_blocks(couplings: Couplings, incidence: Incidence, diagonal: np.ndarray, following: np.ndarray) -> None:
-    """Add the terms between points of one segment, in place.
+def own_blocks(sides: Sides, diagonal: np.ndarray, following: np.ndarray) -> None:
+    """Set the terms between points of one segment, in place.
 
     diagonal   between a point and itself, symmetric [kg], (points, 6)
     following  between a point and the next of its strand, symmetric too [kg], (points, 6)
     """
     for chunk in prange(-(-len(diagonal) // _CHUNK)):
-        _blocks_of_some(couplings, incidence, diagonal, following, np.int64(chunk) * _CHUNK)
+        _blocks_of_some(sides, diagonal, following, np.int64(chunk) * _CHUNK)
 
 
 @njit(cache=True, parallel=True)
-def multiply_across(couplings: Couplings, incidence: Incidence, v: np.ndarray, out: np.ndarray) -> None:
-    """Add O v, the terms between points of different sides of a coupling, in place.
+def multiply_across(sides: Sides, v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
+    """Set out to start + O v, O being the terms between points of different sides of a coupling, in place.
 
-    v    [m/s], (points, 3)
-    out  [N s], (points, 3)
+    v           [m/s], (points, 3)
+    start, out  [N s], (points, 3)
     """
     for chunk in prange(-(-len(out) // _CHUNK)):
-        _multiply_some(couplings, incidence, v, out, np.int64(chunk) * _CHUNK)
+        _multiply_some(sides, v, start, out, np.int64(chunk) * _CHUNK)
+
+
+@njit(cache=True, parallel=True)
+def impulses_after(
+    push: np.ndarray,
+    sides: Sides,
+    diagonal: np.ndarray,
+    following: np.ndarray,
+    change: np.ndarray,
+    who: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Set out to what points get after velocities have changed, J^T (push - M J dv), where asked for, in place.
+
+    push                 J^T push [N s], (points, 3)
+    diagonal, following  see `own_blocks`
+    change               dv [m/s], (points, 3)
+    who                  points that are asked for, (points,) bool
+    out                  [N s], (points, 3)
+    """
+    for chunk in prange(-(-len(out) // _CHUNK)):
+        begin = np.int64(chunk) * _CHUNK
+        for k in range(begin, min(begin + _CHUNK, len(out))):
+            if who[k]:
+                near, _ = _across(sides, k, change)
+                _, carried = _across(sides, k - 1, change) if k > 0 else (near, (0.0, 0.0, 0.0))
+                own = _own_part(diagonal, following, change, k)
+                for c in range(3):
+                    out[k, c] = push[k, c] - own[c] + near[c] + carried[c]
+
+
+@njit(cache=True, parallel=True)
+def follow(
+    diagonal: np.ndarray, following: np.ndarray, change: np.ndarray, who: np.ndarray, total: np.ndarray, out: np.ndarray
+) -> None:
+    """Take note that velocities of points who have changed, in place; arguments as for `impulses_after`.
+
+    total  of all changes, to which this one is added; what is not finite does not move for others [m/s], (points, 3)
+    out    impulses, from which is subtracted what the own strand's change makes of them [N s], (points, 3)
+    """
+    for chunk in prange(-(-len(out) // _CHUNK)):
+        for k in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(out))):
+            if who[k]:
+                own = _own_part(diagonal, following, change, k)
+                for c in range(3):
+                    out[k, c] -= own[c]
+                    if abs(change[k, c]) < np.inf:
+                        total[k, c] += change[k, c]
 
 
 @inlined
-def _add_to_point(out, k, sign, near, carried):  # noqa: ANN001, ANN202
-    """Add what a point gets from its own segment and from the one before it."""
-    out[k, 0] += sign * (near[0] + carried[0])
-    out[k, 1] += sign * (near[1] + carried[1])
-    out[k, 2] += sign * (near[2] + carried[2])
+def _own_part(diagonal, following, v, k):  # noqa: ANN001, ANN202
+    """What own blocks make of velocities at point k [N s]."""
+    y = _times(diagonal, k, v, k)
+    if _is_there(following, k):
+        y = _plus(y, _times(following, k, v, k + 1))
+    if k > 0 and _is_there(following, k - 1):
+        y = _plus(y, _times(following, k - 1, v, k - 1))
+    return y
+
+
+@inlined
+def _is_there(M, k):  # noqa: ANN001, ANN202
+    """Whether a block is not zero; if it is, what it would be multiplied by is another strand's, and may be lost."""
+    return M[k, 0] + M[k, 3] + M[k, 5] > 0.0
+
+
+@inlined
+def _times(M, m, v, k):  # noqa: ANN001, ANN202
+    a, b, c = v[k, 0], v[k, 1], v[k, 2]
+    return (
+        M[m, 0] * a + M[m, 1] * b + M[m, 2] * c,
+        M[m, 1] * a + M[m, 3] * b + M[m, 4] * c,
+        M[m, 2] * a + M[m, 4] * b + M[m, 5] * c,
+    )
+
+
+@inlined
+def _plus(x, y):  # noqa: ANN001, ANN202
+    return x[0] + y[0], x[1] + y[1], x[2] + y[2]
 
 
 @inlined
@@ -143,75 +245,59 @@ def _push_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
             near = _grow(near, sign * (1.0 - s), push[i])
             far = _grow(far, sign * s, push[i])
         if k >= begin:
-            _add_to_point(out, k, 1.0, near, carried)
+            for c in range(3):
+                out[k, c] += near[c] + carried[c]
         carried = far
 
 
+@inlined
+def _across(sides, k, v):  # noqa: ANN001, ANN202
+    """What segment k gives to its own point, and to the next, of what moves on the other sides: -O v [N s]."""
+    first, others, numbers = sides.first, sides.others, sides.numbers
+    near, far = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for e in range(first[k], first[k + 1]):
+        N, q = numbers[e], others[e]
+        s, t = np.float64(N[0]), np.float64(N[1])
+        a = (1.0 - t) * v[q, 0] + t * v[q + 1, 0]
+        b = (1.0 - t) * v[q, 1] + t * v[q + 1, 1]
+        c = (1.0 - t) * v[q, 2] + t * v[q + 1, 2]
+        y = N[2] * a + N[3] * b + N[4] * c, N[3] * a + N[5] * b + N[6] * c, N[4] * a + N[6] * b + N[7] * c
+        near = _grow(near, 1.0 - s, y)
+        far = _grow(far, s, y)
+    return near, far
+
+
 @njit(cache=True)
-def _multiply_some(couplings, incidence, v, out, begin):  # noqa: ANN001, ANN202
+def _multiply_some(sides, v, start, out, begin):  # noqa: ANN001, ANN202
     """Walk as `_push_some`."""
-    first, sides, fractions = incidence.first, incidence.sides, couplings.fractions
-    segments, M = couplings.segments, couplings.matrix
     carried = (0.0, 0.0, 0.0)
     for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(out))):
-        near, far = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        for e in range(first[k], first[k + 1]):
-            i, j = sides[e] >> 1, sides[e] & 1
-            s, t, q = fractions[i, j], fractions[i, 1 - j], segments[i, 1 - j]
-            a = (1.0 - t) * v[q, 0] + t * v[q + 1, 0]
-            b = (1.0 - t) * v[q, 1] + t * v[q + 1, 1]
-            c = (1.0 - t) * v[q, 2] + t * v[q + 1, 2]
-            y = (
-                M[i, 0] * a + M[i, 1] * b + M[i, 2] * c,
-                M[i, 1] * a + M[i, 3] * b + M[i, 4] * c,
-                M[i, 2] * a + M[i, 4] * b + M[i, 5] * c,
-            )
-            near = _grow(near, 1.0 - s, y)
-            far = _grow(far, s, y)
+        near, far = _across(sides, k, v)
         if k >= begin:
-            _add_to_point(out, k, -1.0, near, carried)
+            for c in range(3):
+                out[k, c] = start[k, c] - near[c] - carried[c]
         carried = far
 
 
 @njit(cache=True)
-def _blocks_of_some(couplings, incidence, diagonal, following, begin):  # noqa: ANN001, ANN202
+def _blocks_of_some(sides, diagonal, following, begin):  # noqa: ANN001, ANN202
     """Walk as `_push_some`."""
-    first, sides, fractions, M = incidence.first, incidence.sides, couplings.fractions, couplings.matrix
+    first, numbers = sides.first, sides.numbers
     carried, near, far = np.zeros(6), np.zeros(6), np.zeros(6)
     for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(diagonal))):
         near[:] = 0.0
         far[:] = 0.0
+        if k >= begin:
+            following[k] = 0.0
         for e in range(first[k], first[k + 1]):
-            i, s = sides[e] >> 1, fractions[sides[e] >> 1, sides[e] & 1]
+            s = np.float64(numbers[e, 0])
             for c in range(6):
-                near[c] += (1.0 - s) * (1.0 - s) * M[i, c]
-                far[c] += s * s * M[i, c]
+                m = numbers[e, 2 + c]
+                near[c] += (1.0 - s) * (1.0 - s) * m
+                far[c] += s * s * m
                 if k >= begin:
-                    following[k, c] += s * (1.0 - s) * M[i, c]
+                    following[k, c] += s * (1.0 - s) * m
         for c in range(6):
             if k >= begin:
-                diagonal[k, c] += near[c] + carried[c]
+                diagonal[k, c] = near[c] + carried[c]
             carried[c] = far[c]
-
-
-@njit(cache=True, parallel=True)
-def exchanged(couplings: Couplings, change: np.ndarray) -> Couplings:
-    """Return couplings whose push is the impulse of a solve that changed velocities so; pure.
-
-    push - M J dv [N s], for a change dv of the velocity of points [m/s], (points, 3)
-    """
-    push, M, fractions, segments = (
-        np.empty_like(couplings.push),
-        couplings.matrix,
-        couplings.fractions,
-        couplings.segments,
-    )
-    for i in prange(len(push)):
-        k, q, s, t = segments[i, 0], segments[i, 1], fractions[i, 0], fractions[i, 1]
-        x = (1.0 - s) * change[k, 0] + s * change[k + 1, 0] - (1.0 - t) * change[q, 0] - t * change[q + 1, 0]
-        y = (1.0 - s) * change[k, 1] + s * change[k + 1, 1] - (1.0 - t) * change[q, 1] - t * change[q + 1, 1]
-        z = (1.0 - s) * change[k, 2] + s * change[k + 1, 2] - (1.0 - t) * change[q, 2] - t * change[q + 1, 2]
-        push[i, 0] = couplings.push[i, 0] - M[i, 0] * x - M[i, 1] * y - M[i, 2] * z
-        push[i, 1] = couplings.push[i, 1] - M[i, 1] * x - M[i, 3] * y - M[i, 4] * z
-        push[i, 2] = couplings.push[i, 2] - M[i, 2] * x - M[i, 4] * y - M[i, 5] * z
-    return Couplings(segments, fractions, push, M)

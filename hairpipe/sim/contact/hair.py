@@ -9,14 +9,16 @@ from hairpipe.sim.contact import conjugate
 from hairpipe.sim.contact.collision import collide
 from hairpipe.sim.contact.contacts import REACH, Contacts, find_contacts
 from hairpipe.sim.contact.couplings import (
-    Couplings,
     Incidence,
+    Sides,
     add_push,
-    exchanged,
     find_incidence,
+    follow,
+    impulses_after,
     joined,
     multiply_across,
     own_blocks,
+    sides_of,
 )
 from hairpipe.sim.contact.ignored import keys_of
 from hairpipe.sim.contact.near import near_pairs
@@ -49,9 +51,11 @@ class HairContacts:
     at_rest: tuple[np.ndarray, np.ndarray]
     _ignored: np.ndarray = field(init=False)
     _contacts: Contacts | None = field(default=None, init=False)
-    _couplings: Couplings = field(init=False)
     _incidence: Incidence = field(init=False)
-    _exchanged: np.ndarray = field(init=False)
+    _sides: Sides = field(init=False)
+    _push: np.ndarray = field(init=False)
+    _own: tuple[np.ndarray, np.ndarray] = field(init=False)
+    _change: np.ndarray = field(init=False)
 
     def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray) -> None:
         """Look around at the start of a step: connections break and are made, contacts are found."""
@@ -70,58 +74,54 @@ class HairContacts:
         segments = [self.connections.segments] + ([self._contacts.segments] if self._contacts is not None else [])
         self._incidence = find_incidence(np.concatenate(segments), len(points))
 
-    def linearise(
-        self,
-        points: np.ndarray,
-        speeds: np.ndarray,
-        masses: np.ndarray,
-        h: float,
-        span: float,
-        push: np.ndarray,
-        diagonal: np.ndarray,
-        following: np.ndarray,
-    ) -> None:
-        """Linearise what strands do to each other at a prediction, and add each strand's own part of it, in place.
+    def linearise(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, h: float, span: float) -> None:
+        """Linearise what strands do to each other at a prediction.
 
         h, span  weight of the stage's end, and the time that the stage covers [s]: what strands do to each other is no
                  part of accelerations, so in a stage it acts all that time
-        push     [N s], (P, 3); diagonal, following  [kg], (P, 6): see `own_blocks`
         """
         sets = []
         if self.stiction is not None:
             sets.append(linearise_connections(self.connections, points, speeds, masses, self.stiction, h))
         if self._contacts is not None and self.collisions is not None:
             sets.append(linearise_contacts(self._contacts, points, speeds, masses, self.collisions, h))
-        all_of_it = joined(sets)
-        share = span / h
-        self._couplings = all_of_it._replace(push=share * all_of_it.push, matrix=share * all_of_it.matrix)
-        add_push(self._couplings, self._incidence, push)
-        own_blocks(self._couplings, self._incidence, diagonal, following)
+        couplings, share = joined(sets), span / h
+        np.multiply(couplings.push, share, out=couplings.push)
+        np.multiply(couplings.matrix, share, out=couplings.matrix)
+        self._sides = sides_of(couplings, self._incidence)
+        self._push, self._change = np.zeros_like(points), np.zeros_like(points)
+        add_push(couplings, self._incidence, self._push)
+        self._own = np.empty((len(points), 6)), np.empty((len(points), 6))
+        own_blocks(self._sides, *self._own)
 
-    def part(self) -> None:
-        """Let strands exchange nothing in the next solve."""
-        self._exchanged = np.zeros((self.offsets[-1], 3))
+    @property
+    def own(self) -> tuple[np.ndarray, np.ndarray]:
+        """Blocks by which impulses change with the strand's own velocities [kg], (P, 6) each: see `own_blocks`."""
+        return self._own
+
+    def impulses(self, who: np.ndarray, out: np.ndarray) -> None:
+        """Set out, (P, 3) [N s], to what points who, (P,) bool, get where solves have left all of them, in place."""
+        impulses_after(self._push, self._sides, *self._own, self._change, who, out)
 
     def exchange(
         self, respond: Callable[[np.ndarray, np.ndarray], None], alone: np.ndarray, masses: np.ndarray
     ) -> np.ndarray:
         """Return the impulses that strands exchange [N s], (P, 3); see `conjugate.solve`."""
 
-        def multiply(v: np.ndarray, out: np.ndarray) -> None:
-            multiply_across(self._couplings, self._incidence, v, out)
+        def multiply(v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
+            multiply_across(self._sides, v, start, out)
 
-        self._exchanged = conjugate.solve(respond, multiply, alone, masses, _TOLERANCE).impulses.copy()
-        return self._exchanged
+        return conjugate.solve(respond, multiply, alone, masses, _TOLERANCE).impulses
 
-    def impulses(self, change: np.ndarray) -> np.ndarray:
-        """Return the impulses that points got from other strands in a solve which changed velocities so, (P, 3).
+    def follow(self, change: np.ndarray, who: np.ndarray, received: np.ndarray) -> None:
+        """Take note that a solve changed velocities of points who, (P,) bool, by so much [m/s], (P, 3).
 
-        What was exchanged replaces -O dv: contact is so stiff that the small error left in dv would be a great impulse.
+        received  what they got at first, with what was exchanged; out: what they got in the end [N s], (P, 3)
+
+        What was exchanged stands for -O dv: contact is so stiff that the small error left in dv would be a great
+        impulse.
         """
-        out = self._exchanged.copy()
-        add_push(exchanged(self._couplings, change), self._incidence, out)
-        multiply_across(self._couplings, self._incidence, change, out)
-        return out
+        follow(*self._own, change, who, self._change, received)
 
     def collide(self, before: np.ndarray, after: np.ndarray, speeds: np.ndarray, masses: np.ndarray, dt: float) -> None:
         """Bring back what passed through each other in a step of dt [s]; changes after and speeds, in place."""

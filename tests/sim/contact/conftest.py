@@ -66,7 +66,7 @@ def offsets():
 
 @pytest.fixture
 def random_couplings():
-    """Give couplings between random segments, neighbours of one strand among them."""
+    """Give couplings between random segments, neighbours of one strand among them, in numbers of single precision."""
 
     def make(offsets, count, seed=0):
         rng = np.random.default_rng(seed)
@@ -76,6 +76,8 @@ def random_couplings():
         B = rng.normal(size=(count, 3, 3))
         fractions = rng.random((count, 2))
         fractions[3:5] = [[0.0, 1.0], [1.0, 0.0]]
-        return Couplings(pairs, fractions, rng.normal(size=(count, 3)), packed(B @ B.transpose(0, 2, 1)))
+        matrix = packed(B @ B.transpose(0, 2, 1))
+        rounded = [array.astype(np.float32).astype(float) for array in (fractions, matrix)]
+        return Couplings(pairs, rounded[0], rng.normal(size=(count, 3)), rounded[1])
 
     return make

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.contact.conjugate import MOST, solve
-from hairpipe.sim.contact.couplings import Couplings, find_incidence, multiply_across, own_blocks
+from hairpipe.sim.contact.couplings import Couplings, find_incidence, multiply_across, own_blocks, sides_of
 
 POINTS, STRANDS, LENGTH, MASS = 14, 10, 6e-3, 4e-8
 """Of a strand, strands; of a segment [m], of a point [kg]: real hair, 8 cm."""
@@ -34,8 +34,8 @@ class Bundle(NamedTuple):
         def respond(r, z):
             z[:] = (inverse @ r.ravel()).reshape(-1, 3)
 
-        def multiply(v, out):
-            out += (O @ v.ravel()).reshape(-1, 3)
+        def multiply(v, start, out):
+            out[:] = start + (O @ v.ravel()).reshape(-1, 3)
 
         exchange = solve(respond, multiply, alone, MASSES, tolerance, most)
         return alone.ravel() + inverse @ exchange.impulses.ravel(), exchange
@@ -89,9 +89,10 @@ def bundle(dense):
         n = rng.normal(size=(len(pairs), 3))
         n /= np.linalg.norm(n, axis=1)[:, None]
         matrix = h * h * stiffness * n[:, [0, 0, 0, 1, 1, 2]] * n[:, [0, 1, 2, 1, 2, 2]]
-        couplings = Couplings(pairs, rng.random((len(pairs), 2)), np.zeros((len(pairs), 3)), matrix)
+        fractions, matrix = (array.astype(np.float32).astype(float) for array in (rng.random((len(pairs), 2)), matrix))
+        couplings = Couplings(pairs, fractions, np.zeros((len(pairs), 3)), matrix)
         diagonal, following = np.zeros((total, 6)), np.zeros((total, 6))
-        own_blocks(couplings, find_incidence(pairs, total), diagonal, following)
+        own_blocks(sides_of(couplings, find_incidence(pairs, total)), diagonal, following)
         own = own_matrix(diagonal, following)
         forces = np.repeat(rng.normal(size=(STRANDS, 1, 3)), POINTS, axis=1).ravel() * MASS * 300.0 * h
         held = np.zeros((STRANDS, POINTS, 3), bool)
@@ -162,8 +163,8 @@ def test_a_strand_that_is_lost_is_as_if_held_and_spares_the_others(bundle):
     def respond(r, z):
         z[:] = np.where(lost, np.nan, inverse @ r.ravel()).reshape(-1, 3)
 
-    def multiply(v, out):
-        out += (O @ v.ravel()).reshape(-1, 3)
+    def multiply(v, start, out):
+        out[:] = start + (O @ v.ravel()).reshape(-1, 3)
 
     alone = np.where(lost, np.nan, inverse @ case.b).reshape(-1, 3)
     exchange = solve(respond, multiply, alone, MASSES)
@@ -183,16 +184,16 @@ def test_a_matrix_that_is_none_ends_finite(bundle, bad):
 def test_threads_change_no_bit(offsets, random_couplings, threads):
     points = int(offsets[-1]) * 4
     couplings = random_couplings(np.array([0, points], np.int32), 9000)
-    incidence = find_incidence(couplings.segments, points)
+    sides = sides_of(couplings, find_incidence(couplings.segments, points))
     diagonal = np.zeros((points, 6))
-    own_blocks(couplings, incidence, diagonal, np.zeros((points, 6)))
+    own_blocks(sides, diagonal, np.zeros((points, 6)))
     heavy = 2.0 * diagonal.sum(axis=1)[:, None] + 1.0
 
     def respond(r, z):
         np.divide(r, heavy, out=z)
 
-    def multiply(v, out):
-        multiply_across(couplings, incidence, v, out)
+    def multiply(v, start, out):
+        multiply_across(sides, v, start, out)
 
     found = []
     for number in (1, numba.get_num_threads()):

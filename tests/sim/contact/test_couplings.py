@@ -3,18 +3,32 @@
 import numba
 import numpy as np
 
-from hairpipe.sim.contact.couplings import add_push, find_incidence, joined, multiply_across, no_couplings, own_blocks
+from hairpipe.sim.contact.couplings import (
+    add_push,
+    find_incidence,
+    follow,
+    impulses_after,
+    joined,
+    multiply_across,
+    no_couplings,
+    own_blocks,
+    sides_of,
+)
+
+
+def sorted_sides(couplings, points):
+    return sides_of(couplings, find_incidence(couplings.segments, points))
 
 
 def multiply(couplings, points, v):
-    out = np.zeros_like(v)
-    multiply_across(couplings, find_incidence(couplings.segments, points), v, out)
+    out = np.empty_like(v)
+    multiply_across(sorted_sides(couplings, points), v, np.zeros_like(v), out)
     return out
 
 
 def blocks(couplings, points):
-    diagonal, following = np.zeros((points, 6)), np.zeros((points, 6))
-    own_blocks(couplings, find_incidence(couplings.segments, points), diagonal, following)
+    diagonal, following = np.empty((points, 6)), np.empty((points, 6))
+    own_blocks(sorted_sides(couplings, points), diagonal, following)
     return diagonal, following
 
 
@@ -80,3 +94,34 @@ def test_what_is_not_a_number_stays_where_it_is_coupled(offsets, random_coupling
     v[a] = np.nan
     lost = np.flatnonzero(np.isnan(multiply(couplings, points, v)).any(axis=1))
     assert {b, b + 1} <= set(lost) and len(lost) < 50
+
+
+def test_impulses_after_a_change_are_those_of_the_whole_matrix(random_couplings, dense):
+    """J^T (push - M J dv), in one go, and bit by bit: the other strands' part, then the own one."""
+    offsets = np.array([0, 2, 7, 16, 19], np.int32)
+    points, who, nobody = 19, np.ones(19, bool), np.zeros((19, 3))
+    couplings = random_couplings(offsets, 60)
+    sides, own = sorted_sides(couplings, points), blocks(couplings, points)
+    dv = np.random.default_rng(4).normal(size=(points, 3))
+    push = np.zeros((points, 3))
+    add_push(couplings, find_incidence(couplings.segments, points), push)
+    expected = push - (dense[0](couplings, points) @ dv.ravel()).reshape(-1, 3)
+    out, total = np.empty_like(push), np.zeros_like(push)
+    impulses_after(push, sides, *own, dv, who, out)
+    np.testing.assert_allclose(out, expected, atol=1e-12 * np.abs(expected).max())
+    follow(*own, dv, who, total, push)
+    multiply_across(sides, dv, nobody, out)
+    np.testing.assert_allclose(push - out, expected, atol=1e-12 * np.abs(expected).max())
+    np.testing.assert_array_equal(total, dv)
+
+
+def test_a_lost_strand_takes_no_other_along(offsets, random_couplings):
+    points, who = int(offsets[-1]), np.ones(offsets[-1], bool)
+    couplings = random_couplings(offsets, 400)
+    own = blocks(couplings, points)
+    dv, total, received = np.ones((points, 3)), np.zeros((points, 3)), np.zeros((points, 3))
+    lost = slice(offsets[1], offsets[2])
+    dv[lost] = np.nan
+    follow(*own, dv, who, total, received)
+    assert not total[lost].any() and np.isfinite(total).all()
+    assert np.isfinite(np.delete(received, np.r_[lost], axis=0)).all()
