@@ -21,14 +21,16 @@ from numba import njit
 
 from hairpipe.sim.contact.contacts import apply, between, impulse, inverse_mass
 from hairpipe.sim.contact.crossings import Crossings, crossings
-from hairpipe.sim.contact.swept import swept_pairs
+from hairpipe.sim.contact.found import in_order
+from hairpipe.sim.contact.swept import neighbourhood, swept_pairs, swept_pairs_of
 from hairpipe.sim.forces.vectors import dot
 from hairpipe.sim.scene import Collisions
 
 _SWEEPS = 8
 _LEAST = 0.01
 _LOOK = 2.0
-"""Thicknesses within which pairs are listed: none is missed when impulses move both by less than half of that."""
+"""Thicknesses within which pairs are listed: none is missed when impulses move both by less than half of that, and what
+moves farther is looked for anew."""
 
 
 class Outcome(NamedTuple):
@@ -61,11 +63,13 @@ def collide(
     dt             step [s]
     ignored        keys of pairs that may cross, sorted
     """
-    near = swept_pairs(before, after, offsets, _LOOK * collisions.thickness, ignored)
+    look = _LOOK * collisions.thickness
+    around = neighbourhood(before, after, offsets, look)
+    near = swept_pairs(around, look, ignored)
     met = crossings(before, after, near)
     found, known = len(met.times), [met]
     change, moved = np.zeros_like(after), np.zeros(len(after), bool)
-    mean, ends = (after - before) / dt, after
+    mean, ends, is_segment = (after - before) / dt, after, np.isin(np.arange(len(before)), offsets[1:] - 1, invert=True)
     rule = (collisions.thickness, collisions.friction, dt)
     for _ in range(collisions.attempts):
         if not len(met.times):
@@ -74,9 +78,13 @@ def collide(
         _solve(change, mean, before, masses, _in_time(known), rule)
         ends, struck = after + dt * change, (change != previous).any(axis=1)
         moved |= struck
-        if 2.0 * dt * np.abs(change).max(initial=0.0) * np.sqrt(3.0) > _LOOK * collisions.thickness:
-            near = swept_pairs(before, ends, offsets, 0.0, ignored)
-        met = crossings(before, ends, near[_touched(struck)[near].any(axis=1)])
+        listed = near[_touched(struck)[near].any(axis=1)]
+        far = 2.0 * dt * np.abs(change).max(axis=1) * np.sqrt(3.0) > look
+        if far.any():
+            segments = np.flatnonzero(_touched(far) & is_segment).astype(np.int32)
+            fresh = swept_pairs_of(around, segments, before, ends, look, ignored)
+            listed = in_order(np.concatenate([listed, fresh]), len(before))
+        met = crossings(before, ends, listed)
         known.append(met)
     after[moved] = ends[moved]
     velocities[moved] += change[moved]

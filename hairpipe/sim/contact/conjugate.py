@@ -73,7 +73,7 @@ def solve(
     multiply(points[6], points[0], points[1])
     np.negative(r, out=r)
     size, before, rz, made = _size(free, points[6]), np.inf, 0.0, 0
-    while r.any():
+    while True:
         respond(points[1], points[2])
         rz = _turn(before, r, z, p, q)
         if rz <= tolerance * tolerance * size:

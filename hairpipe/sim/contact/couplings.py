@@ -59,9 +59,9 @@ class Incidence(NamedTuple):
 
 
 class Sides(NamedTuple):
-    """Couplings as segment after segment sees them, in the order of an `Incidence`.
+    """Couplings that act as segment after segment sees them.
 
-    first    as there
+    first    those of segment k are first[k] : first[k+1], (points+1,) int32
     others   segment on the other side, (2 n,) int32
     numbers  fraction on this side, fraction on the other, and the matrix [kg], (2 n, 8) float32
     """
@@ -105,17 +105,34 @@ def find_incidence(segments: np.ndarray, points: int) -> Incidence:
 
 @njit(cache=True, parallel=True)
 def sides_of(couplings: Couplings, incidence: Incidence) -> Sides:
-    """Sort couplings by the segments that they touch; pure."""
-    sides = incidence.sides
-    others, numbers = np.empty(len(sides), np.int32), np.empty((len(sides), 8), np.float32)
-    for chunk in prange(-(-len(sides) // _CHUNK)):
-        for e in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(sides))):
-            i, j = sides[e] >> 1, sides[e] & 1
-            others[e] = couplings.segments[i, 1 - j]
-            numbers[e, 0], numbers[e, 1] = couplings.fractions[i, j], couplings.fractions[i, 1 - j]
-            for c in range(6):
-                numbers[e, 2 + c] = couplings.matrix[i, c]
-    return Sides(incidence.first, others, numbers)
+    """Sort couplings by the segments that they touch, without those that have no matrix; pure."""
+    first = np.zeros_like(incidence.first)
+    chunks = -(-(len(first) - 1) // _CHUNK)
+    for chunk in prange(chunks):
+        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(first) - 1)):
+            for e in range(incidence.first[k], incidence.first[k + 1]):
+                first[k + 1] += _acts(couplings.matrix, incidence.sides[e] >> 1)
+    for k in range(1, len(first)):
+        first[k] += first[k - 1]
+    others, numbers = np.empty(first[-1], np.int32), np.empty((first[-1], 8), np.float32)
+    for chunk in prange(chunks):
+        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(first) - 1)):
+            place = first[k]
+            for e in range(incidence.first[k], incidence.first[k + 1]):
+                i, j = incidence.sides[e] >> 1, incidence.sides[e] & 1
+                if _acts(couplings.matrix, i):
+                    others[place] = couplings.segments[i, 1 - j]
+                    numbers[place, 0], numbers[place, 1] = couplings.fractions[i, j], couplings.fractions[i, 1 - j]
+                    for c in range(6):
+                        numbers[place, 2 + c] = couplings.matrix[i, c]
+                    place += 1
+    return Sides(first, others, numbers)
+
+
+@inlined
+def _acts(matrix, i):  # noqa: ANN001, ANN202
+    """Whether a matrix, positive semidefinite, is not zero."""
+    return matrix[i, 0] + matrix[i, 3] + matrix[i, 5] > 0.0
 
 
 @njit(cache=True, parallel=True)
@@ -199,17 +216,12 @@ def follow(
 def _own_part(diagonal, following, v, k):  # noqa: ANN001, ANN202
     """What own blocks make of velocities at point k [N s]."""
     y = _times(diagonal, k, v, k)
-    if _is_there(following, k):
+    # Where nothing acts, the next point may be another strand's, and lost.
+    if _acts(following, k):
         y = _plus(y, _times(following, k, v, k + 1))
-    if k > 0 and _is_there(following, k - 1):
+    if k > 0 and _acts(following, k - 1):
         y = _plus(y, _times(following, k - 1, v, k - 1))
     return y
-
-
-@inlined
-def _is_there(M, k):  # noqa: ANN001, ANN202
-    """Whether a block is not zero; if it is, what it would be multiplied by is another strand's, and may be lost."""
-    return M[k, 0] + M[k, 3] + M[k, 5] > 0.0
 
 
 @inlined

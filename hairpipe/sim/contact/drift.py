@@ -25,7 +25,7 @@ _NODES = 12
 _MARGIN = 2
 _SPREADINGS = 4
 _SMOOTHINGS = 40
-_SAMPLE = 65536
+_SAMPLE = 16384
 _OUTLYING = 3.0
 """Speed over that of three quarters, all relative to the median."""
 

@@ -25,7 +25,7 @@ MOST_RUNS = 8192
 _CELLS_PER_PIECE = 4
 _FINEST = 1e-6
 """Least size of a cell [m]: the farthest are numbered in 64 bits."""
-_SAMPLE = 8192
+_SAMPLE = 1024
 
 
 class Grid(NamedTuple):
@@ -56,10 +56,14 @@ class Grid(NamedTuple):
     half: float
 
 
-def build_grid(points: np.ndarray, pieces: Pieces, reach: float) -> Grid:
-    """Sort pieces of segments into cells that suit a search within reach [m]; points [m], (P, 3); pure."""
+def build_grid(points: np.ndarray, pieces: Pieces, reach: float, centre: np.ndarray | None = None) -> Grid:
+    """Sort pieces of segments into cells that suit a search within reach [m]; points [m], (P, 3); pure.
+
+    centre  where x y z are zero, for pieces that are looked for in another grid too; None: amid the points
+    """
     some = points[:: max(1, len(points) // _SAMPLE)] if len(points) else np.zeros((1, 3))
-    centre, extent = np.median(some, axis=0), np.ptp(some, axis=0)
+    extent = np.ptp(some, axis=0)
+    centre = np.median(some, axis=0) if centre is None else centre
     cell = max(0.5 * (reach + pieces.longest), _FINEST)
     shape = _shape(extent / cell, _CELLS_PER_PIECE * len(pieces.segments) + 64)
     cells = np.empty(len(pieces.segments), np.int64)

@@ -14,7 +14,7 @@ _OVERLONG = 2.0
 """Length over that of half of all segments from which on a segment is cut."""
 _MOST_PIECES = 4
 """Pieces over segments."""
-_SAMPLE = 4096
+_SAMPLE = 1024
 
 
 class Pieces(NamedTuple):

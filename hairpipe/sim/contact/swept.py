@@ -8,7 +8,7 @@ from numba import njit, prange
 from hairpipe.body.inlined import inlined
 from hairpipe.body.vectors import dot, times
 from hairpipe.sim.contact.distances import fastest_squared, squared_distances
-from hairpipe.sim.contact.drift import departures, find_drift
+from hairpipe.sim.contact.drift import Drift, departures, find_drift
 from hairpipe.sim.contact.found import CHUNK, gather_pairs, in_order, note
 from hairpipe.sim.contact.grid import (
     LANES,
@@ -30,6 +30,7 @@ _CALM = 0.25
 """Departure from the common motion, over the longest piece, that is sorted into the first level."""
 _STEP = 4.0
 """From level to level."""
+_SAMPLE = 4096
 
 
 class Motion(NamedTuple):
@@ -49,35 +50,90 @@ class Motion(NamedTuple):
 Level = tuple[Grid, Motion]
 
 
-def swept_pairs(
-    before: np.ndarray, after: np.ndarray, offsets: np.ndarray, reach: float, ignored: np.ndarray | None = None
-) -> np.ndarray:
-    """List all pairs of segments that get within reach [m] in a linear motion, and some others, (n, 2) int32; pure.
+class Neighbourhood(NamedTuple):
+    """Hair in a step, ready to be searched.
+
+    levels  pieces of segments that depart about equally from the common motion, common
+    centre  amid the points at half time [m], (3,)
+    frame   displacement in half a step that is taken from that of all points [m], (3,)
+    points  number of them
+    """
+
+    levels: list[Level]
+    common: Drift
+    centre: np.ndarray
+    frame: np.ndarray
+    points: int
+
+
+def neighbourhood(before: np.ndarray, after: np.ndarray, offsets: np.ndarray, reach: float) -> Neighbourhood:
+    """Sort all segments for searches in a linear motion; pure.
 
     before, after  positions [m], (P, 3) float64
     offsets        strand s owns points offsets[s] : offsets[s + 1], (S + 1,) int32
-    ignored        sorted keys of pairs to leave out, see `key_of`, (k,) int64
+    reach          that it suits best [m]
 
-    In order, first < second; the two share no point. Two segments get nearer than at half time, d, by no more than
-    half the largest relative displacement D of their ends: kept are pairs with d <= reach + D / 2. What departs little
-    from the motion of its surroundings is searched apart from what is fast, see `drift`.
     Raises ArithmeticError where a position is not finite.
     """
     segments = all_segments(before, offsets)
     all_segments(after, offsets)
     middle, half = 0.5 * (before + after), 0.5 * (after - before)
-    half -= np.median(half[:: max(1, len(half) // 4096)], axis=0) if len(half) else 0.0
+    some = slice(None, None, max(1, len(half) // _SAMPLE))
+    centre, frame = (np.median(x[some], axis=0) if len(x) else np.zeros(3) for x in (middle, half))
+    half -= frame
     common = find_drift(middle, half)
-    pieces = cut_in_pieces(middle, segments, reach)
-    away = departures(common, middle, half, pieces)
-    levels = [_build_level(middle, half, *some, reach) for some in _by_departure(pieces, away)]
-    known = known_pairs(ignored, len(before))
+    return Neighbourhood(_levels(middle, half, segments, common, reach, centre), common, centre, frame, len(before))
+
+
+def swept_pairs(around: Neighbourhood, reach: float, ignored: np.ndarray | None = None) -> np.ndarray:
+    """List all pairs of segments that get within reach [m] in a motion, and some others, (n, 2) int32; pure.
+
+    ignored  sorted keys of pairs to leave out, see `key_of`, (k,) int64
+
+    In order, first < second; the two share no point. Two segments get nearer than at half time, d, by no more than
+    half the largest relative displacement D of their ends: kept are pairs with d <= reach + D / 2. What departs little
+    from the motion of its surroundings is searched apart from what is fast, see `drift`.
+    """
+    known = known_pairs(ignored, around.points)
     found = [
-        _meetings(*sorted((level, other), key=lambda one: len(one[1].away)), reach, common.steep, known)
-        for k, level in enumerate(levels)
-        for other in levels[k:]
+        _meetings(*sorted((level, other), key=lambda one: len(one[1].away)), reach, around.common.steep, known)
+        for k, level in enumerate(around.levels)
+        for other in around.levels[k:]
+    ]
+    return in_order(np.concatenate([np.empty((0, 2), np.int32), *found]), around.points)
+
+
+def swept_pairs_of(
+    around: Neighbourhood,
+    segments: np.ndarray,
+    before: np.ndarray,
+    after: np.ndarray,
+    reach: float,
+    ignored: np.ndarray | None = None,
+) -> np.ndarray:
+    """List the pairs with one of some segments, (m,) int32, ascending, that move otherwise than they did; pure.
+
+    around  hair as it moved; before, after  as it moves now [m], (P, 3) float64
+
+    Of two of these segments both as they move now; the others as they moved. Otherwise as `swept_pairs`.
+    """
+    known = known_pairs(ignored, len(before))
+    middle, half = 0.5 * (before + after), 0.5 * (after - before) - around.frame
+    mine = _levels(middle, half, segments, around.common, reach, around.centre)
+    found = [
+        _meetings(level, other, reach, around.common.steep, known)
+        for k, level in enumerate(mine)
+        for other in [*mine[k:], *around.levels]
     ]
     return in_order(np.concatenate([np.empty((0, 2), np.int32), *found]), len(before))
+
+
+def _levels(
+    middle: np.ndarray, half: np.ndarray, segments: np.ndarray, common: Drift, reach: float, centre: np.ndarray
+) -> list[Level]:
+    pieces = cut_in_pieces(middle, segments, reach)
+    away = departures(common, middle, half, pieces)
+    return [_build_level(middle, half, *some, reach, centre) for some in _by_departure(pieces, away)]
 
 
 def _by_departure(pieces: Pieces, away: np.ndarray) -> list[tuple[Pieces, np.ndarray]]:
@@ -88,9 +144,11 @@ def _by_departure(pieces: Pieces, away: np.ndarray) -> list[tuple[Pieces, np.nda
     return [(pieces._replace(segments=pieces.segments[k], numbers=pieces.numbers[k]), away[k]) for k in members]
 
 
-def _build_level(middle: np.ndarray, half: np.ndarray, pieces: Pieces, away: np.ndarray, reach: float) -> Level:
+def _build_level(
+    middle: np.ndarray, half: np.ndarray, pieces: Pieces, away: np.ndarray, reach: float, centre: np.ndarray
+) -> Level:
     most = float(away.max())
-    grid = build_grid(middle, pieces, reach + 2.0 * most)
+    grid = build_grid(middle, pieces, reach + 2.0 * most, centre)
     drift = np.zeros((6, len(away) + LANES), SINGLE)
     _fill_drift(middle, half, grid, drift)
     return grid, Motion(drift, away[grid.order], most)

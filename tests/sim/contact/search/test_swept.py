@@ -6,10 +6,14 @@ import pytest
 from hairpipe.bench.tangle import tangle
 from hairpipe.sim.contact.crossings import crossings
 from hairpipe.sim.contact.pairs import key_of
-from hairpipe.sim.contact.swept import swept_pairs
+from hairpipe.sim.contact.swept import neighbourhood, swept_pairs, swept_pairs_of
 
 MOTIONS = {"a little": 0.0, "a turn": 0.02, "one strand is thrown": 0.0, "all ways": 0.0, "rest": 0.02, "together": 0.0}
 """And reach [m]."""
+
+
+def swept(before, after, offsets, reach, ignored=None):
+    return swept_pairs(neighbourhood(before, after, offsets, reach), reach, ignored)
 
 
 def moved(points, motion):
@@ -30,7 +34,7 @@ def moved(points, motion):
 def test_none_that_meet_are_missed(scene, brute, motion):
     (before, offsets, _), reach = scene, MOTIONS[motion]
     after = moved(before, motion)
-    found = key_of(swept_pairs(before, after, offsets, reach))
+    found = key_of(swept(before, after, offsets, reach))
     assert (np.diff(found) > 0).all()
     i, j = brute[0](offsets)
     listed = np.isin(key_of(np.stack([i, j], axis=1)), found)
@@ -45,8 +49,8 @@ def test_none_that_meet_are_missed(scene, brute, motion):
 def test_what_is_ignored_is_left_out(scene):
     before, offsets, reach = scene
     after = moved(before, "a little")
-    everything = key_of(swept_pairs(before, after, offsets, reach))
-    some = key_of(swept_pairs(before, after, offsets, reach, everything[::2]))
+    everything = key_of(swept(before, after, offsets, reach))
+    some = key_of(swept(before, after, offsets, reach, everything[::2]))
     np.testing.assert_array_equal(some, everything[1::2])
 
 
@@ -55,7 +59,7 @@ def test_threads_do_not_matter(hair, threads):
     runs = []
     for count in (1, 2):
         threads(count)
-        runs.append(swept_pairs(before, after, offsets, 1e-3))
+        runs.append(swept(before, after, offsets, 1e-3))
     assert len(runs[0]) > 100
     np.testing.assert_array_equal(*runs)
 
@@ -68,8 +72,29 @@ def test_few_are_listed_that_do_not_come_near(brute):
     i, j = brute[0](offsets)
     gains = [np.linalg.norm(half[i + a] - half[j + b], axis=1) for a in (0, 1) for b in (0, 1)]
     bound = brute[1](middle, i, j) <= np.max(gains, axis=0)
-    found = swept_pairs(before, after, offsets, 0.0)
+    found = swept(before, after, offsets, 0.0)
     assert len(found) <= 1.01 * bound.sum()
     after[:11] += [300.0, 0.0, 0.0]
-    flung = swept_pairs(before, after, offsets, 0.0)
+    flung = swept(before, after, offsets, 0.0)
     assert (flung[:, 0] >= 11).sum() <= 1.02 * len(found)
+
+
+@pytest.mark.parametrize("motion", ["a little", "a turn", "one strand is thrown", "rest"])
+def test_what_moves_otherwise_is_found_among_what_moves_as_before(scene, brute, motion):
+    before, offsets, reach = scene
+    after = moved(before, motion)
+    around = neighbourhood(before, after, offsets, reach)
+    i, j = brute[0](offsets)
+    struck = np.zeros(len(before), bool)
+    struck[::7] = True
+    ends = after + struck[:, None] * np.array([0.05, -0.02, 0.01]) * np.ptp(before[:-9], axis=0).max()
+    segments = np.unique([i, j])
+    touched = segments[struck[segments] | struck[segments + 1]].astype(np.int32)
+    found = key_of(swept_pairs_of(around, touched, before, ends, reach))
+    assert (np.diff(found) > 0).all()
+    concerned = np.isin(i, touched) | np.isin(j, touched)
+    listed = np.isin(key_of(np.stack([i, j], axis=1)), found)
+    for time in np.linspace(0, 1, 6):
+        now = (1 - time) * before + time * ends
+        near = brute[1](now, i, j) <= reach - 1e-9 * np.abs(now).max()
+        assert listed[near & concerned].all()
