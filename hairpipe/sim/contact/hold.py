@@ -16,7 +16,9 @@ begins to touch or to slide, a strand is solved again, from where the solve befo
 
 A point that begins to touch is solved for without friction first: that solve knows its load and how fast it slides.
 Had it to stick first, the hair between it and the root would be strained by all that it should have slid, and pressed
-on the body by the tension of that: hair which a bar met at 1 m/s was flung away with 6 m/s.
+on the body by the tension of that: hair which a bar met at 1 m/s was flung away with 6 m/s. And what slides around a
+body is held though a prediction, which goes straight, leads it off the surface: let go of and caught again in every
+stage it would need all the passes that there are, and forget its friction.
 
 We differ from the paper, which moves positions first and holds the normals of what it moved in the velocity solve
 (equality, for a whole step): here nothing is stretched by being pushed, and friction and tension see each other, so
@@ -33,6 +35,9 @@ from hairpipe.levelset.moving import Probe
 FREE, TOUCHES, MET = 0, 1, 2
 STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less than 5 um in a step of 1/240 s
 _NEAR = 1e-5  # [m]; what touches is held up to this far outside, and what is free is caught from this far inside
+_AHEAD = (
+    1.0  # way h |v_t - w_t| along the surface; half a circle of that radius bends away from a straight one by so much
+)
 _ROUGH = 1.5  # friction that comes out so many times too great is solved again; what is less is mended by and by
 _TURNED = 0.9  # cosine between normals; what turns farther in a step is a shock
 _PUSH_OUT = 0.5  # [m/s]; for points that begin deeper than _DEEP
@@ -92,7 +97,7 @@ def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, friction, h, 
 def _aim(touch, probe, i, v, begun, thickness, mass, friction, h):  # noqa: ANN001, ANN202
     """Decide whether point i touches, and where it is to go."""
     phi = probe.distance[i]
-    near = _NEAR if touch.state[i] != FREE else (-_NEAR if touch.freed[i] else 0.0)
+    near = _lead(touch, probe, i, v, h) if touch.state[i] != FREE else (-_NEAR if touch.freed[i] else 0.0)
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     if not (phi < thickness + near and mass < np.inf and nx * nx + ny * ny + nz * nz > 0.5):
         touch.shocked[i] |= touch.state[i] != FREE
@@ -115,6 +120,16 @@ def _aim(touch, probe, i, v, begun, thickness, mass, friction, h):  # noqa: ANN0
     touch.body[i] = body
     touch.normal[i, 0], touch.normal[i, 1], touch.normal[i, 2] = nx, ny, nz
     touch.target[i, 0], touch.target[i, 1], touch.target[i, 2] = bx + extra * nx, by + extra * ny, bz + extra * nz
+
+
+@njit(cache=True)
+def _lead(touch, probe, i, v, h):  # noqa: ANN001, ANN202
+    """Return how far outside point i is still held: as far as a straight way leads it off a body it slides around."""
+    n = touch.normal[i]
+    ux, uy, uz = v[i, 0] - probe.velocity[i, 0], v[i, 1] - probe.velocity[i, 1], v[i, 2] - probe.velocity[i, 2]
+    normal = ux * n[0] + uy * n[1] + uz * n[2]
+    tx, ty, tz = ux - normal * n[0], uy - normal * n[1], uz - normal * n[2]
+    return _NEAR + _AHEAD * h * np.sqrt(tx * tx + ty * ty + tz * tz)
 
 
 @njit(cache=True)
