@@ -7,7 +7,7 @@ import numpy as np
 
 from hairpipe.levelset.moving import MovingSurface, Probe, Sweep
 from hairpipe.sim.contact.folds import Turns, add_heights
-from hairpipe.sim.contact.hold import TOUCHES, Touch, hold, judge, stop_normals
+from hairpipe.sim.contact.hold import TOUCHES, Touch, hold, judge, resume, stop_normals
 from hairpipe.sim.contact.project import Motion, project
 from hairpipe.sim.contact.squeeze import give_way
 from hairpipe.sim.scene import BodyContact
@@ -83,6 +83,7 @@ class BodyContacts:
         self._probe = self.look(points, time)
         self._begun = self._probe.distance.copy()
         self._touch.shocked[:] = False
+        resume(self._touch, self._probe, self._kept)
 
     def foresee(self, points: np.ndarray, time: float, who: np.ndarray) -> None:
         """Look where a prediction leads points who, (P,) bool, at the end of a stage."""

@@ -35,9 +35,6 @@ from hairpipe.levelset.moving import Probe
 FREE, TOUCHES, MET = 0, 1, 2
 STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less than 5 um in a step of 1/240 s
 _NEAR = 1e-5  # [m]; what touches is held up to this far outside, and what is free is caught from this far inside
-_AHEAD = (
-    1.0  # way h |v_t - w_t| along the surface; half a circle of that radius bends away from a straight one by so much
-)
 _ROUGH = 1.5  # friction that comes out so many times too great is solved again; what is less is mended by and by
 _TURNED = 0.9  # cosine between normals; what turns farther in a step is a shock
 _PUSH_OUT = 0.5  # [m/s]; for points that begin deeper than _DEEP
@@ -74,6 +71,27 @@ class Touch(NamedTuple):
 
 
 @njit(cache=True, parallel=True)
+def resume(touch: Touch, probe: Probe, thickness: np.ndarray) -> None:
+    """Let points touch that begin a step on the body, in place: what rests on it did so before, which is no shock.
+
+    probe  of the body there; thickness [m], (P,), 0 where points are held by the root
+    """
+    for chunk in prange((len(thickness) + _CHUNK - 1) // _CHUNK):
+        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(thickness))):
+            if touch.state[i] == FREE:
+                _resume(touch, probe, i, thickness[i])
+
+
+@njit(cache=True)
+def _resume(touch, probe, i, thickness):  # noqa: ANN001, ANN202
+    nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
+    if thickness > 0.0 and probe.distance[i] < thickness + _NEAR and nx * nx + ny * ny + nz * nz > 0.5:
+        touch.state[i] = MET
+        touch.grip[i], touch.rate[i] = 0.0, 0.0
+        touch.normal[i, 0], touch.normal[i, 1], touch.normal[i, 2] = nx, ny, nz
+
+
+@njit(cache=True, parallel=True)
 def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, friction, h, who, push, damping) -> None:  # noqa: ANN001
     """Hold the points that touch: add their forces, push - damping v, in place.
 
@@ -97,7 +115,7 @@ def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, friction, h, 
 def _aim(touch, probe, i, v, begun, thickness, mass, friction, h):  # noqa: ANN001, ANN202
     """Decide whether point i touches, and where it is to go."""
     phi = probe.distance[i]
-    near = _lead(touch, probe, i, v, h) if touch.state[i] != FREE else (-_NEAR if touch.freed[i] else 0.0)
+    near = _lead(probe, i, v, h) if touch.state[i] != FREE else (-_NEAR if touch.freed[i] else 0.0)
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     if not (phi < thickness + near and mass < np.inf and nx * nx + ny * ny + nz * nz > 0.5):
         touch.shocked[i] |= touch.state[i] != FREE
@@ -123,13 +141,10 @@ def _aim(touch, probe, i, v, begun, thickness, mass, friction, h):  # noqa: ANN0
 
 
 @njit(cache=True)
-def _lead(touch, probe, i, v, h):  # noqa: ANN001, ANN202
-    """Return how far outside point i is still held: as far as a straight way leads it off a body it slides around."""
-    n = touch.normal[i]
+def _lead(probe, i, v, h):  # noqa: ANN001, ANN202
+    """Return how far outside point i is still held: a straight way leads it off a body that it slides around."""
     ux, uy, uz = v[i, 0] - probe.velocity[i, 0], v[i, 1] - probe.velocity[i, 1], v[i, 2] - probe.velocity[i, 2]
-    normal = ux * n[0] + uy * n[1] + uz * n[2]
-    tx, ty, tz = ux - normal * n[0], uy - normal * n[1], uz - normal * n[2]
-    return _NEAR + _AHEAD * h * np.sqrt(tx * tx + ty * ty + tz * tz)
+    return _NEAR + h * np.sqrt(ux * ux + uy * uy + uz * uz)
 
 
 @njit(cache=True)
