@@ -61,6 +61,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_stack": {"layers": [2], "iterations": 5, "seconds": 0.01},
     "follow_trial": {"trial.seconds": 0.125, "rate": 240},
     "measure_interpolation": {"voxel": 0.2},
+    "measure_clash": {"speeds": [4.0], "rates": [24], "seconds": 0.2},
     "measure_scheme": {"trial.seconds": 0.125, "rates": [24]},
     "measure_extremes": {"rates": [24], "seconds": 0.05},
     "plot_interpolation": {"voxel": 0.2},

@@ -7,7 +7,7 @@ import numpy as np
 
 from hairpipe.levelset.moving import MovingSurface, Probe, Sweep
 from hairpipe.sim.contact.folds import Turns, add_heights
-from hairpipe.sim.contact.hold import TOUCHES, Touch, hold, judge, stop_normals
+from hairpipe.sim.contact.hold import TOUCHES, Touch, hold, judge, resume, stop_normals
 from hairpipe.sim.contact.project import Motion, project
 from hairpipe.sim.contact.squeeze import give_way
 from hairpipe.sim.scene import BodyContact
@@ -15,7 +15,7 @@ from hairpipe.sim.scene import BodyContact
 RISE = 5
 """Points over which the thickness grows from the root on."""
 _PARTS = 8  # of a step, that the normals are read at where hair ran into something
-_MARGIN = 1e-4  # [m]; points farther than this beyond their thickness are not looked at
+_MARGIN = 5e-3  # [m]; points farther than this beyond their thickness are not looked at, nor held
 
 
 class Span(Protocol):
@@ -83,6 +83,7 @@ class BodyContacts:
         self._probe = self.look(points, time)
         self._begun = self._probe.distance.copy()
         self._touch.shocked[:] = False
+        resume(self._touch, self._probe, self._kept)
 
     def foresee(self, points: np.ndarray, time: float, who: np.ndarray) -> None:
         """Look where a prediction leads points who, (P,) bool, at the end of a stage."""
@@ -157,8 +158,10 @@ class BodyContacts:
                 surface.probe(at, time + share * dt, found)
             for target, values in zip(meeting, found, strict=True):
                 target[chosen] = values
-        ended = self.look(after, time + dt)
+        ended, leaving = self.look(after, time + dt), Probe.blank(len(met))
+        for surface in self.surfaces:
+            surface.probe(after[met], time + dt, leaving)
         motion = Motion(before, after, speeds, self._begun, self._kept, masses)
-        found = project(motion, ended, met, parts / _PARTS, meeting, dt, self.contact.friction)
+        found = project(motion, ended, met, parts / _PARTS, meeting, leaving.normal, dt, self.contact.friction)
         np.logical_or(self._touch.shocked, found[1].any(axis=1), out=self._touch.shocked)
         return found

@@ -14,6 +14,12 @@ its speed is steady. A point that sticks with more force than mu N starts to sli
 from which the next solves come down. What the body would have to pull is let go of. Where that changes, or a point
 begins to touch or to slide, a strand is solved again, from where the solve before ended.
 
+A point that begins to touch is solved for without friction first: that solve knows its load and how fast it slides.
+Had it to stick first, the hair between it and the root would be strained by all that it should have slid, and pressed
+on the body by the tension of that: hair which a bar met at 1 m/s was flung away with 6 m/s. And what slides around a
+body is held though a prediction, which goes straight, leads it off the surface: let go of and caught again in every
+stage it would need all the passes that there are, and forget its friction.
+
 We differ from the paper, which moves positions first and holds the normals of what it moved in the velocity solve
 (equality, for a whole step): here nothing is stretched by being pushed, and friction and tension see each other, so
 that a hair around a post holds as Euler and Eytelwein say.
@@ -26,7 +32,7 @@ from numba import njit, prange
 
 from hairpipe.levelset.moving import Probe
 
-FREE, TOUCHES = 0, 1
+FREE, TOUCHES, MET = 0, 1, 2
 STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less than 5 um in a step of 1/240 s
 _NEAR = 1e-5  # [m]; what touches is held up to this far outside, and what is free is caught from this far inside
 _ROUGH = 1.5  # friction that comes out so many times too great is solved again; what is less is mended by and by
@@ -39,7 +45,7 @@ _CHUNK = 512
 class Touch(NamedTuple):
     """How points touch the body; arrays that a stage changes in place.
 
-    state     FREE or TOUCHES, (P,) int8
+    state     FREE, TOUCHES, or MET: began to touch, and knows no friction yet, (P,) int8
     grip      c_t, (P,) [kg/s]
     freed     let go of in this stage, (P,) bool
     shocked   began or ceased to touch in this step, or were turned about: forces jumped, (P,) bool
@@ -62,6 +68,27 @@ class Touch(NamedTuple):
         vectors, numbers = [np.zeros((count, 3)) for _ in range(2)], [np.zeros(count) for _ in range(3)]
         state, freed, shocked = np.zeros(count, np.int8), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
         return cls(state, numbers[0], freed, shocked, vectors[0], numbers[1], vectors[1], numbers[2])
+
+
+@njit(cache=True, parallel=True)
+def resume(touch: Touch, probe: Probe, thickness: np.ndarray) -> None:
+    """Let points touch that begin a step on the body, in place: what rests on it did so before, which is no shock.
+
+    probe  of the body there; thickness [m], (P,), 0 where points are held by the root
+    """
+    for chunk in prange((len(thickness) + _CHUNK - 1) // _CHUNK):
+        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(thickness))):
+            if touch.state[i] == FREE:
+                _resume(touch, probe, i, thickness[i])
+
+
+@njit(cache=True)
+def _resume(touch, probe, i, thickness):  # noqa: ANN001, ANN202
+    nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
+    if thickness > 0.0 and probe.distance[i] < thickness + _NEAR and nx * nx + ny * ny + nz * nz > 0.5:
+        touch.state[i] = MET
+        touch.grip[i], touch.rate[i] = 0.0, 0.0
+        touch.normal[i, 0], touch.normal[i, 1], touch.normal[i, 2] = nx, ny, nz
 
 
 @njit(cache=True, parallel=True)
@@ -88,7 +115,7 @@ def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, friction, h, 
 def _aim(touch, probe, i, v, begun, thickness, mass, friction, h):  # noqa: ANN001, ANN202
     """Decide whether point i touches, and where it is to go."""
     phi = probe.distance[i]
-    near = _NEAR if touch.state[i] != FREE else (-_NEAR if touch.freed[i] else 0.0)
+    near = _lead(probe, i, v, h) if touch.state[i] != FREE else (-_NEAR if touch.freed[i] else 0.0)
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     if not (phi < thickness + near and mass < np.inf and nx * nx + ny * ny + nz * nz > 0.5):
         touch.shocked[i] |= touch.state[i] != FREE
@@ -98,8 +125,8 @@ def _aim(touch, probe, i, v, begun, thickness, mass, friction, h):  # noqa: ANN0
     touch.shocked[i] |= touch.state[i] == FREE or old[0] * nx + old[1] * ny + old[2] * nz < _TURNED
     rate = STIFF * mass / h
     if touch.state[i] == FREE:
-        touch.state[i] = TOUCHES
-        touch.grip[i] = rate if friction > 0.0 else 0.0
+        touch.state[i] = MET
+        touch.grip[i] = 0.0
     bx, by, bz = probe.velocity[i, 0], probe.velocity[i, 1], probe.velocity[i, 2]
     body = bx * nx + by * ny + bz * nz
     wanted = v[i, 0] * nx + v[i, 1] * ny + v[i, 2] * nz + (thickness - phi) / h
@@ -111,6 +138,13 @@ def _aim(touch, probe, i, v, begun, thickness, mass, friction, h):  # noqa: ANN0
     touch.body[i] = body
     touch.normal[i, 0], touch.normal[i, 1], touch.normal[i, 2] = nx, ny, nz
     touch.target[i, 0], touch.target[i, 1], touch.target[i, 2] = bx + extra * nx, by + extra * ny, bz + extra * nz
+
+
+@njit(cache=True)
+def _lead(probe, i, v, h):  # noqa: ANN001, ANN202
+    """Return how far outside point i is still held: a straight way leads it off a body that it slides around."""
+    ux, uy, uz = v[i, 0] - probe.velocity[i, 0], v[i, 1] - probe.velocity[i, 1], v[i, 2] - probe.velocity[i, 2]
+    return _NEAR + h * np.sqrt(ux * ux + uy * uy + uz * uz)
 
 
 @njit(cache=True)
@@ -156,7 +190,8 @@ def _judge_touch(touch, i, v, friction):  # noqa: ANN001, ANN202
         touch.state[i] = FREE
         touch.freed[i] = touch.shocked[i] = True
         return True
-    limit = -friction * c * normal
+    limit, met = -friction * c * normal, touch.state[i] == MET
+    touch.state[i] = TOUCHES
     if limit <= 0.0:
         touch.grip[i] = 0.0
         return False
@@ -169,7 +204,7 @@ def _judge_touch(touch, i, v, friction):  # noqa: ANN001, ANN202
         touch.grip[i] = min(c, limit * c / (STIFF * (force - limit)))
         return True
     touch.grip[i] = min(c, limit / speed) if speed > 0.0 else c
-    return force > _ROUGH * limit
+    return met or force > _ROUGH * limit
 
 
 @njit(cache=True, parallel=True)

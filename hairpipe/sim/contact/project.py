@@ -6,7 +6,8 @@ V_b being the body's, loses what points inwards and, by Coulomb friction, part o
     V_n' = max(V_n, Vb_n),   V_t' = Vb_t + (V_t - Vb_t) max(0, 1 - mu (V_n' - V_n) / |V_t - Vb_t|)
 
 once for the velocity that is kept and once for the displacement of the step. A point that went through, and comes out
-on the other side or would be pushed out there, goes on from where it met the body with V'.
+on the other side or would be pushed out there, goes on from where it met the body with V'; one that comes out on the
+same side has slid around it, which a straight way between two steps cuts short.
 
 We differ from the paper: what began inside is pushed out at a bounded speed, so that a groom that starts within the
 body does not burst; no segment is stretched by more than a tenth, so that hair which is squeezed stays inside and is
@@ -56,13 +57,21 @@ def slide(u, n, push, friction):  # noqa: ANN001, ANN201
 
 @njit(cache=True)
 def project(
-    motion: Motion, ended: Probe, met: np.ndarray, shares: np.ndarray, meeting: Probe, dt: float, friction: float
+    motion: Motion,
+    ended: Probe,
+    met: np.ndarray,
+    shares: np.ndarray,
+    meeting: Probe,
+    leaving: np.ndarray,
+    dt: float,
+    friction: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Find the changes of position [m] and of velocity [m/s], (P, 3), that put points right; pure.
 
     ended    the body at the end of the step, where points are then
     met      points that ran into it, ascending; shares  of the step, at which they had not yet
     meeting  the body there and then
+    leaving  normals of the body where they are at the end, zero where it is far, (len(met), 3)
 
     Third and fourth: which points touched, (P,) bool, and their normals, (P, 3).
     """
@@ -83,8 +92,9 @@ def project(
         out = n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.5
         if through >= 0:
             m = (meeting.normal[through, 0], meeting.normal[through, 1], meeting.normal[through, 2])
-            wrong = not out or phi >= kept or m[0] * n[0] + m[1] * n[1] + m[2] * n[2] < 0.0
-            if wrong and m[0] * m[0] + m[1] * m[1] + m[2] * m[2] > 0.5:
+            end = leaving[through]
+            same = m[0] * end[0] + m[1] * end[1] + m[2] * end[2]
+            if same <= 0.0 and m[0] * m[0] + m[1] * m[1] + m[2] * m[2] > 0.5:
                 b = (meeting.velocity[through, 0], meeting.velocity[through, 1], meeting.velocity[through, 2])
                 _stop(motion, i, shares[through], m, b, dt, friction, dx, dv)
                 touched[i] = True

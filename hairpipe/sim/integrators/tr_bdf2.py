@@ -15,6 +15,9 @@ step, the acceleration says nothing about the next one and is NaN; there the fir
 
     1   xh = x,   vh = v,   weight g dt
 
+and such strands are one system of their own. They were solved one by one there, each held back by those about it: a bar
+that met a tuft at 2 m/s stretched it by 12 % in every step of 1/480 s.
+
 We differ from the paper, whose half step and trapezoid (Sec. 4) gain or lose energy at steps where this is accurate.
 Source: Bank et al., Transient Simulation of Silicon Devices and Circuits, 1985; Hosea and Shampine, 1996.
 """
@@ -60,8 +63,8 @@ class TrBdf2:
         shocked = np.isnan(motion.a[model.first[:-1] + model.shape.clamped, 0]).astype(x.dtype)
         first = around.solve(x, v, T, stage, self.rule, None if not shocked.any() else 1 - shocked)
         if shocked.any():
-            stage = Stage(x0, v0, x0, step.ends(G), step.held, G * dt, step.time + G * dt, G * dt, apart=True)
-            first = first + _solve_apart(
+            stage = Stage(x0, v0, x0, step.ends(G), step.held, G * dt, step.time + G * dt, G * dt)
+            first = first + _solve_some(
                 self.rule, model, motion, Motion(x.copy(), v0.copy(), v0, tensions.copy()), shocked, stage, around
             )
         x1 = x.copy()
@@ -96,7 +99,7 @@ def forget(model: Network | Chain, a: np.ndarray, shocked: np.ndarray) -> None:
     np.copyto(a, np.nan, where=rows)
 
 
-def _solve_apart(
+def _solve_some(
     rule: Rule,
     model: Network | Chain,
     motion: Motion,
