@@ -14,7 +14,8 @@ def measure_contact(
     """At every frame, how deep hair is inside bodies, how fast it is, and how far stretched.
 
     The deepest point, the depth that 99 % keep to and how many are inside are without those that began inside in the
-    first frame and are not yet out, which have columns of their own.
+    first frame and are not yet out, and without those that are pinched where bodies leave no room. Both have columns of
+    their own.
     """
     from hairpipe.measure.contact import measure_contacts
 

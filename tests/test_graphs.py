@@ -69,6 +69,8 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "preview_meshes": {"width": 64, "height": 64},
 }
 """Settings by node type with which every graph runs in a moment."""
+SOME = {"experiments/clips.toml": ["dab_whole_depth", "dab_parts_depth"]}
+"""Of graphs that say the same of many files, the nodes that are computed, with what they depend on."""
 FIRST = 2
 """Frames of every graph that are computed."""
 DEEPEST = 5e-3
@@ -85,6 +87,7 @@ def shorten(graph: Graph, folder: Path) -> Graph:
     """A graph with less to do in every frame, which publishes into a folder of its own."""
     less = {f"{n.name}.{key}": str(few) for n in graph.nodes.values() for key, few in FEW.get(n.type.name, {}).items()}
     short = load_graph(graph.path, less)
+    short = short.upto(SOME.get(name_of(graph.path), list(short.nodes)))
     nodes = {
         n.name: replace(n, publish=n.publish and folder / n.publish.relative_to(OUT)) for n in short.nodes.values()
     }

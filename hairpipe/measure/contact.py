@@ -11,6 +11,7 @@ from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.moving import MovingSurface, Probe
 from hairpipe.levelset.moving_field import moving_field
 from hairpipe.levelset.moving_parts import moving_parts
+from hairpipe.measure.room import is_pinched
 
 COLUMNS = (
     "time [s]",
@@ -20,6 +21,8 @@ COLUMNS = (
     "points",
     "not yet out [mm]",
     "points not yet out",
+    "pinched [mm]",
+    "points pinched",
     "fastest point [m/s]",
     "segment stretch [%]",
 )
@@ -37,6 +40,7 @@ def measure_contacts(
     deepest          point inside a body, 0 where all are outside
     99 % within      depth that 99 of 100 points do not exceed
     not yet out      of strands that began inside and have not been outside as a whole since: they count nowhere else
+    pinched          where bodies leave no room (`room.py`): they count nowhere else either
     segment stretch  the largest, over the length in the first frame
     """
     frames = list(hair)
@@ -52,12 +56,17 @@ def measure_contacts(
         inside = np.add.reduceat(depth > 0.0, starts) > 0
         late_strands = inside if late_strands is None else late_strands & inside
         begun = np.repeat(late_strands, counts) & (depth > 0.0)
-        late = np.where(begun, 0.0, depth)
-        deep = (1e3 * late.max(initial=0.0), 1e3 * np.percentile(late, 99.0) if len(late) else 0.0)
+        pinched = np.zeros_like(begun)
+        others = np.flatnonzero((depth > 0.0) & ~begun)
+        pinched[others] = is_pinched(free_points(hair[frame])[others], depth[others], bodies)
+        missed = np.where(begun | pinched, 0.0, depth)
+        deep = (1e3 * missed.max(initial=0.0), 1e3 * np.percentile(missed, 99.0) if len(missed) else 0.0)
+        deep = (*deep, np.count_nonzero(missed), len(depth))
         left = (1e3 * depth[begun].max(initial=0.0), np.count_nonzero(begun))
+        left = (*left, 1e3 * depth[pinched].max(initial=0.0), np.count_nonzero(pinched))
         speed = np.linalg.norm(hair[frame].velocities.astype(float), axis=1).max(initial=0.0)
         stretch = 100.0 * (lengths_of(hair[frame]) / rest - 1.0).max(initial=-1.0)
-        rows.append(((frame - frames[0]) / fps, *deep, np.count_nonzero(late), len(depth), *left, speed, stretch))
+        rows.append(((frame - frames[0]) / fps, *deep, *left, speed, stretch))
     return table_of_rows(COLUMNS, rows)
 
 
@@ -73,11 +82,16 @@ def still_parts(parts: BodyParts) -> MovingSurface:
 
 def depths(hair: Strands, bodies: Sequence[MovingSurface]) -> np.ndarray:
     """Return how deep all points but the roots are inside the union of bodies [m], (P - S,); 0 where outside."""
-    free = np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
+    free = free_points(hair)
     probe = Probe.blank(len(free), 0.0)
     for body in bodies:
         body.probe(free, 0.0, probe)
     return 0.0 - probe.distance
+
+
+def free_points(hair: Strands) -> np.ndarray:
+    """Return all points but the roots [m], (P - S, 3)."""
+    return np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
 
 
 def lengths_of(hair: Strands) -> np.ndarray:

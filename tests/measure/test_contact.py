@@ -31,3 +31,17 @@ def test_depths_are_counted_without_the_roots(sphere):
     assert table["99 % within [mm]"] == pytest.approx([0.0, 1.03, 5.0], abs=0.15)
     alone = measure_contact(hair, (first,), None, Time(3, 10.0))
     assert alone["points inside"].tolist() == [0, 3, 3]
+
+
+def test_what_is_pinched_counts_apart(sphere):
+    """In the lens where two balls overlap by 20 mm there is no room; on the far side of one there is."""
+    left, right = (bake(sphere(0.05, (x, 0.0, 0.0)), 0.0025, 8.0) for x in (-0.04, 0.04))
+    before = np.full((4, 3), 1.0, np.float32)
+    after = before.copy()
+    after[1:3] = [[0.001, 0.0, 0.0], [-0.087, 0.0, 0.0]]
+    values = {n: Strands(p, p * 0, np.array([0, 4], np.int32), 8e-5) for n, p in enumerate((before, after))}
+    surfaces = tuple(Frames((0, 1), {0: s, 1: s}.__getitem__) for s in (left, right))
+    table = measure_contact(Frames((0, 1), values.__getitem__), surfaces, None, Time(0, 24.0))
+    assert table["points inside"].tolist() == [0, 1] and table["points pinched"].tolist() == [0, 1]
+    assert table["deepest [mm]"] == pytest.approx([0.0, 3.0], abs=0.1)
+    assert table["pinched [mm]"] == pytest.approx([0.0, 11.0], abs=0.3)

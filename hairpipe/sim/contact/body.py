@@ -6,9 +6,10 @@ from typing import Protocol
 import numpy as np
 
 from hairpipe.levelset.moving import MovingSurface, Probe, Sweep
+from hairpipe.sim.contact.drape import drape
 from hairpipe.sim.contact.folds import Turns, add_heights
 from hairpipe.sim.contact.hold import TOUCHES, Touch, hold, judge, resume, stop_normals
-from hairpipe.sim.contact.project import Motion, project
+from hairpipe.sim.contact.project import Motion, farthest, project
 from hairpipe.sim.contact.squeeze import give_way
 from hairpipe.sim.scene import BodyContact
 
@@ -49,6 +50,7 @@ class BodyContacts:
     _touch: Touch = field(init=False)
     _begun: np.ndarray = field(init=False)
     _probe: Probe = field(init=False)
+    _wanted: np.ndarray = field(init=False)
     _kept: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
@@ -71,11 +73,11 @@ class BodyContacts:
                 surface.probe(points[who], time, part)
             for target, values in zip(probe, part, strict=True):
                 target[who] = values
-        self._kept = self.thickness
+        self._wanted = self.thickness
         if self.turns is not None and self.contact.folds is not None:
-            self._kept = self.thickness.copy()
-            add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._kept)
-        self._kept = give_way(points, time, self.surfaces, probe, self.thickness, self._kept)
+            self._wanted = self.thickness.copy()
+            add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._wanted)
+        self._kept = give_way(points, time, self.surfaces, probe, self.thickness, self._wanted)
         return probe
 
     def begin(self, points: np.ndarray, time: float) -> None:
@@ -161,7 +163,18 @@ class BodyContacts:
         ended, leaving = self.look(after, time + dt), Probe.blank(len(met))
         for surface in self.surfaces:
             surface.probe(after[met], time + dt, leaving)
-        motion = Motion(before, after, speeds, self._begun, self._kept, masses)
+        most = farthest(self._begun, dt)
+        motion = Motion(before, after, speeds, most, self._kept, masses)
         found = project(motion, ended, met, parts / _PARTS, meeting, leaving.normal, dt, self.contact.friction)
-        np.logical_or(self._touch.shocked, found[1].any(axis=1), out=self._touch.shocked)
-        return found
+        dx, dv, touched, normals = found
+        np.logical_or(self._touch.shocked, dv.any(axis=1), out=self._touch.shocked)
+        drape(after, dx, normals, most, masses, lambda places, which: self._around(places, which, time + dt))
+        return dx, dv, touched, normals
+
+    def _around(self, places: np.ndarray, which: np.ndarray, time: float) -> tuple[Probe, np.ndarray]:
+        """Find the body at places [m], (n, 3), of points (n,), and what these keep from it there [m], (n,)."""
+        wanted = self._wanted[which]
+        probe = Probe.blank(len(places), float(wanted.max(initial=0.0)) + _MARGIN)
+        for surface in self.surfaces:
+            surface.probe(places, time, probe)
+        return probe, give_way(places, time, self.surfaces, probe, self.thickness[which], wanted)

@@ -10,9 +10,9 @@ on the other side or would be pushed out there, goes on from where it met the bo
 same side has slid around it, which a straight way between two steps cuts short.
 
 We differ from the paper: what began inside is pushed out at a bounded speed, so that a groom that starts within the
-body does not burst; no segment is stretched by more than a tenth, so that hair which is squeezed stays inside and is
-not flung away when it comes free; and where contact is held in the solve (`sim/contact/hold.py`) only what that missed
-is left to do.
+body does not burst; no segment is stretched by more than a tenth (`sim/contact/drape.py`), so that hair which is
+squeezed is not flung away when it comes free; and where contact is held in the solve (`sim/contact/hold.py`) only what
+that missed is left to do.
 """
 
 from typing import NamedTuple
@@ -23,7 +23,6 @@ from numba import njit
 from hairpipe.levelset.moving import Probe
 
 _PUSH_OUT = 0.5  # [m/s]
-_STRETCH = 0.1  # of a segment, by what puts its ends right
 _SKIN = 1e-3  # [m]; less than this inside counts as on the surface
 
 
@@ -32,14 +31,14 @@ class Motion(NamedTuple):
 
     before, after  positions [m], (P, 3)
     speeds         velocities [m/s], (P, 3)
-    begun          distance from the body at the start [m], (P,)
+    most           distance from the body up to which they are moved out [m], (P,)
     thickness      [m], (P,); mass [kg], inf where held, (P,)
     """
 
     before: np.ndarray
     after: np.ndarray
     speeds: np.ndarray
-    begun: np.ndarray
+    most: np.ndarray
     thickness: np.ndarray
     mass: np.ndarray
 
@@ -53,6 +52,11 @@ def slide(u, n, push, friction):  # noqa: ANN001, ANN201
     keep = max(0.0, 1.0 - friction * push / speed) if speed > 0.0 else 0.0
     normal += push
     return normal * n[0] + keep * tx, normal * n[1] + keep * ty, normal * n[2] + keep * tz
+
+
+def farthest(begun: np.ndarray, dt: float) -> np.ndarray:
+    """Return the distances [m] up to which points that began a step of dt [s] at others are moved out, (P,); pure."""
+    return np.where(begun > -_SKIN, np.inf, begun + _PUSH_OUT * dt)
 
 
 @njit(cache=True)
@@ -102,30 +106,10 @@ def project(
                 continue
         if phi < kept and out and motion.mass[i] < np.inf:
             b = (ended.velocity[i, 0], ended.velocity[i, 1], ended.velocity[i, 2])
-            begun = motion.begun[i]
-            aim = kept if begun > -_SKIN else min(kept, begun + _PUSH_OUT * dt)
-            _meet(motion, i, n, b, max(aim - phi, 0.0), dt, friction, dx, dv)
+            _meet(motion, i, n, b, max(min(kept, motion.most[i]) - phi, 0.0), dt, friction, dx, dv)
             touched[i] = True
             normals[i, 0], normals[i, 1], normals[i, 2] = n
-    _keep_lengths(motion, dx)
     return dx, dv, touched, normals
-
-
-@njit(cache=True)
-def _keep_lengths(motion, dx):  # noqa: ANN001, ANN202
-    """Draw points, from the root on, after the one before where the way to it would be stretched too far."""
-    for i in range(1, len(dx)):
-        if motion.mass[i] < np.inf:
-            p, q = motion.after[i], motion.after[i - 1]
-            rest = moved = 0.0
-            for a in range(3):
-                rest += (p[a] - q[a]) ** 2
-                moved += (p[a] + dx[i, a] - q[a] - dx[i - 1, a]) ** 2
-            if moved > (1.0 + _STRETCH) ** 2 * rest:
-                scale = (1.0 + _STRETCH) * np.sqrt(rest / moved)
-                for a in range(3):
-                    way = p[a] + dx[i, a] - q[a] - dx[i - 1, a]
-                    dx[i, a] = q[a] + dx[i - 1, a] + scale * way - p[a]
 
 
 @njit(cache=True)
