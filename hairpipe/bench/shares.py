@@ -8,28 +8,52 @@ from pathlib import Path
 PARTS = ("strands", "search", "stiction", "coupling", "collision", "body")
 """Strand solver, search for neighbours, upkeep of stiction, the solve that couples strands, collisions, bodies."""
 _OF_CONTACT = {
-    "body": ("body", "hold", "project", "folds"),
+    "body": ("body", "hold", "project", "drape", "squeeze", "folds"),
     "stiction": ("stiction", "ignored", "pairs"),
-    "coupling": ("couplings", "conjugate", "repulsion", "contacts"),
-    "search": ("near", "nearest", "swept", "grid", "pieces", "found", "distances", "drift"),
-    "collision": ("collision", "crossings", "coplanar", "encounter", "grazing", "crossing_normal", "sweep"),
+    "coupling": ("couplings", "conjugate", "repulsion", "contacts", "hair"),
+    "search": ("near", "nearest", "closest", "mutual", "swept", "grid", "pieces", "found", "distances", "drift"),
+    "collision": ("collision", "crossings", "coplanar", "encounter", "grazing", "signs", "crossing_normal", "sweep"),
 }
+
+_DEEPEST = 8
+"""Calls outside of this package that are followed back: numpy's own are few."""
+_HOUSE = Path(__file__).parents[1]
+
+Function = tuple[str, int, str]
+Callers = dict[Function, tuple[int, int, float, float]]
 
 
 def shares_of(work: Callable[[], object]) -> dict[str, float]:
-    """Do some work; return the seconds of every part of it. A kernel counts for the file that calls it."""
+    """Do some work; return the seconds of every part of it. What is not ours counts for the file that calls it."""
     profile = cProfile.Profile()
     profile.runcall(work)
+    stats = pstats.Stats(profile).stats  # type: ignore[attr-defined]
     seconds = dict.fromkeys(PARTS, 0.0)
-    for (path, _, name), (_, _, own, _, _) in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]
-        seconds[part_of(Path(path), name)] += own
+    for function, (_, _, own, _, _) in stats.items():
+        for caller, part_of_it in _charged(function, own, stats, 0).items():
+            seconds[part_of(Path(caller))] += part_of_it
     return seconds
 
 
-def part_of(path: Path, function: str) -> str:
-    """Name the part that a function stands for."""
+def _charged(function: Function, seconds: float, stats: dict, depth: int) -> dict[str, float]:
+    """Share seconds of a function among the files of this package that called it, by the time of their calls."""
+    callers: Callers = stats[function][4] if function in stats else {}
+    ours = Path(function[0]).is_relative_to(_HOUSE)
+    if ours or not callers or depth == _DEEPEST:
+        return {function[0]: seconds}
+    total = sum(cumulative for _, _, _, cumulative in callers.values())
+    found: dict[str, float] = {}
+    for caller, (_, _, _, cumulative) in callers.items():
+        weight = cumulative / total if total > 0.0 else 1.0 / len(callers)
+        for file, some in _charged(caller, weight * seconds, stats, depth + 1).items():
+            found[file] = found.get(file, 0.0) + some
+    return found
+
+
+def part_of(path: Path) -> str:
+    """Name the part that a file stands for."""
     if path.parent.name == "contact":
         return next((part for part, stems in _OF_CONTACT.items() if path.stem in stems), "coupling")
     if path.parent.name == "levelset":
         return "body"
-    return "coupling" if function == "respond" else "strands"
+    return "coupling" if path.stem == "response" else "strands"
