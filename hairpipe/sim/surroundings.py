@@ -26,7 +26,7 @@ from hairpipe.sim.response import respond
 from hairpipe.sim.scene import StrainLimit
 from hairpipe.sim.stage import Rule, factor_stages, guess_stages, run_stages, update_stages
 
-_PASSES = 2  # over the strands for which a judgement was wrong
+_PASSES = 4  # over the strands for which a judgement was wrong
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,6 @@ class Stage:
     time     at the end, since the previous frame [s]
     span     that the stage covers [s]
     held_normals  the body holds what a filter has marked, and nothing else: the velocity solve of the paper
-    apart         every strand sees the others where they are, though it be coupled to them
     """
 
     xh: np.ndarray
@@ -53,7 +52,6 @@ class Stage:
     time: float
     span: float
     held_normals: bool = False
-    apart: bool = False
 
 
 @dataclass(eq=False)
@@ -121,7 +119,7 @@ class Surroundings:
             newton = left >= _PASSES
             points_of(self._axis, again, marked)
             outer = self._surround(points, speeds, stage, again, marked, x, anew=newton)
-            b = self._solve_once(x, v, T, stage, rule, outer, again, coupled=newton and not stage.apart)
+            b = self._solve_once(x, v, T, stage, rule, outer, again, coupled=newton)
             if self.hair is not None:
                 change = self._room("change", points)
                 gather(self._axis, again, b, change)
