@@ -1,7 +1,8 @@
 """What acts on strands from outside while a stage is solved: wind, the body that holds them, other strands.
 
-A stage that nothing takes part in is one kernel. Otherwise it is solved, judged, and solved again for the strands for
-which the judgement was wrong: those that a prediction strained too much, and those whose contact with the body changed.
+A stage that nothing takes part in is one kernel. Otherwise strands that the prediction strained too much are first
+solved alone, so that what touches is judged where they may be; then all are solved together, judged, and solved again
+where the judgement was wrong: where contact with the body changed.
 What couples strands to each other (stiction, hair on hair) makes one system of all, solved by conjugate gradients with
 the strands' own factors before it; strands that are solved again see the others where that left them.
 """
@@ -110,6 +111,10 @@ class Surroundings:
         bad = np.zeros(self.layout.strands.shape, x.dtype)
         guess_stages(self.model, x, v, stage.xh, stage.before, stage.ends, stage.held, stage.h, rule.guard, bad)
         who = np.ones_like(bad) if who is None else who
+        bad *= who
+        if bad.any():
+            b = self._solve_once(x, v, T, stage, rule, self._room("outer", x, self._rows)[:0], bad, coupled=False)
+            update_stages(self.model, x, v, T, b, bad, stage.h, rule)
         again, marked = who, np.empty(len(self._masses), np.bool_)
         points_of(self._axis, who, marked)
         points, speeds, kick = self._points(x), self._points(v), np.zeros((len(self._masses), 3))
@@ -128,7 +133,8 @@ class Surroundings:
             update_stages(self.model, x, v, T, b, again, stage.h, rule)
             gather(self._axis, again, x, points)
             gather(self._axis, again, v, speeds)
-            again = self._judge(points, speeds, stage, bad, marked, left - _PASSES) * who
+            wrong = self._judge(points, speeds, stage, marked) * who
+            again = who if left > _PASSES else wrong
             if not again.any():
                 break
         return self._kick(kick, x)
@@ -163,7 +169,7 @@ class Surroundings:
                 self.hair.linearise(points, speeds, self._masses, stage.h, stage.span)
             self.hair.impulses(marked, received)
             own = self.hair.own
-        outer = self._room("outer", like, ROWS if self.hair is None else ROWS_WITH_NEXT)
+        outer = self._room("outer", like, self._rows)
         lay_out(self._axis, who, push, damping, speeds, stage.h, received, *own, outer)
         return outer
 
@@ -198,16 +204,11 @@ class Surroundings:
             self._room("received", alone)[:] += exchanged
         return b
 
-    def _judge(
-        self, points: np.ndarray, speeds: np.ndarray, stage: Stage, bad: np.ndarray, marked: np.ndarray, left: int
-    ) -> np.ndarray:
-        """Mark the strands that must be solved again, (blocks, W); so many iterations of Newton's method are left."""
-        wrong = np.ones_like(bad) if left > 0 else (bad if left == 0 else np.zeros_like(bad))
+    def _judge(self, points: np.ndarray, speeds: np.ndarray, stage: Stage, marked: np.ndarray) -> np.ndarray:
+        """Mark the strands whose contact with the body was judged wrongly, (blocks, W)."""
+        wrong = np.zeros(self.layout.strands.shape, self.layout.dtype)
         if self.body is not None and not stage.held_normals:
-            changed = self.body.judge(points, speeds, self._masses, stage, marked)
-            touched = np.zeros_like(bad)
-            lanes_with(self._axis, changed, touched)
-            wrong = np.maximum(wrong, touched)
+            lanes_with(self._axis, self.body.judge(points, speeds, self._masses, stage, marked), wrong)
         return wrong
 
     def _kick(self, kick: np.ndarray, x: np.ndarray) -> np.ndarray | float:
@@ -294,6 +295,11 @@ class Surroundings:
         follow(self._axis, dx, x)
         follow(self._axis, dv, v)
         return touched, normals
+
+    @property
+    def _rows(self) -> int:
+        """Numbers by which particles are acted on from outside."""
+        return ROWS if self.hair is None else ROWS_WITH_NEXT
 
     def _points(self, lanes: np.ndarray) -> np.ndarray:
         points = np.empty((len(self._masses), lanes.shape[1]))
