@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from hairpipe.data import Strands
+from hairpipe.graph.events import Options
 from hairpipe.graph.fetch import fetch
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.load import load_graph
@@ -61,7 +62,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_stack": {"layers": [2], "iterations": 5, "seconds": 0.01},
     "follow_trial": {"trial.seconds": 0.125, "rate": 240},
     "measure_interpolation": {"voxel": 0.2},
-    "measure_clash": {"speeds": [4.0], "rates": [24], "seconds": 0.2},
+    "measure_clash": {"speeds": [4.0], "rates": [24], "seconds": 0.1},
     "measure_scheme": {"trial.seconds": 0.125, "rates": [24]},
     "measure_extremes": {"rates": [24], "seconds": 0.05},
     "plot_interpolation": {"voxel": 0.2},
@@ -69,8 +70,11 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "preview_meshes": {"width": 64, "height": 64},
 }
 """Settings by node type with which every graph runs in a moment."""
-SOME = {"experiments/clips.toml": ["dab_whole_depth", "dab_parts_depth"]}
-"""Of graphs that say the same of many files, the nodes that are computed, with what they depend on."""
+SOME = {
+    "experiments/clips.toml": ["dab_whole_depth", "dab_parts_depth"],
+    "experiments/stability_contact.toml": ["all", "nine", "converged"],
+}
+"""Of graphs that do the same many times, the nodes that are computed, with what they depend on."""
 FIRST = 2
 """Frames of every graph that are computed."""
 DEEPEST = 5e-3
@@ -103,7 +107,7 @@ def depth(strands: Strands, surface: Field) -> float:
 def test_it_runs_and_no_hair_is_in_the_body(graph, store, tmp_path):
     short = shorten(graph, tmp_path)
     frames = [frame for frame in short.all_frames if frame < short.frames[0] + FIRST]
-    outcome = run(short, store, frames)
+    outcome = run(short, store, frames, Options(jobs=1))
     assert not outcome.failures and outcome.exit_code == 0
     for node in short.nodes.values():
         path = node.publish_path(frames[-1])
