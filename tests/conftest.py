@@ -3,6 +3,7 @@
 import os
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,12 @@ from hairpipe.graph.machine_code import kernel_folder
 
 # Tests, too, must never run old machine code of a helper that was edited.
 _KERNELS = Path(tempfile.gettempdir()) / f"hairpipe-kernels-{os.getuid()}"
-os.environ["NUMBA_CACHE_DIR"] = str(kernel_folder(_KERNELS, CodeReader(lambda name, make: make())))
+_FOLDER = kernel_folder(_KERNELS, CodeReader(lambda name, make: make()))
+os.environ["NUMBA_CACHE_DIR"] = str(_FOLDER)
+# Workers of graphs have a folder within: of the same sources it is the same, so that nothing is compiled twice.
+(_FOLDER / "hairpipe").mkdir(parents=True, exist_ok=True)
+with suppress(FileExistsError):
+    (_FOLDER / "hairpipe" / _FOLDER.name).symlink_to(_FOLDER, target_is_directory=True)
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 
