@@ -7,7 +7,7 @@ from numpy.typing import DTypeLike
 
 from hairpipe.bench.assembly import assembly_of
 from hairpipe.bench.counting import Work, count_work
-from hairpipe.sim.integrators.interface import Motion, Step
+from hairpipe.sim.integrators.interface import Motion, Step, everywhere
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.lanes import width
 from hairpipe.sim.layout import lay_out
@@ -28,8 +28,9 @@ RULE = Rule(int(SpringForm.multiplier), 0.0, 0.03, 1, np.array([0.0, -9.81, 0.0]
 class Strands(NamedTuple):
     """Hair, and room for its state.
 
-    rest  [m], (rows, 3, W)
-    path  of its roots, which stand still
+    rest     [m], (rows, 3, W)
+    path     of its roots, which stand still
+    weights  of the end of a stage [s], (blocks, W)
     """
 
     model: Network
@@ -37,6 +38,7 @@ class Strands(NamedTuple):
     motion: Motion
     path: Path
     around: Surroundings
+    weights: np.ndarray
 
     @property
     def particles(self) -> int:
@@ -61,7 +63,8 @@ def hang(count: int, segments: int, dtype: DTypeLike) -> Strands:
     ends = np.concatenate([roots, np.zeros_like(roots)], axis=1)
     still = Held(ends, np.zeros_like(ends), np.zeros((0, layout.width), layout.dtype))
     motion = Motion(*(np.empty_like(rest) for _ in range(4)))
-    hair = Strands(model, rest, motion, Path(still, still, STEP), Surroundings(model, layout))
+    weights = everywhere(model, rest, STEP / 4)
+    hair = Strands(model, rest, motion, Path(still, still, STEP), Surroundings(model, layout), weights)
     hair.restart()
     return hair
 
@@ -74,7 +77,7 @@ def step(hair: Strands) -> None:
 def solve(hair: Strands) -> None:
     """Run one linearly implicit stage on all hair, in place."""
     x, rest, held = hair.motion, hair.rest, hair.path.start
-    run_stages(hair.model, x.x, x.v, x.T, rest, x.a, rest, held.positions, held.tips, STEP / 4, RULE)
+    run_stages(hair.model, x.x, x.v, x.T, rest, x.a, rest, held.positions, held.tips, hair.weights, RULE)
 
 
 def work_of_a_solve(segments: int, dtype: DTypeLike) -> Work:
@@ -92,4 +95,4 @@ def one_block(segments: int, dtype: DTypeLike) -> tuple:
     hair = hang(width(dtype), segments, dtype)
     motion, held = hair.motion, hair.path.start
     before, ends = hair.rest.copy(), held.positions[0]
-    return hair.model, 0, motion.x, motion.v, motion.T, hair.rest, motion.a, before, ends, held.tips, STEP / 4, RULE
+    return hair.model, 0, motion.x, motion.v, motion.T, hair.rest, motion.a, before, ends, held.tips, hair.weights, RULE

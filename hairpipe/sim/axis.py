@@ -99,6 +99,15 @@ def lanes_with(axis: Axis, marked: np.ndarray, lanes: np.ndarray) -> None:
 
 
 @njit(cache=True, parallel=True)
+def spread(axis: Axis, lanes: np.ndarray, out: np.ndarray) -> None:
+    """Give every point, (P,), what its strand has, (blocks, W), in place."""
+    for block in prange(len(axis.first) - 1):
+        for lane in range(axis.strands.shape[1]):
+            strand = axis.strands[block, lane]
+            out[axis.offsets[strand] : axis.offsets[strand + 1]] = lanes[block, lane]
+
+
+@njit(cache=True, parallel=True)
 def points_of(axis: Axis, lanes: np.ndarray, marked: np.ndarray) -> None:
     """Mark the points, (P,) bool, of strands with a number that is not 0, (blocks, W), and no others, in place."""
     for block in prange(len(axis.first) - 1):

@@ -28,24 +28,25 @@ def clear(who: np.ndarray, push: np.ndarray, damping: np.ndarray) -> None:
 
 
 @njit(cache=True, parallel=True)
-def lay_out(axis: Axis, who, push, damping, speeds, h, received, diagonal, following, outer) -> None:  # noqa: ANN001
+def lay_out(axis: Axis, who, push, damping, speeds, weights, received, diagonal, following, outer) -> None:  # noqa: ANN001
     """Write the rows of strands who, (blocks, W), in place.
 
     push [N], (P, 3); damping [kg/s], symmetric, (P, 6); speeds  v [m/s], (P, 3)
+    weights  h, of the end of the stage, for every strand [s], (blocks, W)
     received [N s], (P, 3); diagonal, following [kg], (P, 6); no rows where strands do not touch
     outer    (rows, 9 or 15, W)
     """
     for block in prange(len(axis.first) - 1):
         if who[block].any():
-            _lay_out_block(axis, np.int64(block), push, damping, speeds, h, received, diagonal, following, outer)
+            _lay_out_block(axis, np.int64(block), push, damping, speeds, weights, received, diagonal, following, outer)
 
 
 @njit(cache=True)
-def _lay_out_block(axis, block, push, damping, speeds, h, received, diagonal, following, outer):  # noqa: ANN001, ANN202
+def _lay_out_block(axis, block, push, damping, speeds, weights, received, diagonal, following, outer):  # noqa: ANN001, ANN202
     touching = len(received) > 0
     for lane in range(axis.strands.shape[1]):
         strand = axis.strands[block, lane]
-        row = axis.first[block] + axis.root
+        row, h = axis.first[block] + axis.root, weights[block, lane]
         for k in range(axis.offsets[strand], axis.offsets[strand + 1]):
             d, x, y, z = damping[k], speeds[k, 0], speeds[k, 1], speeds[k, 2]
             outer[row, 0, lane] = h * (push[k, 0] - d[0] * x - d[1] * y - d[2] * z)

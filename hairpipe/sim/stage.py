@@ -5,7 +5,8 @@ guess,
 
     (M + h D + h^2 K) dv = M (vh - v) + h (f(x) - D v),   v += dv,  x += h dv.
 
-Every integrator is a sequence of such stages; they differ in h, xh, vh and the guess.
+Every integrator is a sequence of such stages; they differ in h, xh, vh and the guess. Strands of one stage may differ
+in h, too: all that touch are one system, whatever each of them has behind it.
 
 What acts on hair from outside joins the system as numbers of each particle, `outer` (rows, 9 or 15, W): an impulse to
 add to the right-hand side [N s], a symmetric block to add to that on the diagonal [kg], and one to that between two
@@ -83,7 +84,7 @@ def _assemble(model, A, b, x, v, vh, T, outer, block, held, h, rule):  # noqa: A
     count, reach = x.shape[0], shape_of(model).reach
     clamped, stride = shape_of(model).clamped, shape_of(model).stride
     mass = model.mass[model.first[block] : model.first[block + 1]]
-    hh = 0.0 if rule.form == _EXPLICIT else h * h
+    hh = (0.0 if rule.form == _EXPLICIT else 1.0) * h * h
     for p in range(min(reach, count)):
         _start_row(A, b, outer, mass, vh, v, p, h, rule)
     for p in range(count):
@@ -198,7 +199,7 @@ def _guess(model, block, x, v, xh, before, ends, held, h, guard):  # noqa: ANN00
 
 
 @njit(cache=True, error_model="numpy")
-def run_stage(model, block, x, v, T, xh, vh, before, ends, held, h, rule):  # noqa: ANN001, ANN201
+def run_stage(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):  # noqa: ANN001, ANN201
     """Advance one block of strands through a stage that nothing from outside takes part in, in place.
 
     x, v     out: positions [m] and velocities [m/s] at the end, (particles, 3, W); in: v is the guess
@@ -207,9 +208,9 @@ def run_stage(model, block, x, v, T, xh, vh, before, ends, held, h, rule):  # no
     before   positions at the start of the stage, where a strand restarts if the guess strains it too much
     ends     positions of the held particles at the end: those at the root, then those at the tip [m], (2 clamped, 3, W)
     held     1 where the tip is held, 0 where it is free, (blocks, W); no rows where all are free
-    h        weight of the end [s]
+    weights  h, of the end, for every strand [s], (blocks, W)
     """
-    count, reach = x.shape[0], shape_of(model).reach
+    count, reach, h = x.shape[0], shape_of(model).reach, load(weights, (block,))
     A = np.empty((count, row_size(reach), x.shape[2]), x.dtype)
     b, dx, nothing = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty((0, 9, x.shape[2]), x.dtype)
     bad = _guess(model, block, x, v, xh, before, ends, held, h, rule.guard)
@@ -230,41 +231,42 @@ def set_form(model, block, x, T, rule):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, parallel=True)
-def run_stages(model, x, v, T, xh, vh, before, ends, held, h, rule):  # noqa: ANN001, ANN201
+def run_stages(model, x, v, T, xh, vh, before, ends, held, weights, rule):  # noqa: ANN001, ANN201
     """Advance all strands through a stage, in place; see `run_stage`.
 
     x, v, T, xh, vh, before  of all rows; ends  (blocks, 2 clamped, 3, W)
     """
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
-        _run_block(model, np.int64(block), x, v, T, xh, vh, before, ends, held, h, rule)
+        _run_block(model, np.int64(block), x, v, T, xh, vh, before, ends, held, weights, rule)
 
 
 @njit(cache=True)
-def _run_block(model, block, x, v, T, xh, vh, before, ends, held, h, rule):  # noqa: ANN001, ANN202
+def _run_block(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):  # noqa: ANN001, ANN202
     rows = slice(model.first[block], model.first[block + 1])
-    run_stage(model, block, x[rows], v[rows], T[rows], xh[rows], vh[rows], before[rows], ends[block], held, h, rule)
+    parts = x[rows], v[rows], T[rows], xh[rows], vh[rows], before[rows]
+    run_stage(model, block, *parts, ends[block], held, weights, rule)
 
 
 @njit(cache=True, parallel=True)
-def guess_stages(model, x, v, xh, before, ends, held, h, guard, bad):  # noqa: ANN001, ANN201
+def guess_stages(model, x, v, xh, before, ends, held, weights, guard, bad):  # noqa: ANN001, ANN201
     """Begin a stage: place all strands where their guess leads, in place; see `run_stage`.
 
     bad  out: 1 where a strand restarts, (blocks, W)
     """
     for block in prange(len(model.first) - 1):
-        _guess_block(model, np.int64(block), x, v, xh, before, ends, held, h, guard, bad)
+        _guess_block(model, np.int64(block), x, v, xh, before, ends, held, weights, guard, bad)
 
 
 @njit(cache=True, error_model="numpy")
-def _guess_block(model, block, x, v, xh, before, ends, held, h, guard, bad):  # noqa: ANN001, ANN202
-    rows = slice(model.first[block], model.first[block + 1])
+def _guess_block(model, block, x, v, xh, before, ends, held, weights, guard, bad):  # noqa: ANN001, ANN202
+    rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     lanes = _guess(model, block, x[rows], v[rows], xh[rows], before[rows], ends[block], held, h, guard)
     store(bad, (block,), select(lanes, 0.0 * load(bad, (block,)) + 1.0, 0.0))
 
 
 @njit(cache=True, parallel=True)
-def factor_stages(model, A, b, x, v, vh, T, outer, held, who, h, rule):  # noqa: ANN001, ANN201
+def factor_stages(model, A, b, x, v, vh, T, outer, held, who, weights, rule):  # noqa: ANN001, ANN201
     """Solve every strand's own system, in place.
 
     A      out: its factors, (rows, row_size, W); not kept where it has no rows
@@ -274,14 +276,14 @@ def factor_stages(model, A, b, x, v, vh, T, outer, held, who, h, rule):  # noqa:
     """
     for block in prange(len(model.first) - 1):
         if who[block].any():
-            _factor_block(model, np.int64(block), A, b, x, v, vh, T, outer, held, who, h, rule)
+            _factor_block(model, np.int64(block), A, b, x, v, vh, T, outer, held, who, weights, rule)
         else:
             fill(b[model.first[block] : model.first[block + 1]], 0.0)
 
 
 @njit(cache=True, error_model="numpy")
-def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, h, rule):  # noqa: ANN001, ANN202
-    rows = slice(model.first[block], model.first[block + 1])
+def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, weights, rule):  # noqa: ANN001, ANN202
+    rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     bs, xs, Ts = b[rows], x[rows], T[rows]
     reach = shape_of(model).reach
     As = A[rows] if A.shape[0] > 0 else np.empty((xs.shape[0], row_size(reach), xs.shape[2]), xs.dtype)
@@ -294,16 +296,16 @@ def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, h, rule):  
 
 
 @njit(cache=True, parallel=True)
-def update_stages(model, x, v, T, b, who, h, rule):  # noqa: ANN001, ANN201
+def update_stages(model, x, v, T, b, who, weights, rule):  # noqa: ANN001, ANN201
     """Move the strands who, (blocks, W), to the solution b, in place."""
     for block in prange(len(model.first) - 1):
         if who[block].any():
-            _update_block(model, np.int64(block), x, v, T, b, who, h, rule)
+            _update_block(model, np.int64(block), x, v, T, b, who, weights, rule)
 
 
 @njit(cache=True, error_model="numpy")
-def _update_block(model, block, x, v, T, b, who, h, rule):  # noqa: ANN001, ANN202
-    rows = slice(model.first[block], model.first[block + 1])
+def _update_block(model, block, x, v, T, b, who, weights, rule):  # noqa: ANN001, ANN202
+    rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     dx = np.empty(x[rows].shape, x.dtype)
     _update(model, x[rows], v[rows], T[rows], dx, b[rows], load(who, (block,)) > 0.0, True, block, h, rule)
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hairpipe.sim.air.breeze import Breeze
-from hairpipe.sim.axis import Axis, axis_of, follow, gather, lanes_with, points_of, scatter
+from hairpipe.sim.axis import Axis, axis_of, follow, gather, lanes_with, points_of, scatter, spread
 from hairpipe.sim.banded import row_size
 from hairpipe.sim.contact.body import BodyContacts
 from hairpipe.sim.contact.hair import HairContacts
@@ -38,7 +38,7 @@ class Stage:
     before   positions where the stage began, same shape
     ends     held particles at its end, (blocks, 2 clamped, 3, W)
     held     see `Step`
-    h        weight of the end [s]
+    h        weight of the end, for every strand [s], (blocks, W)
     time     at the end, since the previous frame [s]
     span     that the stage covers [s]
     held_normals  the body holds what a filter has marked, and nothing else: the velocity solve of the paper
@@ -49,7 +49,7 @@ class Stage:
     before: np.ndarray
     ends: np.ndarray
     held: np.ndarray
-    h: float
+    h: np.ndarray
     time: float
     span: float
     held_normals: bool = False
@@ -74,6 +74,7 @@ class Surroundings:
     _axis: Axis = field(init=False)
     _everyone: np.ndarray = field(init=False)
     _masses: np.ndarray = field(init=False)
+    _weights: np.ndarray = field(init=False)
     _memory: dict[str, np.ndarray] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
@@ -83,6 +84,7 @@ class Surroundings:
         gather(self._axis, self._everyone, self.model.mass[:, None, :], self._masses)
         self._masses = self._masses[:, 0]
         self._masses[self.layout.offsets[:-1]] = np.inf
+        self._weights = np.empty_like(self._masses)
 
     def begin(self, motion: Motion, step: Step) -> None:
         """Look around at the start of a step."""
@@ -156,17 +158,19 @@ class Surroundings:
         anew            what strands do to each other, too; else it is what solves since then have made of it
         """
         push, damping = self._room("push", points), self._room("damping", points, 6)
+        weights = self._weights
+        spread(self._axis, stage.h, weights)
         received = push[:0] if self.hair is None else self._room("received", points)
         clear(marked, push, damping)
         if self.wind is not None:
             self.wind.forces(points, speeds, self.layout.offsets, self.began + stage.time, push, damping)
         if self.body is not None:
             held = np.zeros_like(marked) if stage.held_normals else marked
-            self.body.hold(points, speeds, self._masses, stage, held, push, damping)
+            self.body.hold(points, speeds, self._masses, weights, held, push, damping)
         own = damping[:0], damping[:0]
         if self.hair is not None:
             if anew:
-                self.hair.linearise(points, speeds, self._masses, stage.h, stage.span)
+                self.hair.linearise(points, speeds, self._masses, weights, stage.span)
             self.hair.impulses(marked, received)
             own = self.hair.own
         outer = self._room("outer", like, self._rows)
@@ -208,7 +212,7 @@ class Surroundings:
         """Mark the strands whose contact with the body was judged wrongly, (blocks, W)."""
         wrong = np.zeros(self.layout.strands.shape, self.layout.dtype)
         if self.body is not None and not stage.held_normals:
-            lanes_with(self._axis, self.body.judge(points, speeds, self._masses, stage, marked), wrong)
+            lanes_with(self._axis, self.body.judge(points, speeds, self._masses, stage.time, marked), wrong)
         return wrong
 
     def _kick(self, kick: np.ndarray, x: np.ndarray) -> np.ndarray | float:

@@ -23,6 +23,7 @@ def test_it_is_the_change_of_a_solve(tips_held):
     layout, rule, rng = hair.layout, integrator_of(Scene()).rule, np.random.default_rng(5)
     axis, count, nothing = axis_of(layout), layout.offsets[-1], np.empty((0, 6))
     everyone = np.ones(layout.strands.shape)
+    weights = H * everyone
     who, held = everyone * (layout.strands % 3 != 0), everyone if tips_held else everyone[:0]
     x, v, T = hair.rest, layout.empty(3), np.zeros_like(hair.model.inverse_lengths)
     v[:] = 0.0
@@ -31,8 +32,8 @@ def test_it_is_the_change_of_a_solve(tips_held):
     A, none = layout.empty(row_size(hair.model.shape.reach)), np.zeros((count, 3))
     for push in (none, impulses):
         outer, b, change = np.zeros((len(x), ROWS, layout.width)), layout.empty(3), np.zeros((count, 3))
-        lay_out(axis, everyone, push / H, np.zeros((count, 6)), none, H, none[:0], nothing, nothing, outer)
-        factor_stages(hair.model, A, b, x, v, v, T, outer, held, who, H, rule)
+        lay_out(axis, everyone, push / H, np.zeros((count, 6)), none, weights, none[:0], nothing, nothing, outer)
+        factor_stages(hair.model, A, b, x, v, v, T, outer, held, who, weights, rule)
         gather(axis, everyone, b, change)
         found.append((b, change))
     whole, change = layout.empty(3), np.empty((count, 3))

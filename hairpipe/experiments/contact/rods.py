@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from hairpipe.sim.contact.contacts import REACH, Contacts, find_contacts
-from hairpipe.sim.contact.couplings import Couplings
+from hairpipe.sim.contact.couplings import Couplings, couplings_at
 from hairpipe.sim.contact.near import near_pairs
 from hairpipe.sim.contact.repulsion import linearise
 from hairpipe.sim.contact.sweep import sweep
@@ -73,7 +73,8 @@ def system(pile: Pile, law: Collisions, dt: float) -> tuple[sparse.csr_matrix, n
     """Make the linear system (M + J^T M_c J) dv = J^T push of the free points, linearised at x + dt v."""
     masses, free = pile.masses, np.arange(12 * (len(pile.points) // 4 - 1)) + 12
     contacts = pile.contacts(law)
-    couplings = linearise(contacts, pile.points + dt * pile.velocities, pile.velocities, masses, law, dt)
+    couplings, predicted = couplings_at(contacts), pile.points + dt * pile.velocities
+    linearise(contacts, predicted, pile.velocities, masses, law, np.full(len(predicted), dt), dt, couplings)
     J = relative(couplings, len(pile.points))[:, free]
     A = MASS * sparse.eye(len(free)) + J.T @ stiffness(couplings) @ J
     return sparse.csr_matrix(A), J.T @ couplings.push.ravel()

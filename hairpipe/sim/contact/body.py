@@ -1,7 +1,6 @@
 """Hair against the body in one step: held while it is solved, caught where it ran into it, put right at the end."""
 
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
@@ -17,13 +16,6 @@ RISE = 5
 """Points over which the thickness grows from the root on."""
 _PARTS = 8  # of a step, that the normals are read at where hair ran into something
 _MARGIN = 5e-3  # [m]; points farther than this beyond their thickness are not looked at, nor held
-
-
-class Span(Protocol):
-    """What a stage says about time: see `Stage`."""
-
-    h: float
-    time: float
 
 
 def thicknesses(offsets: np.ndarray, thickness: float) -> np.ndarray:
@@ -97,20 +89,19 @@ class BodyContacts:
         points: np.ndarray,
         speeds: np.ndarray,
         masses: np.ndarray,
-        stage: Span,
+        weights: np.ndarray,
         who: np.ndarray,
         push: np.ndarray,
         damping: np.ndarray,
     ) -> None:
         """Add the forces that hold points, push - damping v, in place; see `hold`."""
-        rest = (self._begun, self._kept, masses, self.contact.friction, stage.h, who, push, damping)
-        hold(self._touch, self._probe, points, speeds, *rest)
+        hold(self._touch, self._probe, points, speeds, self._begun, self._kept, masses, weights, who, push, damping)
 
     def judge(
-        self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, stage: Span, who: np.ndarray
+        self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, who: np.ndarray
     ) -> np.ndarray:
         """Look at what a solve found; mark the points that must be solved again, (P,) bool."""
-        self._probe, changed = self.look(points, stage.time, who), np.empty(len(points), np.bool_)
+        self._probe, changed = self.look(points, time, who), np.empty(len(points), np.bool_)
         rest = (self._kept, masses, self.contact.friction, who, changed)
         judge(self._touch, self._probe, speeds, *rest)
         return changed

@@ -3,9 +3,11 @@
 A coupling i joins the point (1 - s) x_k + s x_(k+1) of its first segment k to that of its second. With J_i the matrix
 that takes velocities of points to the relative velocity of the two, first minus second, a stage solves
 
-    (A + sum_i J_i^T M_i J_i) dv = b + sum_i J_i^T push_i,   M = h^2 K + h C,   push = h (f - C v_rel),
+    (A + sum_i J_i^T M_i J_i) dv = b + sum_i J_i^T push_i,   M = t (h K + C),   push = t (f - C v_rel),
 
-A and b being those of the strands without couplings. Every term of J^T M J is in exactly one of two places, so that
+A and b being those of the strands without couplings, h the weight of the stage's end, the mean of those of the two
+strands, and t the time that the stage covers: what strands do to each other is no part of accelerations, so it acts all
+that time. Every term of J^T M J is in exactly one of two places, so that
 P + O is the matrix of the whole system:
 
     P = A + own    `own_blocks`: terms between points of one and the same segment. For the axis particle of point k its
@@ -21,7 +23,7 @@ multiplied by again and again lies in that order too, `Sides`: in single precisi
 and own blocks are made of the same numbers, so that P + O stays the matrix of springs.
 """
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numba import njit, prange
@@ -71,14 +73,25 @@ class Sides(NamedTuple):
     numbers: np.ndarray
 
 
-def no_couplings() -> Couplings:
-    """Make an empty set."""
-    return Couplings(np.empty((0, 2), np.int32), np.empty((0, 2)), np.empty((0, 3)), np.empty((0, 6)))
+class Places(Protocol):
+    """Where things couple: see `Couplings`."""
+
+    @property
+    def segments(self) -> np.ndarray: ...
+    @property
+    def fractions(self) -> np.ndarray: ...
 
 
-def joined(sets: list[Couplings]) -> Couplings:
-    """Put sets behind one another."""
-    return Couplings(*(np.concatenate(parts) for parts in zip(no_couplings(), *sets, strict=True)))
+def couplings_at(*places: Places) -> Couplings:
+    """Make couplings, one set after the other, with room for what they exert."""
+    segments = np.concatenate([some.segments for some in places])
+    fractions = np.concatenate([some.fractions for some in places])
+    return Couplings(segments, fractions, np.empty((len(segments), 3)), np.empty((len(segments), 6)))
+
+
+def part_of(couplings: Couplings, begin: int, end: int) -> Couplings:
+    """Return couplings begin to end; memory is shared."""
+    return Couplings(*(array[begin:end] for array in couplings))
 
 
 @njit(cache=True)

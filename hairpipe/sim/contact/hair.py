@@ -9,15 +9,17 @@ from hairpipe.sim.contact import conjugate
 from hairpipe.sim.contact.collision import collide
 from hairpipe.sim.contact.contacts import REACH, Contacts, find_contacts
 from hairpipe.sim.contact.couplings import (
+    Couplings,
     Incidence,
     Sides,
     add_push,
+    couplings_at,
     find_incidence,
     follow,
     impulses_after,
-    joined,
     multiply_across,
     own_blocks,
+    part_of,
     sides_of,
 )
 from hairpipe.sim.contact.ignored import keys_of
@@ -51,6 +53,7 @@ class HairContacts:
     at_rest: tuple[np.ndarray, np.ndarray]
     _ignored: np.ndarray = field(init=False)
     _contacts: Contacts | None = field(default=None, init=False)
+    _couplings: Couplings = field(init=False)
     _incidence: Incidence = field(init=False)
     _sides: Sides = field(init=False)
     _push: np.ndarray = field(init=False)
@@ -71,23 +74,21 @@ class HairContacts:
         if self.collisions is not None and self.collisions.solver == "coupled":
             pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, self._ignored)
             self._contacts = find_contacts(pairs, points, speeds, self.collisions)
-        segments = [self.connections.segments] + ([self._contacts.segments] if self._contacts is not None else [])
-        self._incidence = find_incidence(np.concatenate(segments), len(points))
+        places = (self.connections,) if self._contacts is None else (self.connections, self._contacts)
+        self._couplings = couplings_at(*places)
+        self._incidence = find_incidence(self._couplings.segments, len(points))
 
-    def linearise(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, h: float, span: float) -> None:
-        """Linearise what strands do to each other at a prediction.
-
-        h, span  weight of the stage's end, and the time that the stage covers [s]: what strands do to each other is no
-                 part of accelerations, so in a stage it acts all that time
-        """
-        sets = []
+    def linearise(
+        self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, weights: np.ndarray, span: float
+    ) -> None:
+        """Linearise what strands do to each other at a prediction; see `couplings.py` for weights, (P,), and span."""
+        couplings, stuck = self._couplings, len(self.connections.segments)
+        state = points, speeds, masses
         if self.stiction is not None:
-            sets.append(linearise_connections(self.connections, points, speeds, masses, self.stiction, h))
+            linearise_connections(self.connections, *state, self.stiction, weights, span, part_of(couplings, 0, stuck))
         if self._contacts is not None and self.collisions is not None:
-            sets.append(linearise_contacts(self._contacts, points, speeds, masses, self.collisions, h))
-        couplings, share = joined(sets), span / h
-        np.multiply(couplings.push, share, out=couplings.push)
-        np.multiply(couplings.matrix, share, out=couplings.matrix)
+            rest = part_of(couplings, stuck, len(couplings.push))
+            linearise_contacts(self._contacts, *state, self.collisions, weights, span, rest)
         self._sides = sides_of(couplings, self._incidence)
         self._push, self._change = np.zeros_like(points), np.zeros_like(points)
         add_push(couplings, self._incidence, self._push)

@@ -92,27 +92,27 @@ def _resume(touch, probe, i, thickness):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, friction, h, who, push, damping) -> None:  # noqa: ANN001
+def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, weights, who, push, damping) -> None:  # noqa: ANN001
     """Hold the points that touch: add their forces, push - damping v, in place.
 
     probe      of the body at x
     x, v       where the stage is linearised [m], [m/s], (P, 3)
     begun      distance at the start of the step [m], (P,)
     thickness  [m], (P,); mass [kg], (P,); inf: held by the root
-    h          weight of the stage's end [s]
+    weights    h, of the stage's end [s], (P,)
     who        points that are solved now, (P,) bool; the others are held as before
     push       [N], (P, 3); damping [kg/s], (P, 6)
     """
     for chunk in prange((len(x) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(x))):
             if who[i]:
-                _aim(touch, probe, i, v, begun[i], thickness[i], mass[i], friction, h)
+                _aim(touch, probe, i, v, begun[i], thickness[i], mass[i], weights[i])
             if touch.state[i] != FREE:
                 _add_hold(touch, i, push, damping)
 
 
 @njit(cache=True)
-def _aim(touch, probe, i, v, begun, thickness, mass, friction, h):  # noqa: ANN001, ANN202
+def _aim(touch, probe, i, v, begun, thickness, mass, h):  # noqa: ANN001, ANN202
     """Decide whether point i touches, and where it is to go."""
     phi = probe.distance[i]
     near = _lead(probe, i, v, h) if touch.state[i] != FREE else (-_NEAR if touch.freed[i] else 0.0)

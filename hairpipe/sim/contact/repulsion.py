@@ -2,11 +2,13 @@
 
 Along the normal of a contact, one-sided,
 
-    f_n = max(0, k (thickness - g) - c n.u),    g = n.J x,    u = J v,    M_n = (h^2 k + h c) n n^T,
+    f_n = max(0, k (thickness - g) - c n.u),    g = n.J x,    u = J v,    M_n = t (h k + c) n n^T,
 
 and across it Coulomb friction, as a damper that is as strong as friction is at the prediction,
 
-    f_t = -b u_t,   b = mu N / max(|u_t| - mu N h / m, creep),   M_t = h b (I - n n^T),   1/m = sum w^2 / m_i.
+    f_t = -b u_t,   b = mu N / max(|u_t| - mu N t / m, creep),   M_t = t b (I - n n^T),   1/m = sum w^2 / m_i,
+
+h and t being the weight of the stage's end and the time that it covers, see `sim/contact/couplings.py`.
 
 Alone, a contact that slides so feels mu N exactly, one that friction can stop within the stage stops, and no friction
 ever reverses it; one that stays creeps, at less than `CREEP` while it holds. N is its load at the beginning of the step
@@ -39,24 +41,31 @@ _FIRMEST = 1e2
 
 
 def linearise(
-    contacts: Contacts, points: np.ndarray, velocities: np.ndarray, masses: np.ndarray, collisions: Collisions, h: float
-) -> Couplings:
-    """Linearise what contacts exert at the prediction of a stage; pure. Those that do not act get zeros, as do those
-    of hair that is not finite.
+    contacts: Contacts,
+    points: np.ndarray,
+    velocities: np.ndarray,
+    masses: np.ndarray,
+    collisions: Collisions,
+    weights: np.ndarray,
+    span: float,
+    out: Couplings,
+) -> None:
+    """Linearise what contacts exert at the prediction of a stage. Those that do not act get zeros, as do those of hair
+    that is not finite.
 
     points, velocities  at the prediction [m], [m/s], (points, 3)
     masses              of the points, inf where they are held [kg], (points,)
-    h                   weight of the end of the stage [s]
+    weights             h, of the end of the stage [s], (points,)
+    span                t, of time, that the stage covers [s]
+    out                 push and matrix are set, in place
     """
-    push, matrix = np.empty((len(contacts.loads), 3)), np.empty((len(contacts.loads), 6))
     stiffness, viscosity = collisions.stiffness, collisions.stiffness * RELAXATION
     law = (collisions.thickness, stiffness, viscosity, collisions.friction)
-    _linearise(push, matrix, contacts, points, velocities, masses, law, h)
-    return Couplings(contacts.segments, contacts.fractions, push, matrix)
+    _linearise(out.push, out.matrix, contacts, points, velocities, masses, law, weights, span)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(push, matrix, contacts, points, velocities, masses, law, h):  # noqa: ANN001, ANN202
+def _linearise(push, matrix, contacts, points, velocities, masses, law, weights, span):  # noqa: ANN001, ANN202
     thickness, stiffness, viscosity, friction = law
     segments, fractions = contacts.segments, contacts.fractions
     for i in prange(len(push)):
@@ -69,11 +78,12 @@ def _linearise(push, matrix, contacts, points, velocities, masses, law, h):  # n
         force = stiffness * overlap - viscosity * un
         if np.isfinite(force) and (contacts.loads[i] > 0.0 or (overlap > 0.0 and force > 0.0)):
             ut, w = minus(u, scaled(un, n)), inverse_mass(masses, segments, fractions, i)
-            along = h * (h * stiffness + viscosity)
+            h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
+            along = span * (h * stiffness + viscosity)
             limit = friction * max(contacts.loads[i], force / (1.0 + along * w))
-            across = min(h * limit / max(np.sqrt(dot(ut, ut)) - limit * h * w, CREEP), _FIRMEST / w)
+            across = min(span * limit / max(np.sqrt(dot(ut, ut)) - limit * span * w, CREEP), _FIRMEST / w)
             for c in range(3):
-                push[i, c] = h * force * n[c] - across * ut[c]
+                push[i, c] = span * force * n[c] - across * ut[c]
             m = along - across
             matrix[i, 0], matrix[i, 1], matrix[i, 2] = across + m * n[0] * n[0], m * n[0] * n[1], m * n[0] * n[2]
             matrix[i, 3], matrix[i, 4] = across + m * n[1] * n[1], m * n[1] * n[2]

@@ -87,18 +87,20 @@ def linearise(
     velocities: np.ndarray,
     masses: np.ndarray,
     stiction: Stiction,
-    h: float,
-) -> Couplings:
-    """Linearise what connections exert at the prediction of a stage; pure. Of hair that is not finite they get zeros.
+    weights: np.ndarray,
+    span: float,
+    out: Couplings,
+) -> None:
+    """Linearise what connections exert at the prediction of a stage. Of hair that is not finite they get zeros.
 
     points, velocities  at the prediction [m], [m/s], (points, 3)
     masses              of the points, inf where they are held [kg], (points,)
-    h                   weight of the end of the stage [s]
+    weights             h, of the end of the stage [s], (points,)
+    span                of time, that the stage covers [s]
+    out                 push and matrix are set, in place
     """
-    push, matrix = np.empty((len(connections.segments), 3)), np.empty((len(connections.segments), 6))
     law = (stiffness_of(stiction), stiction.reach, stiction.release, stiction.damping)
-    _linearise(push, matrix, connections, points, velocities, masses, law, h)
-    return Couplings(connections.segments, connections.fractions, push, matrix)
+    _linearise(out.push, out.matrix, connections, points, velocities, masses, law, weights, span)
 
 
 def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.ndarray:
@@ -133,12 +135,12 @@ def _hold_on(kept, connections, points, distance):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(push, matrix, connections, points, velocities, masses, law, h):  # noqa: ANN001, ANN202
+def _linearise(push, matrix, connections, points, velocities, masses, law, weights, span):  # noqa: ANN001, ANN202
     stiffness, reach, far, fraction = law
     segments, fractions = connections.segments, connections.fractions
     for i in prange(len(push)):
-        span, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
-        length, speed = np.sqrt(dot(span, span)), np.sqrt(dot(u, u))
+        apart, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
+        length, speed = np.sqrt(dot(apart, apart)), np.sqrt(dot(u, u))
         push[i] = 0.0
         matrix[i] = 0.0
         if length < np.inf and speed < np.inf:
@@ -146,10 +148,10 @@ def _linearise(push, matrix, connections, points, velocities, masses, law, h):  
             present = min((far - reach) / max(length - reach, far - reach), 1.0)
             k, w = stiffness * present * present, inverse_mass(masses, segments, fractions, i)
             c = 2.0 * fraction * present * np.sqrt(stiffness / w) if w > 0.0 else 0.0
-            pull = k * (length - reach)
-            force = -h * (pull + c * dot(u, d))
-            t = h * h * max(pull, 0.0) / max(length, _SMALLEST)
-            xx, xy, xz, yy, yz, zz = outer(h * (h * k + c) - t, d)
+            h, pull = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]]), k * (length - reach)
+            force = -span * (pull + c * dot(u, d))
+            t = span * h * max(pull, 0.0) / max(length, _SMALLEST)
+            xx, xy, xz, yy, yz, zz = outer(span * (h * k + c) - t, d)
             push[i, 0], push[i, 1], push[i, 2] = force * d[0], force * d[1], force * d[2]
             matrix[i, 0], matrix[i, 1], matrix[i, 2] = xx + t, xy, xz
             matrix[i, 3], matrix[i, 4], matrix[i, 5] = yy + t, yz, zz + t

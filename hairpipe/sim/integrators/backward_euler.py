@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import Motion, Step
+from hairpipe.sim.integrators.interface import Motion, Step, everywhere
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
 from hairpipe.sim.stage import Rule
@@ -29,7 +29,8 @@ class BackwardEuler:
         before, v0 = motion.x.copy(), motion.v.copy()
         motion.v[:] = 0.0
         around.begin(motion, step)
-        stage = Stage(before, v0, before, step.ends(1.0), step.held, step.dt, step.time + step.dt, step.dt)
+        weights = everywhere(model, v0, step.dt)
+        stage = Stage(before, v0, before, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
         kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)
         np.divide(motion.v - v0 - kick, step.dt, out=motion.a)
         around.end(motion, before, step)

@@ -4,16 +4,16 @@
 
 with r = dt / dt_before, w1 = (1 + r)^2 / (1 + 2 r), w0 = r^2 / (1 + 2 r). It remembers the step before, and a frame
 does not: the first step after a frame is one of TR-BDF2, so that a frame needs no more state than that scheme's, and
-with one step a frame the two are the same. What strands do to each other is no part of the differences; where contact
-with the body jumped, for any strand, the next step is one of TR-BDF2 too.
+with one step a frame the two are the same. What strands do to each other is no part of the differences; a strand whose
+contact with the body jumped does its next step by backward Euler, in one system with the others.
 """
 
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import Motion, Step
-from hairpipe.sim.integrators.tr_bdf2 import TrBdf2, forget
+from hairpipe.sim.integrators.interface import Motion, Step, everywhere, rows_of
+from hairpipe.sim.integrators.tr_bdf2 import TrBdf2, begin_anew, forget
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
 from hairpipe.sim.stage import Rule
@@ -38,10 +38,10 @@ class Bdf2:
             w1, w0, h = (1 + r) ** 2 / (1 + 2 * r), r**2 / (1 + 2 * r), (1 + r) / (1 + 2 * r) * step.dt
             xh, vh = w1 * x0 - w0 * x1, w1 * v0 - w0 * v1
             around.begin(motion, step)
-            stage = Stage(xh, vh, xh, step.ends(1.0), step.held, h, step.time + step.dt, step.dt)
+            weights = begin_anew(model, motion, xh, vh, everywhere(model, x0, h), step.dt)
+            stage = Stage(xh, vh, x0, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
             kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)
-            np.divide(motion.v - vh - kick, h, out=motion.a)
+            np.divide(motion.v - vh - kick, rows_of(model, weights), out=motion.a)
             kick = kick + around.end(motion, x0, step)
-        shocked = around.shocked(motion.x)
-        forget(model, motion.a, shocked)
-        self._before = None if shocked.any() else (x0, v0 + kick, step.dt)
+        forget(model, motion.a, around.shocked(motion.x))
+        self._before = x0, v0 + kick, step.dt

@@ -52,3 +52,13 @@ class Integrator(Protocol):
     def advance(self, model: Network | Chain, motion: Motion, step: Step, around: "Surroundings") -> None:
         """Advance motion by step, in place."""
         ...
+
+
+def everywhere(model: Network | Chain, like: np.ndarray, number: float) -> np.ndarray:
+    """Give every strand a number, (blocks, W), of the dtype of (rows, 3, W)."""
+    return np.full((len(model.first) - 1, like.shape[2]), number, like.dtype)
+
+
+def rows_of(model: Network | Chain, lanes: np.ndarray) -> np.ndarray:
+    """Repeat what every strand has, (blocks, W), for its particles, (rows, 1, W)."""
+    return np.repeat(lanes, np.diff(model.first), axis=0)[:, None]

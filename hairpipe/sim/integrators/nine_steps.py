@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import Motion, Step
+from hairpipe.sim.integrators.interface import Motion, Step, everywhere
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
 from hairpipe.sim.stage import Rule
@@ -59,7 +59,8 @@ class NineSteps(ABC):
         moved, v = x.copy(), np.zeros_like(x)
         start = step.ends(0.0)
         ends = start + part * (step.ends(1.0) - start)
-        stage = Stage(x, motion.v, x, ends, step.held, h, time, h, held_normals=True)
+        weights = everywhere(around.model, x, h)
+        stage = Stage(x, motion.v, x, ends, step.held, weights, time, h, held_normals=True)
         around.solve(moved, v, motion.T, stage, self.rule)
         return v
 

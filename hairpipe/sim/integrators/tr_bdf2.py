@@ -15,8 +15,7 @@ step, the acceleration says nothing about the next one and is NaN; there the fir
 
     1   xh = x,   vh = v,   weight g dt
 
-and such strands are one system of their own. They were solved one by one there, each held back by those about it: a bar
-that met a tuft at 2 m/s stretched it by 12 % in every step of 1/480 s.
+in one system with the strands that it touches, which have weights of their own.
 
 We differ from the paper, whose half step and trapezoid (Sec. 4) gain or lose energy at steps where this is accurate.
 Source: Bank et al., Transient Simulation of Silicon Devices and Circuits, 1985; Hosea and Shampine, 1996.
@@ -26,7 +25,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import Motion, Step
+from hairpipe.sim.integrators.interface import Motion, Step, everywhere, rows_of
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
 from hairpipe.sim.rows import combine_all
@@ -59,21 +58,17 @@ class TrBdf2:
         xh, vh = np.empty_like(x), np.empty_like(x)
         combine_all(xh, 1.0, x0, h, v0)
         combine_all(vh, 1.0, v0, h, motion.a)
-        stage = Stage(xh, vh, x0, step.ends(G), step.held, h, step.time + G * dt, G * dt)
-        shocked = np.isnan(motion.a[model.first[:-1] + model.shape.clamped, 0]).astype(x.dtype)
-        first = around.solve(x, v, T, stage, self.rule, None if not shocked.any() else 1 - shocked)
-        if shocked.any():
-            stage = Stage(x0, v0, x0, step.ends(G), step.held, G * dt, step.time + G * dt, G * dt)
-            first = first + _solve_some(
-                self.rule, model, motion, Motion(x.copy(), v0.copy(), v0, tensions.copy()), shocked, stage, around
-            )
+        weights = begin_anew(model, motion, xh, vh, everywhere(model, x, h), G * dt)
+        stage = Stage(xh, vh, x0, step.ends(G), step.held, weights, step.time + G * dt, G * dt)
+        first = around.solve(x, v, T, stage, self.rule)
         x1 = x.copy()
         combine_all(xh, _W1, x1, -_W0, x0)
         combine_all(vh, _W1, v, -_W0, v0 + first)
-        stage = Stage(xh, vh, x1, step.ends(1.0), step.held, h, step.time + dt, (1.0 - G) * dt)
+        weights = everywhere(model, x, h)
+        stage = Stage(xh, vh, x1, step.ends(1.0), step.held, weights, step.time + dt, (1.0 - G) * dt)
         second = around.solve(x, v, T, stage, self.rule)
         combine_all(motion.a, 1 / h, v, -1 / h, vh + second)
-        lost = np.zeros((len(model.first) - 1, x.shape[2]), x.dtype)
+        lost = everywhere(model, x, 0.0)
         if overstrained_lanes(model, x, _LOST, lost):
             self._do_again(model, motion, Motion(x0, v0, np.zeros_like(x), tensions), lost, step, around)
         changed = around.end(motion, x0, step)
@@ -87,35 +82,37 @@ class TrBdf2:
         robust = self.rule._replace(form=_MULTIPLIER, guard=np.inf, iterations=1)
         again = replace(start, x=start.x.copy(), v=np.zeros_like(start.v))
         set_all_tensions(model, again.x, again.T)
-        stage = Stage(start.x, start.v, start.x, step.ends(1.0), step.held, step.dt, step.time + step.dt, step.dt)
+        weights = everywhere(model, start.x, step.dt)
+        stage = Stage(start.x, start.v, start.x, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
         kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
         again.a[:] = (again.v - start.v - kick) / step.dt
         _take(model, motion, again, lost, "xvaT")
 
 
+def begin_anew(
+    model: Network | Chain, motion: Motion, xh: np.ndarray, vh: np.ndarray, weights: np.ndarray, whole: float
+) -> np.ndarray:
+    """Let strands whose acceleration is not known do a stage of backward Euler: changes xh and vh, in place.
+
+    motion   where the step begins
+    xh, vh   of the stage that the others do, (rows, 3, W)
+    weights  of its end [s], (blocks, W); whole  that of backward Euler, all of the stage [s]
+
+    Returns the weights of them all.
+    """
+    unknown = np.isnan(motion.a[model.first[:-1] + model.shape.clamped, 0])
+    if unknown.any():
+        np.copyto(xh, motion.x, where=rows_of(model, unknown))
+        np.copyto(vh, motion.v, where=rows_of(model, unknown))
+    return np.where(unknown, whole, weights).astype(weights.dtype)
+
+
 def forget(model: Network | Chain, a: np.ndarray, shocked: np.ndarray) -> None:
     """Set the accelerations of strands that are marked, (blocks, W), to NaN, in place."""
-    rows = np.repeat(shocked != 0.0, np.diff(model.first), axis=0)[:, None]
-    np.copyto(a, np.nan, where=rows)
-
-
-def _solve_some(
-    rule: Rule,
-    model: Network | Chain,
-    motion: Motion,
-    start: Motion,
-    who: np.ndarray,
-    stage: Stage,
-    around: Surroundings,
-) -> np.ndarray | float:
-    """Solve a stage for some strands, (blocks, W), and leave the others as they are, in place; see `solve`."""
-    kick = around.solve(start.x, start.v, start.T, stage, rule, who)
-    _take(model, motion, start, who, "xvT")
-    return kick
+    np.copyto(a, np.nan, where=rows_of(model, shocked != 0.0))
 
 
 def _take(model: Network | Chain, motion: Motion, other: Motion, who: np.ndarray, names: str) -> None:
     """Take over the motion of some strands, (blocks, W), in place."""
-    rows = np.repeat(who != 0.0, np.diff(model.first), axis=0)[:, None]
     for name in names:
-        np.copyto(getattr(motion, name), getattr(other, name), where=rows)
+        np.copyto(getattr(motion, name), getattr(other, name), where=rows_of(model, who != 0.0))

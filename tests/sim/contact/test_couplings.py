@@ -5,13 +5,13 @@ import numpy as np
 
 from hairpipe.sim.contact.couplings import (
     add_push,
+    couplings_at,
     find_incidence,
     follow,
     impulses_after,
-    joined,
     multiply_across,
-    no_couplings,
     own_blocks,
+    part_of,
     sides_of,
 )
 
@@ -66,13 +66,13 @@ def test_no_strand_gets_a_term_of_its_neighbour(offsets, random_couplings):
 def test_threads_and_the_way_sets_are_joined_change_no_bit(offsets, random_couplings, threads):
     points = int(offsets[-1])
     couplings = random_couplings(offsets, 3000)
-    parts = [type(couplings)(*(array[rows] for array in couplings)) for rows in (slice(0, 1000), slice(1000, None))]
+    parts = part_of(couplings, 0, 1000), part_of(couplings, 1000, 3000)
+    whole = couplings_at(*parts)
+    whole.push[:1000], whole.push[1000:] = parts[0].push, parts[1].push
+    whole.matrix[:1000], whole.matrix[1000:] = parts[0].matrix, parts[1].matrix
     v = np.random.default_rng(1).normal(size=(points, 3))
     results = []
-    for number, same in (
-        (1, couplings),
-        (numba.get_num_threads(), joined([parts[0], no_couplings(), parts[1]])),
-    ):
+    for number, same in ((1, couplings), (numba.get_num_threads(), whole)):
         threads(number)
         push = np.zeros((points, 3))
         add_push(same, find_incidence(same.segments, points), push)
@@ -81,9 +81,9 @@ def test_threads_and_the_way_sets_are_joined_change_no_bit(offsets, random_coupl
         assert np.array_equal(one, other)
 
 
-def test_none_at_all_does_nothing():
+def test_none_at_all_does_nothing(offsets, random_couplings):
     v = np.ones((4, 3))
-    assert not multiply(joined([]), 4, v).any()
+    assert not multiply(part_of(random_couplings(offsets, 10), 0, 0), 4, v).any()
 
 
 def test_what_is_not_a_number_stays_where_it_is_coupled(offsets, random_couplings):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.couplings import add_push, find_incidence
+from hairpipe.sim.contact.couplings import add_push, couplings_at, find_incidence
 from hairpipe.sim.contact.near import near_pairs
 from hairpipe.sim.contact.nearest import closest_pairs
 from hairpipe.sim.contact.pairs import key_of
@@ -65,9 +65,15 @@ def energy(connections, x):
     return 0.5 * STIFFNESS * ((gaps(connections, x) - STICTION.reach) ** 2).sum()
 
 
+def exerted(connections, x, v, masses, stiction, h):
+    couplings = couplings_at(connections)
+    linearise(connections, x, v, masses, stiction, np.full(len(x), h), h, couplings)
+    return couplings
+
+
 def forces(web, x, v=0.0, h=1.0, stiction=STICTION):
     """Force on every point [N]."""
-    couplings = linearise(web.connections, x, np.broadcast_to(v, x.shape) + 0.0, web.masses, stiction, h)
+    couplings = exerted(web.connections, x, np.broadcast_to(v, x.shape) + 0.0, web.masses, stiction, h)
     out = np.zeros_like(x)
     add_push(couplings, find_incidence(couplings.segments, len(x)), out)
     return out / h
@@ -89,7 +95,7 @@ def test_the_force_is_the_slope_of_the_energy(web):
 def test_the_matrix_is_the_slope_of_the_force_where_it_pulls_and_never_negative(web):
     case = web()
     plain = Stiction(damping=0.0)
-    M = linearise(case.connections, case.x, 0 * case.x, case.masses, plain, 1.0).matrix
+    M = exerted(case.connections, case.x, 0 * case.x, case.masses, plain, 1.0).matrix
     M = M[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3)
     pulls = gaps(case.connections, case.x) > STICTION.reach
     assert 5 < pulls.sum() < len(pulls)
@@ -102,7 +108,7 @@ def test_the_matrix_is_the_slope_of_the_force_where_it_pulls_and_never_negative(
             for side in (1, -1):
                 moved = case.x.copy()
                 moved[[a, a + 1], c] += side * 1e-9
-                pushes.append(linearise(one, moved, 0 * moved, case.masses, plain, 1.0).push[0])
+                pushes.append(exerted(one, moved, 0 * moved, case.masses, plain, 1.0).push[0])
             np.testing.assert_allclose(M[i, c], -(pushes[0] - pushes[1]) / 2e-9, atol=1e-5 * STIFFNESS)
 
 
@@ -119,8 +125,8 @@ def test_turned_hair_gets_turned_forces(web):
 
     case, turn = web(), Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
     h = 1e-3
-    before = linearise(case.connections, case.x, case.v, case.masses, STICTION, h)
-    after = linearise(case.connections, case.x @ turn.T, case.v @ turn.T, case.masses, STICTION, h)
+    before = exerted(case.connections, case.x, case.v, case.masses, STICTION, h)
+    after = exerted(case.connections, case.x @ turn.T, case.v @ turn.T, case.masses, STICTION, h)
     np.testing.assert_allclose(after.push, before.push @ turn.T, atol=1e-12 * np.abs(before.push).max())
     square = [0, 1, 2, 1, 3, 4, 2, 4, 5]
     M, turned = (side.matrix[:, square].reshape(-1, 3, 3) for side in (before, after))
@@ -129,8 +135,8 @@ def test_turned_hair_gets_turned_forces(web):
 
 def test_only_parting_is_damped_and_by_the_fraction_of_critical(web):
     case = web()
-    couplings = linearise(case.connections, case.x, case.v, case.masses, STICTION, 1.0)
-    still = linearise(case.connections, case.x, 0 * case.v, case.masses, STICTION, 1.0)
+    couplings = exerted(case.connections, case.x, case.v, case.masses, STICTION, 1.0)
+    still = exerted(case.connections, case.x, 0 * case.v, case.masses, STICTION, 1.0)
     for i, ((a, b), (s, t)) in enumerate(zip(*case.connections, strict=True)):
         weights, places = np.array([1 - s, s, t - 1, -t]), [a, a + 1, b, b + 1]
         d = weights @ case.x[places]
@@ -147,7 +153,7 @@ def test_it_pulls_up_to_the_release_distance_and_lets_go_at_once():
     for gap in extensions:
         x, _ = parallel_strands(gap)
         connections = release(connections, x, STICTION.release)
-        pushes = linearise(connections, x, 0 * x, np.full(8, 1e-8), STICTION, 1.0).push
+        pushes = exerted(connections, x, 0 * x, np.full(8, 1e-8), STICTION, 1.0).push
         pulls.append(pushes[0, 0] if len(pushes) else 0.0)
     held = extensions < STICTION.release + 1e-9
     np.testing.assert_allclose(np.array(pulls)[held], STIFFNESS * (extensions[held] - STICTION.reach), rtol=1e-9)
@@ -167,7 +173,7 @@ def part(speed, mass, dt):
         x[4:, 0] = gap_h + h * guess
         velocities = np.zeros_like(x)
         velocities[4:, 0] = guess
-        couplings = linearise(connections, x, velocities, masses, STICTION, h)
+        couplings = exerted(connections, x, velocities, masses, STICTION, h)
         v = guess + (mass * (v_h - guess) - couplings.push[0, 0]) / (mass + couplings.matrix[0, 0])
         return gap_h + h * v, v, (v - v_h) / h
 
@@ -187,7 +193,7 @@ def test_hair_parts_at_the_speed_it_has_left_whatever_the_step(speed, dt):
 def test_points_in_one_place_are_pushed_apart_in_one_direction():
     x, _ = parallel_strands(0.0)
     connections = Connections(np.array([[0, 4], [1, 5]], np.int32), np.full((2, 2), 0.5))
-    first, second = (linearise(connections, x, 0 * x, np.full(8, 1e-8), STICTION, 1.0) for _ in range(2))
+    first, second = (exerted(connections, x, 0 * x, np.full(8, 1e-8), STICTION, 1.0) for _ in range(2))
     assert np.array_equal(first.push, second.push)
     np.testing.assert_allclose(np.linalg.norm(first.push, axis=1), STIFFNESS * STICTION.reach)
     assert np.isfinite(first.matrix).all()
@@ -233,7 +239,7 @@ def test_hair_that_is_not_finite_is_let_go_and_exerts_nothing(web):
     lost = case.connections.segments[4, 0]
     x[lost] = np.nan
     v[case.connections.segments[9, 1]] = np.inf
-    couplings = linearise(case.connections, x, v, case.masses, STICTION, 1e-3)
+    couplings = exerted(case.connections, x, v, case.masses, STICTION, 1e-3)
     assert np.isfinite(couplings.push).all() and np.isfinite(couplings.matrix).all()
     assert couplings.push.any()
     touched = np.isin(case.connections.segments, [lost - 1, lost]).any(axis=1)
@@ -243,7 +249,7 @@ def test_hair_that_is_not_finite_is_let_go_and_exerts_nothing(web):
 
 def test_the_bound_on_the_frequency_holds(web, dense):
     case = web()
-    couplings = linearise(case.connections, case.x, 0 * case.x, case.masses, Stiction(damping=0.0), 1.0)
+    couplings = exerted(case.connections, case.x, 0 * case.x, case.masses, Stiction(damping=0.0), 1.0)
     K = dense[0](couplings, 80) / np.sqrt(np.outer(*[np.repeat(case.masses, 3)] * 2))
     highest = np.linalg.eigvalsh(K).max()
     assert highest <= stiffest(case.connections, case.masses, STICTION) < 20 * highest

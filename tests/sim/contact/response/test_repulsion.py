@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.sim.contact.contacts import find_contacts
+from hairpipe.sim.contact.couplings import couplings_at
 from hairpipe.sim.contact.repulsion import linearise
 from hairpipe.sim.scene import Collisions
 
@@ -16,7 +17,13 @@ MASS = 4e-8
 
 def couplings_of(pairs, points, velocities, law=LAW, h=H, at=None):
     contacts = find_contacts(pairs, points, velocities, law)
-    return linearise(contacts, points if at is None else at, velocities, np.full(len(points), MASS), law, h)
+    return exerted(contacts, points if at is None else at, velocities, law, h)
+
+
+def exerted(contacts, points, velocities, law=LAW, h=H):
+    couplings, count = couplings_at(contacts), len(points)
+    linearise(contacts, points, velocities, np.full(count, MASS), law, np.full(count, h), h, couplings)
+    return couplings
 
 
 def full(six):
@@ -58,7 +65,7 @@ def test_matrix_is_that_of_the_push(cross):
     moved = points + H * np.outer([1, 1, 0, 0], change)
     contacts = find_contacts(pairs, points, velocities, LAW)
     faster = np.outer([1, 1, 0, 0], change)
-    after = linearise(contacts, moved, faster, np.full(4, MASS), LAW, H)
+    after = exerted(contacts, moved, faster)
     np.testing.assert_allclose(after.push, couplings.push - change @ full(couplings.matrix), rtol=1e-9, atol=1e-20)
 
 
