@@ -73,6 +73,7 @@ def count_work(kernel: Dispatcher, *args: Any) -> Work:
 
     in_python = {
         lanes.load: load,
+        lanes.load_as: lambda array, index, like: load(array, index),
         lanes.store: store,
         lanes.sqrt: np.sqrt,
         lanes.maximum: np.maximum,

@@ -17,7 +17,7 @@ import numpy as np
 
 from hairpipe.body.inlined import inlined
 from hairpipe.sim.forces.vectors import dot
-from hairpipe.sim.lanes import load, select, store
+from hairpipe.sim.lanes import load, load_as, select, store
 
 OFFSET = 6
 
@@ -210,12 +210,18 @@ def eliminate(A, b, p, count, reach):  # noqa: ANN001, ANN201
 
 @inlined
 def forward(A, b, p, count, reach):  # noqa: ANN001, ANN201
-    """Do to particle p of another right-hand side what `eliminate` did to the first, in place."""
+    """Do to particle p of another right-hand side what `eliminate` did to the first, in place.
+
+    A  factors, which may be kept in less precision than b
+    """
     x = load(b, (p, 0)), load(b, (p, 1)), load(b, (p, 2))
     for o in range(1, min(reach, count - 1 - p) + 1):
-        _take_vector(b, p + o, _columns(A, p, o), x)  # A now holds W, and U^T D^-1 = W^T
-    xx, xy, xz = load(A, (p, 0)), load(A, (p, 1)), load(A, (p, 2))
-    yy, yz, zz = load(A, (p, 3)), load(A, (p, 4)), load(A, (p, 5))
+        w = OFFSET + 9 * (o - 1)  # A now holds W, and U^T D^-1 = W^T
+        for c in range(3):
+            column = _kept(A, p, w + c, x[0]), _kept(A, p, w + 3 + c, x[0]), _kept(A, p, w + 6 + c, x[0])
+            _take_product(b, p + o, c, column, x)
+    xx, xy, xz = _kept(A, p, 0, x[0]), _kept(A, p, 1, x[0]), _kept(A, p, 2, x[0])
+    yy, yz, zz = _kept(A, p, 3, x[0]), _kept(A, p, 4, x[0]), _kept(A, p, 5, x[0])
     x = _times(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), x)
     store(b, (p, 0), x[0])
     store(b, (p, 1), x[1])
@@ -223,16 +229,21 @@ def forward(A, b, p, count, reach):  # noqa: ANN001, ANN201
 
 
 @inlined
+def _kept(A, p, c, like):  # noqa: ANN001, ANN202
+    return load_as(A, (p, c), like)
+
+
+@inlined
 def substitute(A, b, count, reach):  # noqa: ANN001, ANN201
-    """Replace b by the solution, in place, after every row has been eliminated."""
+    """Replace b by the solution, in place, after every row has been eliminated; A may be kept in less precision."""
     for p in range(count - 1, -1, -1):
         x, y, z = load(b, (p, 0)), load(b, (p, 1)), load(b, (p, 2))
         for o in range(1, min(reach, count - 1 - p) + 1):
             w = OFFSET + 9 * (o - 1)
-            sx, sy, sz = load(b, (p + o, 0)), load(b, (p + o, 1)), load(b, (p + o, 2))
-            x = x - (load(A, (p, w)) * sx + load(A, (p, w + 1)) * sy + load(A, (p, w + 2)) * sz)
-            y = y - (load(A, (p, w + 3)) * sx + load(A, (p, w + 4)) * sy + load(A, (p, w + 5)) * sz)
-            z = z - (load(A, (p, w + 6)) * sx + load(A, (p, w + 7)) * sy + load(A, (p, w + 8)) * sz)
+            s = load(b, (p + o, 0)), load(b, (p + o, 1)), load(b, (p + o, 2))
+            x = x - dot((_kept(A, p, w, x), _kept(A, p, w + 1, x), _kept(A, p, w + 2, x)), s)
+            y = y - dot((_kept(A, p, w + 3, x), _kept(A, p, w + 4, x), _kept(A, p, w + 5, x)), s)
+            z = z - dot((_kept(A, p, w + 6, x), _kept(A, p, w + 7, x), _kept(A, p, w + 8, x)), s)
         store(b, (p, 0), x)
         store(b, (p, 1), y)
         store(b, (p, 2), z)

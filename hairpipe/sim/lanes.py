@@ -3,7 +3,8 @@
 Strands of equal particle count are computed side by side, a vector of 64 bytes to a block; kernels are written once, as
 if for one strand, and explicit vector instructions come out (a loop over lanes that is not vectorised costs four to
 eight times as much). Arrays of strands end in an axis of `width(dtype)`: `load` and `store` move a row of it to a
-register and back, and its dtype is that of the lanes. Numbers take the lanes' precision; lanes of both do not mix.
+register and back, and its dtype is that of the lanes. Numbers take the lanes' precision; lanes of both do not mix, but
+rows may be kept in less precision than they are computed with (`load_as`, `store_as`).
 
 Nothing is contracted to fused multiply-adds: where the compiler would do so depends on what it inlines, and a kernel
 read back from the cache would round differently from the same one just compiled. Every lane is computed alone, so a
@@ -239,11 +240,11 @@ def _lanes_of(array: types.Type) -> LanesType:
     raise _refusal("an array of float32 or float64 in C order", array)
 
 
-def _row_pointer(context, builder, array_type, array, index_type, index):  # noqa: ANN001, ANN202
+def _row_pointer(context, builder, array_type, array, index_type, index, vector=None):  # noqa: ANN001, ANN202
     view = context.make_array(array_type)(context, builder, array)
     axes = zip(cgutils.unpack_tuple(builder, index), index_type, strict=True)
     position = [context.cast(builder, i, t, types.intp) for i, t in axes]
-    vector = LanesType(array_type.dtype).vector
+    vector = vector or LanesType(array_type.dtype).vector
     row = position[0]
     # The last axis is known to be a vector long: said in constants, neighbouring rows cost no arithmetic.
     for i, length in zip(position[1:], cgutils.unpack_tuple(builder, view.shape)[1:-1], strict=True):
@@ -261,6 +262,42 @@ def load(typingctx, array, index):  # noqa: ANN001, ANN201
         return builder.load(pointer, align=lanes.dtype.bitwidth // 8, typ=lanes.vector)
 
     return signature(lanes, array, index), emit
+
+
+@intrinsic
+def load_as(typingctx, array, index, like):  # noqa: ANN001, ANN201
+    """The row at array[index], which is as long as the lanes like and may be of another precision, as such lanes."""
+    kept, lanes = _lanes_of(array), _expect_common(like)
+    vector = ir.VectorType(kept.vector.element, lanes.width)
+
+    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+        pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1], vector)
+        return _convert(builder, builder.load(pointer, align=kept.dtype.bitwidth // 8, typ=vector), kept, lanes)
+
+    return signature(lanes, array, index, lanes), emit
+
+
+@intrinsic
+def store_as(typingctx, array, index, value):  # noqa: ANN001, ANN201
+    """Write lanes to array[index], a row as long as they are, in its precision."""
+    kept, lanes = _lanes_of(array), _expect_common(value)
+    vector = ir.VectorType(kept.vector.element, lanes.width)
+
+    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+        pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1], vector)
+        builder.store(_convert(builder, args[2], lanes, kept), pointer, align=kept.dtype.bitwidth // 8)
+        return context.get_dummy_value()
+
+    return signature(types.none, array, index, lanes), emit
+
+
+def _convert(builder, value, before, after):  # noqa: ANN001, ANN202
+    """Change the precision of a vector from that of one type of lanes to that of another."""
+    if before.dtype == after.dtype:
+        return value
+    kind = ir.VectorType(after.vector.element, value.type.count)
+    widens = after.dtype.bitwidth > before.dtype.bitwidth
+    return builder.fpext(value, kind) if widens else builder.fptrunc(value, kind)
 
 
 @intrinsic

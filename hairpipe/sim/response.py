@@ -15,7 +15,7 @@ from hairpipe.sim.rows import fill
 def respond(model, axis: Axis, A, held, who, impulses, change, b) -> None:  # noqa: ANN001
     """Solve every strand's own system for impulses on its axis, in place.
 
-    A         factors, of `factor_stages`
+    A         factors, of `factor_stages`; they are all that it reads from memory, and so kept in single precision
     held      see `Step`; who  1 for strands that are solved, (blocks, W); the others do not move
     impulses  [N s], (P, 3)
     change    out: of the velocity of points [m/s], (P, 3)
@@ -29,7 +29,7 @@ def respond(model, axis: Axis, A, held, who, impulses, change, b) -> None:  # no
 def _respond_block(model, axis, block, A, held, who, impulses, change, b):  # noqa: ANN001, ANN202
     rows = slice(axis.first[block], axis.first[block + 1])
     As = A[rows]
-    x = np.empty((As.shape[0], 3, As.shape[2]), A.dtype)
+    x = np.empty((As.shape[0], 3, As.shape[2]), who.dtype)
     count, clamped, reach = x.shape[0], shape_of(model).clamped, shape_of(model).reach
     fill(x, 0.0)
     if who[block].any():

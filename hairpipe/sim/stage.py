@@ -30,7 +30,7 @@ from hairpipe.sim.banded import (
     substitute,
 )
 from hairpipe.sim.forces.spring import multiplier, tension
-from hairpipe.sim.lanes import any_lane, either, load, select, sqrt, store
+from hairpipe.sim.lanes import any_lane, either, load, select, sqrt, store, store_as
 from hairpipe.sim.models import chain, network  # noqa: F401 (they teach numba the kernels of the interface)
 from hairpipe.sim.models.interface import add_forces, shape_of, spring_constant, springs_from
 from hairpipe.sim.rows import fill
@@ -269,7 +269,7 @@ def _guess_block(model, block, x, v, xh, before, ends, held, weights, guard, bad
 def factor_stages(model, A, b, x, v, vh, T, outer, held, who, weights, rule):  # noqa: ANN001, ANN201
     """Solve every strand's own system, in place.
 
-    A      out: its factors, (rows, row_size, W); not kept where it has no rows
+    A      out: its factors, (rows, row_size, W), which may have less precision; not kept where it has no rows
     b      out: change of velocity [m/s], (rows, 3, W)
     outer  what acts from outside, see above
     who    1 for strands that are solved, (blocks, W); the others have 0 in b
@@ -286,13 +286,18 @@ def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, weights, ru
     rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     bs, xs, Ts = b[rows], x[rows], T[rows]
     reach = shape_of(model).reach
-    As = A[rows] if A.shape[0] > 0 else np.empty((xs.shape[0], row_size(reach), xs.shape[2]), xs.dtype)
+    As = np.empty((xs.shape[0], row_size(reach), xs.shape[2]), xs.dtype)
     set_form(model, block, xs, Ts, rule)
     _assemble(model, As, bs, xs, v[rows], vh[rows], Ts, outer[rows], block, held, h, rule)
     substitute(As, bs, xs.shape[0], reach)
     for p in range(bs.shape[0]):
         for c in range(3):
             store(bs, (p, c), select(load(who, (block,)) > 0.0, load(bs, (p, c)), 0.0))
+    if A.shape[0] > 0:
+        kept = A[rows]
+        for p in range(kept.shape[0]):
+            for c in range(kept.shape[1]):
+                store_as(kept, (p, c), load(As, (p, c)))
 
 
 @njit(cache=True, parallel=True)

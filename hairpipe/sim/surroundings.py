@@ -10,6 +10,7 @@ the strands' own factors before it; strands that are solved again see the others
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from hairpipe.sim.air.breeze import Breeze
 from hairpipe.sim.axis import Axis, axis_of, follow, gather, lanes_with, points_of, scatter, spread
@@ -194,7 +195,9 @@ class Surroundings:
         coupled  in one system; else every strand sees the others where they are
         """
         coupled = coupled and self.hair is not None
-        factors = self._room("factors", x, row_size(self.model.shape.reach)) if coupled else outer[:0]
+        factors = outer[:0].astype(np.float32)
+        if coupled:
+            factors = self._room("factors", x, row_size(self.model.shape.reach), np.float32)
         b = self._room("b", x)
         factor_stages(self.model, factors, b, x, v, stage.vh, T, outer, stage.held, who, stage.h, rule)
         if self.hair is not None and coupled:
@@ -310,8 +313,8 @@ class Surroundings:
         gather(self._axis, self._everyone, lanes, points)
         return points
 
-    def _room(self, name: str, like: np.ndarray, numbers: int = 3) -> np.ndarray:
+    def _room(self, name: str, like: np.ndarray, numbers: int = 3, dtype: DTypeLike = None) -> np.ndarray:
         """Give room for so many numbers a particle or a point, the same for every solve; zeros at first."""
         if name not in self._memory:
-            self._memory[name] = np.zeros((like.shape[0], numbers, *like.shape[2:]), like.dtype)
+            self._memory[name] = np.zeros((like.shape[0], numbers, *like.shape[2:]), dtype or like.dtype)
         return self._memory[name]
