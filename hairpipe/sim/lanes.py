@@ -36,14 +36,14 @@ WIDTH = width(np.float64)
 
 
 class LanesType(types.Type):
-    """Floating-point numbers of one dtype, one per strand."""
+    """Floating-point numbers of one dtype, one per strand; or so many."""
 
-    def __init__(self, dtype: types.Float) -> None:
+    def __init__(self, dtype: types.Float, count: int = 0) -> None:
         self.dtype = dtype
-        self.width = VECTOR_BYTES * 8 // dtype.bitwidth
+        self.width = count or VECTOR_BYTES * 8 // dtype.bitwidth
         number = ir.DoubleType() if dtype == types.float64 else ir.FloatType()
         self.vector = ir.VectorType(number, self.width)
-        super().__init__(name=f"lanes({dtype})")
+        super().__init__(name=f"lanes({dtype}, {self.width})")
 
     def can_convert_from(self, typingctx: object, other: types.Type) -> Conversion | None:
         """Let numba broadcast a number."""
@@ -55,7 +55,7 @@ class MaskType(types.Type):
 
     def __init__(self, lanes: LanesType) -> None:
         self.lanes = lanes
-        super().__init__(name=f"mask({lanes.dtype})")
+        super().__init__(name=f"mask({lanes.dtype}, {lanes.width})")
 
 
 @register_model(LanesType)

@@ -29,7 +29,10 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
+from hairpipe.sim.fours import item, load_four, symmetric_times, zeros
 
+_HERE, _THERE = 3, 7
+"""Columns of `Sides.numbers`: the fractions."""
 _CHUNK = 2048
 """Points that are gathered one after the other."""
 
@@ -65,7 +68,8 @@ class Sides(NamedTuple):
 
     first    those of segment k are first[k] : first[k+1], (points+1,) int32
     others   segment on the other side, (2 n,) int32
-    numbers  fraction on this side, fraction on the other, and the matrix [kg], (2 n, 8) float32
+    numbers  xx xy xz of the matrix [kg] and the fraction on this side, yy yz zz and the fraction on the other side,
+             (2 n, 8) float32
     """
 
     first: np.ndarray
@@ -135,9 +139,12 @@ def sides_of(couplings: Couplings, incidence: Incidence) -> Sides:
                 i, j = incidence.sides[e] >> 1, incidence.sides[e] & 1
                 if _acts(couplings.matrix, i):
                     others[place] = couplings.segments[i, 1 - j]
-                    numbers[place, 0], numbers[place, 1] = couplings.fractions[i, j], couplings.fractions[i, 1 - j]
-                    for c in range(6):
-                        numbers[place, 2 + c] = couplings.matrix[i, c]
+                    numbers[place, _HERE], numbers[place, _THERE] = (
+                        couplings.fractions[i, j],
+                        couplings.fractions[i, 1 - j],
+                    )
+                    for c in range(3):
+                        numbers[place, c], numbers[place, 4 + c] = couplings.matrix[i, c], couplings.matrix[i, 3 + c]
                     place += 1
     return Sides(first, others, numbers)
 
@@ -170,11 +177,24 @@ def own_blocks(sides: Sides, diagonal: np.ndarray, following: np.ndarray) -> Non
 def multiply_across(sides: Sides, v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
     """Set out to start + O v, O being the terms between points of different sides of a coupling, in place.
 
-    v           [m/s], (points, 3)
+    v           [m/s], (points, 3); taken in single precision
     start, out  [N s], (points, 3)
     """
+    numbers, rounded = sides.numbers.reshape(-1), rounded_speeds(v)
     for chunk in prange(-(-len(out) // _CHUNK)):
-        _multiply_some(sides, v, start, out, np.int64(chunk) * _CHUNK)
+        _multiply_some(sides, numbers, rounded, start, out, np.int64(chunk) * _CHUNK)
+
+
+@njit(cache=True, parallel=True)
+def rounded_speeds(v):  # noqa: ANN001, ANN201
+    """Copy vectors, (points, 3), one behind the other in single precision, with room to load four at the last."""
+    out = np.empty(3 * len(v) + 1, np.float32)
+    out[-1] = 0.0
+    for chunk in prange(-(-len(v) // _CHUNK)):
+        for k in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(v))):
+            for c in range(3):
+                out[3 * k + c] = v[k, c]
+    return out
 
 
 @njit(cache=True, parallel=True)
@@ -195,15 +215,18 @@ def impulses_after(
     who                  points that are asked for, (points,) bool
     out                  [N s], (points, 3)
     """
+    numbers, rounded = sides.numbers.reshape(-1), rounded_speeds(change)
     for chunk in prange(-(-len(out) // _CHUNK)):
         begin = np.int64(chunk) * _CHUNK
         for k in range(begin, min(begin + _CHUNK, len(out))):
             if who[k]:
-                near, _ = _across(sides, k, change)
-                _, carried = _across(sides, k - 1, change) if k > 0 else (near, (0.0, 0.0, 0.0))
+                total, far = _across(sides, numbers, k, rounded)
+                near = total - far
+                if k > 0:
+                    near = near + _across(sides, numbers, k - 1, rounded)[1]
                 own = _own_part(diagonal, following, change, k)
                 for c in range(3):
-                    out[k, c] = push[k, c] - own[c] + near[c] + carried[c]
+                    out[k, c] = push[k, c] - own[c] + item(near, c)
 
 
 @njit(cache=True, parallel=True)
@@ -276,31 +299,28 @@ def _push_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _across(sides, k, v):  # noqa: ANN001, ANN202
-    """What segment k gives to its own point, and to the next, of what moves on the other sides: -O v [N s]."""
-    first, others, numbers = sides.first, sides.others, sides.numbers
-    near, far = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+def _across(sides, numbers, k, v):  # noqa: ANN001, ANN202
+    """What moves on the other sides gives to segment k in all, and to its next point: -O v [N s]."""
+    first, others = sides.first, sides.others
+    total, far = zeros(), zeros()
     for e in range(first[k], first[k + 1]):
-        N, q = numbers[e], others[e]
-        s, t = np.float64(N[0]), np.float64(N[1])
-        a = (1.0 - t) * v[q, 0] + t * v[q + 1, 0]
-        b = (1.0 - t) * v[q, 1] + t * v[q + 1, 1]
-        c = (1.0 - t) * v[q, 2] + t * v[q + 1, 2]
-        y = N[2] * a + N[3] * b + N[4] * c, N[3] * a + N[5] * b + N[6] * c, N[4] * a + N[6] * b + N[7] * c
-        near = _grow(near, 1.0 - s, y)
-        far = _grow(far, s, y)
-    return near, far
+        low, high, q = load_four(numbers, 8 * e), load_four(numbers, 8 * e + 4), np.int64(others[e])
+        before, after = load_four(v, 3 * q), load_four(v, 3 * q + 3)
+        y = symmetric_times(low, high, before + item(high, 3) * (after - before))
+        total = total + y
+        far = far + item(low, 3) * y
+    return total, far
 
 
 @njit(cache=True)
-def _multiply_some(sides, v, start, out, begin):  # noqa: ANN001, ANN202
+def _multiply_some(sides, numbers, v, start, out, begin):  # noqa: ANN001, ANN202
     """Walk as `_push_some`."""
-    carried = (0.0, 0.0, 0.0)
-    for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(out))):
-        near, far = _across(sides, k, v)
-        if k >= begin:
-            for c in range(3):
-                out[k, c] = start[k, c] - near[c] - carried[c]
+    carried = _across(sides, numbers, begin - 1, v)[1] if begin > 0 else zeros()
+    for k in range(begin, min(begin + _CHUNK, len(out))):
+        total, far = _across(sides, numbers, k, v)
+        near = total - far + carried
+        for c in range(3):
+            out[k, c] = start[k, c] - item(near, c)
         carried = far
 
 
@@ -315,9 +335,9 @@ def _blocks_of_some(sides, diagonal, following, begin):  # noqa: ANN001, ANN202
         if k >= begin:
             following[k] = 0.0
         for e in range(first[k], first[k + 1]):
-            s = np.float64(numbers[e, 0])
+            s = np.float64(numbers[e, _HERE])
             for c in range(6):
-                m = numbers[e, 2 + c]
+                m = numbers[e, c + c // 3]
                 near[c] += (1.0 - s) * (1.0 - s) * m
                 far[c] += s * s * m
                 if k >= begin:
