@@ -68,7 +68,7 @@ class Collisions:
 
     thickness  distance that is kept between the axes of two hairs
     friction   Coulomb coefficient
-    stiffness  of two hairs that are pressed together
+    stiffness  of two hairs that are pressed together: softer is faster, and gives way under more than some tens of hairs
     solver     coupled: in one system with the strands, which stacks need; sweep: impulses pair by pair, as published,
                in schemes other than the nine steps once, on the velocities that a step ends with
     sweeps     over all pairs, of the published solver
@@ -77,7 +77,7 @@ class Collisions:
 
     thickness: Annotated[Metres, Interval(gt=1e-6, le=0.02)] = 3e-4
     friction: Annotated[float, Ge(0.0)] = 0.3
-    stiffness: Annotated[NewtonsPerMetre, Interval(gt=0.0, le=1e4)] = 0.5
+    stiffness: Annotated[NewtonsPerMetre, Interval(gt=0.0, le=1e4)] = 0.1
     solver: Literal["coupled", "sweep"] = "coupled"
     sweeps: Annotated[int, Interval(ge=1, le=100)] = 3
     attempts: Annotated[int, Interval(ge=1, le=20)] = 4
