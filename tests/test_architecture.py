@@ -24,7 +24,7 @@ ROOMS = {
     "units": set(),
     "errors": set(),
     **dict.fromkeys(DOMAIN, BASE | DOMAIN),
-    "bench": BASE | DOMAIN,
+    "bench": BASE | DOMAIN | {"graph"},
     "io": BASE,
     "graph": {"errors", "units"},
     "nodes": BASE | DOMAIN | {"io", "graph"},

@@ -3,6 +3,7 @@
 import json
 import os
 import tempfile
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -13,6 +14,7 @@ from hairpipe.cli.wording import duration, plural, say
 if TYPE_CHECKING:
     from hairpipe.bench.contact import Report as ContactReport
     from hairpipe.bench.core import Case, Report
+    from hairpipe.bench.paper import Report as PaperReport
     from hairpipe.bench.repeat import Spread
 
 
@@ -63,6 +65,50 @@ def contact(segments: tuple[int, ...], as_json: bool) -> None:
         click.echo(json.dumps(document(report), indent=2))
     else:
         show_contact(report)
+
+
+@bench.command()
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@click.option("--strands", type=click.IntRange(min=8), help="Of every scene, in place of what its graph says.")
+@options.cache
+@options.as_json
+def paper(scenes: tuple[str, ...], strands: int | None, cache: Path, as_json: bool) -> None:
+    """Print Table 2 of Selle, Lentine, Fedkiw 2008 again: seconds a frame of the scenes in graphs/paper.
+
+    A frame is 1/24 s, everything is on. Medians over a few frames, after some in which hair falls, touches and sticks.
+    Without a SCENE, those that the paper has. What hair depends on is kept in the store.
+    """
+    from hairpipe.bench.paper import PRINTED, measure_paper
+    from hairpipe.cli.shipped import find_graph
+    from hairpipe.graph.store import Store
+
+    cache.mkdir(parents=True, exist_ok=True)
+    report = measure_paper(
+        say, {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}, Store(cache), strands
+    )
+    if as_json:
+        click.echo(json.dumps(document(report), indent=2))
+    else:
+        show_paper(report)
+
+
+def show_paper(report: "PaperReport") -> None:
+    """Write the table."""
+    from rich.console import Console
+    from rich.table import Table
+
+    screen, machine = Console(highlight=False), report.machine
+    screen.print(
+        f"{machine.processor}, {plural(machine.cores, 'core')}; the paper: one to four machines of 4 processors"
+    )
+    table = Table("scene", title="seconds a frame", title_justify="left", box=None)
+    for heading in ("strands", "particles", "frame", "the paper, particles", "frame", *report.rows[0].shares):
+        table.add_column(heading, justify="right")
+    for row in report.rows:
+        theirs = ("", "") if row.printed is None else (f"{row.printed.particles:,}", f"{60 * row.printed.minutes:.0f}")
+        shares = (f"{seconds:.1f}" for seconds in row.shares.values())
+        table.add_row(row.scene, f"{row.strands:,}", f"{row.particles:,}", f"{row.seconds:.1f}", *theirs, *shares)
+    screen.print(table)
 
 
 def show_contact(report: "ContactReport") -> None:
@@ -145,7 +191,7 @@ def spread(value: "Spread", unit: float) -> str:
     return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
 
 
-def document(report: "Report | ContactReport") -> dict[str, Any]:
+def document(report: "Report | ContactReport | PaperReport") -> dict[str, Any]:
     """Describe the report as a JSON document."""
 
     def plain(value: Any) -> Any:

@@ -68,7 +68,7 @@ class Collisions:
 
     thickness  distance that is kept between the axes of two hairs
     friction   Coulomb coefficient
-    stiffness  of two hairs that are pressed together: softer is faster, and gives way under more than some tens of hairs
+    stiffness  of two hairs that are pressed together; softer is faster, and gives way under tens of hairs
     solver     coupled: in one system with the strands, which stacks need; sweep: impulses pair by pair, as published,
                in schemes other than the nine steps once, on the velocities that a step ends with
     sweeps     over all pairs, of the published solver

@@ -34,7 +34,8 @@ def give_way(
     thickness  that points want on all sides [m], (P,)
     kept       from the body that is nearest, at least that [m], (P,)
     """
-    pushed = np.flatnonzero((probe.distance < kept - _PUSHED) & probe.normal.any(axis=1))
+    pushed = np.flatnonzero(probe.distance < kept - _PUSHED)
+    pushed = pushed[probe.normal[pushed].any(axis=1)]
     if not len(pushed):
         return kept
     wanted, normals = kept[pushed], probe.normal[pushed]

@@ -1,0 +1,87 @@
+"""Table 2 of Selle, Lentine, Fedkiw 2008 again: what a frame of each of the paper's scenes costs."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.shares import shares_of
+from hairpipe.graph.load import load_graph
+from hairpipe.graph.replay import Replay
+from hairpipe.graph.store import Store
+from hairpipe.sim.models import network
+
+
+class Printed(NamedTuple):
+    """What the paper says of a scene: particles, and minutes a frame on one to four machines of four processors."""
+
+    particles: int
+    minutes: float
+
+
+PRINTED = {
+    "long_curly": Printed(250_000, 4.0),
+    "medium_straight": Printed(500_000, 10.0),
+    "medium_straight_wind": Printed(500_000, 12.0),
+    "long_straight_5000": Printed(500_000, 17.0),
+    "long_straight_10000": Printed(1_000_000, 38.0),
+}
+"""Its Table 2, by the name of our graph."""
+SETTLING, FRAMES = 3, 3
+"""Frames before the first that counts, and that count."""
+HAIR = "hair"
+"""Name of the node in all graphs."""
+
+
+class Row(NamedTuple):
+    """A frame of one scene.
+
+    particles  of the strands, those beside their axes too
+    seconds    the median; shares  of the parts of the work, in seconds of that frame
+    printed    what the paper has; None for a scene that it has not
+    """
+
+    scene: str
+    strands: int
+    particles: int
+    seconds: float
+    shares: dict[str, float]
+    printed: Printed | None
+
+
+class Report(NamedTuple):
+    """All scenes."""
+
+    machine: Machine
+    rows: list[Row]
+
+
+def measure_paper(say: Callable[[str], None], scenes: dict[str, Path], store: Store, strands: int | None) -> Report:
+    """Measure scenes, graph files by their names, and say what is being done.
+
+    store    where what hair depends on is kept
+    strands  of every scene; None: as many as the graph says
+    """
+    return Report(this_machine(), [measure_scene(say, name, path, store, strands) for name, path in scenes.items()])
+
+
+def measure_scene(say: Callable[[str], None], name: str, path: Path, store: Store, strands: int | None) -> Row:
+    """Measure some frames of a scene."""
+    graph = load_graph(path, {} if strands is None else {"groom.strands": str(strands)})
+    replay = Replay(graph, store, HAIR)
+    say(f"{name}: body and groom")
+    replay.prepare(SETTLING + FRAMES)
+    found: list[tuple[float, dict[str, float]]] = []
+    for frame in range(SETTLING + FRAMES):
+        say(f"{name}: frame {frame + 1} of {SETTLING + FRAMES}")
+        arguments = replay.arguments()
+        begun = time.perf_counter()
+        shares = shares_of(lambda given=arguments: replay.advance(given))
+        found.append((time.perf_counter() - begun, shares))
+    seconds, shares = sorted(found[SETTLING:], key=lambda case: case[0])[FRAMES // 2]
+    segments = np.diff(arguments["groom"].offsets) - 1
+    particles = sum(network.SHAPE.count(int(count)) for count in segments)
+    return Row(name, len(segments), particles, seconds, shares, PRINTED.get(name))
