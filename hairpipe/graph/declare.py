@@ -15,7 +15,7 @@ Mode = Literal["once", "each", "scan"]
 View = Literal["now", "pair", "frames"]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-RESERVED = frozenset({"type", "in", "publish", "checkpoint"})
+RESERVED = frozenset({"type", "in", "publish", "checkpoint", "like", "without"})
 SINGLE = ""
 """Name of the output of a node that has only one."""
 
