@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.data import Strands
+from hairpipe.groom.shares import at_shares
 
 
 class Deviation(NamedTuple):
@@ -43,8 +44,9 @@ def deviation(hair: Strands, reference: Strands, whose: np.ndarray | None = None
     strand = np.repeat(np.arange(count), segments)
     index = 1 + np.arange(len(strand)) - first[strand]
     true = reference.points[reference.offsets[whose][strand] + index].astype(float)
+    points = hair.points.astype(float)
     with np.errstate(invalid="ignore", over="ignore"):
-        away = np.linalg.norm(_at(hair, strand, index / segments[strand]) - true, axis=1)
+        away = np.linalg.norm(at_shares(points, hair.offsets, strand, index / segments[strand]) - true, axis=1)
     lengths = _lengths(true, reference.points[reference.offsets[whose]].astype(float), first)
     lost = np.flatnonzero(~_is_finite(hair))
     kept = np.setdiff1d(np.arange(count), lost)
@@ -55,16 +57,6 @@ def deviation(hair: Strands, reference: Strands, whose: np.ndarray | None = None
     shares = 100.0 * tips / lengths, 100.0 * wholes / lengths
     largest = float(np.maximum.reduceat(away, first)[kept].max())
     return Deviation(*(_rms(values[kept]) for values in (tips, wholes, *shares)), largest, lost)
-
-
-def _at(hair: Strands, strand: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Return where strands are at shares of their length [m], (n, 3)."""
-    segments = (np.diff(hair.offsets) - 1)[strand]
-    place = share * segments
-    below = np.minimum(place.astype(int), segments - 1)
-    rest, begin = (place - below)[:, None], hair.offsets[strand] + below
-    points = hair.points.astype(float)
-    return (1.0 - rest) * points[begin] + rest * points[begin + 1]
 
 
 def _lengths(points: np.ndarray, roots: np.ndarray, first: np.ndarray) -> np.ndarray:
