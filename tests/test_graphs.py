@@ -74,6 +74,8 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
 SOME = {
     "experiments/clips.toml": ["dab_whole_depth", "dab_parts_depth"],
     "experiments/speed_accuracy_hair.toml": ["hair_error", "hair_cost"],
+    "experiments/speed_accuracy_head.toml": ["hair_error", "hair_cost"],
+    "experiments/speed_accuracy_tuft.toml": ["hair_error", "hair_cost"],
     "experiments/stability_contact.toml": ["all", "nine", "converged"],
 }
 """Of graphs that do the same many times, the nodes that are computed, with what they depend on."""

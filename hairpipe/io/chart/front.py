@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
+from matplotlib.ticker import LogFormatter
 
 from hairpipe.data import Table
 from hairpipe.errors import BadInput
@@ -75,10 +76,10 @@ def draw_front(
             keys.append(draw_group(axes, places[mine & good], look))
             labels += [Label(names[k], tuple(places[k]), colour) for k in np.flatnonzero(mine & good)]
         lost = np.flatnonzero(~good)
-        axes.plot(*places[lost].T, linestyle="", marker="X", markersize=10, color=FAILED, zorder=5, clip_on=False)
         labels += [Label(f"{names[k]}: {failed[k] or 'no error'}", tuple(places[k]), FAILED) for k in lost]
         keys.append(Line2D([], [], linewidth=5, color="#bbbbbb", alpha=0.6, label="nothing beats these in both"))
         if len(lost):
+            axes.plot(*places[lost].T, linestyle="", marker="X", markersize=10, color=FAILED, zorder=5, clip_on=False)
             cross = Line2D(
                 [], [], linestyle="", marker="X", markersize=8, color=FAILED, label="failed, there or beyond"
             )
@@ -108,6 +109,9 @@ def prepare(axes: Axes, low: np.ndarray, high: np.ndarray, columns: Columns, tit
     """Set scales, limits and names of the axes."""
     axes.set_xscale("log")
     axes.set_yscale("log")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(LogFormatter(minor_thresholds=(1.5, 0.5)))
     axes.set_xlim(low[0], high[0])
     axes.set_ylim(low[1], high[1])
     axes.set_xlabel(columns.x)

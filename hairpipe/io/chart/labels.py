@@ -84,7 +84,7 @@ def write(axes: Axes, label: Label, point: np.ndarray, box: Box) -> None:
     nearest = np.clip(point, [box.left, box.low], [box.right, box.high])
     line = {"arrowstyle": "-", "color": label.colour, "linewidth": 0.5, "shrinkA": 0.0, "shrinkB": 3.0, "alpha": 0.7}
     far = np.hypot(*(nearest - point)) > RINGS[1]
-    axes.annotate(
+    written = axes.annotate(
         label.text,
         label.point,
         tuple(middle - point),
@@ -97,3 +97,4 @@ def write(axes: Axes, label: Label, point: np.ndarray, box: Box) -> None:
         annotation_clip=False,
         zorder=6,
     )
+    written.set_in_layout(False)
