@@ -23,7 +23,7 @@ def measure_fidelity(
     """Errors of tip and strand, energy, depth in bodies, stretch, and where it failed: one row, against a reference.
 
     Strands of the two may be cut into other segments. Where there are two grooms, they correspond by their ids. Hair
-    that is not finite at some frame, or stretched too far, has failed there, and what came before is measured.
+    that is not finite at some frame, or stretched too far, has failed there; in the first case its errors are infinite.
 
     gravity  along -Y, for the energy; 0 leaves it out
     bound    stretch of a segment beyond which hair has failed

@@ -33,9 +33,10 @@ def fidelity_table(
     bound: float,
     skip: int,
 ) -> Table:
-    """Return one row: errors of hair against a reference, root mean squares over the frames up to where it failed.
+    """Return one row: errors of hair against a reference, root mean squares over the frames.
 
-    hair     at the frames that it reached; where these are fewer than the reference has, it was not finite at the next
+    hair     at the frames that it reached; where these are fewer than the reference has, it was not finite at the next:
+             its errors are infinite, depth and stretch those of what came before
     grooms   of the hair and of the reference, whose strands correspond by ids; in order without
     gravity  along -Y [m/s^2]
     bound    stretch of a segment, over its length in the first frame, beyond which hair has failed
@@ -50,20 +51,20 @@ def fidelity_table(
     found, failed, rest = [], "", None
     for number, frame in enumerate(truth):
         if frame not in hair:
-            failed = f"not finite at frame {frame}"
+            failed = f"{failed}, " * bool(failed) + f"not finite at frame {frame}"
+            found.append((*[np.inf] * 6, np.nan, np.nan))
             break
         now, reference = hair[frame], truth[frame]
         rest = lengths_of(now) if rest is None else rest
         with np.errstate(all="ignore"):
             stretch = float((lengths_of(now) / rest).max(initial=0.0)) - 1.0
             error = np.array(_errors(now, reference, whose, gravity))
-        failed = "" if stretch <= bound else f"stretched by more than {100 * bound:g} % at frame {frame}"
-        if number >= skip or failed:
+        if stretch > bound and not failed:
+            failed = f"stretched by more than {100 * bound:g} % at frame {frame}"
+        if number >= skip:
             bodies = [still(some[frame]) for some in surfaces] + [still_parts(some[frame]) for some in parts]
             deepest = depths(now, bodies).max(initial=0.0) if bodies else np.nan
             found.append((*error, deepest, stretch))
-        if failed:
-            break
     if not found:
         raise BadInput("no frames are left to compare", right=f"more than {max(skip, 1)} frames")
     row = _summed(np.array(found))
@@ -73,7 +74,7 @@ def fidelity_table(
 def _summed(found: np.ndarray) -> list[float]:
     """Sum up what was found, (frames, 8), in the units of the columns."""
     rms = np.sqrt(np.mean(found[:, [0, 1, 2, 3, 5]] ** 2, axis=0))
-    deepest, stretch = 1e3 * found[:, 6].max(), 100.0 * found[:, 7].max()
+    deepest, stretch = 1e3 * np.fmax.reduce(found[:, 6]), 100.0 * np.fmax.reduce(found[:, 7])
     return [*rms[:2], *(1e3 * rms[2:4]), 1e3 * found[:, 4].max(), 100.0 * rms[4], deepest, stretch]
 
 

@@ -49,18 +49,19 @@ def test_energy_is_that_of_motion_and_weight():
     assert measured(frames(Reached, *[hanging(speed=0.6)] * 4), gravity=0.0)["energy error [% of m g L]"][0] == 0.0
 
 
-def test_hair_fails_where_it_stretches_and_what_follows_does_not_count():
-    wild = frames(Reached, hanging(), hanging(), hanging(stretch=0.2), hanging(shift=9.0))
+def test_hair_fails_where_it_first_stretches():
+    wild = frames(Reached, hanging(), hanging(), hanging(stretch=0.2), hanging(stretch=0.1001))
     table = measured(wild)
     assert table["failed"] == ("stretched by more than 10 % at frame 3",)
     assert table["stretch [%]"][0] == pytest.approx(20.0, rel=1e-4)
     assert table["largest error [mm]"][0] == pytest.approx(0.2 * L / 4 * 1e3, rel=1e-4)
-    assert measured(wild, bound=0.3)["largest error [mm]"][0] > 8e3
+    assert measured(wild, bound=0.3)["failed"] == ("",)
 
 
 def test_hair_fails_where_it_is_not_finite():
     table = measured(frames(Reached, hanging(), hanging(shift=1e-3)))
-    assert table["failed"] == ("not finite at frame 3",) and table["tip error [mm]"][0] == pytest.approx(1.0, rel=1e-3)
+    assert table["failed"] == ("not finite at frame 3",) and np.isinf(table["tip error [mm]"][0])
+    assert table["stretch [%]"][0] == pytest.approx(0.0, abs=1e-3)
 
 
 def test_depth_is_that_in_the_body(sphere):
