@@ -19,7 +19,7 @@ def guided(hair: Strands, guides: Groom, groom: Groom, turns: np.ndarray, roots:
     so that a guide follows itself, and hair that is moved rigidly with the body is right.
     """
     firsts, guide_firsts = groom.offsets[:-1], guides.offsets[:-1]
-    _, nearest = KDTree(guides.points[guide_firsts]).query(groom.points[firsts])
+    nearest = np.asarray(KDTree(guides.points[guide_firsts]).query(groom.points[firsts])[1])
     strand, share = shares_of(groom.offsets)
     guide, points = nearest[strand], hair.points.astype(float)
     at_rest = (groom.points - groom.points[firsts][strand]) - (
