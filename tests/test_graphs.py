@@ -66,12 +66,16 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_scheme": {"trial.seconds": 0.125, "rates": [24]},
     "measure_extremes": {"rates": [24], "seconds": 0.05},
     "plot_interpolation": {"voxel": 0.2},
+    "time_hair": {"warm": 1, "timed": 1},
     "preview": {"width": 64, "height": 64},
     "preview_meshes": {"width": 64, "height": 64},
 }
 """Settings by node type with which every graph runs in a moment."""
 SOME = {
     "experiments/clips.toml": ["dab_whole_depth", "dab_parts_depth"],
+    "experiments/speed_accuracy_hair.toml": ["hair_error", "hair_cost"],
+    "experiments/speed_accuracy_head.toml": ["hair_error", "hair_cost"],
+    "experiments/speed_accuracy_tuft.toml": ["hair_error", "hair_cost"],
     "experiments/stability_contact.toml": ["all", "nine", "converged"],
 }
 """Of graphs that do the same many times, the nodes that are computed, with what they depend on."""

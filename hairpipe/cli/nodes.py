@@ -19,7 +19,12 @@ if TYPE_CHECKING:
     from hairpipe.graph.declare import NodeType, Socket
     from hairpipe.graph.fields import Field
 
-VIEWS = {"now": "", "pair": "previous and this frame", "frames": "all frames"}
+VIEWS = {
+    "now": "",
+    "pair": "previous and this frame",
+    "frames": "all frames",
+    "reached": "all frames that were reached",
+}
 MODES = {
     "once": "one value for the shot",
     "each": "one value per frame",

@@ -69,7 +69,7 @@ def say_faults(done: Done, verbose: bool) -> None:
     if outcome.failures:
         names = ", ".join(str(failure.task) for failure in outcome.failures)
         missed = f"; {plural(outcome.blocked, 'result')} not reached" if outcome.blocked else ""
-        raised = any(failure.kind == "node" and failure.traceback for failure in outcome.failures)
+        raised = any(failure.kind in ("node", "diverged") and failure.traceback for failure in outcome.failures)
         hint = "; -v shows where in the code" if raised and not verbose else ""
         say(f"hairpipe: {names} failed{missed}{hint}")
     if outcome.interrupted:

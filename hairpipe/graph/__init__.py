@@ -5,6 +5,6 @@ What node types use is named here; everything else is imported from the module t
 
 from hairpipe.graph.declare import node
 from hairpipe.graph.files import File, Workspace
-from hairpipe.graph.frames import Frames, Pair, Time
+from hairpipe.graph.frames import Frames, Pair, Reached, Time
 
-__all__ = ["File", "Frames", "Pair", "Time", "Workspace", "node"]
+__all__ = ["File", "Frames", "Pair", "Reached", "Time", "Workspace", "node"]

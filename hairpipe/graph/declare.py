@@ -9,13 +9,13 @@ from typing import Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin,
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.files import Workspace
-from hairpipe.graph.frames import Frames, Pair, Time
+from hairpipe.graph.frames import Frames, Pair, Reached, Time
 
 Mode = Literal["once", "each", "scan"]
-View = Literal["now", "pair", "frames"]
+View = Literal["now", "pair", "frames", "reached"]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-RESERVED = frozenset({"type", "in", "publish", "checkpoint"})
+RESERVED = frozenset({"type", "in", "publish", "checkpoint", "like", "without"})
 SINGLE = ""
 """Name of the output of a node that has only one."""
 
@@ -149,14 +149,14 @@ def without_none(annotation: Any) -> tuple[Any, bool]:
 
 
 def read_socket(parameter: inspect.Parameter, annotation: Any, mode: Mode, refuse: Refusal) -> Socket:
-    """Read `T`, `Pair[T]` or `Frames[T]`, or a tuple of any number of those, each possibly `| None`."""
+    """Read `T`, `Pair[T]`, `Frames[T]` or `Reached[T]`, or a tuple of any number of those, each possibly `| None`."""
     name = parameter.name
     inner, optional = without_none(annotation)
     many = get_origin(inner) is tuple and get_args(inner)[1:] == (Ellipsis,)
     inner = get_args(inner)[0] if many else inner
-    view: View = {Pair: "pair", Frames: "frames"}.get(get_origin(inner), "now")  # type: ignore[assignment]
+    view: View = {Pair: "pair", Frames: "frames", Reached: "reached"}.get(get_origin(inner), "now")  # type: ignore[assignment]
     (value_type,) = get_args(inner) if view != "now" else (inner,)
-    if not isinstance(value_type, type) or value_type in (Pair, Frames, Time, Workspace):
+    if not isinstance(value_type, type) or value_type in (Pair, Frames, Reached, Time, Workspace):
         refuse(f"socket '{name}': {annotation}", "T, Pair[T], Frames[T] or a tuple[..., ...] of one, possibly | None")
     if view == "pair" and mode == "once":
         refuse(f"socket '{name}': a `once` node has no previous frame", "T or Frames[T]")

@@ -65,7 +65,7 @@ def check_edge(node: Node, plug: str, edge: Edge, source: Node, where: str) -> E
     if not edge.output and len(fitting) > 1:
         right = "one of " + ", ".join(f'"{source.name}.{output}"' for output in fitting)
         raise BadInput(f"in.{plug}: several outputs of '{source.name}' fit", where=where, right=right)
-    if source.per_frame and not node.per_frame and socket.view != "frames":
+    if source.per_frame and not node.per_frame and socket.view not in ("frames", "reached"):
         what = f"in.{plug}: '{source.name}' gives a value per frame, '{node.name}' takes one for the shot"
         raise BadInput(what, where=where, right=f"{node.type.name} would have to take Frames[{socket.type.__name__}]")
     return Edge(source.name, edge.output or fitting[0])

@@ -51,12 +51,13 @@ Report = Callable[[Event], None]
 class Failure:
     """A task that did not give a result.
 
-    kind       input: something a person can mend; node: it raised; disk: full; crash: its process died; publish
+    kind       input: something a person can mend; node: it raised; diverged: it raised ArithmeticError itself, nothing
+               derived from it; disk: full; crash: its process died; publish
     traceback  of the node, for those who wrote it
     """
 
     task: Task
-    kind: Literal["input", "node", "disk", "crash", "publish"]
+    kind: Literal["input", "node", "diverged", "disk", "crash", "publish"]
     message: str
     traceback: str = ""
 

@@ -18,6 +18,8 @@ from hairpipe.units import Unit
 
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text", Path: "a file"}
 BOUNDS = {Gt: "> {gt:g}", Ge: ">= {ge:g}", Lt: "< {lt:g}", Le: "<= {le:g}"}
+SHORTHAND = "value"
+"""The field of a group that may be given alone for the whole group."""
 LENGTHS = {MinLen: "at least {min_length} long", MaxLen: "at most {max_length} long"}
 
 
@@ -62,7 +64,7 @@ class Field:
     @property
     def shorthand(self) -> "Field | None":
         """The field `value` of a group that has one: the graph file may give it alone for the whole group."""
-        return next((field for field in self.group if field.name == "value"), None)
+        return next((field for field in self.group if field.name == SHORTHAND), None)
 
     @property
     def kind(self) -> str:

@@ -1,4 +1,4 @@
-"""What a node sees of time: this frame, this frame and the one before, or the whole range."""
+"""What a node sees of time: this frame, this frame and the one before, or the whole range, as far as it goes."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -60,3 +60,7 @@ class Frames(Mapping[int, T]):
     def __len__(self) -> int:
         """Count the frames."""
         return len(self.numbers)
+
+
+class Reached(Frames[T]):
+    """A value at every frame of the run that its node reached: a scan that diverges on the way ends there."""

@@ -14,6 +14,7 @@ from hairpipe.graph.fields import fields_of
 from hairpipe.graph.files import File
 from hairpipe.graph.frameset import MOST_FRAMES
 from hairpipe.graph.graph import FRAME_MARK, Graph, Node
+from hairpipe.graph.like import write_out
 from hairpipe.graph.read import GraphText, read_graph_text
 from hairpipe.graph.settings import check_settings, map_files, nearest
 
@@ -35,7 +36,9 @@ def load_graph(path: Path, overrides: Mapping[str, str] | None = None) -> Graph:
     for target, value in (overrides or {}).items():
         override(tables, target, value)
     catalogue = Catalogue(path.parent / "nodes")
-    nodes = {name: read_node(text, name, table, catalogue) for name, table in tables.items()}
+    written = write_out(text, tables)
+    nodes = {name: read_node(text, name, table, catalogue) for name, table in written.items()}
+    nodes = {name: nodes[name] for name in tables}
     if not nodes:
         raise BadInput("no nodes", where=path, right='a table such as [head] with type = "make_bust"')
     nodes = connect(nodes, text.place)

@@ -48,8 +48,9 @@ class Resolver:
         for socket in node.type.sockets.values():
             for plug in socket.plugs(inputs):
                 found = [self.object(source) for source in inputs.get(plug, ())]
-                if socket.view == "frames" and found:
-                    objects[plug] = [list(pair) for pair in zip(self.frames, found, strict=True)]
+                if socket.view in ("frames", "reached") and found:
+                    whole = socket.view == "frames"
+                    objects[plug] = [list(pair) for pair in zip(self.frames, found, strict=whole)]
                 else:
                     objects[plug] = (found if socket.view == "pair" else found[0]) if found else None
         if node.type.state is not None:

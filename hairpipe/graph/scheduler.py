@@ -17,6 +17,7 @@ from hairpipe.graph.locks import KeyLocks
 from hairpipe.graph.pool import Lane, Pool
 from hairpipe.graph.publish import publish
 from hairpipe.graph.queue import Queue
+from hairpipe.graph.reach import end
 from hairpipe.graph.record import Record, from_fields
 from hairpipe.graph.resolve import Resolver
 from hairpipe.graph.store import LostObject, Store
@@ -45,6 +46,7 @@ class Scheduler:
         self.elsewhere: list[Task] = []
         self.keys: dict[Task, str] = {}
         self.failures: dict[Task, Failure] = {}
+        self.ended: set[Task] = set()
         self.losses: Counter[Task] = Counter()
         self.counts: Counter[str] = Counter()
         self.seconds: Counter[str] = Counter()
@@ -222,7 +224,16 @@ class Scheduler:
         return True
 
     def fail(self, failure: Failure) -> None:
-        """Note a failure; what waits for the task is never woken."""
+        """Note a failure; what waits for the task is never woken, but for those who take what was reached."""
+        ending = end(self.resolver, failure.task) if failure.kind == "diverged" else None
+        if ending is not None:
+            self.ended |= ending.lost
+            self.report(Event("warning", failure.task, message=f"{failure.message}; what came before is used"))
+            for task in ending.takers:
+                self.unmet[task] -= ending.lost
+                if not self.unmet[task]:
+                    self.agenda.append(task)
+            return
         self.failures[failure.task] = failure
         self.report(Event("failed", failure.task, message=failure.message))
 
@@ -237,7 +248,7 @@ class Scheduler:
 
     def outcome(self, interrupted: bool) -> Outcome:
         """Sum up."""
-        reached = self.resolver.results.keys() | self.failures.keys()
+        reached = self.resolver.results.keys() | self.failures.keys() | self.ended
         return Outcome(
             evaluated=self.counts["evaluated"],
             cached=self.counts["cached"],

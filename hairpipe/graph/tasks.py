@@ -46,7 +46,7 @@ def inputs_of(graph: Graph, task: Task, frames: tuple[int, ...]) -> Inputs:
 
 def frames_seen(view: str, frame: int | None, frames: tuple[int, ...], first: int) -> Iterable[int | None]:
     """Frames of its source that a socket sees."""
-    if view == "frames":
+    if view in ("frames", "reached"):
         return frames
     if view == "pair" and frame is not None:
         return (max(frame - 1, first), frame)

@@ -28,7 +28,7 @@ from hairpipe.graph.catalogue import Catalogue
 from hairpipe.graph.declare import SINGLE, NodeType
 from hairpipe.graph.files import Workspace
 from hairpipe.graph.fingerprint import stamp_of
-from hairpipe.graph.frames import Frames, Pair, Time
+from hairpipe.graph.frames import Frames, Pair, Reached, Time
 from hairpipe.graph.record import Output, Record
 from hairpipe.graph.settings import build_settings
 from hairpipe.graph.store import LostObject, Store
@@ -63,7 +63,8 @@ class Worker:
             kind = "disk" if is_full(error) else "node"
             return failure(kind, f"{type(error).__name__}: {error}")
         except Exception as error:  # a node may raise anything; the run goes on and says which node it was
-            return failure("node", f"{type(error).__name__}: {error}")
+            kind = "diverged" if type(error) is ArithmeticError else "node"
+            return failure(kind, f"{type(error).__name__}: {error}")
 
     def evaluate(self, job: Job) -> Record:
         """Evaluate a job and add its record to the store."""
@@ -119,7 +120,8 @@ class Worker:
         if view == "pair":
             return Pair(*(self.values.get(name, kind) for name in given))
         names = dict(given)
-        return Frames(tuple(names), lambda frame: self.values.get(names[frame], kind))
+        seen = Reached if view == "reached" else Frames
+        return seen(tuple(names), lambda frame: self.values.get(names[frame], kind))
 
     def _put(self, node_type: NodeType, result: Any, folder: Path | None) -> dict[str, Output]:
         """Write the outputs of a node."""

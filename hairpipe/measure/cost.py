@@ -1,0 +1,89 @@
+"""What a frame of hair costs: some frames of a shot once more, on one thread, with a clock beside them."""
+
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from hairpipe.data import BodyParts, Ends, LevelSet, Mesh, Table
+from hairpipe.data.hair import HairState
+from hairpipe.data.table import table_of_rows
+from hairpipe.sim.advance import leads_of
+from hairpipe.sim.hair import Hair
+from hairpipe.sim.scene import Scene
+from hairpipe.sim.shot import next_state
+
+COLUMNS = ("seconds per frame", "fastest frame [s]", "slowest frame [s]", "frames timed", "particles")
+
+
+class Around(NamedTuple):
+    """What surrounds hair, frame by frame; None and nothing where there is none."""
+
+    body: Mapping[int, Mesh] | None
+    ends: Mapping[int, Ends] | None
+    surfaces: Sequence[Mapping[int, LevelSet]]
+    parts: Sequence[Mapping[int, BodyParts]]
+
+    def frames(self, first: int, count: int) -> list[int]:
+        """List frames, at most so many of those there are; they are counted on from the first where nothing moves."""
+        known = [some for some in (self.body, self.ends, *self.surfaces, *self.parts) if some is not None]
+        return list(known[0])[:count] if known else list(range(first, first + count))
+
+
+def cost_table(
+    hair: Hair, around: Around, scene: Scene, first: int, frame: float, cuts: Sequence[int], warm: int, timed: int
+) -> Table:
+    """Return one row: what a frame took [s], the median, the fastest and the slowest, and the number of particles.
+
+    first  frame of the shot
+    frame  time from one frame to the next [s]
+    cuts   frames at which the shot begins anew
+    warm   frames that do not count: kernels are compiled, hair falls and meets what is in its way
+    timed  frames after those; of a shot with fewer, its last count
+
+    Seconds are those of the processor in this process, on one thread: what other processes do is not counted. A run
+    that is no longer finite ends there. All is NaN where there is no frame to be timed.
+    """
+    threads = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        seconds = list(_seconds(hair, around, scene, around.frames(first, 1 + warm + timed), frame, cuts))
+    finally:
+        numba.set_num_threads(threads)
+    counted = seconds[-timed:] if seconds else [np.nan]
+    counts = np.diff(hair.layout.offsets) - 1
+    particles = sum(hair.layout.shape.count(int(count)) for count in counts)
+    row = (float(np.median(counted)), min(counted), max(counted), len(seconds[-timed:]), particles)
+    return table_of_rows(COLUMNS, [row])
+
+
+def _seconds(
+    hair: Hair, around: Around, scene: Scene, frames: Sequence[int], dt: float, cuts: Sequence[int]
+) -> Iterator[float]:
+    """Simulate frames, and say what each but the first took [s], as long as hair is finite."""
+    state: HairState | None = None
+    for before, now in zip([frames[0], *frames], frames, strict=False):
+        pair = before, now
+        leads = leads_of(_at(around.body, pair), _at(around.ends, pair))
+        bodies = [_pair(some, pair) for some in around.surfaces], [_pair(some, pair) for some in around.parts]
+        begun = time.process_time()
+        with np.errstate(all="ignore"):
+            after = next_state(hair, state, leads, bodies, scene, (now - 1) * dt, dt, now in cuts)
+        passed = time.process_time() - begun
+        if not np.isfinite(after.positions).all():
+            return
+        if state is not None:
+            yield passed
+        state = after
+
+
+def _pair(values: Mapping[int, object], pair: tuple[int, int]) -> tuple:
+    """Read a value at two frames."""
+    return values[pair[0]], values[pair[1]]
+
+
+def _at(values: Mapping[int, object] | None, pair: tuple[int, int]) -> tuple | None:
+    """Read a value at two frames, where there is one."""
+    return None if values is None else _pair(values, pair)

@@ -1,0 +1,115 @@
+"""How good a simulation is: a row of errors against a reference, and where it failed."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from hairpipe.data import BodyParts, Groom, LevelSet, Strands, Table
+from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
+from hairpipe.measure.contact import depths, lengths_of, still, still_parts
+from hairpipe.measure.deviation import deviation
+
+COLUMNS = (
+    "tip error [% of length]",
+    "strand error [% of length]",
+    "tip error [mm]",
+    "strand error [mm]",
+    "largest error [mm]",
+    "energy error [% of m g L]",
+    "deepest [mm]",
+    "stretch [%]",
+    "failed",
+)
+
+
+def fidelity_table(
+    hair: Mapping[int, Strands],
+    truth: Mapping[int, Strands],
+    grooms: tuple[Groom, Groom] | None,
+    surfaces: Sequence[Mapping[int, LevelSet]],
+    parts: Sequence[Mapping[int, BodyParts]],
+    gravity: float,
+    bound: float,
+    skip: int,
+) -> Table:
+    """Return one row: errors of hair against a reference, root mean squares over the frames.
+
+    hair     at the frames that it reached; where these are fewer than the reference has, it was not finite at the next:
+             its errors are infinite, depth and stretch those of what came before
+    grooms   of the hair and of the reference, whose strands correspond by ids; in order without
+    gravity  along -Y [m/s^2]
+    bound    stretch of a segment, over its length in the first frame, beyond which hair has failed
+    skip     frames at the beginning that do not count, other than for failures
+
+    energy   of motion and of weight, the mean over the strands; zero gravity leaves it out
+    deepest  point inside bodies at a frame; NaN without bodies
+    failed   what happened at which frame, or nothing
+    BadInput where strands do not correspond, or no frames are left.
+    """
+    whose = None if grooms is None else matches(*grooms)
+    found, failed, rest = [], "", None
+    for number, frame in enumerate(truth):
+        if frame not in hair:
+            failed = f"{failed}, " * bool(failed) + f"not finite at frame {frame}"
+            found.append((*[np.inf] * 6, np.nan, np.nan))
+            break
+        now, reference = hair[frame], truth[frame]
+        rest = lengths_of(now) if rest is None else rest
+        with np.errstate(all="ignore"):
+            stretch = float((lengths_of(now) / rest).max(initial=0.0)) - 1.0
+            error = np.array(_errors(now, reference, whose, gravity))
+        if stretch > bound and not failed:
+            failed = f"stretched by more than {100 * bound:g} % at frame {frame}"
+        if number >= skip:
+            bodies = [still(some[frame]) for some in surfaces] + [still_parts(some[frame]) for some in parts]
+            deepest = depths(now, bodies).max(initial=0.0) if bodies else np.nan
+            found.append((*error, deepest, stretch))
+    if not found:
+        raise BadInput("no frames are left to compare", right=f"more than {max(skip, 1)} frames")
+    row = _summed(np.array(found))
+    return table_of_rows(COLUMNS, [(*row, failed)])
+
+
+def _summed(found: np.ndarray) -> list[float]:
+    """Sum up what was found, (frames, 8), in the units of the columns."""
+    rms = np.sqrt(np.mean(found[:, [0, 1, 2, 3, 5]] ** 2, axis=0))
+    deepest, stretch = 1e3 * np.fmax.reduce(found[:, 6]), 100.0 * np.fmax.reduce(found[:, 7])
+    return [*rms[:2], *(1e3 * rms[2:4]), 1e3 * found[:, 4].max(), 100.0 * rms[4], deepest, stretch]
+
+
+def _errors(
+    hair: Strands, truth: Strands, whose: np.ndarray | None, gravity: float
+) -> tuple[float, float, float, float, float, float]:
+    """Compare hair at a frame: tip and strand [%], tip and strand [m], the largest [m], energy [m g L]."""
+    try:
+        away = deviation(hair, truth, whose)
+    except ValueError as error:
+        raise BadInput(f"hair and reference do not correspond: {error}", right="grooms, to know them by ids") from None
+    energy = _energies(hair, gravity) - _energies(truth, gravity)[slice(None) if whose is None else whose]
+    return away.tip_percent, away.whole_percent, away.tip, away.whole, away.largest, float(np.mean(energy))
+
+
+def _energies(hair: Strands, gravity: float) -> np.ndarray:
+    """Return the energy of motion and weight of every strand, over m g L, (S,); zero without gravity.
+
+    Mass is even along a strand: half of a segment's at either of its ends.
+    """
+    starts, ends = hair.offsets[:-1], hair.offsets[1:] - 1
+    if gravity == 0.0:
+        return np.zeros(len(starts))
+    weights = np.ones(len(hair.points))
+    weights[starts] = weights[ends] = 0.5
+    points, speeds = hair.points.astype(float), hair.velocities.astype(float)
+    values = weights * (0.5 * np.sum(speeds**2, axis=1) / gravity + points[:, 1])
+    lengths = np.add.reduceat(lengths_of(hair), starts - np.arange(len(starts)))
+    return np.add.reduceat(values, starts) / (ends - starts) / lengths
+
+
+def matches(groom: Groom, other: Groom) -> np.ndarray:
+    """Return for every strand of a groom which of another has its id, (S,); BadInput where there is none."""
+    order = np.argsort(other.ids)
+    place = order[np.minimum(np.searchsorted(other.ids[order], groom.ids), len(order) - 1)]
+    if missing := groom.ids[other.ids[place] != groom.ids].tolist():
+        raise BadInput(f"the reference has no strand with id {missing[0]}", right="grooms with the same ids")
+    return place

@@ -1,0 +1,43 @@
+"""A chart of what is worth its cost."""
+
+from typing import Annotated
+
+from hairpipe.data import Table
+from hairpipe.graph import File, Workspace, node
+from hairpipe.units import Interval, Pixels
+
+
+@node(frames="once")
+def plot_front(
+    table: Table,
+    workspace: Workspace,
+    *,
+    x: str = "seconds per frame",
+    y: str = "strand error [% of length]",
+    label: str = "case",
+    series: str = "group",
+    failed: str = "failed",
+    front: str = "on the front",
+    joined: tuple[str, ...] = (),
+    title: str = "",
+    width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1800,
+    height: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
+) -> File:
+    """PNG of points on logarithmic scales, each with its name, the front among them as a line, failures as crosses.
+
+    x       column of numbers along the abscissa
+    y       column of numbers along the ordinate
+    label   column of texts written beside the points
+    series  column of texts: points of one are of one colour
+    failed  column of texts: nothing, or what failed and where; such a point stands at the upper edge if it is beyond
+    front   column of numbers that are not 0 for points that the line goes through
+    joined  series whose points a line joins, in the order of the table
+    title   above the chart
+    width   of the picture
+    height  of the picture
+    """
+    from hairpipe.io.chart.front import Columns, draw_front
+
+    path, columns = workspace / "front.png", Columns(x, y, label, series, failed, front)
+    draw_front(path, table, columns, joined=joined, title=title, size=(width, height))
+    return File(path)

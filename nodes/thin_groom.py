@@ -1,0 +1,21 @@
+"""Fewer hairs."""
+
+from typing import Annotated
+
+from hairpipe.data import Groom
+from hairpipe.graph import node
+from hairpipe.units import Interval
+
+
+@node(frames="once")
+def thin_groom(groom: Groom, *, every: Annotated[int, Interval(ge=1, le=1_000_000)] = 4) -> Groom:
+    """Every n-th strand, with the id that it has, evenly among all of them.
+
+    every  so many strands one is kept
+    """
+    from hairpipe.errors import BadInput
+    from hairpipe.groom.thinning import thinned
+
+    if every // 2 >= len(groom.ids):
+        raise BadInput(f"every = {every} leaves none of {len(groom.ids)} strands", right="less")
+    return thinned(groom, every)

@@ -1,0 +1,52 @@
+"""Fewer hairs, and hair that follows them."""
+
+import numpy as np
+import pytest
+from hairpipe.nodes.follow_guides import follow_guides
+from hairpipe.nodes.thin_groom import thin_groom
+
+from hairpipe.data import Strands
+from hairpipe.errors import BadInput
+from hairpipe.groom.strands import lay_strands
+from hairpipe.groom.tuft import Tuft, gather_tuft
+from hairpipe.motion.ends import lead
+from hairpipe.motion.track import Track
+
+ROW = lay_strands(4, 0.1, 6, (0.0, -1.0, 0.0), (0.01, 0.0, 0.0), None, 0.0)
+GROOM = gather_tuft(ROW, Tuft(rows=3, apart=(0.0, 0.0, 0.01), stray=10.0))
+TURN = Track(times=(0.0, 1.0), turn=(0.0, 40.0), move=((0.0, 0.0, 0.0), (0.1, 0.2, 0.3)))
+
+
+def shown(points, groom):
+    return Strands(points.astype(np.float32), np.zeros_like(points, np.float32), groom.offsets, 8e-5)
+
+
+def test_every_third_strand_keeps_its_id_and_its_points():
+    some = thin_groom(GROOM, every=3)
+    assert some.ids.tolist() == [1, 4, 7, 10]
+    for n, strand in enumerate(some.ids):
+        ours, theirs = (slice(*g.offsets[k : k + 2]) for g, k in ((some, n), (GROOM, strand)))
+        assert np.array_equal(some.points[ours], GROOM.points[theirs])
+    assert np.array_equal(thin_groom(GROOM, every=1).points, GROOM.points)
+    with pytest.raises(BadInput, match="leaves none of 12"):
+        thin_groom(GROOM, every=24)
+
+
+def test_guides_follow_themselves():
+    rng = np.random.default_rng(2)
+    points = GROOM.points + 0.01 * rng.normal(size=GROOM.points.shape)
+    points[GROOM.offsets[:-1]] = GROOM.points[GROOM.offsets[:-1]]
+    assert follow_guides(shown(points, GROOM), GROOM, GROOM, None, None).points == pytest.approx(points, abs=1e-7)
+
+
+def test_hair_that_is_moved_with_its_roots_is_right():
+    ends = lead(GROOM, 0.7, TURN, None, None, None)
+    assert np.abs(ends.roots[0, :, :3] - np.eye(3)).max() > 0.1
+    strand = np.repeat(np.arange(12), 7)
+    moved = np.einsum("pij,pj->pi", ends.roots[strand, :, :3], GROOM.points) + ends.roots[strand, :, 3]
+    guides = thin_groom(GROOM, every=5)
+    kept = np.isin(GROOM.ids[strand], guides.ids)
+    found = follow_guides(shown(moved[kept], guides), guides, GROOM, None, ends)
+    assert found.points == pytest.approx(moved, abs=1e-6)
+    with pytest.raises(BadInput, match="not the same strands"):
+        follow_guides(found, guides, GROOM, None, ends)

@@ -1,0 +1,45 @@
+"""What a simulation costs is asked of the simulation that is meant."""
+
+import inspect
+
+import numba
+import pytest
+from hairpipe.nodes.simulate_hair import simulate_hair
+from hairpipe.nodes.time_hair import time_hair
+
+from hairpipe.graph import Frames, Time
+from hairpipe.groom.strands import lay_strands
+from hairpipe.motion.ends import lead
+from hairpipe.motion.track import Track
+from hairpipe.sim.scene import StepControl
+
+GROOM = lay_strands(9, 0.05, 4, (0.0, -1.0, 0.0), (0.01, 0.0, 0.0), None, 0.0)
+
+
+def test_it_takes_the_settings_of_the_simulation():
+    ours, theirs = (inspect.signature(function).parameters for function in (time_hair, simulate_hair))
+    settings = {name: (p.annotation, p.default) for name, p in theirs.items() if p.kind is p.KEYWORD_ONLY}
+    assert settings.items() <= {name: (p.annotation, p.default) for name, p in ours.items()}.items()
+
+
+def test_frames_are_timed_on_one_thread_and_particles_counted():
+    threads = numba.get_num_threads()
+    table = time_hair(GROOM, None, None, None, None, Time(1, 24.0), warm=1, timed=3)
+    assert numba.get_num_threads() == threads
+    assert 0.0 < table["fastest frame [s]"][0] <= table["seconds per frame"][0] <= table["slowest frame [s]"][0] < 1.0
+    assert table["frames timed"].tolist() == [3] and table["particles"].tolist() == [9 * 11]
+
+
+def test_more_steps_cost_more():
+    few, many = (
+        time_hair(GROOM, None, None, None, None, Time(1, 24.0), steps=StepControl(1 / rate), warm=1, timed=5)
+        for rate in (24, 2400)
+    )
+    assert many["seconds per frame"][0] > 5 * few["seconds per frame"][0]
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_shot_of_few_frames_is_timed_as_far_as_it_goes(count):
+    shot = Frames(tuple(range(5, 5 + count)), lambda frame: lead(GROOM, frame / 24, Track(), None, None, None))
+    table = time_hair(GROOM, None, None, None, shot, Time(5, 24.0), warm=4, timed=8)
+    assert table["frames timed"].tolist() == [count - 1]
