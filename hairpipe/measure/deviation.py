@@ -1,0 +1,84 @@
+"""How far hair is from the same hair simulated otherwise, also where it is cut into other segments."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.data import Strands
+
+
+class Deviation(NamedTuple):
+    """Distances of hair from a reference at one frame; strands that are not finite count in none of them.
+
+    tip            root mean square over the strands [m]
+    whole          root mean square over strands and points but the roots [m], a strand as a strand, long or short
+    tip_percent    the first, every distance over the length of its strand in the reference [%]
+    whole_percent  the second, likewise
+    largest        of any point [m]
+    lost           strands of the hair with a point that is not finite, (n,) int64
+    """
+
+    tip: float
+    whole: float
+    tip_percent: float
+    whole_percent: float
+    largest: float
+    lost: np.ndarray
+
+
+def deviation(hair: Strands, reference: Strands, whose: np.ndarray | None = None) -> Deviation:
+    """Compare strands with a reference at the points of the latter, at equal shares of their lengths. Pure.
+
+    whose  strand of the reference that each strand of the hair is, (S,); the same one in order without
+
+    Segments of a strand are of equal length, so a share of its length is a share of its segments, stretched or not;
+    between two points it is straight. All is NaN where no strand is finite. ValueError where strands do not correspond.
+    """
+    count = len(hair.offsets) - 1
+    whose = np.arange(len(reference.offsets) - 1) if whose is None else np.asarray(whose)
+    if len(whose) != count or (count and not 0 <= whose.min() <= whose.max() < len(reference.offsets) - 1):
+        raise ValueError(f"{count} strands against {len(whose)} of {len(reference.offsets) - 1}")
+    segments = np.diff(reference.offsets)[whose] - 1
+    first = np.concatenate([[0], np.cumsum(segments)[:-1]]).astype(int)
+    strand = np.repeat(np.arange(count), segments)
+    index = 1 + np.arange(len(strand)) - first[strand]
+    true = reference.points[reference.offsets[whose][strand] + index].astype(float)
+    with np.errstate(invalid="ignore", over="ignore"):
+        away = np.linalg.norm(_at(hair, strand, index / segments[strand]) - true, axis=1)
+    lengths = _lengths(true, reference.points[reference.offsets[whose]].astype(float), first)
+    lost = np.flatnonzero(~_is_finite(hair))
+    kept = np.setdiff1d(np.arange(count), lost)
+    if not len(kept):
+        return Deviation(*[np.nan] * 5, lost)
+    tips = away[first + segments - 1]
+    wholes = np.sqrt(np.add.reduceat(away**2, first) / segments)
+    shares = 100.0 * tips / lengths, 100.0 * wholes / lengths
+    largest = float(np.maximum.reduceat(away, first)[kept].max())
+    return Deviation(*(_rms(values[kept]) for values in (tips, wholes, *shares)), largest, lost)
+
+
+def _at(hair: Strands, strand: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Return where strands are at shares of their length [m], (n, 3)."""
+    segments = (np.diff(hair.offsets) - 1)[strand]
+    place = share * segments
+    below = np.minimum(place.astype(int), segments - 1)
+    rest, begin = (place - below)[:, None], hair.offsets[strand] + below
+    points = hair.points.astype(float)
+    return (1.0 - rest) * points[begin] + rest * points[begin + 1]
+
+
+def _lengths(points: np.ndarray, roots: np.ndarray, first: np.ndarray) -> np.ndarray:
+    """Return the lengths of strands [m] from their roots, (S, 3), and all their other points, (n, 3)."""
+    before = np.concatenate([points[:1], points[:-1]])
+    before[first] = roots
+    return np.add.reduceat(np.linalg.norm(points - before, axis=1), first)
+
+
+def _is_finite(hair: Strands) -> np.ndarray:
+    """Tell which strands are finite, (S,)."""
+    return np.logical_and.reduceat(np.isfinite(hair.points).all(axis=1), hair.offsets[:-1])
+
+
+def _rms(values: np.ndarray) -> float:
+    """Return the root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
