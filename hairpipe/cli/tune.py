@@ -104,8 +104,9 @@ def tune(
     if as_json:
         click.echo(json.dumps(report.document(tuned, fragment), indent=2))
     else:
-        lines = [*report.header(tuned), "", table(report.rows(tuned), report.ALIGN), "", *report.conclusion(tuned)]
-        click.echo("\n".join(lines))
+        rows = table(report.rows(tuned), report.ALIGN)
+        parts = (report.header(tuned), [rows], report.trial_lines(tuned), report.conclusion(tuned))
+        click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
         if fragment is not None:
             click.echo(f"settings: {shown(output)}" if output else f"\n{fragment}", nl=output is not None)
     sys.exit(0 if tuned.kept else 1)
@@ -120,11 +121,11 @@ def runner(store: "Store", quiet: bool) -> "CarryOut":
 
     def run(text: str, graph: "Graph", frames: Sequence[int]) -> "Outcome":
         def report(event: "Event") -> None:
-            lines = {"started": f"measuring: {text}", "warning": f"warning: {event.message}"}
-            line = lines.get(event.kind)
-            if line and line not in said and not (quiet and event.kind == "started"):
-                said.add(line)
-                say(line)
+            mark = event.message if event.kind == "warning" else text
+            if event.kind not in ("started", "warning") or mark in said or (quiet and event.kind == "started"):
+                return
+            said.add(mark)
+            say(f"warning: {text}: {mark}" if event.kind == "warning" else f"measuring: {text}")
 
         return carry_out(graph, store, frames, Options(jobs=1), report)
 

@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-from hairpipe.tune.choosing import WORTH, Choice, Combination, names
+from hairpipe.tune.choosing import WORTH, Choice, Combination, Trial, names
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.tuning import Tuned, described
@@ -30,17 +30,32 @@ def reference_line(steps: str, found: Measured) -> str:
 
 
 def rows(tuned: Tuned) -> list[tuple[str, ...]]:
-    """Lay out what was measured: the graph as it is, everything left out on its own, combinations, and why."""
-    full, choice = tuned.full, tuned.choice
+    """Lay out what was measured: the graph as it is, and what can be left out, each on its own, and why it was."""
+    full = tuned.full
     reason = "" if full.bound <= tuned.tolerance.value else f"may be beyond {tuned.tolerance}"
     found = [HEADINGS, row("the graph as it is", full, full, tuned.tolerance, reason)]
     for part, measured in tuned.singles.items():
         found.append(row(part.text, measured, full, tuned.tolerance, why(tuned, Combination([part]), measured)))
-    for trial in (*choice.trials, *(tuned.affordable.trials if tuned.affordable else ())):
-        verdict = why(tuned, trial.guess.parts, trial.measured)
-        label = "together: " + "; ".join(names_of(trial.guess.parts))
-        found.append(row(label, trial.measured, full, tuned.tolerance, verdict))
     return found
+
+
+def trial_lines(tuned: Tuned) -> list[str]:
+    """Say what was tried together, what was expected of it and what came of it."""
+    trials = (*tuned.choice.trials, *(tuned.affordable.trials if tuned.affordable else ()))
+    return [trial_line(tuned, trial) for trial in trials]
+
+
+def trial_line(tuned: Tuned, trial: Trial) -> str:
+    """Say what came of one combination."""
+    found, guess, unit = trial.measured, trial.guess.bound, tuned.tolerance.unit
+    expected = f"{guess:.2g} %" if unit == "%" else f"{millimetres(guess)} mm"
+    cost = "" if found.fault else f", {found.seconds:.3g} s/frame"
+    if trial.guess.parts == tuned.choice.parts:
+        verdict = "taken"
+    else:
+        verdict = "not taken, may be beyond" if found.bound > tuned.tolerance.value else "not taken, costs more"
+    what = "; ".join(names_of(trial.guess.parts))
+    return f"together: {what}\n  {shown(found, tuned.tolerance)}, expected at most {expected}{cost}: {verdict}"
 
 
 def row(text: str, found: Measured, full: Measured, tolerance: Tolerance, reason: str) -> tuple[str, ...]:
@@ -58,9 +73,9 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
     if found.fault:
         return f"kept: {found.fault[:MOST_SHOWN]}"
     if parts == chosen:
-        return "chosen"
+        return "left out"
     if found.bound > tuned.tolerance.value:
-        return beyond(tuned.tolerance)
+        return f"kept: may be beyond {tuned.tolerance}"
     if found.seconds > WORTH * tuned.full.seconds:
         return "kept: saves nothing"
     if chosen and parts <= chosen:
@@ -68,11 +83,6 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
     if chosen and any(part.axis == other.axis and part.level < other.level for part in parts for other in chosen):
         return "more than that is left out"
     return "kept: not with the others" if len(parts) == 1 else "costs more"
-
-
-def beyond(tolerance: Tolerance) -> str:
-    """Say that something is too far off."""
-    return f"kept: may be beyond {tolerance}"
 
 
 def conclusion(tuned: Tuned) -> list[str]:

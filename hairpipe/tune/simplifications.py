@@ -54,8 +54,7 @@ def simplifications(graph: Graph, name: str) -> list[Simplification]:
 def of_model(node: Node) -> Iterator[Simplification]:
     """Leave out torsion and the particles beside the axis."""
     if node.settings["model"] == "network":
-        yield Simplification("model", 1, "no torsion", ((f"{node.name}.construction.torsion", 0.0),))
-        yield Simplification("model", 2, "plain chain", ((f"{node.name}.model", "chain"),))
+        yield Simplification("model", 1, "plain chain, no torsion", ((f"{node.name}.model", "chain"),))
 
 
 def of_segments(graph: Graph, node: Node) -> Iterator[Simplification]:

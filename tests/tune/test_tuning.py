@@ -15,13 +15,13 @@ fps = 24
 type = "make_strands"
 strands = 8
 length = 0.1
-segments = 6
+segments = 5
 spacing = [0.0, 0.0, 0.02]
 [hair]
 type = "simulate_hair"
 in.groom = "groom"
 model = "chain"
-steps = { longest = 0.0104166667 }
+steps = { longest = 0.0208333333 }
 [hair.stiction]
 """
 
