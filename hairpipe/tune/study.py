@@ -18,7 +18,8 @@ from hairpipe.tune.variants import beside, simplified, with_node
 
 CarryOut = Callable[[str, Graph, Sequence[int]], Outcome]
 """Runs a graph at frames; the text says what for."""
-SAMPLE, ERROR = "sample", "error"
+SAMPLE, ERROR = "tune-sample", "tune-error"
+"""Names of the nodes that are added."""
 FINE, FINEST = 0.5, 0.25
 """Factors on the steps of the graph, of the two models that show whether the reference is converged."""
 

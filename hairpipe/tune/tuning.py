@@ -20,7 +20,7 @@ from hairpipe.tune.simplifications import Simplification, simplifications
 from hairpipe.tune.study import FINEST, CarryOut, Interrupted, Study
 from hairpipe.tune.variants import simplified, with_node
 
-ROOTS = "roots"
+ROOTS = "tune-roots"
 
 
 @dataclass(frozen=True)
