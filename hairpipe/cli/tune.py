@@ -70,8 +70,8 @@ def tune(
     """Find the cheapest model that keeps a tolerance, on a sample of the scene's own strands and frames.
 
     Errors are those of the tips, root mean square, against the graph's own model at a quarter of its steps; seconds are
-    of one thread, scaled to all strands. What is chosen was measured as it is, not summed up from its parts. All of it
-    is kept like any other result: asked again, nothing is computed.
+    those of the processor on one thread, scaled to all strands. What is chosen was measured as it is, not summed up
+    from its parts. All of it is kept like any other result: asked again, nothing is computed.
 
     The settings are TOML tables that take the place of those in the graph. Exit codes: 0 found, 1 nothing keeps the
     tolerance, or the check is beyond it, 2 bad input, 130 interrupted.

@@ -34,6 +34,6 @@ class Results:
         return values.get(self.record(Task(name, None)).outputs[output].object, kind)
 
     def seconds(self, name: str, frames: Iterable[int]) -> list[float]:
-        """List how long a node took at frames, each result once [s]."""
+        """List the seconds of the processor that a node took at frames, each result once [s]."""
         records = [self.record(Task(name, frame)) for frame in frames]
-        return list({record.key: record.seconds for record in records}.values())
+        return list({r.key: r.seconds if r.processor is None else r.processor for r in records}.values())
