@@ -113,13 +113,19 @@ def guess_all(full: Measured, singles: Mapping[Simplification, Measured]) -> Ite
     """Guess what every combination of what saves anything is like."""
     axes: dict[str, list[Simplification | None]] = {}
     for part, found in singles.items():
-        if found.seconds <= WORTH * full.seconds:
+        if saves(part, found, full):
             axes.setdefault(part.axis, [None]).append(part)
     for picked in product(*axes.values()):
         parts = Combination(part for part in picked if part is not None)
         square = full.bound**2 + sum(max(singles[part].bound ** 2 - full.bound**2, 0.0) for part in parts)
-        seconds = full.seconds * math.prod(singles[part].seconds / full.seconds for part in parts)
+        seconds = full.seconds * math.prod(min(singles[part].seconds / full.seconds, 1.0) for part in parts)
         yield Guess(parts, math.sqrt(square), seconds)
+
+
+def saves(part: Simplification, found: Measured, full: Measured) -> bool:
+    """Whether something left out saves time; physics that makes no difference does, whatever a busy machine says."""
+    idle = bool(part.drops) and found.bound <= full.bound
+    return found.seconds <= WORTH * full.seconds or idle
 
 
 def goes_as_far(parts: Iterable[Simplification], other: Iterable[Simplification]) -> bool:
@@ -134,8 +140,8 @@ def worth(parts: Combination, found: Measured, full: Measured) -> bool:
 
 
 def by_cost(guess: Guess) -> tuple[float | str, ...]:
-    """Order guesses by what they cost."""
-    return guess.seconds, guess.bound, *names(guess.parts)
+    """Order guesses by what they cost; of two that cost the same, the one that leaves out more comes first."""
+    return guess.seconds, -len(guess.parts), guess.bound, *names(guess.parts)
 
 
 def by_error(guess: Guess) -> tuple[float | str, ...]:

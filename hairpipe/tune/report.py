@@ -3,7 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
-from hairpipe.tune.choosing import WORTH, Choice, Combination, Trial, names
+from hairpipe.tune.choosing import Choice, Combination, Trial, names, saves
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.tuning import Tuned, described
@@ -76,10 +76,10 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
         return "left out"
     if found.bound > tuned.tolerance.value:
         return f"kept: may be beyond {tuned.tolerance}"
-    if found.seconds > WORTH * tuned.full.seconds:
-        return "kept: saves nothing"
     if chosen and parts <= chosen:
         return "left out"
+    if not all(saves(part, found, tuned.full) for part in parts):
+        return "kept: saves nothing"
     if chosen and any(part.axis == other.axis and part.level < other.level for part in parts for other in chosen):
         return "more than that is left out"
     return "kept: not with the others" if len(parts) == 1 else "costs more"

@@ -99,10 +99,18 @@ def test_where_only_the_full_model_keeps_it_nothing_is_left_out():
 
 
 def test_what_saves_nothing_or_fails_is_not_left_out():
-    idle = Simplification("stiction", 1, "no stiction")
+    idle = Simplification("voxels", 1, "voxels of 8 mm")
     broken = Simplification("model", 2, "broken")
     singles = {idle: found(0.1, 10.0 * (WORTH + 0.01)), broken: failed("blew up")}
     assert choose(FULL, singles, 1.0, World().measure).parts == frozenset()
+
+
+def test_physics_that_makes_no_difference_is_left_out_with_the_rest_whatever_the_clock_says():
+    idle = Simplification("stiction", 1, "no stiction", drops=("hair.stiction",))
+    fewer = Simplification("segments", 1, "10 segments")
+    singles = {idle: found(0.1, 10.5), fewer: found(0.5, 5.0)}
+    choice = choose(FULL, singles, 1.0, lambda parts: found(0.5, 4.9))
+    assert choice.parts == {idle, fewer}
 
 
 def test_the_order_of_the_table_does_not_matter():
