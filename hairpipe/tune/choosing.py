@@ -84,12 +84,20 @@ def choose(full: Measured, singles: Mapping[Simplification, Measured], tolerance
 
 
 def choose_within(
-    full: Measured, singles: Mapping[Simplification, Measured], budget: float, measure: Measure
+    full: Measured,
+    singles: Mapping[Simplification, Measured],
+    budget: float,
+    measure: Measure,
+    before: Iterable[Trial] = (),
 ) -> Choice:
-    """Choose the combination of the smallest error that costs no more than a budget [s] a frame."""
-    known = table_of(full, singles)
+    """Choose the combination of the smallest error that costs no more than a budget [s] a frame.
+
+    before  what was tried already
+    """
+    known = table_of(full, singles) | {trial.guess.parts: trial.measured for trial in before}
     sound = {part: found for part, found in singles.items() if not found.fault}
-    guesses = sorted((g for g in guess_all(full, sound) if g.seconds <= budget), key=by_error)
+    everything = list(guess_all(full, sound))
+    guesses = sorted((g for g in everything if g.seconds <= budget), key=by_error) or [min(everything, key=by_cost)]
     trials: list[Trial] = []
     for guess in guesses[:MOST_TRIES]:
         if guess.parts not in known:
@@ -116,10 +124,10 @@ def guess_all(full: Measured, singles: Mapping[Simplification, Measured]) -> Ite
         if saves(part, found, full):
             axes.setdefault(part.axis, [None]).append(part)
     for picked in product(*axes.values()):
-        parts = Combination(part for part in picked if part is not None)
-        square = full.bound**2 + sum(max(singles[part].bound ** 2 - full.bound**2, 0.0) for part in parts)
-        seconds = full.seconds * math.prod(min(singles[part].seconds / full.seconds, 1.0) for part in parts)
-        yield Guess(parts, math.sqrt(square), seconds)
+        taken = sorted(filter(None, picked), key=lambda part: part.axis)  # so that rounding is the same every time
+        square = full.bound**2 + sum(max(singles[part].bound ** 2 - full.bound**2, 0.0) for part in taken)
+        seconds = full.seconds * math.prod(min(singles[part].seconds / full.seconds, 1.0) for part in taken)
+        yield Guess(Combination(taken), math.sqrt(square), seconds)
 
 
 def saves(part: Simplification, found: Measured, full: Measured) -> bool:

@@ -102,9 +102,9 @@ def tune(task: Task, say: Callable[[str], None] = lambda line: None) -> Tuned:
         raise BadInput(f"the graph itself does not get through the sample: {full.fault}", where=task.text.path)
     singles = {part: study.measure([part]) for part in parts}
     choice = choose(full, singles, task.tolerance.value, study.measure)
-    over = task.budget is not None and (choice.parts is None or choice.measured.seconds > task.budget)
-    affordable = choose_within(full, singles, task.budget, study.measure) if over and task.budget else None
-    check = None
+    affordable, check = None, None
+    if task.budget is not None and (choice.parts is None or choice.measured.seconds > task.budget):
+        affordable = choose_within(full, singles, task.budget, study.measure, choice.trials)
     if task.check and choice.parts is not None:
         check = checked(
             task, other_sample(sample, graph.all_frames, graph.fps, motion, total), total, choice.parts, say
