@@ -46,7 +46,7 @@ class Choice:
     """What was chosen.
 
     parts     left out; None where nothing meets what was asked
-    measured  of the choice, or of what comes nearest
+    measured  of the choice; else of what comes nearest: the full model, or the cheapest where a budget was asked for
     trials    that led there
     """
 
@@ -60,7 +60,10 @@ def choose(full: Measured, singles: Mapping[Simplification, Measured], tolerance
 
     Those that are expected to keep it are measured, the cheapest first, until one does; what leaves out at least as
     much as one that failed is not tried. Of all that was measured and keeps the tolerance the cheapest is chosen.
+    Nothing is where the full model does not keep it: what leaves something out and comes nearer does so by luck.
     """
+    if full.bound > tolerance:
+        return Choice(None, full, ())
     known = table_of(full, singles)
     useful = {part: found for part, found in singles.items() if found.bound <= tolerance}
     guesses = sorted((g for g in guess_all(full, useful) if g.bound <= tolerance), key=by_cost)
@@ -76,9 +79,6 @@ def choose(full: Measured, singles: Mapping[Simplification, Measured], tolerance
         if known[guess.parts].bound <= tolerance:
             break
     within = [parts for parts, found in known.items() if found.bound <= tolerance and worth(parts, found, full)]
-    if not within:
-        nearest = min(known.values(), key=lambda found: found.bound)
-        return Choice(None, nearest, tuple(trials))
     parts = min(within, key=lambda parts: (known[parts].seconds, *names(parts)))
     return Choice(parts, known[parts], tuple(trials))
 

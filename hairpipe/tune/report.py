@@ -76,6 +76,8 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
         return "left out"
     if found.bound > tuned.tolerance.value:
         return f"kept: may be beyond {tuned.tolerance}"
+    if chosen is None:
+        return "kept: nearer by luck"
     if chosen and parts <= chosen:
         return "left out"
     if not all(saves(part, found, tuned.full) for part in parts):
@@ -89,9 +91,10 @@ def conclusion(tuned: Tuned) -> list[str]:
     """Say what was chosen, what it saves, and whether it holds elsewhere."""
     choice, full, tolerance = tuned.choice, tuned.full, tuned.tolerance
     if choice.parts is None:
-        lines = [f"nothing keeps {tolerance}: the nearest is off by {shown(choice.measured, tolerance)}"]
-        if full.bound > tolerance.value:
-            lines.append(f"the graph as it is, by {shown(full, tolerance)}: shorter steps may come nearer")
+        lines = [
+            f"nothing keeps {tolerance}: not even the graph as it is, off by {shown(full, tolerance)}",
+            "shorter steps may; what comes nearer with less does so by luck",
+        ]
     else:
         saved = f"{full.seconds / choice.measured.seconds:.1f} times as fast"
         lines = [

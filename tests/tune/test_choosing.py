@@ -93,6 +93,11 @@ def test_nothing_that_keeps_it_is_said_with_the_nearest():
     assert choice.parts is None and choice.measured == FULL and not world.asked
 
 
+def test_what_is_nearer_than_the_full_model_by_luck_is_not_chosen():
+    lucky = {PARTS[0]: found(0.01, 5.0)}
+    assert choose(FULL, lucky, 0.05, World().measure).parts is None
+
+
 def test_where_only_the_full_model_keeps_it_nothing_is_left_out():
     choice = choose(FULL, World(worse=5.0).singles(), 1.0, World().measure)
     assert choice.parts == frozenset() and choice.measured == FULL

@@ -57,7 +57,10 @@ def test_where_nothing_meets_it_that_is_said():
     nothing = replace(TUNED, tolerance=Tolerance(1e-5, "m"), choice=Choice(None, FULL, ()))
     text = "\n".join(report.header(nothing) + report.conclusion(nothing))
     assert not nothing.kept
-    assert "not converged within 0.01 mm" in text and "nothing keeps 0.01 mm: the nearest is off by 0.1 mm" in text
+    assert (
+        "not converged within 0.01 mm" in text
+        and "nothing keeps 0.01 mm: not even the graph as it is, off by 0.1 mm" in text
+    )
 
 
 def test_a_budget_says_what_it_buys():
