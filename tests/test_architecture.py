@@ -29,7 +29,8 @@ ROOMS = {
     "graph": {"errors", "units"},
     "nodes": BASE | DOMAIN | {"io", "graph"},
     "graphs": BASE | DOMAIN | {"io"},
-    "cli": {"bench", "errors", "graph", "graphs", "io", "levelset.vdb"},
+    "tune": BASE | {"graph"},
+    "cli": {"bench", "errors", "graph", "graphs", "io", "levelset.vdb", "tune"},
 }
 """Which other rooms the files of a room may import."""
 PLACES = {

@@ -12,7 +12,7 @@ from hairpipe import __version__
 from hairpipe.cli.wording import Unheard, nearest, say
 from hairpipe.errors import BadInput
 
-COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "cache", "usd", "bench", "version")
+COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "tune", "cache", "usd", "bench", "version")
 """Modules of this package; each defines the command of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
 COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)"; zsh and fish work the same way.'

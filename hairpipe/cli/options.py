@@ -1,11 +1,11 @@
 """Every argument and option that more than one command takes.
 
-GRAPH        run plan explain graph get; --graph in nodes
+GRAPH        run plan explain graph get tune; --graph in nodes
 TARGET       explain get
---set        run plan explain graph get
+--set        run plan explain graph get tune
 --frames     run plan explain
 --to         run plan graph
---cache      run plan explain get cache
+--cache      run plan explain get tune cache
 --json       all that read
 """
 

@@ -1,6 +1,5 @@
 """From tables to a graph: every name, type, edge and setting is checked before anything runs."""
 
-import tomllib
 from collections.abc import Mapping
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -10,6 +9,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.catalogue import Catalogue
 from hairpipe.graph.declare import RESERVED, NodeType
 from hairpipe.graph.edges import connect, read_edges
+from hairpipe.graph.edit import parse_value, put
 from hairpipe.graph.fields import fields_of
 from hairpipe.graph.files import File
 from hairpipe.graph.frameset import MOST_FRAMES
@@ -30,11 +30,22 @@ def load_graph(path: Path, overrides: Mapping[str, str] | None = None) -> Graph:
 
     overrides  settings by `node.setting`, or `node.group.setting`, as text: TOML where it parses, else as it stands
     """
+    return make_graph(read_edited(path, overrides or {}))
+
+
+def read_edited(path: Path, overrides: Mapping[str, str]) -> GraphText:
+    """Read a graph file without a check of what it says, settings laid over it."""
     text = read_graph_text(path)
+    for target, value in overrides.items():
+        put(text.tables, target, parse_value(value))
+    return text
+
+
+def make_graph(text: GraphText) -> Graph:
+    """Check the tables of a graph file, which may have been edited since they were read; BadInput as above."""
+    path = text.path
     tables = {name: value for name, value in text.tables.items() if isinstance(value, dict)}
-    check_header(text, [name for name in text.tables if name not in tables])
-    for target, value in (overrides or {}).items():
-        override(tables, target, value)
+    check_header(text)
     catalogue = Catalogue(path.parent / "nodes")
     written = write_out(text, tables)
     nodes = {name: read_node(text, name, table, catalogue) for name, table in written.items()}
@@ -47,14 +58,14 @@ def load_graph(path: Path, overrides: Mapping[str, str] | None = None) -> Graph:
     return Graph(path, frames, read_fps(text), {name: nodes[name] for name in sort_nodes(nodes, path)})
 
 
-def check_header(text: GraphText, keys: list[str]) -> None:
+def check_header(text: GraphText) -> None:
     """Check the bare keys of a graph file, `schema` first."""
     schema = text.tables.get("schema")
     if schema != SCHEMA or isinstance(schema, bool):
         what = "no schema" if schema is None else f"schema = {schema!r} is unknown"
         raise BadInput(what, where=text.place(None, ["schema"]), right=f"schema = {SCHEMA}")
-    for key in keys:
-        if key not in KEYS:
+    for key, value in text.tables.items():
+        if key not in KEYS and not isinstance(value, dict):
             right = f"{nearest(key, KEYS)}; a node is a table [{key}]"
             raise BadInput(f"unknown key '{key}'", where=text.place(None, [key]), right=right)
 
@@ -174,20 +185,3 @@ def sort_nodes(nodes: dict[str, Node], path: Path) -> list[str]:
         raise BadInput(
             f"a cycle: {' -> '.join(reversed(error.args[1]))}", where=path, right="edges without a cycle"
         ) from None
-
-
-def override(tables: dict[str, Any], target: str, value: str) -> None:
-    """Lay a setting from the command line over the tables; in place."""
-    node, *names = target.split(".")
-    if node not in tables or not names or not all(names):
-        known = nearest(node, list(tables)) if node not in tables else "node.setting=value"
-        raise BadInput(f"cannot set '{target}'", where="--set", right=known)
-    table = tables[node]
-    for name in names[:-1]:
-        table = table.setdefault(name, {})
-        if not isinstance(table, dict):
-            raise BadInput(f"'{name}' in '{target}' is no group", where="--set", right="node.setting=value")
-    try:
-        table[names[-1]] = tomllib.loads(f"value = {value}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError):
-        table[names[-1]] = value

@@ -12,7 +12,7 @@ import hairpipe
 from hairpipe.graph.canonical import digest, digest_bytes
 from hairpipe.graph.code import CodeReader
 
-WITHOUT_KERNELS = ("cli", "graph")
+WITHOUT_KERNELS = ("cli", "graph", "tune")
 """Rooms in which nothing is compiled: editing them leaves the kernels as they are."""
 KEPT = 4
 """States of the sources whose kernels are kept: enough to go back and forth between two versions."""

@@ -5,6 +5,7 @@ import re
 import stat
 import tomllib
 from collections.abc import Sequence
+from copy import copy
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -26,6 +27,12 @@ class GraphText:
         except (ValueError, RecursionError) as error:
             what = "nested too deeply" if isinstance(error, RecursionError) else str(error)
             raise BadInput(f"not valid TOML: {what}", where=path) from None
+
+    def edited(self, tables: dict[str, Any]) -> "GraphText":
+        """Return the same text with other tables; what is not in the text stands nowhere in particular."""
+        other = copy(self)
+        other.tables = tables
+        return other
 
     def place(self, node: str | None = None, names: Sequence[str] = ()) -> str:
         """Say where a node, or a name within it, stands: `graph.toml:12: [hair]`; the line where it can be found."""

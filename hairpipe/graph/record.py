@@ -22,9 +22,10 @@ class Output(NamedTuple):
 class Record:
     """One evaluation, as the store remembers it.
 
-    outputs   by name; the output named `state` of a scan may have been thinned away
-    seconds   that the evaluation took [s]
-    created   when, in seconds since 1970 [s]
+    outputs    by name; the output named `state` of a scan may have been thinned away
+    seconds    that the evaluation took [s]
+    created    when, in seconds since 1970 [s]
+    processor  seconds of all its threads, which a busy machine changes less [s]; None in records of older versions
     """
 
     key: str
@@ -36,6 +37,7 @@ class Record:
     seconds: float
     warnings: tuple[str, ...]
     created: float
+    processor: float | None = None
 
     @property
     def size(self) -> int:

@@ -71,11 +71,11 @@ class Worker:
         node_type = self.catalogue.find(job["type"])
         with workspace(self.store, node_type.asks_workspace) as folder:
             arguments = self._arguments(node_type, job, folder)
-            begun = time.perf_counter()
+            begun, worked = time.perf_counter(), time.process_time()
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
                 result = node_type.function(**arguments)
-            seconds = time.perf_counter() - begun
+            seconds, processor = time.perf_counter() - begun, time.process_time() - worked
             del arguments
             check_files(job)
             outputs = self._put(node_type, result, folder)
@@ -89,6 +89,7 @@ class Worker:
             seconds=seconds,
             warnings=tuple(spoken(caught)),
             created=time.time(),
+            processor=processor,
         )
         if self.is_orphan():
             raise SystemExit(1)

@@ -1,0 +1,132 @@
+"""`hairpipe tune`: what of a model a scene needs."""
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hairpipe.cli import options
+from hairpipe.cli.run import make_folder
+from hairpipe.cli.wording import say, shown, table
+
+if TYPE_CHECKING:
+    from hairpipe.graph.events import Event, Outcome
+    from hairpipe.graph.graph import Graph
+    from hairpipe.graph.store import Store
+    from hairpipe.tune.quantity import Tolerance
+    from hairpipe.tune.study import CarryOut
+
+INTERRUPTED = 130
+
+
+def read_tolerance(ctx: click.Context, param: click.Parameter, text: str) -> "Tolerance":
+    """Read a length or a percentage."""
+    from hairpipe.tune.quantity import read_tolerance as read
+
+    return read(text)
+
+
+def read_budget(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
+    """Read a time [s]; None where none is given."""
+    from hairpipe.tune.quantity import read_seconds
+
+    return None if text is None else read_seconds(text)
+
+
+@click.command()
+@options.graph
+@click.option(
+    "--node", required=True, metavar="NODE", shell_complete=options.complete_node, help="That simulates hair."
+)
+@click.option(
+    "--tolerance",
+    required=True,
+    metavar="2mm|0.5%",
+    callback=read_tolerance,
+    help="How far tips may be off: a length, or a share of that of their strands.",
+)
+@click.option("--budget", metavar="5s", callback=read_budget, help="For a frame: say what error it buys.")
+@click.option("--check", is_flag=True, help="Measure the choice on other strands and frames, too.")
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File for the settings.")
+@options.overrides
+@options.cache
+@click.option("-q", "--quiet", is_flag=True, help="Say nothing of the runs.")
+@options.as_json
+def tune(
+    graph: str,
+    node: str,
+    tolerance: "Tolerance",
+    budget: float | None,
+    check: bool,
+    output: Path | None,
+    overrides: dict[str, str],
+    cache: Path,
+    quiet: bool,
+    as_json: bool,
+) -> None:
+    """Find the cheapest model that keeps a tolerance, on a sample of the scene's own strands and frames.
+
+    Errors are those of the tips, root mean square, against the graph's own model at a quarter of its steps; seconds are
+    those of the processor on one thread, scaled to all strands. What is chosen was measured as it is, not summed up
+    from its parts. All of it is kept like any other result: asked again, nothing is computed.
+
+    The settings are TOML tables that take the place of those in the graph. Exit codes: 0 found, 1 nothing keeps the
+    tolerance, or the check is beyond it, 2 bad input, 130 interrupted.
+    """
+    from hairpipe.cli.shipped import find_graph
+    from hairpipe.graph.load import read_edited
+    from hairpipe.graph.store import Store
+    from hairpipe.tune import report
+    from hairpipe.tune.fragment import changed_tables, write_toml
+    from hairpipe.tune.study import Interrupted
+    from hairpipe.tune.tuning import Task, chosen_tables
+    from hairpipe.tune.tuning import tune as find
+
+    text = read_edited(find_graph(graph), overrides)
+    make_folder(cache)
+    store = Store(cache)
+    task = Task(text, node, store, tolerance, runner(store, quiet), budget, check)
+    try:
+        tuned = find(task, say if not quiet else lambda line: None)
+    except Interrupted:
+        say("hairpipe: interrupted; what was measured is kept, the same command goes on from there")
+        sys.exit(INTERRUPTED)
+    fragment = None
+    if tuned.choice.parts is not None:
+        command = f"hairpipe tune {graph} --node {node} --tolerance {str(tolerance).replace(' ', '')}"
+        tables = changed_tables(text.tables, chosen_tables(task, tuned.choice.parts))
+        fragment = write_toml(tables, report.comment(tuned, command))
+    if output and fragment is not None:
+        output.write_text(fragment, encoding="ascii")
+    if as_json:
+        click.echo(json.dumps(report.document(tuned, fragment), indent=2))
+    else:
+        rows = table(report.rows(tuned), report.ALIGN)
+        parts = (report.header(tuned), [rows], report.trial_lines(tuned), report.conclusion(tuned))
+        click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
+        if fragment is not None:
+            click.echo(f"settings: {shown(output)}" if output else f"\n{fragment}", nl=output is not None)
+    sys.exit(0 if tuned.kept else 1)
+
+
+def runner(store: "Store", quiet: bool) -> "CarryOut":
+    """Make what carries a run out and says what is measured; a warning that many models give is passed on once."""
+    from hairpipe.graph.run import Options
+    from hairpipe.graph.run import run as carry_out
+
+    said: set[str] = set()
+
+    def run(text: str, graph: "Graph", frames: Sequence[int]) -> "Outcome":
+        def report(event: "Event") -> None:
+            mark = event.message if event.kind == "warning" else text
+            if event.kind not in ("started", "warning") or mark in said or (quiet and event.kind == "started"):
+                return
+            said.add(mark)
+            say(f"warning: {text}: {mark}" if event.kind == "warning" else f"measuring: {text}")
+
+        return carry_out(graph, store, frames, Options(jobs=1), report)
+
+    return run

@@ -1,0 +1,51 @@
+"""A sample of a groom: patches of neighbours, since hair that touches its neighbours needs them."""
+
+import numpy as np
+
+from hairpipe.data import Groom
+from hairpipe.errors import BadInput
+from hairpipe.groom.adopting import take_strands
+from hairpipe.groom.ordering import order_along_curve
+
+GOLDEN = 0.6180339887498949  # every further sample has its seeds where gaps are widest
+
+
+def sample_patches(groom: Groom, strands: int, patches: int, number: int) -> Groom:
+    """Return patches of a groom, one after another, of equal size, strands in each in order and with their ids; pure.
+
+    A patch is a seed and the roots nearest to it; seeds are spread evenly along a curve through all roots.
+
+    strands  altogether; rounded up to a multiple of the patches; a groom that has no more is given as it is
+    number   of the sample: samples of different numbers share no strand
+    Raise BadInput where the groom has too few strands for that many samples.
+    """
+    total = len(groom.ids)
+    size = -(-strands // patches)
+    if number == 0 and total <= size * patches:
+        return groom
+    if total < size * patches * (number + 1):
+        raise BadInput(
+            f"{total} strands are too few for {number + 1} samples of {size * patches}", where="groom", right="fewer"
+        )
+    return take(groom, choose_patches(groom.points[groom.offsets[:-1]], size, patches, number).ravel())
+
+
+def choose_patches(roots: np.ndarray, size: int, patches: int, number: int) -> np.ndarray:
+    """Return which of the roots [m], (S, 3), are in each patch of a sample, ascending, (patches, size) int64."""
+    order, free = order_along_curve(roots), np.ones(len(roots), bool)
+    chosen = np.empty((patches, size), np.int64)
+    for sample in range(number + 1):
+        shift = (0.5 + sample * GOLDEN) % 1.0
+        for patch in range(patches):
+            seed = roots[order[int((patch + shift) / patches * len(roots))]]
+            distances = np.where(free, np.sum((roots - seed) ** 2, axis=1), np.inf)
+            chosen[patch] = np.sort(np.argsort(distances, kind="stable")[:size])
+            free[chosen[patch]] = False
+    return chosen
+
+
+def take(groom: Groom, strands: np.ndarray) -> Groom:
+    """Return some strands of a groom, with the ids they have, in the order in which they are named; pure."""
+    points, offsets = take_strands(groom.points, groom.offsets, strands)
+    names = ("ids", "root_triangles", "root_barycentrics", "root_frames", "root_uv")
+    return Groom(points, offsets, **{name: np.ascontiguousarray(getattr(groom, name)[strands]) for name in names})

@@ -1,0 +1,162 @@
+"""Chooses what to leave out: the cheapest combination that was measured to keep the tolerance.
+
+Errors do not add, so a combination is predicted only to decide what is measured next, and what is chosen was measured.
+"""
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+
+from hairpipe.tune.measured import Measured
+from hairpipe.tune.simplifications import Simplification
+
+WORTH = 0.97
+"""Share of the time that must be left, at most, for something to be left out: times are known no better."""
+MOST_TRIES = 12
+"""Combinations that are measured, at most, before the best of what is known is taken."""
+
+Combination = frozenset[Simplification]
+Measure = Callable[[Combination], Measured]
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What a combination is expected to be like before it is measured.
+
+    bound    if what its parts add to the squared error of the full model added up, in the unit of the tolerance
+    seconds  if what its parts save multiplied [s]
+    """
+
+    parts: Combination
+    bound: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A combination that was measured because of its guess."""
+
+    guess: Guess
+    measured: Measured
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was chosen.
+
+    parts     left out; None where nothing meets what was asked
+    measured  of the choice; else of what comes nearest: the full model, or the cheapest where a budget was asked for
+    trials    that led there
+    """
+
+    parts: Combination | None
+    measured: Measured
+    trials: tuple[Trial, ...]
+
+
+def choose(full: Measured, singles: Mapping[Simplification, Measured], tolerance: float, measure: Measure) -> Choice:
+    """Choose the cheapest combination within a tolerance.
+
+    Those that are expected to keep it are measured, the cheapest first, until one does; what leaves out at least as
+    much as one that failed is not tried. Of all that was measured and keeps the tolerance the cheapest is chosen.
+    Nothing is where the full model does not keep it: what leaves something out and comes nearer does so by luck.
+    """
+    if full.bound > tolerance:
+        return Choice(None, full, ())
+    known = table_of(full, singles)
+    useful = {part: found for part, found in singles.items() if found.bound <= tolerance}
+    guesses = sorted((g for g in guess_all(full, useful) if g.bound <= tolerance), key=by_cost)
+    trials: list[Trial] = []
+    for guess in guesses:
+        if len(trials) == MOST_TRIES:
+            break
+        if guess.parts not in known:
+            if any(goes_as_far(guess.parts, trial.guess.parts) for trial in trials):
+                continue
+            known[guess.parts] = measure(guess.parts)
+            trials.append(Trial(guess, known[guess.parts]))
+        if known[guess.parts].bound <= tolerance:
+            break
+    within = [parts for parts, found in known.items() if found.bound <= tolerance and worth(parts, found, full)]
+    parts = min(within, key=lambda parts: (known[parts].seconds, *names(parts)))
+    return Choice(parts, known[parts], tuple(trials))
+
+
+def choose_within(
+    full: Measured,
+    singles: Mapping[Simplification, Measured],
+    budget: float,
+    measure: Measure,
+    before: Iterable[Trial] = (),
+) -> Choice:
+    """Choose the combination of the smallest error that costs no more than a budget [s] a frame.
+
+    before  what was tried already
+    """
+    known = table_of(full, singles) | {trial.guess.parts: trial.measured for trial in before}
+    sound = {part: found for part, found in singles.items() if not found.fault}
+    everything = list(guess_all(full, sound))
+    guesses = sorted((g for g in everything if g.seconds <= budget), key=by_error) or [min(everything, key=by_cost)]
+    trials: list[Trial] = []
+    for guess in guesses[:MOST_TRIES]:
+        if guess.parts not in known:
+            known[guess.parts] = measure(guess.parts)
+            trials.append(Trial(guess, known[guess.parts]))
+        if known[guess.parts].seconds <= budget:
+            break
+    within = [parts for parts, found in known.items() if found.seconds <= budget and not found.fault]
+    if not within:
+        return Choice(None, min(known.values(), key=lambda found: found.seconds), tuple(trials))
+    parts = min(within, key=lambda parts: (known[parts].bound, *names(parts)))
+    return Choice(parts, known[parts], tuple(trials))
+
+
+def table_of(full: Measured, singles: Mapping[Simplification, Measured]) -> dict[Combination, Measured]:
+    """List all that is known at the beginning by combination."""
+    return {Combination(): full} | {Combination([part]): found for part, found in singles.items()}
+
+
+def guess_all(full: Measured, singles: Mapping[Simplification, Measured]) -> Iterator[Guess]:
+    """Guess what every combination of what saves anything is like."""
+    axes: dict[str, list[Simplification | None]] = {}
+    for part, found in singles.items():
+        if saves(part, found, full):
+            axes.setdefault(part.axis, [None]).append(part)
+    for picked in product(*axes.values()):
+        taken = sorted(filter(None, picked), key=lambda part: part.axis)  # so that rounding is the same every time
+        square = full.bound**2 + sum(max(singles[part].bound ** 2 - full.bound**2, 0.0) for part in taken)
+        seconds = full.seconds * math.prod(min(singles[part].seconds / full.seconds, 1.0) for part in taken)
+        yield Guess(Combination(taken), math.sqrt(square), seconds)
+
+
+def saves(part: Simplification, found: Measured, full: Measured) -> bool:
+    """Whether something left out saves time; physics that makes no difference does, whatever a busy machine says."""
+    idle = bool(part.drops) and found.bound <= full.bound
+    return found.seconds <= WORTH * full.seconds or idle
+
+
+def goes_as_far(parts: Iterable[Simplification], other: Iterable[Simplification]) -> bool:
+    """Whether something leaves out at least as much as something else, on every axis."""
+    levels = {part.axis: part.level for part in parts}
+    return all(levels.get(part.axis, 0) >= part.level for part in other)
+
+
+def worth(parts: Combination, found: Measured, full: Measured) -> bool:
+    """Whether a combination saves anything; leaving nothing out need not."""
+    return not parts or found.seconds <= WORTH * full.seconds
+
+
+def by_cost(guess: Guess) -> tuple[float | str, ...]:
+    """Order guesses by what they cost; of two that cost the same, the one that leaves out more comes first."""
+    return guess.seconds, -len(guess.parts), guess.bound, *names(guess.parts)
+
+
+def by_error(guess: Guess) -> tuple[float | str, ...]:
+    """Order guesses by how far off they are."""
+    return guess.bound, guess.seconds, *names(guess.parts)
+
+
+def names(parts: Iterable[Simplification]) -> list[str]:
+    """List what a combination leaves out, in an order that does not depend on how it was put together."""
+    return sorted(f"{part.axis} {part.level}" for part in parts)

@@ -1,0 +1,202 @@
+"""What came of tuning, as rows of a table, as sentences, and as a document."""
+
+from dataclasses import asdict
+from typing import Any
+
+from hairpipe.tune.choosing import Choice, Combination, Trial, names, saves
+from hairpipe.tune.measured import Measured
+from hairpipe.tune.quantity import Tolerance
+from hairpipe.tune.tuning import Tuned, described
+
+HEADINGS = ("model", "tips [mm]", "[% of L]", "bound", "whole [mm]", "s/frame", "saves", "")
+MOST_SHOWN = 80
+"""Characters of what went wrong, in the table."""
+ALIGN = "<>>>>>><"
+
+
+def header(tuned: Tuned) -> list[str]:
+    """Say what was measured, and whether the reference can tell."""
+    lines = [f"sample: {described(tuned.sample, tuned.strands)}", reference_line(tuned.steps, tuned.reference)]
+    if tuned.reference.error > tuned.tolerance.value:
+        lines.append(f"the reference is not converged within {tuned.tolerance}: motion like this cannot be held to it")
+    return lines
+
+
+def reference_line(steps: str, found: Measured) -> str:
+    """Say how far the reference is converged."""
+    return (
+        f"reference: {steps}; twice as long ones move its tips by {millimetres(found.tip)} mm ({found.percent:.2g} %)"
+    )
+
+
+def rows(tuned: Tuned) -> list[tuple[str, ...]]:
+    """Lay out what was measured: the graph as it is, and what can be left out, each on its own, and why it was."""
+    full = tuned.full
+    reason = "" if full.bound <= tuned.tolerance.value else f"may be beyond {tuned.tolerance}"
+    found = [HEADINGS, row("the graph as it is", full, full, tuned.tolerance, reason)]
+    for part, measured in tuned.singles.items():
+        found.append(row(part.text, measured, full, tuned.tolerance, why(tuned, Combination([part]), measured)))
+    return found
+
+
+def trial_lines(tuned: Tuned) -> list[str]:
+    """Say what was tried together, what was expected of it and what came of it."""
+    trials = (*tuned.choice.trials, *(tuned.affordable.trials if tuned.affordable else ()))
+    return [trial_line(tuned, trial) for trial in trials]
+
+
+def trial_line(tuned: Tuned, trial: Trial) -> str:
+    """Say what came of one combination."""
+    found, guess, unit = trial.measured, trial.guess.bound, tuned.tolerance.unit
+    expected = f"{guess:.2g} %" if unit == "%" else f"{millimetres(guess)} mm"
+    cost = "" if found.fault else f", {found.seconds:.3g} s/frame"
+    if trial.guess.parts == tuned.choice.parts:
+        verdict = "taken"
+    else:
+        verdict = "not taken, may be beyond" if found.bound > tuned.tolerance.value else "not taken, costs more"
+    what = "; ".join(names_of(trial.guess.parts))
+    return f"together: {what}\n  {shown(found, tuned.tolerance)}, expected at most {expected}{cost}: {verdict}"
+
+
+def row(text: str, found: Measured, full: Measured, tolerance: Tolerance, reason: str) -> tuple[str, ...]:
+    """Write what was measured of one model."""
+    if found.fault:
+        return text, "", "", "", "", "", "", reason
+    bound = f"{found.bound:.2g} %" if tolerance.unit == "%" else f"{millimetres(found.bound)} mm"
+    numbers = (millimetres(found.tip), f"{found.percent:.2g}", bound, millimetres(found.whole), f"{found.seconds:.3g}")
+    return text, *numbers, "" if found is full else f"{100.0 * (1.0 - found.seconds / full.seconds):.0f} %", reason
+
+
+def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
+    """Say why something was left out, or was not."""
+    chosen = tuned.choice.parts
+    if found.fault:
+        return f"kept: {found.fault[:MOST_SHOWN]}"
+    if parts == chosen:
+        return "left out"
+    if found.bound > tuned.tolerance.value:
+        return f"kept: may be beyond {tuned.tolerance}"
+    if chosen is None:
+        return "kept: nearer by luck"
+    if chosen and parts <= chosen:
+        return "left out"
+    if not all(saves(part, found, tuned.full) for part in parts):
+        return "kept: saves nothing"
+    if chosen and any(part.axis == other.axis and part.level < other.level for part in parts for other in chosen):
+        return "more than that is left out"
+    return "kept: not with the others" if len(parts) == 1 else "costs more"
+
+
+def conclusion(tuned: Tuned) -> list[str]:
+    """Say what was chosen, what it saves, and whether it holds elsewhere."""
+    choice, full, tolerance = tuned.choice, tuned.full, tuned.tolerance
+    if choice.parts is None:
+        lines = [
+            f"nothing keeps {tolerance}: not even the graph as it is, off by {shown(full, tolerance)}",
+            "shorter steps may; what comes nearer with less does so by luck",
+        ]
+    else:
+        saved = f"{full.seconds / choice.measured.seconds:.1f} times as fast"
+        lines = [
+            f"left out: {'; '.join(names_of(choice.parts)) or 'nothing, the scene needs the graph as it is'}",
+            f"error {shown(choice.measured, tolerance)}",
+            f"{choice.measured.seconds:.3g} s a frame, not {full.seconds:.3g}: {saved}",
+        ]
+    if tuned.affordable is not None:
+        lines.append(affordable_line(f"{tuned.budget:g} s a frame", tolerance, tuned.affordable))
+    return lines + check_lines(tuned)
+
+
+def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
+    """Say what the budget buys."""
+    if found.parts is None:
+        return f"nothing that was measured costs {budget} or less: the cheapest costs {found.measured.seconds:.3g} s"
+    error, what = shown(found.measured, tolerance), "; ".join(names_of(found.parts))
+    return f"{budget} buy an error of {error}, for {found.measured.seconds:.3g} s, with these left out: {what}"
+
+
+def check_lines(tuned: Tuned) -> list[str]:
+    """Say what the choice comes to on the second sample."""
+    check = tuned.check
+    if check is None:
+        return []
+    held = "the tolerance holds" if tuned.kept else f"beyond {tuned.tolerance}"
+    own = shown(check.full, tuned.tolerance)
+    return [
+        f"check: {described(check.sample, tuned.strands)}",
+        f"check: {reference_line(tuned.steps, check.reference)}",
+        f"check: error {shown(check.chosen, tuned.tolerance)}; the graph as it is, {own}: {held}",
+    ]
+
+
+def comment(tuned: Tuned, command: str) -> str:
+    """Say in a comment what settings are for, and what they were measured to be good for."""
+    return "\n".join(
+        [command, *header(tuned), *conclusion(tuned), "", "These tables take the place of those in the graph."]
+    )
+
+
+def document(tuned: Tuned, fragment: str | None) -> dict[str, Any]:
+    """Describe it all as a document."""
+    chosen = tuned.choice.parts
+    singles = [
+        asdict(part) | plain(found) | {"verdict": why(tuned, Combination([part]), found)}
+        for part, found in tuned.singles.items()
+    ]
+    trials = [
+        {"left_out": names_of(t.guess.parts), "guess": {"bound": t.guess.bound, "seconds": t.guess.seconds}}
+        | plain(t.measured)
+        for t in tuned.choice.trials
+    ]
+    check = tuned.check
+    return {
+        "strands": tuned.strands,
+        "sample": asdict(tuned.sample),
+        "tolerance": tuned.tolerance._asdict(),
+        "kept": tuned.kept,
+        "reference": {"steps": tuned.steps} | plain(tuned.reference),
+        "full": plain(tuned.full),
+        "simplifications": singles,
+        "combinations": trials,
+        "chosen": None if chosen is None else {"left_out": names_of(chosen)} | plain(tuned.choice.measured),
+        "budget": tuned.budget,
+        "affordable": tuned.affordable and described_choice(tuned.affordable),
+        "check": check
+        and {
+            "sample": asdict(check.sample),
+            "reference": plain(check.reference),
+            "full": plain(check.full),
+            "chosen": plain(check.chosen),
+        },
+        "fragment": fragment,
+    }
+
+
+def described_choice(choice: Choice) -> dict[str, Any] | None:
+    """Describe a choice; None where nothing was chosen."""
+    return None if choice.parts is None else {"left_out": names_of(choice.parts)} | plain(choice.measured)
+
+
+def plain(found: Measured) -> dict[str, Any]:
+    """Describe what was measured; what is infinite is null."""
+    return {name: None if value == float("inf") else value for name, value in asdict(found).items()}
+
+
+def names_of(parts: Combination) -> list[str]:
+    """List in words what is left out."""
+    return [part.text for part in sorted(parts, key=lambda part: names([part]))]
+
+
+def shown(found: Measured, tolerance: Tolerance) -> str:
+    """Write an error and its bound."""
+    if found.fault:
+        return found.fault
+    if tolerance.unit == "%":
+        return f"{found.error:.2g} % (at most {found.bound:.2g})"
+    return f"{millimetres(found.error)} mm (at most {millimetres(found.bound)})"
+
+
+def millimetres(metres: float) -> str:
+    """Write a length in mm to two figures."""
+    value = 1e3 * metres
+    return f"{value:.0f}" if value >= 99.5 else f"{value:.2g}"

@@ -1,0 +1,79 @@
+"""Which strands and frames stand for a scene."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+PATCHES = 4
+STRANDS = 96
+LEAD, LONG = 0.5, 0.5
+"""How long hair settles in before it is measured, and how long it is measured [s]."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Strands and frames of a scene.
+
+    strands  in patches of neighbours
+    number   of the sample of strands: those of different numbers share none
+    begin    frame at which the simulation starts
+    first    frame that is measured, and
+    last     of them
+    """
+
+    strands: int
+    patches: int
+    number: int
+    begin: int
+    first: int
+    last: int
+
+    @property
+    def frames(self) -> range:
+        """Frames that are measured."""
+        return range(self.first, self.last + 1)
+
+    @property
+    def simulated(self) -> range:
+        """Frames that are computed."""
+        return range(self.begin, self.last + 1)
+
+
+def choose_sample(
+    frames: range, fps: float, motion: np.ndarray | None, total: int, strands: int = STRANDS, patches: int = PATCHES
+) -> Sample:
+    """Choose strands, and the frames in which the roots accelerate most, with as many before them to settle in.
+
+    frames  of the shot
+    motion  acceleration of the roots at every frame [m/s^2], (frames,); None where nothing moves them
+    total   strands there are
+    """
+    patches = min(patches, total)
+    size = min(-(-strands // patches) * patches, total)
+    whole = Sample(size, patches, 0, frames[0], frames[0], frames[-1])
+    return window(whole, frames, fps, np.zeros(len(frames)) if motion is None else motion)
+
+
+def other_sample(sample: Sample, frames: range, fps: float, motion: np.ndarray | None, total: int) -> Sample:
+    """Choose other strands, where there are enough, and frames that are not in the sample, where there are enough."""
+    rest = np.zeros(len(frames)) if motion is None else motion.copy()
+    rest[[frame - frames[0] for frame in sample.frames]] = -1.0
+    number = 1 if total >= 2 * sample.strands else 0
+    return window(replace(sample, number=number), frames, fps, rest)
+
+
+def window(sample: Sample, frames: range, fps: float, motion: np.ndarray) -> Sample:
+    """Place the frames of a sample where the mean square of the motion is largest; negative motion is out of bounds.
+
+    Of several such places the first one that leaves time to settle in is taken. Where no place keeps within bounds,
+    it is the one with the most frames that do.
+    """
+    lead, length = round(LEAD * fps), max(round(LONG * fps), 2)
+    length = min(length, len(frames) - 1) or 1
+    starts = np.arange(min(1, len(frames) - 1), len(frames) - length + 1)
+    outside = np.array([np.count_nonzero(motion[s : s + length] < 0.0) for s in starts])
+    strength = np.array([np.mean(np.maximum(motion[s : s + length], 0.0) ** 2) for s in starts])
+    hurried = np.maximum(lead - starts, 0)
+    best = starts[np.lexsort((starts, hurried, -np.round(strength / max(strength.max(), 1e-300), 6), outside))[0]]
+    first = frames[int(best)]
+    return replace(sample, begin=max(first - lead, frames[0]), first=first, last=first + length - 1)

@@ -1,0 +1,113 @@
+"""What can be left out of a simulation of hair, as data: which settings of the graph say less than it does."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.graph import Graph, Node
+
+SEGMENTS = (0.75, 0.5, 0.33)
+"""Shares of the segments."""
+FEWEST_SEGMENTS = 3
+STEPS = (2.0, 4.0, 8.0)
+"""Factors on the lengths that bound a step."""
+VOXELS = (1.5, 2.0, 3.0)
+"""Factors on the spacing of level sets."""
+LARGEST_VOXEL = 0.1  # [m]
+GROUPS = (("collisions", "no collisions between hairs"), ("stiction", "no stiction"))
+"""Groups of settings whose physics can be left out."""
+BODIES = ("surface", "parts")
+"""Sockets of the simulation that take level sets."""
+TYPE = "simulate_hair"
+
+
+@dataclass(frozen=True)
+class Simplification:
+    """One thing left out, or made coarser.
+
+    axis   what it is about; of each axis one simplification at most can be taken
+    level  how far it goes on this axis: a higher one leaves out more
+    text   what it does, in words
+    puts   settings by target `node.setting`, with their values
+    drops  targets of groups that are taken out
+    """
+
+    axis: str
+    level: int
+    text: str
+    puts: tuple[tuple[str, Any], ...] = ()
+    drops: tuple[str, ...] = ()
+
+
+def simplifications(graph: Graph, name: str) -> list[Simplification]:
+    """List what can be left out of a simulation, axis by axis; BadInput where the node is none."""
+    node = graph.node(name)
+    if node.type.name != TYPE:
+        known = ", ".join(f"--node {other.name}" for other in graph.nodes.values() if other.type.name == TYPE)
+        what = f"'{name}' is a {node.type.name}, which has nothing to leave out"
+        raise BadInput(what, where=graph.path, right=known or f"a graph with a node of type {TYPE}")
+    shortened = [*of_segments(graph, node), *of_steps(graph, node), *of_voxels(graph, node)]
+    return [*of_model(node), *shortened, *of_groups(node)]
+
+
+def of_model(node: Node) -> Iterator[Simplification]:
+    """Leave out torsion and the particles beside the axis."""
+    if node.settings["model"] == "network":
+        yield Simplification("model", 1, "plain chain, no torsion", ((f"{node.name}.model", "chain"),))
+
+
+def of_segments(graph: Graph, node: Node) -> Iterator[Simplification]:
+    """Cut hair into fewer segments, where the groom comes from a node that has a setting for it."""
+    maker = next((n for n in above(graph, node.edges["groom"].node) if n.settings.get("segments")), None)
+    count = maker.settings["segments"] if maker else 0
+    fewer = dict.fromkeys(round(count * share) for share in SEGMENTS)
+    for level, segments in enumerate((n for n in fewer if FEWEST_SEGMENTS <= n < count), 1):
+        text = f"{segments} segments, not {count}"
+        yield Simplification("segments", level, text, ((f"{maker.name}.segments", segments),))  # type: ignore[union-attr]
+
+
+def of_steps(graph: Graph, node: Node) -> Iterator[Simplification]:
+    """Take longer steps, up to a frame."""
+    longest = node.settings["steps"]["longest"]
+    for level, factor in enumerate(STEPS, 1):
+        if longest * factor / STEPS[0] < 1.0 / graph.fps:
+            changed = scaled_steps(node, factor, most=1.0 / graph.fps)
+            yield Simplification("steps", level, f"steps up to 1/{1.0 / changed[0][1]:.0f} s", changed)
+
+
+def scaled_steps(node: Node, factor: float, most: float = 1.0) -> tuple[tuple[str, float], ...]:
+    """Scale the lengths that bound a step [s, m, m], the first of them up to `most`."""
+    steps = node.settings["steps"]
+    values = {"longest": min(steps["longest"] * factor, most)}
+    values |= {name: steps[name] * factor for name in ("root", "travel")}
+    return tuple((f"{node.name}.steps.{name}", float(f"{value:.6g}")) for name, value in values.items())
+
+
+def of_voxels(graph: Graph, node: Node) -> Iterator[Simplification]:
+    """Sample the space around bodies more coarsely."""
+    makers = {edge.node: graph.nodes[edge.node] for plug, edge in node.edges.items() if plug.split(".")[0] in BODIES}
+    voxels = {name: maker.settings["voxel"] for name, maker in makers.items() if "voxel" in maker.settings}
+    for level, factor in enumerate(VOXELS, 1):
+        puts = tuple((f"{name}.voxel", float(f"{voxel * factor:.4g}")) for name, voxel in voxels.items())
+        if puts and max(value for _, value in puts) <= LARGEST_VOXEL:
+            text = "voxels of " + ", ".join(f"{1e3 * value:g} mm" for _, value in puts)
+            yield Simplification("voxels", level, text, puts)
+
+
+def of_groups(node: Node) -> Iterator[Simplification]:
+    """Leave physics out that is an optional group of settings."""
+    for group, text in GROUPS:
+        if node.settings[group] is not None:
+            yield Simplification(group, 1, text, drops=(f"{node.name}.{group}",))
+
+
+def above(graph: Graph, name: str) -> Iterator[Node]:
+    """Iterate over a node and those behind it, the nearest first."""
+    queue, seen = [name], {name}
+    while queue:
+        node = graph.nodes[queue.pop(0)]
+        yield node
+        behind = [edge.node for edge in node.edges.values() if edge.node not in seen]
+        seen.update(behind)
+        queue += behind

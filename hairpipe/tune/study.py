@@ -1,0 +1,103 @@
+"""Measures models of a scene's hair on a sample, as ordinary runs of the graph with other settings."""
+
+from collections.abc import Callable, Iterable, Sequence
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.edit import Tables
+from hairpipe.graph.events import Outcome
+from hairpipe.graph.graph import Graph
+from hairpipe.graph.load import make_graph
+from hairpipe.graph.read import GraphText
+from hairpipe.graph.store import Store
+from hairpipe.tune.measured import Measured, failed, measured_of, seconds_per_frame
+from hairpipe.tune.quantity import Tolerance
+from hairpipe.tune.results import Results
+from hairpipe.tune.sampling import Sample
+from hairpipe.tune.simplifications import BODIES, Simplification, scaled_steps
+from hairpipe.tune.variants import beside, simplified, with_node
+
+CarryOut = Callable[[str, Graph, Sequence[int]], Outcome]
+"""Runs a graph at frames; the text says what for."""
+SAMPLE, ERROR = "tune-sample", "tune-error"
+"""Names of the nodes that are added."""
+FINE, FINEST = 0.5, 0.25
+"""Factors on the steps of the graph, of the two models that show whether the reference is converged."""
+
+
+class Interrupted(Exception):
+    """A run was interrupted; what was computed is kept."""
+
+
+class Study:
+    """A scene, a sample of it, and what has been measured there.
+
+    scale  strands of the scene over those of the sample
+    """
+
+    def __init__(
+        self, text: GraphText, hair: str, store: Store, sample: Sample, total: int, tolerance: Tolerance, run: CarryOut
+    ) -> None:
+        self.text, self.hair, self.store, self.sample = text, hair, store, sample
+        self.scale = total / sample.strands
+        self.tolerance = tolerance
+        self._run = run
+        self._tables = sampled(text.tables, hair, sample)
+        self._node = make_graph(text).node(hair)
+        self._known: dict[frozenset[Simplification], Measured] = {}
+
+    def refined(self, factor: float) -> Simplification:
+        """Describe the scene's own model at finer steps."""
+        puts = tuple((target, max(value, 2e-5)) for target, value in scaled_steps(self._node, factor))
+        return Simplification("steps", 0, f"steps up to 1/{1.0 / puts[0][1]:.0f} s", puts)
+
+    def converged(self) -> Measured:
+        """Measure how far the reference moves when its steps are halved."""
+        found = self.measure([self.refined(FINE)])
+        if found.fault:
+            raise BadInput(f"the graph itself does not get through the sample: {found.fault}", where=self.text.path)
+        return found
+
+    def measure(self, parts: Iterable[Simplification]) -> Measured:
+        """Measure the scene's model with things left out; once."""
+        parts = frozenset(parts)
+        if parts not in self._known:
+            self._known[parts] = self._measure(parts)
+        return self._known[parts]
+
+    def _measure(self, parts: frozenset[Simplification]) -> Measured:
+        text = ", ".join(part.text for part in sorted(parts, key=lambda part: part.axis)) or "the graph as it is"
+        finest = self.refined(FINEST)
+        variants = {"reference": [finest], "variant": parts}
+        tables = {label: simplified(self._tables, changes) for label, changes in variants.items()}
+        merged, names = beside(tables, self.hair)
+        edges = {"hair": names["variant"], "reference": names["reference"]}
+        table = {"type": "measure_patches", "in": edges, "patches": self.sample.patches}
+        graph = make_graph(self.text.edited(with_node(merged, ERROR, table)))
+        before = [edge.node for name in names.values() for edge in graph.nodes[name].edges.values()]
+        fault = self._carry_out(text, graph, before, self.sample.simulated)
+        fault = fault or self._carry_out(f"reference: {finest.text}", graph, [names["reference"]], self.sample.frames)
+        fault = fault or self._carry_out(text, graph, [ERROR], self.sample.frames)
+        return failed(fault) if fault else self._read(graph, names["variant"])
+
+    def _carry_out(self, text: str, graph: Graph, nodes: Sequence[str], frames: Sequence[int]) -> str:
+        """Run a graph up to some nodes; returns what went wrong. One at a time, so that times are those of one."""
+        outcome = self._run(text, graph.upto(nodes), frames)
+        if outcome.interrupted:
+            raise Interrupted
+        return next((str(failure.message) for failure in outcome.failures), "")
+
+    def _read(self, graph: Graph, name: str) -> Measured:
+        results = Results(graph, self.store, self.sample.frames)
+        frames = [frame for frame in self.sample.frames if frame > self.sample.begin]
+        plugs = graph.nodes[name].edges.items()
+        bodies = [results.seconds(edge.node, frames) for plug, edge in plugs if plug.split(".")[0] in BODIES]
+        seconds = seconds_per_frame(results.seconds(name, frames), bodies, len(frames), self.scale)
+        return measured_of(results.value(ERROR), self.tolerance, seconds)
+
+
+def sampled(tables: Tables, hair: str, sample: Sample) -> Tables:
+    """Return the tables of a graph with its hair simulated for a sample only; pure."""
+    groom = tables[hair]["in"]["groom"]
+    settings = {"strands": sample.strands, "patches": sample.patches, "number": sample.number}
+    table = {"type": "sample_groom", "in": {"groom": groom}, **settings}
+    return with_node(tables, SAMPLE, table, instead=groom) | {"frames": [sample.begin, sample.last]}

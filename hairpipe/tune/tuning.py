@@ -1,0 +1,157 @@
+"""Tunes a scene: samples it, measures what each simplification costs and saves, and chooses."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.edit import Tables
+from hairpipe.graph.graph import Graph
+from hairpipe.graph.load import make_graph
+from hairpipe.graph.read import GraphText
+from hairpipe.graph.store import Store
+from hairpipe.tune.choosing import Choice, Combination, choose, choose_within
+from hairpipe.tune.measured import Measured
+from hairpipe.tune.quantity import Tolerance
+from hairpipe.tune.results import Results
+from hairpipe.tune.sampling import STRANDS, Sample, choose_sample, other_sample
+from hairpipe.tune.simplifications import Simplification, simplifications
+from hairpipe.tune.study import FINEST, CarryOut, Interrupted, Study
+from hairpipe.tune.variants import simplified, with_node
+
+ROOTS = "tune-roots"
+
+
+@dataclass(frozen=True)
+class Check:
+    """What was promised, on strands and frames that were not sampled.
+
+    reference  how far its tips moved when its steps were halved
+    """
+
+    sample: Sample
+    reference: Measured
+    full: Measured
+    chosen: Measured
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """All that came of it.
+
+    strands    of the scene
+    reference  how far its tips moved when its steps were halved, and
+    steps      in words, which they are
+    full       the graph as it is
+    singles    everything that can be left out, on its own
+    budget     what was asked for, and what it buys where the choice costs more
+    """
+
+    strands: int
+    sample: Sample
+    tolerance: Tolerance
+    reference: Measured
+    steps: str
+    full: Measured
+    singles: dict[Simplification, Measured]
+    choice: Choice
+    budget: float | None = None
+    affordable: Choice | None = None
+    check: Check | None = None
+
+    @property
+    def kept(self) -> bool:
+        """Whether the tolerance is kept, and was on the second sample, if there was one."""
+        return self.choice.parts is not None and (self.check is None or self.check.chosen.error <= self.tolerance.value)
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is to be tuned.
+
+    text     of the graph file
+    hair     node that simulates
+    strands  of the sample
+    """
+
+    text: GraphText
+    hair: str
+    store: Store
+    tolerance: Tolerance
+    run: CarryOut
+    budget: float | None = None
+    check: bool = False
+    strands: int = STRANDS
+
+
+def tune(task: Task, say: Callable[[str], None] = lambda line: None) -> Tuned:
+    """Measure a scene's own strands and frames, and choose; BadInput where the graph is none that can be tuned.
+
+    say  is told what is measured
+    """
+    graph = make_graph(task.text)
+    parts = simplifications(graph, task.hair)
+    total, motion = look_at(task, graph)
+    sample = choose_sample(graph.all_frames, graph.fps, motion, total, task.strands)
+    study = study_of(task, sample, total)
+    say(described(sample, total))
+    reference = study.converged()
+    full = study.measure([])
+    if full.fault:
+        raise BadInput(f"the graph itself does not get through the sample: {full.fault}", where=task.text.path)
+    singles = {part: study.measure([part]) for part in parts}
+    choice = choose(full, singles, task.tolerance.value, study.measure)
+    affordable, check = None, None
+    if task.budget is not None and (choice.parts is None or choice.measured.seconds > task.budget):
+        affordable = choose_within(full, singles, task.budget, study.measure, choice.trials)
+    if task.check and choice.parts is not None:
+        check = checked(
+            task, other_sample(sample, graph.all_frames, graph.fps, motion, total), total, choice.parts, say
+        )
+    steps = study.refined(FINEST).text
+    return Tuned(total, sample, task.tolerance, reference, steps, full, singles, choice, task.budget, affordable, check)
+
+
+def checked(task: Task, sample: Sample, total: int, parts: Combination, say: Callable[[str], None]) -> Check:
+    """Measure the graph as it is and the choice on another sample."""
+    study = study_of(task, sample, total)
+    say(f"check: {described(sample, total)}")
+    return Check(sample, study.converged(), study.measure([]), study.measure(parts))
+
+
+def study_of(task: Task, sample: Sample, total: int) -> Study:
+    """Begin to measure a sample."""
+    return Study(task.text, task.hair, task.store, sample, total, task.tolerance, task.run)
+
+
+def described(sample: Sample, total: int) -> str:
+    """Say what a sample consists of."""
+    settle = f", after {sample.first - sample.begin} to settle in" if sample.first > sample.begin else ""
+    which = "" if sample.number == 0 else "other "
+    strands = f"{sample.strands} of {total:,} strands, {which}{sample.patches} patches of neighbours"
+    return f"{strands}; frames {sample.first}-{sample.last}{settle}"
+
+
+def look_at(task: Task, graph: Graph) -> tuple[int, np.ndarray | None]:
+    """Count the strands of a scene, and measure how its roots accelerate [m/s^2], (frames,); None where none is led."""
+    edges = task.text.tables[task.hair]["in"]
+    groom = graph.nodes[task.hair].edges["groom"].node
+    leads = {name: edges[name] for name in ("body", "ends") if name in edges}
+    tables: Tables = task.text.tables
+    if leads:
+        tables = with_node(tables, ROOTS, {"type": "measure_roots", "in": {"groom": edges["groom"]} | leads})
+    wanted = make_graph(task.text.edited(tables)).upto([ROOTS if leads else groom])
+    outcome = task.run("how the roots move", wanted, wanted.all_frames)
+    if outcome.interrupted:
+        raise Interrupted
+    if outcome.failures:
+        raise BadInput(str(outcome.failures[0]), where=task.text.path)
+    results = Results(wanted, task.store, wanted.all_frames)
+    motion = np.asarray(results.value(ROOTS)["acceleration [m/s^2]"]) if leads else None
+    return len(results.value(groom).ids), motion
+
+
+def chosen_tables(task: Task, parts: Combination) -> Tables:
+    """Return the tables of the graph with the choice left out."""
+    return simplified(task.text.tables, parts)

@@ -1,0 +1,16 @@
+"""How the roots of hair are moved about, as numbers."""
+
+from hairpipe.data import Ends, Groom, Mesh, Table
+from hairpipe.errors import BadInput
+from hairpipe.graph import Frames, Time, node
+
+
+@node(frames="once")
+def measure_roots(groom: Groom, body: Frames[Mesh] | None, ends: Frames[Ends] | None, time: Time) -> Table:
+    """At every frame, how fast the roots are and how much they accelerate, on the body or as the ends are led."""
+    from hairpipe.measure.roots import measure_root_motion
+
+    leads = ends or body
+    if leads is None:
+        raise BadInput("nothing moves the roots", where="in", right='in.body = "node", or in.ends')
+    return measure_root_motion(groom, leads, time.fps)

@@ -1,0 +1,24 @@
+"""Records of other versions, and of damaged disks."""
+
+import json
+
+from hairpipe.graph.canonical import digest_bytes
+from hairpipe.graph.record import MARK, Output, Record, read_record, write_record
+
+RECORD = Record("key", "hair", 7, {"type": "toy"}, {"": Output("a.h5", 3)}, None, 1.5, ("odd",), 1e9, 1.25)
+
+
+def test_a_record_is_read_as_it_was_written():
+    assert read_record(write_record(RECORD)) == RECORD
+
+
+def test_a_record_of_an_older_version_lacks_the_seconds_of_the_processor():
+    fields = json.loads(write_record(RECORD))
+    del fields["check"], fields["processor"]
+    text = json.dumps(fields, separators=(",", ":"))
+    found = read_record(f'{text[:-1]}{MARK}{digest_bytes("record", text.encode())}"}}')
+    assert found is not None and found.processor is None and found.seconds == 1.5
+
+
+def test_a_record_with_a_changed_byte_is_none():
+    assert read_record(write_record(RECORD).replace("1.5", "1.6")) is None

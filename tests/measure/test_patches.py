@@ -1,0 +1,59 @@
+"""Distances patch by patch, and how the roots move."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hairpipe.data import Ends, Mesh, Strands
+from hairpipe.errors import BadInput
+from hairpipe.groom.strands import lay_strands
+from hairpipe.measure.patches import measure_patches
+from hairpipe.measure.roots import measure_root_motion
+from hairpipe.motion.ends import lead
+from hairpipe.motion.track import Track
+
+COUNT, SEGMENTS = 6, 5
+
+
+@pytest.fixture
+def hair() -> Strands:
+    groom = lay_strands(COUNT, 0.1, SEGMENTS, (1.0, 0.0, 0.0), (0.0, 0.0, 0.01), None, 0.0)
+    return Strands(groom.points.astype(np.float32), np.zeros_like(groom.points, np.float32), groom.offsets, 8e-5)
+
+
+def test_each_patch_has_its_own_distance(hair):
+    points = hair.points.reshape(COUNT, SEGMENTS + 1, 3).copy()
+    points[:2, -1, 1] += 0.003
+    points[5, -1, 1] += 0.004
+    table = measure_patches({7: replace(hair, points=points.reshape(-1, 3))}, {7: hair}, 3)
+    assert table["patch"].tolist() == [0, 1, 2] and table["strands"].tolist() == [2, 2, 2]
+    assert table["tip [m]"] == pytest.approx([0.003, 0.0, 0.004 / np.sqrt(2)], abs=1e-7)
+    assert table["tip [%]"] == pytest.approx([3.0, 0.0, 4.0 / np.sqrt(2)], abs=1e-3)
+    assert table["whole [m]"] == pytest.approx(table["tip [m]"] / np.sqrt(SEGMENTS), abs=1e-7)
+
+
+def test_other_strands_or_too_few_are_refused(hair):
+    few = replace(hair, points=hair.points[:12], offsets=hair.offsets[:3])
+    with pytest.raises(BadInput, match="2 strands against 6"):
+        measure_patches({1: few}, {1: hair}, 1)
+    with pytest.raises(BadInput, match="at least 7"):
+        measure_patches({1: hair}, {1: hair}, 7)
+
+
+def test_strands_that_are_lost_are_counted_in_their_patch(hair):
+    points = hair.points.copy()
+    points[-1] = np.nan
+    assert measure_patches({1: replace(hair, points=points)}, {1: hair}, 2)["lost"].tolist() == [0, 1]
+
+
+def test_roots_on_a_wheel_have_its_speed_and_acceleration():
+    groom = lay_strands(2, 0.1, SEGMENTS, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), None, 0.0)
+    groom = replace(groom, points=groom.points + np.array([0.3, 0.0, 0.0]))
+    turn = Track((0.0, 1.0), turn=(0.0, 90.0), axis=(0.0, 0.0, 1.0), pivot=(-0.3, 0.0, 0.0), ease="linear")
+    fps, rate = 96.0, np.pi / 2
+    leads: dict[int, Mesh | Ends] = {f: lead(groom, f / fps, turn, None, None, None) for f in range(1, 60)}
+    table = measure_root_motion(groom, leads, fps)
+    assert table["speed [m/s]"][1:-1] == pytest.approx(0.3 * rate, rel=1e-3)
+    assert table["acceleration [m/s^2]"][1:-1] == pytest.approx(0.3 * rate**2, rel=1e-3)
+    assert table["acceleration [m/s^2]"][[0, -1]] == pytest.approx(0.0, abs=1e-9)

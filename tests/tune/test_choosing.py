@@ -1,0 +1,139 @@
+"""What is chosen, on tables that are made up."""
+
+import math
+from itertools import product
+
+import pytest
+
+from hairpipe.tune.choosing import WORTH, choose, choose_within, goes_as_far
+from hairpipe.tune.measured import Measured, failed
+from hairpipe.tune.simplifications import Simplification
+
+AXES = {"model": 1, "segments": 3, "steps": 3, "collisions": 1}
+PARTS = [
+    Simplification(axis, level, f"{axis} {level}") for axis, count in AXES.items() for level in range(1, count + 1)
+]
+
+
+def found(bound: float, seconds: float) -> Measured:
+    return Measured(bound, bound, seconds, bound, bound, bound)
+
+
+FULL = found(0.1, 10.0)
+
+
+class World:
+    """A scene: what each part adds to the squared error and leaves of the time, and how parts get on together.
+
+    together  factor on the error of what leaves out more than one thing
+    """
+
+    def __init__(self, together: float = 1.0, worse: float = 0.5) -> None:
+        self.together, self.worse = together, worse
+        self.asked = []
+
+    def measure(self, parts) -> Measured:
+        self.asked.append(parts)
+        return self.truth(parts)
+
+    def truth(self, parts) -> Measured:
+        square = 0.01 + sum((self.worse * part.level**1.5) ** 2 for part in parts)
+        bound = math.sqrt(square) * (self.together if len(parts) > 1 else 1.0)
+        return found(bound, 10.0 * math.prod(0.8 ** (part.level + (part.axis == "model")) for part in parts))
+
+    def singles(self) -> dict[Simplification, Measured]:
+        return {part: self.truth([part]) for part in PARTS}
+
+    def everything(self):
+        """All combinations."""
+        levels = [[None, *(p for p in PARTS if p.axis == axis)] for axis in AXES]
+        return [frozenset(p for p in picked if p) for picked in product(*levels)]
+
+
+@pytest.mark.parametrize("tolerance", [0.3, 0.6, 1.0, 2.0, 4.0, 9.0])
+def test_where_squares_add_the_cheapest_of_all_is_found_with_one_measurement(tolerance):
+    world = World()
+    choice = choose(FULL, world.singles(), tolerance, world.measure)
+    within = [world.truth(parts).seconds for parts in world.everything() if world.truth(parts).bound <= tolerance]
+    assert choice.measured.seconds == pytest.approx(min(within))
+    assert len(world.asked) <= 1
+
+
+@pytest.mark.parametrize("together", [0.5, 1.5, 3.0, 30.0])
+@pytest.mark.parametrize("tolerance", [0.3, 1.0, 3.0])
+def test_what_is_chosen_was_measured_and_keeps_the_tolerance_whatever_parts_do_to_each_other(together, tolerance):
+    world = World(together)
+    choice = choose(FULL, world.singles(), tolerance, world.measure)
+    assert choice.parts is not None and choice.measured.bound <= tolerance
+    assert choice.measured == (world.truth(choice.parts) if choice.parts else FULL)
+    assert len(choice.parts) <= 1 or choice.parts in world.asked
+    assert len({part.axis for part in choice.parts}) == len(choice.parts)
+
+
+def test_where_nothing_gets_on_together_the_best_alone_is_taken():
+    world = World(together=30.0)
+    choice = choose(FULL, world.singles(), 1.0, world.measure)
+    alone = [found for found in world.singles().values() if found.bound <= 1.0]
+    assert choice.measured.seconds == min(found.seconds for found in alone)
+
+
+def test_nothing_is_tried_that_goes_as_far_as_what_failed():
+    world = World(together=3.0)
+    choose(FULL, world.singles(), 3.0, world.measure)
+    failed_before = []
+    for parts in world.asked:
+        assert not any(goes_as_far(parts, other) for other in failed_before)
+        failed_before += [parts] if world.truth(parts).bound > 3.0 else []
+    assert failed_before
+
+
+def test_nothing_that_keeps_it_is_said_with_the_nearest():
+    world = World()
+    choice = choose(FULL, world.singles(), 0.05, world.measure)
+    assert choice.parts is None and choice.measured == FULL and not world.asked
+
+
+def test_what_is_nearer_than_the_full_model_by_luck_is_not_chosen():
+    lucky = {PARTS[0]: found(0.01, 5.0)}
+    assert choose(FULL, lucky, 0.05, World().measure).parts is None
+
+
+def test_where_only_the_full_model_keeps_it_nothing_is_left_out():
+    choice = choose(FULL, World(worse=5.0).singles(), 1.0, World().measure)
+    assert choice.parts == frozenset() and choice.measured == FULL
+
+
+def test_what_saves_nothing_or_fails_is_not_left_out():
+    idle = Simplification("voxels", 1, "voxels of 8 mm")
+    broken = Simplification("model", 2, "broken")
+    singles = {idle: found(0.1, 10.0 * (WORTH + 0.01)), broken: failed("blew up")}
+    assert choose(FULL, singles, 1.0, World().measure).parts == frozenset()
+
+
+def test_physics_that_makes_no_difference_is_left_out_with_the_rest_whatever_the_clock_says():
+    idle = Simplification("stiction", 1, "no stiction", drops=("hair.stiction",))
+    fewer = Simplification("segments", 1, "10 segments")
+    singles = {idle: found(0.1, 10.5), fewer: found(0.5, 5.0)}
+    choice = choose(FULL, singles, 1.0, lambda parts: found(0.5, 4.9))
+    assert choice.parts == {idle, fewer}
+
+
+def test_the_order_of_the_table_does_not_matter():
+    singles = World().singles()
+    other = dict(reversed(singles.items()))
+    assert choose(FULL, singles, 2.0, World(1.3).measure).parts == choose(FULL, other, 2.0, World(1.3).measure).parts
+
+
+@pytest.mark.parametrize("budget", [9.0, 6.0, 3.0])
+def test_a_budget_buys_the_least_error_for_its_price(budget):
+    world = World()
+    choice = choose_within(FULL, world.singles(), budget, world.measure)
+    affordable = [world.truth(parts).bound for parts in world.everything() if world.truth(parts).seconds <= budget]
+    assert choice.measured.seconds <= budget and choice.measured.bound == pytest.approx(min(affordable))
+
+
+def test_a_budget_that_buys_nothing_is_said_with_the_cheapest():
+    world = World()
+    choice = choose_within(FULL, world.singles(), 1e-3, world.measure)
+    assert choice.parts is None and len(world.asked) == 1
+    assert choice.measured.seconds == pytest.approx(min(world.truth(parts).seconds for parts in world.everything()))

@@ -1,0 +1,109 @@
+"""What is said of a scene that was tuned, on numbers that are made up."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hairpipe.data.table import table_of_rows
+from hairpipe.measure.patches import COLUMNS
+from hairpipe.tune import report
+from hairpipe.tune.choosing import Choice, Guess, Trial
+from hairpipe.tune.measured import Measured, bounded, failed, measured_of, seconds_per_frame
+from hairpipe.tune.quantity import Tolerance
+from hairpipe.tune.sampling import Sample
+from hairpipe.tune.simplifications import Simplification
+from hairpipe.tune.tuning import Check, Tuned
+
+DRY = Simplification("stiction", 1, "no stiction", drops=("hair.stiction",))
+FEWER = Simplification("segments", 1, "10 segments, not 20", (("groom.segments", 10),))
+CHAIN = Simplification("model", 1, "plain chain", (("hair.model", "chain"),))
+
+
+def found(millimetres: float, seconds: float) -> Measured:
+    error = 1e-3 * millimetres
+    return Measured(error, 1.2 * error, seconds, error, millimetres / 2, error / 2)
+
+
+FULL = found(0.1, 8.0)
+BOTH = Trial(Guess(frozenset([DRY, FEWER]), 1.1e-3, 2.0), found(1.0, 2.5))
+TUNED = Tuned(
+    strands=5000,
+    sample=Sample(96, 4, 0, 1001, 1013, 1024),
+    tolerance=Tolerance(2e-3, "m"),
+    reference=found(0.02, 30.0),
+    steps="steps up to 1/960 s",
+    full=FULL,
+    singles={DRY: found(0.5, 4.0), FEWER: found(0.8, 5.0), CHAIN: failed("a chain is straight")},
+    choice=Choice(BOTH.guess.parts, BOTH.measured, (BOTH,)),
+)
+
+
+def test_every_row_says_why():
+    verdicts = {row[0]: row[-1] for row in report.rows(TUNED)}
+    assert verdicts["no stiction"] == verdicts["10 segments, not 20"] == "left out"
+    assert verdicts["plain chain"] == "kept: a chain is straight"
+    (line,) = report.trial_lines(TUNED)
+    assert "10 segments, not 20; no stiction" in line and line.endswith("taken")
+
+
+def test_the_conclusion_gives_the_error_and_what_it_saves():
+    text = "\n".join(report.conclusion(TUNED))
+    assert "error 1 mm (at most 1.2)" in text and "3.2 times as fast" in text and TUNED.kept
+
+
+def test_where_nothing_meets_it_that_is_said():
+    nothing = replace(TUNED, tolerance=Tolerance(1e-5, "m"), choice=Choice(None, FULL, ()))
+    text = "\n".join(report.header(nothing) + report.conclusion(nothing))
+    assert not nothing.kept
+    assert (
+        "not converged within 0.01 mm" in text
+        and "nothing keeps 0.01 mm: not even the graph as it is, off by 0.1 mm" in text
+    )
+
+
+def test_a_budget_says_what_it_buys():
+    bought = Choice(frozenset([DRY]), found(7.0, 0.9), ())
+    text = "\n".join(report.conclusion(replace(TUNED, budget=1.0, affordable=bought)))
+    assert "1 s a frame buy an error of 7 mm (at most 8.4), for 0.9 s, with these left out: no stiction" in text
+
+
+@pytest.mark.parametrize(("error", "kept"), [(1.9, True), (2.1, False)])
+def test_a_check_can_break_the_promise(error, kept):
+    check = Check(Sample(96, 4, 1, 1040, 1052, 1063), found(0.02, 30.0), FULL, found(error, 2.4))
+    checked = replace(TUNED, check=check)
+    assert checked.kept is kept
+    assert report.conclusion(checked)[-1].endswith("the tolerance holds" if kept else "beyond 2 mm")
+
+
+def test_the_document_is_json():
+    document = json.loads(json.dumps(report.document(TUNED, "fragment"), allow_nan=False))
+    assert document["chosen"]["left_out"] == ["10 segments, not 20", "no stiction"]
+    assert document["simplifications"][2]["error"] is None
+
+
+def table(tips: list[list[float]], lost: int = 0):
+    """A table of frames by patches."""
+    rows = [(f, p, 10, tip, tip / 2, 10 * tip, 5 * tip, lost) for f, t in enumerate(tips) for p, tip in enumerate(t)]
+    return table_of_rows(COLUMNS, rows)
+
+
+def test_patches_that_agree_promise_what_they_show():
+    assert bounded(table([[2.0, 2.0], [2.0, 2.0]]), "tip [m]") == pytest.approx((2.0, 2.0))
+
+
+def test_the_more_patches_differ_the_less_is_promised():
+    bounds = [bounded(table([[0.0, spread], [spread, 0.0]]), "tip [m]") for spread in (1.0, 2.0)]
+    assert bounds[0] == pytest.approx((np.sqrt(0.5), np.sqrt(0.5)))
+    apart = bounded(table([[0.0, 1.0], [0.0, 1.0]]), "tip [m]")
+    assert apart[0] == pytest.approx(np.sqrt(0.5)) and apart[1] > 1.0
+
+
+def test_lost_strands_are_no_error_but_a_fault():
+    assert measured_of(table([[1.0, 1.0]], lost=1), Tolerance(1.0, "%"), 1.0).fault
+    assert measured_of(table([[1.0, 1.0]]), Tolerance(1.0, "%"), 1.0).error == pytest.approx(10.0)
+
+
+def test_hair_is_scaled_to_the_scene_and_bodies_are_not():
+    assert seconds_per_frame([0.1, 0.2, 9.0], [[0.5, 0.5]], 4, 10.0) == pytest.approx(2.0 + 0.25)

@@ -1,0 +1,55 @@
+"""Which frames stand for a shot."""
+
+import numpy as np
+import pytest
+
+from hairpipe.tune.sampling import choose_sample, other_sample
+
+FRAMES = range(1001, 1101)
+
+
+def jolt(at: int, strength: float = 1.0) -> np.ndarray:
+    motion = np.zeros(len(FRAMES))
+    motion[at - 1001 : at - 1001 + 4] = strength
+    return motion
+
+
+@pytest.mark.parametrize("at", [1001, 1005, 1040, 1097])
+def test_the_frames_that_move_most_are_measured(at):
+    sample = choose_sample(FRAMES, 24.0, jolt(at) + 0.1, 5000)
+    seen = [frame for frame in range(at, at + 4) if frame > 1001]
+    assert set(seen) <= set(sample.frames) and len(sample.frames) == 12
+    assert sample.begin == max(1001, sample.first - 12) and sample.last <= 1100
+
+
+def test_where_nothing_moves_hair_has_time_to_settle_in():
+    for motion in (None, np.zeros(len(FRAMES)), np.ones(len(FRAMES))):
+        sample = choose_sample(FRAMES, 24.0, motion, 5000)
+        assert (sample.begin, sample.first, sample.last) == (1001, 1013, 1024)
+
+
+def test_strands_come_in_equal_patches_and_no_more_than_there_are():
+    assert choose_sample(FRAMES, 24.0, None, 5000, 90, 4).strands == 92
+    few = choose_sample(FRAMES, 24.0, None, 3)
+    assert (few.strands, few.patches) == (3, 3)
+
+
+def test_another_sample_has_other_frames_and_other_strands():
+    motion = jolt(1040, 2.0) + jolt(1080)
+    sample = choose_sample(FRAMES, 24.0, motion, 5000)
+    other = other_sample(sample, FRAMES, 24.0, motion, 5000)
+    assert not set(sample.frames) & set(other.frames) and set(range(1080, 1084)) <= set(other.frames)
+    assert other.number == 1 and other.strands == sample.strands
+
+
+def test_of_few_strands_and_frames_another_sample_takes_what_it_can():
+    frames = range(1, 21)
+    sample = choose_sample(frames, 24.0, None, 20)
+    other = other_sample(sample, frames, 24.0, None, 20)
+    assert other.number == 0 and len(set(other.frames) & set(sample.frames)) < len(sample.frames)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_the_shortest_shots_have_a_sample(count):
+    sample = choose_sample(range(1, count + 1), 24.0, None, 20)
+    assert 1 <= sample.begin <= sample.first <= sample.last <= count

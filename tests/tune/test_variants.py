@@ -1,0 +1,108 @@
+"""Variants of a graph in one, and what can be left out of it."""
+
+import tomllib
+from copy import deepcopy
+from pathlib import Path
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.load import load_graph
+from hairpipe.tune.fragment import changed_tables, write_toml
+from hairpipe.tune.simplifications import simplifications
+from hairpipe.tune.variants import beside, simplified, with_node
+
+SCENE = """schema = 1
+frames = [1, 30]
+fps = 24
+[head]
+type = "make_bust"
+[body]
+type = "pose_body"
+in.rest = "head"
+[surface]
+type = "bake_levelset"
+in.body = "body"
+[groom]
+type = "grow_groom"
+in.scalp = "head"
+segments = 20
+[hair]
+type = "simulate_hair"
+in = { groom = "groom", body = "body", surface = ["surface"] }
+[hair.collisions]
+thickness = 2e-4
+[hair.stiction]
+"""
+
+
+@pytest.fixture
+def scene(tmp_path) -> Path:
+    path = tmp_path / "scene.toml"
+    path.write_text(SCENE)
+    return path
+
+
+def parts_by_axis(path: Path) -> dict[str, list]:
+    parts = simplifications(load_graph(path), "hair")
+    return {axis: [p for p in parts if p.axis == axis] for axis in {p.axis: None for p in parts}}
+
+
+def test_each_axis_leaves_out_more_and_more_and_every_variant_is_a_graph(scene):
+    axes = parts_by_axis(scene)
+    assert list(axes) == ["model", "segments", "steps", "voxels", "collisions", "stiction"]
+    for parts in axes.values():
+        assert [part.level for part in parts] == list(range(1, len(parts) + 1))
+        for part in parts:
+            tables = simplified(tomllib.loads(SCENE), [part])
+            scene.write_text(write_toml({k: v for k, v in tables.items() if isinstance(v, dict)}, ""))
+            scene.write_text("schema = 1\nframes = [1, 30]\nfps = 24\n" + scene.read_text())
+            changed = load_graph(scene).nodes
+            scene.write_text(SCENE)
+            before = load_graph(scene).nodes
+            assert {name for name in before if changed[name].settings != before[name].settings}
+
+
+def test_what_the_scene_does_not_have_cannot_be_left_out(scene):
+    scene.write_text(SCENE[: SCENE.index("[hair.collisions]")] + 'model = "chain"\nsteps.longest = 0.05\n')
+    assert list(parts_by_axis(scene)) == ["segments", "voxels"]
+
+
+def test_a_node_that_simulates_nothing_is_refused(scene):
+    with pytest.raises(BadInput, match=r"'groom' is a grow_groom.*--node hair"):
+        simplifications(load_graph(scene), "groom")
+
+
+def test_variants_share_what_they_have_in_common(scene):
+    tables = tomllib.loads(SCENE)
+    before = deepcopy(tables)
+    parts = parts_by_axis(scene)
+    variants = {
+        "full": tables,
+        "coarse": simplified(tables, [parts["voxels"][0]]),
+        "dry": simplified(tables, [parts["stiction"][0]]),
+    }
+    merged, names = beside(variants, "hair")
+    kinds = [table["type"] for table in merged.values() if isinstance(table, dict)]
+    assert {kind: kinds.count(kind) for kind in kinds} == {
+        "make_bust": 1,
+        "pose_body": 1,
+        "grow_groom": 1,
+        "bake_levelset": 2,
+        "simulate_hair": 3,
+    }
+    assert len(set(names.values())) == 3 and tables == before
+
+
+def test_who_took_a_value_takes_that_of_the_node_put_between(scene):
+    tables = with_node(tomllib.loads(SCENE), "few", {"type": "sample_groom", "in": {"groom": "groom"}}, instead="groom")
+    assert tables["hair"]["in"]["groom"] == "few" and tables["few"]["in"]["groom"] == "groom"
+
+
+def test_a_fragment_says_the_same_as_the_tables_and_no_more(scene):
+    tables = tomllib.loads(SCENE)
+    parts = [found[-1] for found in parts_by_axis(scene).values()]
+    after = simplified(tables, parts)
+    fragment = tomllib.loads(write_toml(changed_tables(tables, after), "why\n\nand how"))
+    assert fragment == {name: after[name] for name in ("surface", "groom", "hair")}
+    assert "collisions" not in fragment["hair"] and fragment["groom"]["segments"] == 7
