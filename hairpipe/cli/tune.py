@@ -67,7 +67,7 @@ def tune(
     quiet: bool,
     as_json: bool,
 ) -> None:
-    """Find the cheapest model that keeps a tolerance, on a sample of the scene's own strands and frames.
+    """Find the cheapest model that keeps a tolerance.
 
     Errors are those of the tips, root mean square, against the graph's own model at a quarter of its steps; seconds are
     those of the processor on one thread, scaled to all strands. What is chosen was measured as it is, not summed up

@@ -81,9 +81,14 @@ class Places(Protocol):
     """Where things couple: see `Couplings`."""
 
     @property
-    def segments(self) -> np.ndarray: ...
+    def segments(self) -> np.ndarray:
+        """Pairs of segments, (n, 2) int32."""
+        ...
+
     @property
-    def fractions(self) -> np.ndarray: ...
+    def fractions(self) -> np.ndarray:
+        """Where on them, (n, 2)."""
+        ...
 
 
 def couplings_at(*places: Places) -> Couplings:

@@ -1,0 +1,28 @@
+"""A scan that is measured does what a run does, and leaves no trace of it."""
+
+import numpy as np
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.fetch import fetch
+from hairpipe.graph.replay import Replay
+from hairpipe.graph.tasks import Task
+
+
+def test_it_gives_what_a_run_gives_and_stores_nothing_of_it(shot):
+    replay = Replay(shot.load(), shot.store, "sum")
+    replay.prepare(4)
+    assert shot.tally() == {"make_seed": 1, "move_seed": 4}
+    replayed = [replay.advance(replay.arguments()).number.value for _ in range(4)]
+    assert shot.tally() == {"add_up": 4}
+    shot.run(to=["sum"])
+    assert shot.tally()["add_up"] == 10
+    graph = shot.load()
+    ran = [fetch(graph, shot.store, Task("sum", frame), "number").value for frame in range(1, 5)]
+    assert replayed == ran and len(set(ran)) == 4
+    assert np.isfinite(ran).all()
+
+
+def test_what_does_not_go_from_frame_to_frame_is_refused(shot):
+    with pytest.raises(BadInput, match="does not go from frame to frame"):
+        Replay(shot.load(), shot.store, "move")
