@@ -78,14 +78,15 @@ def paper(scenes: tuple[str, ...], strands: int | None, cache: Path, as_json: bo
     A frame is 1/24 s, everything is on. Medians over a few frames, after some in which hair falls, touches and sticks.
     Without a SCENE, those that the paper has. What hair depends on is kept in the store.
     """
-    from hairpipe.bench.paper import PRINTED, measure_paper
-    from hairpipe.cli.shipped import find_graph
-    from hairpipe.graph.store import Store
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+        from hairpipe.bench.paper import PRINTED, measure_paper
+        from hairpipe.cli.shipped import find_graph
+        from hairpipe.graph.store import Store
 
-    cache.mkdir(parents=True, exist_ok=True)
-    report = measure_paper(
-        say, {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}, Store(cache), strands
-    )
+        cache.mkdir(parents=True, exist_ok=True)
+        graphs = {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}
+        report = measure_paper(say, graphs, Store(cache), strands)
     if as_json:
         click.echo(json.dumps(document(report), indent=2))
     else:

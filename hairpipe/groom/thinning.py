@@ -3,7 +3,7 @@
 import numpy as np
 
 from hairpipe.data import Groom
-from hairpipe.groom.adopting import take_strands
+from hairpipe.groom.sampling import take
 
 
 def thinned(groom: Groom, every: int) -> Groom:
@@ -12,7 +12,4 @@ def thinned(groom: Groom, every: int) -> Groom:
     Strands of a groom stand in an order in which neighbours are near each other (`ordering.py`), so what is left is
     about as even as all of it was.
     """
-    strands = np.arange(every // 2, len(groom.ids), every)
-    points, offsets = take_strands(groom.points, groom.offsets, strands)
-    names = ("ids", "root_triangles", "root_barycentrics", "root_frames", "root_uv")
-    return Groom(points, offsets, **{name: getattr(groom, name)[strands] for name in names})
+    return take(groom, np.arange(every // 2, len(groom.ids), every))
