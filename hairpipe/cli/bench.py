@@ -102,14 +102,18 @@ def show_paper(report: "PaperReport") -> None:
     screen.print(
         f"{machine.processor}, {plural(machine.cores, 'core')}; the paper: one to four machines of 4 processors"
     )
-    table = Table("scene", title="seconds a frame", title_justify="left", box=None)
-    for heading in ("strands", "particles", "frame", "the paper, particles", "frame", *report.rows[0].shares):
-        table.add_column(heading, justify="right")
+    times = Table("scene", title="seconds a frame", title_justify="left", box=None)
+    for heading in ("strands", "particles", "frame", "theirs: particles", "frame"):
+        times.add_column(heading, justify="right")
+    parts = Table("scene", title="parts of it", title_justify="left", box=None)
+    for heading in report.rows[0].shares:
+        parts.add_column(heading, justify="right")
     for row in report.rows:
         theirs = ("", "") if row.printed is None else (f"{row.printed.particles:,}", f"{60 * row.printed.minutes:.0f}")
-        shares = (f"{seconds:.1f}" for seconds in row.shares.values())
-        table.add_row(row.scene, f"{row.strands:,}", f"{row.particles:,}", f"{row.seconds:.1f}", *theirs, *shares)
-    screen.print(table)
+        times.add_row(row.scene, f"{row.strands:,}", f"{row.particles:,}", f"{row.seconds:.1f}", *theirs)
+        parts.add_row(row.scene, *(f"{seconds:.1f}" for seconds in row.shares.values()))
+    screen.print(times, "")
+    screen.print(parts)
 
 
 def show_contact(report: "ContactReport") -> None:

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from hairpipe.bench import core
+from hairpipe.bench import core, paper
 from hairpipe.bench.assembly import Arithmetic
 from hairpipe.bench.counting import Work
 from hairpipe.bench.machine import Machine
@@ -59,3 +59,24 @@ def test_a_document_has_all_of_it(measured, hairpipe):
 
 def test_an_unknown_benchmark_is_refused(hairpipe):
     assert hairpipe("bench everything").exit_code == 2
+
+
+def test_the_table_of_the_paper_stands_beside_ours(monkeypatch, hairpipe, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
+    given = {}
+
+    def measure(say, scenes, store, strands):
+        given.update(scenes=scenes, strands=strands)
+        shares = {"strands": 1.5, "search": 2.5}
+        rows = [paper.Row(name, 99, 1234, 4.25, shares, paper.PRINTED.get(name)) for name in scenes]
+        return paper.Report(REPORT.machine, rows)
+
+    monkeypatch.setattr(paper, "measure_paper", measure)
+    scenes = ("long_curly", "hundred_thousand_25")
+    text = hairpipe(f"bench paper {' '.join(scenes)} --strands 99 --cache {tmp_path}").stdout
+    assert given["strands"] == 99 and [*given["scenes"]] == [*scenes]
+    assert all(path.is_file() for path in given["scenes"].values())
+    lines = [line.split() for line in text.splitlines()]
+    assert ["long_curly", "99", "1,234", "4.2", "250,000", "240"] in lines
+    assert ["hundred_thousand_25", "99", "1,234", "4.2"] in lines
+    assert ["long_curly", "1.5", "2.5"] in lines
