@@ -17,9 +17,8 @@ from hairpipe.sim.stage import factor_stages
 H = 1 / 240
 
 
-@pytest.mark.parametrize(("kept", "error"), [(np.float64, 1e-11), (np.float32, 1e-3)])
 @pytest.mark.parametrize("tips_held", [False, True])
-def test_it_is_the_change_of_a_solve(tips_held, kept, error):
+def test_it_is_the_change_of_a_solve(tips_held):
     hair = make_hair(tuft(), Material())
     layout, rule, rng = hair.layout, integrator_of(Scene()).rule, np.random.default_rng(5)
     axis, count, nothing = axis_of(layout), layout.offsets[-1], np.empty((0, 6))
@@ -30,7 +29,7 @@ def test_it_is_the_change_of_a_solve(tips_held, kept, error):
     v[:] = 0.0
     found = []
     impulses = 1e-8 * rng.normal(size=(count, 3))
-    A, none = layout.empty(row_size(hair.model.shape.reach)).astype(kept), np.zeros((count, 3))
+    A, none = layout.empty(row_size(hair.model.shape.reach)).astype(np.float32), np.zeros((count, 3))
     for push in (none, impulses):
         outer, b, change = np.zeros((len(x), ROWS, layout.width)), layout.empty(3), np.zeros((count, 3))
         lay_out(axis, everyone, push / H, np.zeros((count, 6)), none, weights, none[:0], nothing, nothing, outer)
@@ -40,8 +39,8 @@ def test_it_is_the_change_of_a_solve(tips_held, kept, error):
     whole, change = layout.empty(3), np.empty((count, 3))
     whole[:] = found[0][0]
     respond(hair.model, axis, A, held, who, impulses, change, whole)
-    np.testing.assert_allclose(change, found[1][1] - found[0][1], atol=error * np.abs(change).max())
-    np.testing.assert_allclose(whole, found[1][0], atol=error * np.abs(whole).max())
+    np.testing.assert_allclose(change, found[1][1] - found[0][1], atol=1e-6 * np.abs(change).max())
+    np.testing.assert_allclose(whole, found[1][0], atol=1e-6 * np.abs(whole).max())
     assert np.abs(change).max() > 1e-4
     strands = np.repeat(np.arange(len(layout.offsets) - 1), np.diff(layout.offsets))
     assert not change[strands % 3 == 0].any()
