@@ -31,7 +31,7 @@ PRINTED = {
 }
 """Its Table 2, by the name of our graph."""
 SETTLING, FRAMES = 3, 3
-"""Frames before the first that counts, and that count."""
+"""Frames before the first that counts, and that count: all of them before the head begins to move."""
 HAIR = "hair"
 """Name of the node in all graphs."""
 
