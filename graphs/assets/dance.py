@@ -37,7 +37,7 @@ def make_clip() -> Clip:
     """Return the clip, in metres."""
     time = np.arange(round(SECONDS * RATE) + 1) / RATE
     places = np.array(list(JOINTS.values()))
-    yaw, nod, roll = head_angles(time).T
+    _, nod, roll = head_angles(time).T
     sway = np.stack([1e-3 * roll, -2e-4 * np.abs(nod), 8e-4 * nod], axis=1)
     columns = [places[0] + sway]
     for *shares, late in SHARES.values():
