@@ -69,8 +69,8 @@ def scatter(axis: Axis, points: np.ndarray, lanes: np.ndarray) -> None:
 
 
 @njit(cache=True, parallel=True)
-def follow(axis: Axis, change: np.ndarray, lanes: np.ndarray) -> None:
-    """Add changes of points, (P, 3), to lanes, (rows, 3, W), in place.
+def follow(axis: Axis, change: np.ndarray, times: float, lanes: np.ndarray) -> None:
+    """Add changes of points, (P, 3), so many times, to lanes, (rows, 3, W), in place.
 
     A perturbed particle follows the mean of its two neighbours on the axis. Held points stay.
     """
@@ -80,7 +80,7 @@ def follow(axis: Axis, change: np.ndarray, lanes: np.ndarray) -> None:
             for n in range(1, axis.offsets[strand + 1] - axis.offsets[strand]):
                 row, point = axis.first[block] + axis.root + axis.stride * n, axis.offsets[strand] + n
                 for c in range(3):
-                    here, before = change[point, c], change[point - 1, c] if n > 1 else 0.0
+                    here, before = times * change[point, c], times * change[point - 1, c] if n > 1 else 0.0
                     lanes[row, c, lane] += here
                     if axis.stride == 2 and (here != 0.0 or before != 0.0):
                         lanes[row - 1, c, lane] += 0.5 * (here + before)

@@ -16,8 +16,9 @@ from hairpipe.sim.air.breeze import Breeze
 from hairpipe.sim.contact.body import BodyContacts, thicknesses
 from hairpipe.sim.contact.folds import turns_of
 from hairpipe.sim.contact.hair import HairContacts
-from hairpipe.sim.contact.ignored import REST, keys_of
+from hairpipe.sim.contact.ignored import REST
 from hairpipe.sim.contact.near import near_pairs
+from hairpipe.sim.contact.pairs import key_of
 from hairpipe.sim.contact.stiction import Connections, same_hair_keys
 from hairpipe.sim.hair import Hair
 from hairpipe.sim.models.chain import Chain
@@ -66,5 +67,5 @@ def pairs_at_rest(
     sticking = same_hair_keys(points, offsets, stiction.reach) if stiction is not None else none
     colliding = none
     if collisions is not None:
-        colliding = keys_of(near_pairs(points, offsets, REST * collisions.thickness).segments)
+        colliding = key_of(near_pairs(points, offsets, REST * collisions.thickness).segments)
     return sticking, colliding

@@ -16,8 +16,6 @@ from hairpipe.sim.roots import Path
 from hairpipe.sim.scene import StepControl
 from hairpipe.sim.surroundings import Surroundings
 
-_STICKING = 20.0
-
 
 class Limit(Protocol):
     """Bounds a step by what hair and roots do."""
@@ -53,21 +51,6 @@ class Courant:
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Give that length: without stiction it depends on nothing that moves."""
         return self.number / np.sqrt(self.stiffest + self.around.stiffest_connections())
-
-
-@dataclass(frozen=True, eq=False)
-class Sticking:
-    """Connections by stiction are not stiffer than a step can follow: dt = 20 / sqrt(max_p sum_i 4 k |w_i| / m_p).
-
-    They are implicit, but linearised once: tufts gained energy beyond twice that.
-    """
-
-    around: Surroundings
-
-    def longest(self, motion: Motion, path: Path, time: float) -> float:
-        """Find the stiffest; at the settings by default this is longer than any other limit."""
-        stiffest = self.around.stiffest_connections()
-        return _STICKING / np.sqrt(stiffest) if stiffest > 0.0 else np.inf
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,8 +100,6 @@ def limits_of(control: StepControl, model: Network | Chain, around: Surroundings
         limits.append(StrainRate(model, control.strain_rate))
     if control.courant is not None:
         limits.append(Courant(control.courant, _stiffest(model), around))
-    if around.hair is not None and around.hair.stiction is not None:
-        limits.append(Sticking(around))
     return limits
 
 

@@ -43,6 +43,12 @@ def load_four(typingctx, array, place):  # noqa: ANN001, ANN201
 
 
 @intrinsic
+def without_first(typingctx, four):  # noqa: ANN001, ANN201
+    """The last three numbers of four: a vector, where there is nothing behind it to be loaded."""
+    return FOUR(four), lambda context, builder, sig, args: _shuffled(builder, *args, *args, [1, 2, 3, 3])
+
+
+@intrinsic
 def item(typingctx, four, place):  # noqa: ANN001, ANN201
     """A number of four."""
 

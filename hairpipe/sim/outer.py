@@ -28,6 +28,16 @@ def clear(who: np.ndarray, push: np.ndarray, damping: np.ndarray) -> None:
 
 
 @njit(cache=True, parallel=True)
+def kicked(who: np.ndarray, impulses: np.ndarray, masses: np.ndarray, out: np.ndarray) -> None:
+    """Set out, (P, 3) [m/s], of points who, (P,) bool, to impulses [N s] over masses [kg], (P,), in place."""
+    for chunk in prange(-(-len(who) // _CHUNK)):
+        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(who))):
+            if who[k]:
+                for c in range(3):
+                    out[k, c] = impulses[k, c] / masses[k]
+
+
+@njit(cache=True, parallel=True)
 def lay_out(axis: Axis, who, push, damping, speeds, weights, received, diagonal, following, outer) -> None:  # noqa: ANN001
     """Write the rows of strands who, (blocks, W), in place.
 

@@ -9,6 +9,9 @@ from numba import njit, prange
 from hairpipe.body.inlined import inlined
 from hairpipe.sim.lanes import load, store
 
+_CHUNK = 64
+"""Rows that one thread goes over at a time."""
+
 
 @inlined
 def combine(out, a, x, b, y):  # noqa: ANN001, ANN201
@@ -35,9 +38,20 @@ def copy(out, x):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, parallel=True)
+def copied(x):  # noqa: ANN001, ANN201
+    """Copy x, (rows, components, W)."""
+    out = np.empty_like(x)
+    for n in prange((out.shape[0] + _CHUNK - 1) // _CHUNK):
+        rows = slice(np.int64(n) * _CHUNK, (np.int64(n) + 1) * _CHUNK)
+        copy(out[rows], x[rows])
+    return out
+
+
+@njit(cache=True, parallel=True)
 def combine_all(out, a, x, b, y):  # noqa: ANN001, ANN201
-    """Set out to a x + b y for all strands, in place; a and b numbers, the others (rows, components, W)."""
-    chunk = 64
-    for n in prange((out.shape[0] + chunk - 1) // chunk):
-        rows = slice(np.int64(n) * chunk, (np.int64(n) + 1) * chunk)
+    """Set out, which may be x or y, to a x + b y for all strands, in place; a and b numbers, the others
+    (rows, components, W).
+    """
+    for n in prange((out.shape[0] + _CHUNK - 1) // _CHUNK):
+        rows = slice(np.int64(n) * _CHUNK, (np.int64(n) + 1) * _CHUNK)
         combine(out[rows], a, x[rows], b, y[rows])

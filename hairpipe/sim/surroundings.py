@@ -23,8 +23,9 @@ from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
-from hairpipe.sim.outer import ROWS, ROWS_WITH_NEXT, clear, lay_out
+from hairpipe.sim.outer import ROWS, ROWS_WITH_NEXT, clear, kicked, lay_out
 from hairpipe.sim.response import respond
+from hairpipe.sim.rows import combine_all, copied
 from hairpipe.sim.scene import StrainLimit
 from hairpipe.sim.stage import Rule, factor_stages, guess_stages, run_stages, update_stages
 
@@ -132,7 +133,7 @@ class Surroundings:
                 change = self._room("change", points)
                 gather(self._axis, again, b, change)
                 self.hair.follow(change, marked, self._room("received", points))
-                np.divide(self._room("received", points), self._masses[:, None], out=kick, where=marked[:, None])
+                kicked(marked, self._room("received", points), self._masses, kick)
             update_stages(self.model, x, v, T, b, again, stage.h, rule)
             gather(self._axis, again, x, points)
             gather(self._axis, again, v, speeds)
@@ -207,7 +208,7 @@ class Surroundings:
                 respond(self.model, self._axis, factors, stage.held, who, impulses, change, b[:0])
 
             exchanged = self.hair.exchange(ask, alone, self._masses)
-            respond(self.model, self._axis, factors, stage.held, who, exchanged, alone, b)
+            respond(self.model, self._axis, factors, stage.held, who, exchanged, np.empty_like(exchanged), b)
             self._room("received", alone)[:] += exchanged
         return b
 
@@ -222,7 +223,7 @@ class Surroundings:
         """Spread what other strands did to points over particles."""
         if self.hair is None:
             return 0.0
-        lanes = np.zeros_like(x)
+        lanes = np.zeros(x.shape, x.dtype)
         scatter(self._axis, kick, lanes)
         return lanes
 
@@ -253,16 +254,18 @@ class Surroundings:
 
         Returns how that changed velocities [m/s], (rows, 3, W), or 0.
         """
-        found = 0.0 if self.body is None and self.hair is None else motion.v.copy()
+        found = 0.0 if self.body is None and self.hair is None else copied(motion.v)
         if self.body is not None:
-            follow(self._axis, self.body.stop(self._points(motion.v)), motion.v)
+            follow(self._axis, self.body.stop(self._points(motion.v)), 1.0, motion.v)
         self.repel(motion.x, motion.v, step, elastic=True)
         self.cross(motion.x, motion.v, before, step)
         if self.strain is not None:
             limit_all(self.model, motion.x, self.strain.tolerance)
         if self.body is not None:
             self._put_right(motion.x, motion.v, before, step)
-        return motion.v - found if isinstance(found, np.ndarray) else 0.0
+        if isinstance(found, np.ndarray):
+            combine_all(found, 1.0, motion.v, -1.0, found)
+        return found
 
     def shocked(self, like: np.ndarray) -> np.ndarray:
         """Mark the strands whose contact with the body jumped in this step, (blocks, W), of the dtype of an array."""
@@ -274,19 +277,18 @@ class Surroundings:
     def cross(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> None:
         """Bring back hair that passed through hair in a step, in place; arguments as for `collide`."""
         if self.hair is not None:
-            points, ended, speeds = self._points(before), self._points(x), self._points(v)
-            moved, slowed = ended.copy(), speeds.copy()
-            self.hair.collide(points, moved, slowed, self._masses, step.dt)
-            follow(self._axis, moved - ended, x)
-            follow(self._axis, slowed - speeds, v)
+            change = self.hair.collide(self._points(before), self._points(x), self._masses, step.dt)
+            if change is not None:
+                follow(self._axis, change, step.dt, x)
+                follow(self._axis, change, 1.0, v)
 
     def repel(self, x: np.ndarray, v: np.ndarray, step: Step, *, elastic: bool) -> None:
         """Let hair that is near push hair away by impulses, in place; x, v (rows, 3, W)."""
-        if self.hair is not None:
+        if self.hair is not None and self.hair.sweeps:
             speeds = self._points(v)
             slowed = speeds.copy()
             self.hair.repel(self._points(x), slowed, self._masses, step.dt, elastic=elastic)
-            follow(self._axis, slowed - speeds, v)
+            follow(self._axis, slowed - speeds, 1.0, v)
 
     def stiffest_connections(self) -> float:
         """Bound what stiction adds to the square of the highest frequency [1/s^2]."""
@@ -299,8 +301,8 @@ class Surroundings:
         assert self.body is not None
         begun, ended, speeds = self._points(before), self._points(x), self._points(v)
         dx, dv, touched, normals = self.body.correct(begun, ended, speeds, self._masses, step.time, step.dt)
-        follow(self._axis, dx, x)
-        follow(self._axis, dv, v)
+        follow(self._axis, dx, 1.0, x)
+        follow(self._axis, dv, 1.0, v)
         return touched, normals
 
     @property

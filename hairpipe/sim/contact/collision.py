@@ -17,13 +17,13 @@ solving one does not undo another.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 
 from hairpipe.sim.contact.contacts import apply, between, impulse, inverse_mass
 from hairpipe.sim.contact.crossings import Crossings, crossings
 from hairpipe.sim.contact.found import in_order
 from hairpipe.sim.contact.swept import neighbourhood, swept_pairs, swept_pairs_of
-from hairpipe.sim.forces.vectors import dot
+from hairpipe.sim.forces.vectors import dot, minus, plus, scaled
 from hairpipe.sim.scene import Collisions
 
 _SWEEPS = 8
@@ -36,28 +36,28 @@ moves farther is looked for anew."""
 class Outcome(NamedTuple):
     """What became of the crossings of a step.
 
-    found  pairs of segments that would have crossed; left: that still do
-    moved  points whose way was changed, (points,) bool
+    found   pairs of segments that would have crossed; left: that still do
+    change  of the velocities of points [m/s], which end so many times the step away from where they would,
+            (points, 3)
     """
 
     found: int
     left: int
-    moved: np.ndarray
+    change: np.ndarray
 
 
 def collide(
     before: np.ndarray,
     after: np.ndarray,
-    velocities: np.ndarray,
     masses: np.ndarray,
     offsets: np.ndarray,
     dt: float,
     collisions: Collisions,
     ignored: np.ndarray | None = None,
 ) -> Outcome:
-    """Keep hair from passing through hair in a step; changes after and velocities, in place.
+    """Find what keeps hair from passing through hair in a step; pure.
 
-    before, after  positions [m], velocities [m/s], (points, 3)
+    before, after  positions [m], (points, 3)
     masses         of the points, inf where they are held [kg], (points,)
     offsets        of the strands, (strands+1,) int32
     dt             step [s]
@@ -68,27 +68,27 @@ def collide(
     near = swept_pairs(around, look, ignored)
     met = crossings(before, after, near)
     found, known = len(met.times), [met]
-    change, moved = np.zeros_like(after), np.zeros(len(after), bool)
-    mean, ends, is_segment = (after - before) / dt, after, np.isin(np.arange(len(before)), offsets[1:] - 1, invert=True)
+    change, ends = np.zeros(after.shape), after.copy()
     rule = (collisions.thickness, collisions.friction, dt)
     for _ in range(collisions.attempts):
         if not len(met.times):
             break
-        previous = change.copy()
-        _solve(change, mean, before, masses, _in_time(known), rule)
-        ends, struck = after + dt * change, (change != previous).any(axis=1)
-        moved |= struck
-        listed = near[_touched(struck)[near].any(axis=1)]
-        far = 2.0 * dt * np.abs(change).max(axis=1) * np.sqrt(3.0) > look
-        if far.any():
-            segments = np.flatnonzero(_touched(far) & is_segment).astype(np.int32)
-            fresh = swept_pairs_of(around, segments, before, ends, look, ignored)
+        together = _in_time(known)
+        points = _points_of(together.segments, len(before))
+        previous = change[points]
+        _solve(change, before, after, masses, together, rule)
+        ends[points] = after[points] + dt * change[points]
+        struck = points[(change[points] != previous).any(axis=1)]
+        listed = near[_among(near, _touched(struck, len(before)))]
+        far = points[2.0 * dt * np.abs(change[points]).max(axis=1) * np.sqrt(3.0) > look]
+        if len(far):
+            touched = _touched(far, len(before))
+            touched[offsets[1:] - 1] = False  # where no segment begins
+            fresh = swept_pairs_of(around, np.flatnonzero(touched).astype(np.int32), before, ends, look, ignored)
             listed = in_order(np.concatenate([listed, fresh]), len(before))
         met = crossings(before, ends, listed)
         known.append(met)
-    after[moved] = ends[moved]
-    velocities[moved] += change[moved]
-    return Outcome(found, len(met.times), moved)
+    return Outcome(found, len(met.times), change)
 
 
 def _in_time(known: list[Crossings]) -> Crossings:
@@ -98,15 +98,33 @@ def _in_time(known: list[Crossings]) -> Crossings:
     return Crossings(*(part[order] for part in together))
 
 
-def _touched(struck: np.ndarray) -> np.ndarray:
-    """Mark segments with a point that was struck, (P,) bool."""
-    touched = struck.copy()
-    touched[:-1] |= struck[1:]
+def _points_of(segments: np.ndarray, count: int) -> np.ndarray:
+    """List the points, of so many, of segments, (n, 2), ascending, (m,)."""
+    marked = np.zeros(count, np.bool_)
+    marked[segments] = True
+    marked[segments + 1] = True
+    return np.flatnonzero(marked)
+
+
+def _touched(points: np.ndarray, count: int) -> np.ndarray:
+    """Mark where a segment with one of some points would begin, (count,) bool."""
+    touched = np.zeros(count, np.bool_)
+    touched[points] = True
+    touched[points[points > 0] - 1] = True
     return touched
 
 
+@njit(cache=True, parallel=True)
+def _among(pairs, marked):  # noqa: ANN001, ANN202
+    """Mark the pairs, (n, 2), of which one is marked, (n,) bool."""
+    among = np.empty(len(pairs), np.bool_)
+    for k in prange(len(pairs)):
+        among[k] = marked[pairs[k, 0]] or marked[pairs[k, 1]]
+    return among
+
+
 @njit(cache=True, error_model="numpy")
-def _solve(change, mean, before, masses, met, rule):  # noqa: ANN001, ANN202
+def _solve(change, before, after, masses, met, rule):  # noqa: ANN001, ANN202
     """Add the effect of impulses to the change of velocity, crossing by crossing, in place."""
     thickness, friction, dt = rule
     segments, fractions, normals = met.segments, met.fractions, met.normals
@@ -116,9 +134,8 @@ def _solve(change, mean, before, masses, met, rule):  # noqa: ANN001, ANN202
             if w == 0.0:
                 continue
             n = (normals[i, 0], normals[i, 1], normals[i, 2])
-            gap = dot(n, between(before, segments, fractions, i))
-            a, b = between(mean, segments, fractions, i), between(change, segments, fractions, i)
-            u = (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+            begun, ended = between(before, segments, fractions, i), between(after, segments, fractions, i)
+            gap, u = dot(n, begun), plus(scaled(1.0 / dt, minus(ended, begun)), between(change, segments, fractions, i))
             end = min(max(gap, _LEAST * thickness), thickness)
             dv = (end - gap) / dt - dot(n, u)
             if dv > 1e-12 * np.sqrt(dot(u, u)):

@@ -8,7 +8,8 @@ x0 = P^-1 b, every residual lies on the axes too, as does P times every directio
 
 s being the impulses that points get from other strands. So all vectors are (points, 3), whatever particles a strand
 has beside its axis; P is never multiplied by, as P p follows from P z = r by the recurrence of p itself. The caller
-gives z = R P^-1 R^T r, and gets s. Sums run in an order that does not depend on threads.
+gives z = R P^-1 R^T r, and gets s. Vectors are in single precision, since memory is all that they cost. Sums run in
+an order that does not depend on threads.
 
 The error of x in the norm of P + O, and so in that of the mass, sqrt(sum m |error|^2), is at most sqrt(r . z): the
 iterations end when that is a given fraction of the mass norm of R x. The error falls in every one; where they end
@@ -22,20 +23,22 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
-from hairpipe.sim.lanes import WIDTH, load, store
+from hairpipe.sim.lanes import load, store, width
 
 MOST = 200
 """Iterations."""
 STILL = 1e-3
 """Change of velocity [m/s] below which the tolerance is not relative: what rests is not solved to the last bit."""
-_CHUNK = 1024
-"""Rows of lanes that are summed one after the other."""
+_SINGLE = np.float32
+_WIDTH = width(_SINGLE)
+_CHUNK = 512
+"""Rows of lanes, and points, that are summed one after the other."""
 
 
 class Exchange(NamedTuple):
     """What coupled strands exchange.
 
-    impulses    that points get [N s], (points, 3)
+    impulses    that points get [N s], (points, 3) float32
     iterations  made
     error       of what points move by, over that, at most; both in the norm of the mass
     """
@@ -56,7 +59,7 @@ def solve(
     """Find the impulses that strands exchange.
 
     respond    respond(r, z) sets z, what points move by [m/s], to R P^-1 R^T r for impulses r; 0 where they are held
-    multiply   multiply(v, start, out) sets out to start + O v, as `multiply_across` does
+    multiply   multiply(v, start, out) sets out to start + O v, as `multiply_across` does; all of both are float32
     alone      what the points of every strand on its own move by, u [m/s], (points, 3)
     masses     of the points, inf where they are held [kg], (points,)
     tolerance  of the error
@@ -64,20 +67,19 @@ def solve(
 
     A strand for which this is not a number, or respond gives none, is taken as held, and spares the others.
     """
-    rows = -(-alone.size // WIDTH)
-    vectors = np.zeros((7, rows, WIDTH))
+    rows = -(-alone.size // _WIDTH)
+    vectors = np.zeros((7, rows, _WIDTH), _SINGLE)
     s, r, z, p, q, w, x = vectors
     points = [vector.reshape(-1)[: alone.size].reshape(-1, 3) for vector in vectors]
-    points[6][:] = np.nan_to_num(alone, nan=0.0, posinf=0.0, neginf=0.0)
-    free = np.where(masses < np.inf, masses, 0.0)
+    _take_finite(alone, points[6])
     multiply(points[6], points[0], points[1])
     np.negative(r, out=r)
-    size, before, rz, made = _size(free, points[6]), np.inf, 0.0, 0
+    size, before, rz, made = _size(masses, points[6]), np.inf, 0.0, 0
     while True:
         respond(points[1], points[2])
         rz = _turn(before, r, z, p, q)
         if rz <= tolerance * tolerance * size:
-            size = _size(free, points[6])
+            size = _size(masses, points[6])
         if not tolerance * tolerance * size < rz < np.inf or made == most:
             break
         multiply(points[3], points[4], points[5])
@@ -87,16 +89,33 @@ def solve(
     return Exchange(points[0], made, float(np.sqrt(rz / size)) if rz > 0.0 else 0.0)
 
 
-def _size(masses: np.ndarray, x: np.ndarray) -> float:
+@njit(cache=True, parallel=True)
+def _take_finite(x, out):  # noqa: ANN001, ANN202
+    """Set out to x, and to 0 where that is not finite, in place."""
+    for k in prange(len(x)):
+        for c in range(3):
+            out[k, c] = x[k, c] if abs(x[k, c]) < np.inf else 0.0
+
+
+@njit(cache=True, parallel=True)
+def _size(masses, x):  # noqa: ANN001, ANN202
     """Square of the mass norm [J], in a fixed order."""
-    return max(float(np.einsum("p,pc,pc", masses, x, x)), STILL * STILL * float(masses.sum()))
+    chunks = -(-len(x) // _CHUNK)
+    moving, still = np.zeros(chunks), np.zeros(chunks)
+    for chunk in prange(chunks):
+        for k in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(x))):
+            if masses[k] < np.inf:
+                square = np.float64(x[k, 0]) ** 2 + np.float64(x[k, 1]) ** 2 + np.float64(x[k, 2]) ** 2
+                moving[chunk] += masses[k] * square
+                still[chunk] += masses[k] * STILL * STILL
+    return max(moving.sum(), still.sum())
 
 
 @njit(cache=True, parallel=True)
 def _turn(before, r, z, p, q):  # noqa: ANN001, ANN202
     """Give r . z, and turn to the next direction, in place: p = z + beta p, q = P p."""
     chunks = -(-len(r) // _CHUNK)
-    sums = np.empty((chunks, WIDTH))
+    sums = np.empty((chunks, _WIDTH), _SINGLE)
     for chunk in prange(chunks):
         _sum_finite(sums, np.int64(chunk), r, z)
     rz = _total(sums)
@@ -110,7 +129,7 @@ def _turn(before, r, z, p, q):  # noqa: ANN001, ANN202
 def _advance(rz, p, q, w, s, r, x):  # noqa: ANN001, ANN202
     """Go along p to the least error, in place: x += step p, s and r with it; tell whether there is one."""
     chunks = -(-len(r) // _CHUNK)
-    sums = np.empty((chunks, WIDTH))
+    sums = np.empty((chunks, _WIDTH), _SINGLE)
     for chunk in prange(chunks):
         _sum(sums, np.int64(chunk), p, w)
     curvature = _total(sums)
@@ -127,7 +146,7 @@ def _total(sums):  # noqa: ANN001, ANN202
     total = 0.0
     for chunk in range(sums.shape[0]):
         for lane in range(sums.shape[1]):
-            total += sums[chunk, lane]
+            total += np.float64(sums[chunk, lane])
     return total
 
 
@@ -135,9 +154,9 @@ def _total(sums):  # noqa: ANN001, ANN202
 def _sum_finite(sums, chunk, r, z):  # noqa: ANN001, ANN202
     """Sum r z over a chunk; where that is not a number the unknown is held, in place."""
     for row in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(r))):
-        for lane in range(WIDTH):
+        for lane in range(_WIDTH):
             if not abs(r[row, lane] * z[row, lane]) < np.inf:
-                r[row, lane], z[row, lane] = 0.0, 0.0
+                r[row, lane], z[row, lane] = _SINGLE(0.0), _SINGLE(0.0)
     _sum(sums, chunk, r, z)
 
 

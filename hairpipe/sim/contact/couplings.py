@@ -29,7 +29,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
-from hairpipe.sim.fours import item, load_four, symmetric_times, zeros
+from hairpipe.sim.fours import item, load_four, symmetric_times, without_first, zeros
 
 _HERE, _THERE = 3, 7
 """Columns of `Sides.numbers`: the fractions."""
@@ -128,12 +128,14 @@ def find_incidence(segments: np.ndarray, points: int) -> Incidence:
 @njit(cache=True, parallel=True)
 def sides_of(couplings: Couplings, incidence: Incidence) -> Sides:
     """Sort couplings by the segments that they touch, without those that have no matrix; pure."""
-    first = np.zeros_like(incidence.first)
+    first, acts = np.zeros_like(incidence.first), np.empty(len(couplings.matrix), np.bool_)
+    for i in prange(len(acts)):
+        acts[i] = _acts(couplings.matrix, i)
     chunks = -(-(len(first) - 1) // _CHUNK)
     for chunk in prange(chunks):
         for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(first) - 1)):
             for e in range(incidence.first[k], incidence.first[k + 1]):
-                first[k + 1] += _acts(couplings.matrix, incidence.sides[e] >> 1)
+                first[k + 1] += acts[incidence.sides[e] >> 1]
     for k in range(1, len(first)):
         first[k] += first[k - 1]
     others, numbers = np.empty(first[-1], np.int32), np.empty((first[-1], 8), np.float32)
@@ -142,7 +144,7 @@ def sides_of(couplings: Couplings, incidence: Incidence) -> Sides:
             place = first[k]
             for e in range(incidence.first[k], incidence.first[k + 1]):
                 i, j = incidence.sides[e] >> 1, incidence.sides[e] & 1
-                if _acts(couplings.matrix, i):
+                if acts[i]:
                     others[place] = couplings.segments[i, 1 - j]
                     numbers[place, _HERE], numbers[place, _THERE] = (
                         couplings.fractions[i, j],
@@ -182,19 +184,18 @@ def own_blocks(sides: Sides, diagonal: np.ndarray, following: np.ndarray) -> Non
 def multiply_across(sides: Sides, v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
     """Set out to start + O v, O being the terms between points of different sides of a coupling, in place.
 
-    v           [m/s], (points, 3); taken in single precision
-    start, out  [N s], (points, 3)
+    v           [m/s], (points, 3) float32
+    start, out  [N s], (points, 3) float32
     """
-    numbers, rounded = sides.numbers.reshape(-1), rounded_speeds(v)
+    numbers, speeds = sides.numbers.reshape(-1), v.reshape(-1)
     for chunk in prange(-(-len(out) // _CHUNK)):
-        _multiply_some(sides, numbers, rounded, start, out, np.int64(chunk) * _CHUNK)
+        _multiply_some(sides, numbers, speeds, start, out, np.int64(chunk) * _CHUNK)
 
 
 @njit(cache=True, parallel=True)
 def rounded_speeds(v):  # noqa: ANN001, ANN201
-    """Copy vectors, (points, 3), one behind the other in single precision, with room to load four at the last."""
-    out = np.empty(3 * len(v) + 1, np.float32)
-    out[-1] = 0.0
+    """Copy vectors, (points, 3), one behind the other in single precision, (3 points,)."""
+    out = np.empty(3 * len(v), np.float32)
     for chunk in prange(-(-len(v) // _CHUNK)):
         for k in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(v))):
             for c in range(3):
@@ -310,7 +311,7 @@ def _across(sides, numbers, k, v):  # noqa: ANN001, ANN202
     total, far = zeros(), zeros()
     for e in range(first[k], first[k + 1]):
         low, high, q = load_four(numbers, 8 * e), load_four(numbers, 8 * e + 4), np.int64(others[e])
-        before, after = load_four(v, 3 * q), load_four(v, 3 * q + 3)
+        before, after = load_four(v, 3 * q), without_first(load_four(v, 3 * q + 2))
         y = symmetric_times(low, high, before + item(high, 3) * (after - before))
         total = total + y
         far = far + item(low, 3) * y

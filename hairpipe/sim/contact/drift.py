@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
-from hairpipe.body.vectors import Vector, length, minus, mix, row
+from hairpipe.body.vectors import Vector, length, minus, mix
 from hairpipe.sim.contact.grid import in_cells
 from hairpipe.sim.contact.pieces import Pieces, piece, pieces_of
 
@@ -26,6 +26,7 @@ _MARGIN = 2
 _SPREADINGS = 4
 _SMOOTHINGS = 40
 _SAMPLE = 16384
+_CHUNK = 4096
 _OUTLYING = 3.0
 """Speed over that of three quarters, all relative to the median."""
 
@@ -139,31 +140,25 @@ def _gather(middle, half, corner, spacing, sums, counts):  # noqa: ANN001, ANN20
 
 def departures(drift: Drift, middle: np.ndarray, half: np.ndarray, pieces: Pieces) -> np.ndarray:
     """Bound by how much any place of the pieces departs from the field in half a step [m], (E,); pure."""
-    away, found = np.empty(len(middle)), np.empty(len(pieces.segments))
-    _depart(drift, middle, half, away)
-    _bound(drift, middle, half, away, pieces.segments, pieces.numbers, pieces.cut, found)
+    found = np.empty(len(pieces.segments))
+    _bound(drift, middle, half, pieces.segments, pieces.numbers, pieces.cut, found)
     return found
 
 
 @njit(cache=True, parallel=True)
-def _depart(drift, middle, half, away):  # noqa: ANN001, ANN202
-    for k in prange(len(away)):
-        away[k] = _departure(drift, row(middle, k), row(half, k))
-
-
-@njit(cache=True, parallel=True)
-def _bound(drift, middle, half, away, segments, numbers, cut, found):  # noqa: ANN001, ANN202
+def _bound(drift, middle, half, segments, numbers, cut, found):  # noqa: ANN001, ANN202
     """Along a piece displacement is linear, and the field departs from that by at most L length / 2."""
-    for e in prange(len(segments)):
-        i = segments[e]
-        count = pieces_of(middle, i, cut)
-        a, b = piece(middle, i, numbers[e], count)
-        if count == 1:
-            most = max(away[i], away[i + 1])
-        else:
+    for chunk in prange(-(-len(found) // _CHUNK)):
+        begin = np.int64(chunk) * _CHUNK
+        ended, last = 0.0, -2  # departure at the end of the piece before, and its segment
+        for e in range(begin, min(begin + _CHUNK, len(found))):
+            i = segments[e]
+            count = pieces_of(middle, i, cut)
+            a, b = piece(middle, i, numbers[e], count)
             u, v = piece(half, i, numbers[e], count)
-            most = max(_departure(drift, a, u), _departure(drift, b, v))
-        found[e] = most + 0.5 * drift.steep * length(minus(b, a))
+            begun = ended if i == last + 1 and numbers[e] == 0 else _departure(drift, a, u)
+            ended, last = _departure(drift, b, v), i
+            found[e] = max(begun, ended) + 0.5 * drift.steep * length(minus(b, a))
 
 
 @inlined

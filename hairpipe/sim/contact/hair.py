@@ -22,9 +22,10 @@ from hairpipe.sim.contact.couplings import (
     part_of,
     sides_of,
 )
-from hairpipe.sim.contact.ignored import keys_of
+from hairpipe.sim.contact.ignored import united
 from hairpipe.sim.contact.near import near_pairs
 from hairpipe.sim.contact.nearest import closest_pairs
+from hairpipe.sim.contact.pairs import key_of
 from hairpipe.sim.contact.repulsion import linearise as linearise_contacts
 from hairpipe.sim.contact.stiction import Connections, connect, release, room
 from hairpipe.sim.contact.stiction import linearise as linearise_connections
@@ -66,11 +67,11 @@ class HairContacts:
             count, most = len(points), self.stiction.closest
             self.connections = release(self.connections, points, self.stiction.release)
             free = room(self.connections, count, most)
-            taken = np.union1d(self.at_rest[0], keys_of(self.connections.segments))
+            taken = united(self.at_rest[0], key_of(self.connections.segments))
             near = closest_pairs(points, self.offsets, self.stiction.reach, most, taken, free)
             self.connections = connect(self.connections, near)
         if self.collisions is not None:
-            self._ignored = np.union1d(self.at_rest[1], keys_of(self.connections.segments))
+            self._ignored = united(self.at_rest[1], key_of(self.connections.segments))
         if self.collisions is not None and self.collisions.solver == "coupled":
             pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, self._ignored)
             self._contacts = find_contacts(pairs, points, speeds, self.collisions)
@@ -90,7 +91,7 @@ class HairContacts:
             rest = part_of(couplings, stuck, len(couplings.push))
             linearise_contacts(self._contacts, *state, self.collisions, weights, span, rest)
         self._sides = sides_of(couplings, self._incidence)
-        self._push, self._change = np.zeros_like(points), np.zeros_like(points)
+        self._push, self._change = np.zeros(points.shape), np.zeros(points.shape)
         add_push(couplings, self._incidence, self._push)
         self._own = np.empty((len(points), 6)), np.empty((len(points), 6))
         own_blocks(self._sides, *self._own)
@@ -107,7 +108,7 @@ class HairContacts:
     def exchange(
         self, respond: Callable[[np.ndarray, np.ndarray], None], alone: np.ndarray, masses: np.ndarray
     ) -> np.ndarray:
-        """Return the impulses that strands exchange [N s], (P, 3); see `conjugate.solve`."""
+        """Return the impulses that strands exchange [N s], (P, 3) float32; see `conjugate.solve`."""
 
         def multiply(v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
             multiply_across(self._sides, v, start, out)
@@ -124,13 +125,23 @@ class HairContacts:
         """
         follow(*self._own, change, who, self._change, received)
 
-    def collide(self, before: np.ndarray, after: np.ndarray, speeds: np.ndarray, masses: np.ndarray, dt: float) -> None:
-        """Bring back what passed through each other in a step of dt [s]; changes after and speeds, in place."""
-        if self.collisions is not None:
-            collide(before, after, speeds, masses, self.offsets, dt, self.collisions, self._ignored)
+    def collide(self, before: np.ndarray, after: np.ndarray, masses: np.ndarray, dt: float) -> np.ndarray | None:
+        """Return by how much velocities change so that nothing passes through in a step of dt [s], or None; pure.
+
+        before, after  positions [m], (P, 3)
+        """
+        if self.collisions is None:
+            return None
+        outcome = collide(before, after, masses, self.offsets, dt, self.collisions, self._ignored)
+        return outcome.change if outcome.found else None
+
+    @property
+    def sweeps(self) -> bool:
+        """Whether what is near pushes by impulses, as published, and not in the system of all strands."""
+        return self.collisions is not None and self.collisions.solver == "sweep"
 
     def repel(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, dt: float, *, elastic: bool) -> None:
-        """Let what is near push by impulses, as published, in a step of dt [s]; changes speeds, in place."""
-        if self.collisions is not None and self.collisions.solver == "sweep":
+        """Let what is near push by impulses in a step of dt [s], if it `sweeps`; changes speeds, in place."""
+        if self.collisions is not None and self.sweeps:
             pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, self._ignored)
             sweep(pairs, points, speeds, masses, self.collisions, dt, elastic=elastic)

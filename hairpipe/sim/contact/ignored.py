@@ -1,16 +1,25 @@
 """Pairs that hair takes no notice of: stuck together, or so close in the groom that they belong there.
 
-A set of pairs is a sorted array of keys without duplicates, see `key_of`; the union of two is `np.union1d`.
+A set of pairs is a sorted array of keys without duplicates, see `key_of`.
 """
 
 import numpy as np
-
-from hairpipe.sim.contact.pairs import key_of
+from numba import njit
 
 REST = 1.5
 """Pairs that the groom has within so many thicknesses are ignored for ever, as in the authors' code."""
 
 
-def keys_of(segments: np.ndarray) -> np.ndarray:
-    """Make a set of pairs, first < second in each, (n, 2) int32; gives (n,) int64."""
-    return np.unique(key_of(segments))
+@njit(cache=True)
+def united(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the union of two sets of pairs, (n,) and (m,) int64; pure."""
+    out = np.empty(len(a) + len(b), np.int64)
+    i, j, count = 0, 0, 0
+    while i < len(a) and j < len(b):
+        out[count] = min(a[i], b[j])
+        i, j = i + (a[i] == out[count]), j + (b[j] == out[count])
+        count += 1
+    for left in (a[i:], b[j:]):
+        out[count : count + len(left)] = left
+        count += len(left)
+    return out[:count]

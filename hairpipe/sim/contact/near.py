@@ -8,7 +8,7 @@ from hairpipe.sim.contact.distances import squared_distances
 from hairpipe.sim.contact.found import CHUNK, gather_pairs, in_order, note
 from hairpipe.sim.contact.grid import LANES, MOST_RUNS, build_grid, entry, find_runs, reaching, rounding
 from hairpipe.sim.contact.pairs import Pairs, known_pairs, measure
-from hairpipe.sim.contact.pieces import all_segments, cut_in_pieces
+from hairpipe.sim.contact.pieces import all_segments, cut_in_pieces, refuse_lost
 from hairpipe.sim.lanes import bits, lowest
 
 
@@ -21,7 +21,8 @@ def near_pairs(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: n
 
     Raises ArithmeticError where a position is not finite.
     """
-    grid = build_grid(points, cut_in_pieces(points, all_segments(points, offsets), reach), reach)
+    refuse_lost(points)
+    grid = build_grid(points, cut_in_pieces(points, all_segments(len(points), offsets), reach), reach)
     known = known_pairs(ignored, len(points))
     found = gather_pairs(lambda *out: _search(grid, reach / grid.cell, known, *out), len(grid.segments))
     pairs = measure(points, in_order(found, len(points)))

@@ -21,7 +21,7 @@ from hairpipe.sim.contact.grid import (
 )
 from hairpipe.sim.contact.mutual import Lists, mutual_pairs
 from hairpipe.sim.contact.pairs import Pairs, is_known, known_pairs, measure
-from hairpipe.sim.contact.pieces import all_segments, cut_in_pieces, piece, pieces_of
+from hairpipe.sim.contact.pieces import all_segments, cut_in_pieces, piece, pieces_of, refuse_lost
 from hairpipe.sim.lanes import bits, lowest
 
 
@@ -44,7 +44,8 @@ def closest_pairs(
     No segment is in more pairs than its limit. Raises ArithmeticError where a position is not finite.
     """
     limits = np.full(len(points), most) if room is None else np.minimum(room, most)
-    segments = all_segments(points, offsets)
+    refuse_lost(points)
+    segments = all_segments(len(points), offsets)
     grid = build_grid(points, cut_in_pieces(points, segments[limits[segments] > 0], reach), reach)
     lists = Lists(np.full((len(points), most), -1, np.int32), np.empty((len(points), most)))
     _search(points, grid, reach, known_pairs(ignored, len(points)), limits, lists)

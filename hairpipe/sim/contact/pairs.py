@@ -60,8 +60,18 @@ class Known(NamedTuple):
 
 def known_pairs(keys: np.ndarray | None, points: int) -> Known:
     """Prepare sorted keys, (n,) int64, for look-up among the segments of so many points; pure."""
-    keys = np.empty(0, np.int64) if keys is None else keys
-    return Known(np.searchsorted(keys >> 32, np.arange(points + 1)), (keys & 0xFFFFFFFF).astype(np.int32))
+    return _known(np.empty(0, np.int64) if keys is None else keys, points)
+
+
+@njit(cache=True)
+def _known(keys, points):  # noqa: ANN001, ANN202
+    starts, seconds = np.zeros(points + 1, np.int64), np.empty(len(keys), np.int32)
+    for k in range(len(keys)):
+        starts[(keys[k] >> 32) + 1] += 1
+        seconds[k] = keys[k] & 0xFFFFFFFF
+    for i in range(points):
+        starts[i + 1] += starts[i]
+    return Known(starts, seconds)
 
 
 @inlined

@@ -32,17 +32,27 @@ class Pieces(NamedTuple):
     longest: float
 
 
-def all_segments(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """List the segments of all strands, (m,) int32, ascending; pure.
-
-    Raises ArithmeticError where a position [m], (P, 3), is not finite, or farther from the origin than a light-hour.
-    """
-    if not np.abs(points).max(initial=0.0) <= FARTHEST:
-        where = int(np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))[0])
-        raise ArithmeticError(f"point {where} of the hair is at {points[where]} m")
-    is_segment = np.ones(len(points), bool)
+def all_segments(points: int, offsets: np.ndarray) -> np.ndarray:
+    """List the segments of all strands of so many points, (m,) int32, ascending; pure."""
+    is_segment = np.ones(points, bool)
     is_segment[offsets[1:][offsets[1:] > offsets[:-1]] - 1] = False
     return np.flatnonzero(is_segment).astype(np.int32)
+
+
+def refuse_lost(points: np.ndarray) -> None:
+    """Raise ArithmeticError where a position [m], (P, 3), is not finite, or farther from 0 than a light-hour."""
+    lost = np.empty(len(points), np.bool_)
+    _find_lost(points, lost)
+    if lost.any():
+        where = int(np.argmax(lost))
+        raise ArithmeticError(f"point {where} of the hair is at {points[where]} m")
+
+
+@njit(cache=True, parallel=True)
+def _find_lost(points, lost):  # noqa: ANN001, ANN202
+    for k in prange(len(points)):
+        x, y, z = row(points, k)
+        lost[k] = not max(abs(x), max(abs(y), abs(z))) <= FARTHEST or x != x or y != y or z != z
 
 
 def cut_in_pieces(points: np.ndarray, segments: np.ndarray, reach: float) -> Pieces:

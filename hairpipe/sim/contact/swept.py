@@ -23,7 +23,7 @@ from hairpipe.sim.contact.grid import (
     rounding,
 )
 from hairpipe.sim.contact.pairs import Known, known_pairs
-from hairpipe.sim.contact.pieces import Pieces, all_segments, cut_in_pieces, piece, pieces_of
+from hairpipe.sim.contact.pieces import Pieces, all_segments, cut_in_pieces, piece, pieces_of, refuse_lost
 from hairpipe.sim.lanes import any_lane, bits, lowest, sqrt
 
 _CALM = 0.25
@@ -75,12 +75,13 @@ def neighbourhood(before: np.ndarray, after: np.ndarray, offsets: np.ndarray, re
 
     Raises ArithmeticError where a position is not finite.
     """
-    segments = all_segments(before, offsets)
-    all_segments(after, offsets)
-    middle, half = 0.5 * (before + after), 0.5 * (after - before)
-    some = slice(None, None, max(1, len(half) // _SAMPLE))
-    centre, frame = (np.median(x[some], axis=0) if len(x) else np.zeros(3) for x in (middle, half))
-    half -= frame
+    refuse_lost(before)
+    refuse_lost(after)
+    segments = all_segments(len(before), offsets)
+    some = slice(None, None, max(1, len(before) // _SAMPLE))
+    sample = _halves(before[some].copy(), after[some].copy(), np.zeros(3))
+    centre, frame = (np.median(x, axis=0) if len(x) else np.zeros(3) for x in sample)
+    middle, half = _halves(before, after, frame)
     common = find_drift(middle, half)
     return Neighbourhood(_levels(middle, half, segments, common, reach, centre), common, centre, frame, len(before))
 
@@ -118,7 +119,7 @@ def swept_pairs_of(
     Of two of these segments both as they move now; the others as they moved. Otherwise as `swept_pairs`.
     """
     known = known_pairs(ignored, len(before))
-    middle, half = 0.5 * (before + after), 0.5 * (after - before) - around.frame
+    middle, half = _halves(before, after, around.frame)
     mine = _levels(middle, half, segments, around.common, reach, around.centre)
     found = [
         _meetings(level, other, reach, around.common.steep, known)
@@ -126,6 +127,17 @@ def swept_pairs_of(
         for other in [*mine[k:], *around.levels]
     ]
     return in_order(np.concatenate([np.empty((0, 2), np.int32), *found]), len(before))
+
+
+@njit(cache=True, parallel=True)
+def _halves(before, after, frame):  # noqa: ANN001, ANN202
+    """Return positions at half time, and displacements in half a step beyond that of a frame, (P, 3) each."""
+    middle, half = np.empty_like(before), np.empty_like(before)
+    for k in prange(len(before)):
+        for c in range(3):
+            middle[k, c] = 0.5 * (before[k, c] + after[k, c])
+            half[k, c] = 0.5 * (after[k, c] - before[k, c]) - frame[c]
+    return middle, half
 
 
 def _levels(
@@ -138,10 +150,23 @@ def _levels(
 
 def _by_departure(pieces: Pieces, away: np.ndarray) -> list[tuple[Pieces, np.ndarray]]:
     """Sort pieces into levels, each of which departs up to _STEP times as far as the one before."""
-    calm = _CALM * max(pieces.longest, 1e-9)
-    levels = np.ceil(np.log(np.maximum(away / calm, 1.0)) / np.log(_STEP)).astype(np.int8)
-    members = [np.flatnonzero(levels == level) for level in np.unique(levels)]
+    levels = _levels_of(away, _CALM * max(pieces.longest, 1e-9))
+    members = [np.flatnonzero(levels == level) for level in np.flatnonzero(np.bincount(levels))]
+    if len(members) == 1:
+        return [(pieces, away)]
     return [(pieces._replace(segments=pieces.segments[k], numbers=pieces.numbers[k]), away[k]) for k in members]
+
+
+@njit(cache=True, parallel=True)
+def _levels_of(away, calm):  # noqa: ANN001, ANN202
+    """Count by how many factors of _STEP pieces depart farther than what is calm, (E,) int8."""
+    levels = np.empty(len(away), np.int8)
+    for e in prange(len(away)):
+        level, bound = 0, calm
+        while away[e] > bound:
+            level, bound = level + 1, bound * _STEP
+        levels[e] = level
+    return levels
 
 
 def _build_level(

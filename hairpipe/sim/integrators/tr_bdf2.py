@@ -28,7 +28,7 @@ import numpy as np
 from hairpipe.sim.integrators.interface import Motion, Step, everywhere, rows_of
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
-from hairpipe.sim.rows import combine_all
+from hairpipe.sim.rows import combine_all, copied
 from hairpipe.sim.spring_form import SpringForm
 from hairpipe.sim.stage import Rule, overstrained_lanes, set_all_tensions
 from hairpipe.sim.surroundings import Stage, Surroundings
@@ -53,7 +53,7 @@ class TrBdf2:
     def carry(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> np.ndarray | float:
         """Advance motion by step, in place; return the change of velocity by contact [m/s], (rows, 3, W), or 0."""
         x, v, T, dt = motion.x, motion.v, motion.T, step.dt
-        x0, v0, tensions, h = x.copy(), v.copy(), T.copy(), G * dt / 2
+        x0, v0, tensions, h = copied(x), copied(v), copied(T), G * dt / 2
         around.begin(motion, step)
         xh, vh = np.empty_like(x), np.empty_like(x)
         combine_all(xh, 1.0, x0, h, v0)
@@ -61,19 +61,21 @@ class TrBdf2:
         weights = begin_anew(model, motion, xh, vh, everywhere(model, x, h), G * dt)
         stage = Stage(xh, vh, x0, step.ends(G), step.held, weights, step.time + G * dt, G * dt)
         first = around.solve(x, v, T, stage, self.rule)
-        x1 = x.copy()
+        x1 = copied(x)
         combine_all(xh, _W1, x1, -_W0, x0)
-        combine_all(vh, _W1, v, -_W0, v0 + first)
+        combine_all(vh, _W1, v, -_W0, v0)
+        _add(vh, -_W0, first)
         weights = everywhere(model, x, h)
         stage = Stage(xh, vh, x1, step.ends(1.0), step.held, weights, step.time + dt, (1.0 - G) * dt)
         second = around.solve(x, v, T, stage, self.rule)
-        combine_all(motion.a, 1 / h, v, -1 / h, vh + second)
+        combine_all(motion.a, 1 / h, v, -1 / h, vh)
+        _add(motion.a, -1 / h, second)
         lost = everywhere(model, x, 0.0)
         if overstrained_lanes(model, x, _LOST, lost):
             self._do_again(model, motion, Motion(x0, v0, np.zeros_like(x), tensions), lost, step, around)
         changed = around.end(motion, x0, step)
         forget(model, motion.a, around.shocked(x))
-        return first + second + changed
+        return _sum(_sum(first, second), changed)
 
     def _do_again(
         self, model: Network | Chain, motion: Motion, start: Motion, lost: np.ndarray, step: Step, around: Surroundings
@@ -87,6 +89,20 @@ class TrBdf2:
         kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
         again.a[:] = (again.v - start.v - kick) / step.dt
         _take(model, motion, again, lost, "xvaT")
+
+
+def _add(out: np.ndarray, weight: float, kick: np.ndarray | float) -> None:
+    """Add what contact made so many times, in place; see `Surroundings.solve`."""
+    if isinstance(kick, np.ndarray):
+        combine_all(out, 1.0, out, weight, kick)
+
+
+def _sum(one: np.ndarray | float, other: np.ndarray | float) -> np.ndarray | float:
+    """Add two of what contact made; the first is lost."""
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        combine_all(one, 1.0, one, 1.0, other)
+        return one
+    return other if isinstance(other, np.ndarray) else one
 
 
 def begin_anew(

@@ -38,7 +38,7 @@ class Bundle(NamedTuple):
             out[:] = start + (O @ v.ravel()).reshape(-1, 3)
 
         exchange = solve(respond, multiply, alone, MASSES, tolerance, most)
-        return alone.ravel() + inverse @ exchange.impulses.ravel(), exchange
+        return alone.ravel() + inverse @ exchange.impulses.ravel().astype(float), exchange
 
     def exact(self):
         return invert_free(self.strands + self.own + self.across, self.held) @ self.b
@@ -190,7 +190,7 @@ def test_threads_change_no_bit(offsets, random_couplings, threads):
     heavy = 2.0 * diagonal.sum(axis=1)[:, None] + 1.0
 
     def respond(r, z):
-        np.divide(r, heavy, out=z)
+        z[:] = r / heavy
 
     def multiply(v, start, out):
         multiply_across(sides, v, start, out)
@@ -198,6 +198,6 @@ def test_threads_change_no_bit(offsets, random_couplings, threads):
     found = []
     for number in (1, numba.get_num_threads()):
         threads(number)
-        found.append(solve(respond, multiply, np.random.default_rng(2).normal(size=(points, 3)), np.ones(points), 1e-9))
+        found.append(solve(respond, multiply, np.random.default_rng(2).normal(size=(points, 3)), np.ones(points), 1e-5))
     assert 5 < found[0].iterations < MOST
     assert found[0].iterations == found[1].iterations and np.array_equal(found[0].impulses, found[1].impulses)
