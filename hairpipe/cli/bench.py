@@ -75,8 +75,8 @@ def contact(segments: tuple[int, ...], as_json: bool) -> None:
 def paper(scenes: tuple[str, ...], strands: int | None, cache: Path, as_json: bool) -> None:
     """Print Table 2 of Selle, Lentine, Fedkiw 2008 again: seconds a frame of the scenes in graphs/paper.
 
-    A frame is 1/24 s, everything is on. Medians over frames 4 to 6: hair falls, touches and sticks, and the head does
-    not move yet.
+    A frame is 1/24 s, everything is on. Hair is let go at half a second of the shot, where the head is in full motion;
+    medians over its frames 6 to 8.
     Without a SCENE, those that the paper has. What hair depends on is kept in the store.
     """
     with tempfile.TemporaryDirectory() as folder:

@@ -40,9 +40,14 @@ class Sweep(NamedTuple):
 class MovingSurface(Protocol):
     """A body between two frames. Times are counted from the first of them [s].
 
-    Both methods write in place, only where this body is nearer, or met sooner, than what is written already: a union of
-    bodies is one body after the other. Results do not depend on the number of threads.
+    Probe and sweep write in place, only where this body is nearer, or met sooner, than what is written already: a union
+    of bodies is one body after the other. Results do not depend on the number of threads.
     """
+
+    @property
+    def speed(self) -> float:
+        """No point of the body is faster [m/s]."""
+        ...
 
     def probe(self, points: np.ndarray, seconds: float, out: Probe) -> None:
         """Write distance, normal and velocity where the distance is smaller than out.distance.

@@ -26,6 +26,8 @@ from hairpipe.levelset.pose_path import PosePath, Stances, path_between, stances
 # A part turns by no more than this from one look at its pose to the next [rad]; between them its points go straight.
 FINE = 0.02
 MOST_LOOKS = 64
+_LOOKS = 5
+"""Looks at a frame for its fastest moment."""
 
 
 class MovingParts(NamedTuple):
@@ -43,6 +45,14 @@ class MovingParts(NamedTuple):
     low: np.ndarray
     high: np.ndarray
     path: PosePath
+
+    @property
+    def speed(self) -> float:
+        """Speed of the fastest corner of the boxes around parts [m/s]: v + omega x (x - p), as seen a few times."""
+        stances = stances_at(self.path, np.linspace(0.0, self.path.frame, _LOOKS))
+        corners = np.stack(np.meshgrid(*3 * [[False, True]], indexing="ij"), axis=-1).reshape(-1, 3)
+        arms = np.einsum("tkxy,cky->ctkx", stances.turns, np.where(corners[:, None], self.high, self.low))
+        return float(np.linalg.norm(stances.drifts + np.cross(stances.spins, arms), axis=-1).max(initial=0.0))
 
     def probe(self, points: np.ndarray, seconds: float, out: Probe) -> None:
         """Write what is nearer than out, in place; see MovingSurface."""

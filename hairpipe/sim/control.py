@@ -67,15 +67,20 @@ class StrainRate:
         return self.fraction / rate if rate > 0.0 else np.inf
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Travel:
-    """A particle moves at most this far [m], so that it cannot leap over the band of the level set."""
+    """A particle moves at most this far [m], and so does a body that may meet it.
+
+    Nothing is leapt over by what goes farther; but hair that a body takes along for a third of its own thickness in one
+    step is stretched (`graphs/experiments/stability_contact.toml`).
+    """
 
     distance: float
+    around: Surroundings
 
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Divide by the highest speed."""
-        speed = _largest(motion.v)
+        speed = max(_largest(motion.v), self.around.body_speed())
         return self.distance / speed if speed > 0.0 else np.inf
 
 
@@ -95,7 +100,7 @@ class Root:
 
 def limits_of(control: StepControl, model: Network | Chain, around: Surroundings) -> list[Limit]:
     """Collect the limits that a scene asks for."""
-    limits: list[Limit] = [Fixed(control.longest), Travel(control.travel), Root(control.root)]
+    limits: list[Limit] = [Fixed(control.longest), Travel(control.travel, around), Root(control.root)]
     if control.strain_rate is not None:
         limits.append(StrainRate(model, control.strain_rate))
     if control.courant is not None:

@@ -99,7 +99,7 @@ class StepControl:
 
     longest      step
     root         a root moves at most this far in a step: 1 cm in the authors' code
-    travel       a particle moves at most this far in a step, so that it cannot leap over the band of the level set
+    travel       a particle moves at most this far in a step, and so does a body: what is pushed farther is stretched
     strain_rate  an edge changes its length by at most this fraction of it in a step; 0.1 in the authors' code
     courant      so many times what an explicit step could be; 4 and 10 in the authors' code
     """

@@ -169,7 +169,7 @@ class Surroundings:
         if self.body is not None:
             held = np.zeros_like(marked) if stage.held_normals else marked
             self.body.hold(points, speeds, self._masses, weights, held, push, damping)
-        own = damping[:0], damping[:0]
+        own = np.empty((0, 6), np.float32), np.empty((0, 6), np.float32)
         if self.hair is not None:
             if anew:
                 self.hair.linearise(points, speeds, self._masses, weights, stage.span)
@@ -289,6 +289,10 @@ class Surroundings:
             slowed = speeds.copy()
             self.hair.repel(self._points(x), slowed, self._masses, step.dt, elastic=elastic)
             follow(self._axis, slowed - speeds, 1.0, v)
+
+    def body_speed(self) -> float:
+        """Find a speed that no body exceeds in this frame [m/s]."""
+        return 0.0 if self.body is None else self.body.speed
 
     def stiffest_connections(self) -> float:
         """Bound what stiction adds to the square of the highest frequency [1/s^2]."""

@@ -111,6 +111,11 @@ class BodyContacts:
         """Points whose contact with the body jumped in this step, (P,) bool."""
         return self._touch.shocked
 
+    @property
+    def speed(self) -> float:
+        """Speed that no body exceeds [m/s]."""
+        return max((surface.speed for surface in self.surfaces), default=0.0)
+
     def stop(self, speeds: np.ndarray) -> np.ndarray:
         """Return the change of velocity [m/s], (P, 3), after which what is held goes with the body along the normal."""
         change = np.empty_like(speeds)

@@ -43,7 +43,7 @@ class Couplings(NamedTuple):
     segments   a segment joins a point to the next of its strand and has its number, (n, 2) int32
     fractions  where on the segments, 0 at that point and 1 at the next, (n, 2)
     push       impulse on the first point, the opposite on the second [N s], (n, 3)
-    matrix     M, positive semidefinite: xx xy xz yy yz zz [kg], (n, 6)
+    matrix     M, positive semidefinite: xx xy xz yy yz zz [kg], (n, 6) float32
     """
 
     segments: np.ndarray
@@ -95,7 +95,7 @@ def couplings_at(*places: Places) -> Couplings:
     """Make couplings, one set after the other, with room for what they exert."""
     segments = np.concatenate([some.segments for some in places])
     fractions = np.concatenate([some.fractions for some in places])
-    return Couplings(segments, fractions, np.empty((len(segments), 3)), np.empty((len(segments), 6)))
+    return Couplings(segments, fractions, np.empty((len(segments), 3)), np.empty((len(segments), 6), np.float32))
 
 
 def part_of(couplings: Couplings, begin: int, end: int) -> Couplings:
@@ -173,8 +173,8 @@ def add_push(couplings: Couplings, incidence: Incidence, out: np.ndarray) -> Non
 def own_blocks(sides: Sides, diagonal: np.ndarray, following: np.ndarray) -> None:
     """Set the terms between points of one segment, in place.
 
-    diagonal   between a point and itself, symmetric [kg], (points, 6)
-    following  between a point and the next of its strand, symmetric too [kg], (points, 6)
+    diagonal   between a point and itself, symmetric [kg], (points, 6) float32
+    following  between a point and the next of its strand, symmetric too [kg], (points, 6) float32
     """
     for chunk in prange(-(-len(diagonal) // _CHUNK)):
         _blocks_of_some(sides, diagonal, following, np.int64(chunk) * _CHUNK)
@@ -334,21 +334,19 @@ def _multiply_some(sides, numbers, v, start, out, begin):  # noqa: ANN001, ANN20
 def _blocks_of_some(sides, diagonal, following, begin):  # noqa: ANN001, ANN202
     """Walk as `_push_some`."""
     first, numbers = sides.first, sides.numbers
-    carried, near, far = np.zeros(6), np.zeros(6), np.zeros(6)
+    carried, near, far, between = np.zeros(6), np.zeros(6), np.zeros(6), np.zeros(6)
     for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(diagonal))):
         near[:] = 0.0
         far[:] = 0.0
-        if k >= begin:
-            following[k] = 0.0
+        between[:] = 0.0
         for e in range(first[k], first[k + 1]):
             s = np.float64(numbers[e, _HERE])
             for c in range(6):
                 m = numbers[e, c + c // 3]
                 near[c] += (1.0 - s) * (1.0 - s) * m
                 far[c] += s * s * m
-                if k >= begin:
-                    following[k, c] += s * (1.0 - s) * m
+                between[c] += s * (1.0 - s) * m
         for c in range(6):
             if k >= begin:
-                diagonal[k, c] = near[c] + carried[c]
+                diagonal[k, c], following[k, c] = near[c] + carried[c], between[c]
             carried[c] = far[c]

@@ -93,12 +93,12 @@ class HairContacts:
         self._sides = sides_of(couplings, self._incidence)
         self._push, self._change = np.zeros(points.shape), np.zeros(points.shape)
         add_push(couplings, self._incidence, self._push)
-        self._own = np.empty((len(points), 6)), np.empty((len(points), 6))
+        self._own = np.empty((len(points), 6), np.float32), np.empty((len(points), 6), np.float32)
         own_blocks(self._sides, *self._own)
 
     @property
     def own(self) -> tuple[np.ndarray, np.ndarray]:
-        """Blocks by which impulses change with the strand's own velocities [kg], (P, 6) each: see `own_blocks`."""
+        """Blocks by which impulses change with the strand's own velocities [kg], (P, 6) float32 each: `own_blocks`."""
         return self._own
 
     def impulses(self, who: np.ndarray, out: np.ndarray) -> None:

@@ -21,7 +21,7 @@ We differ from the paper, whose half step and trapezoid (Sec. 4) gain or lose en
 Source: Bank et al., Transient Simulation of Silicon Devices and Circuits, 1985; Hosea and Shampine, 1996.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -53,7 +53,7 @@ class TrBdf2:
     def carry(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> np.ndarray | float:
         """Advance motion by step, in place; return the change of velocity by contact [m/s], (rows, 3, W), or 0."""
         x, v, T, dt = motion.x, motion.v, motion.T, step.dt
-        x0, v0, tensions, h = copied(x), copied(v), copied(T), G * dt / 2
+        x0, v0, h = copied(x), copied(v), G * dt / 2
         around.begin(motion, step)
         xh, vh = np.empty_like(x), np.empty_like(x)
         combine_all(xh, 1.0, x0, h, v0)
@@ -72,22 +72,32 @@ class TrBdf2:
         _add(motion.a, -1 / h, second)
         lost = everywhere(model, x, 0.0)
         if overstrained_lanes(model, x, _LOST, lost):
-            self._do_again(model, motion, Motion(x0, v0, np.zeros_like(x), tensions), lost, step, around)
+            self._do_again(model, motion, x0, v0, lost, step, around)
         changed = around.end(motion, x0, step)
         forget(model, motion.a, around.shocked(x))
         return _sum(_sum(first, second), changed)
 
     def _do_again(
-        self, model: Network | Chain, motion: Motion, start: Motion, lost: np.ndarray, step: Step, around: Surroundings
+        self,
+        model: Network | Chain,
+        motion: Motion,
+        x0: np.ndarray,
+        v0: np.ndarray,
+        lost: np.ndarray,
+        step: Step,
+        around: Surroundings,
     ) -> None:
-        """Do the step of lost strands, (blocks, W), by backward Euler with the tension of the present stretch."""
+        """Do the step of lost strands, (blocks, W), by backward Euler with the tension of the present stretch.
+
+        x0, v0  where it began [m], [m/s], (rows, 3, W)
+        """
         robust = self.rule._replace(form=_MULTIPLIER, guard=np.inf, iterations=1)
-        again = replace(start, x=start.x.copy(), v=np.zeros_like(start.v))
+        again = Motion(copied(x0), np.zeros_like(v0), np.empty_like(x0), np.empty_like(motion.T))
         set_all_tensions(model, again.x, again.T)
-        weights = everywhere(model, start.x, step.dt)
-        stage = Stage(start.x, start.v, start.x, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
+        weights = everywhere(model, x0, step.dt)
+        stage = Stage(x0, v0, x0, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
         kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
-        again.a[:] = (again.v - start.v - kick) / step.dt
+        again.a[:] = (again.v - v0 - kick) / step.dt
         _take(model, motion, again, lost, "xvaT")
 
 
