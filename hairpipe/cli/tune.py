@@ -46,7 +46,7 @@ def read_budget(ctx: click.Context, param: click.Parameter, text: str | None) ->
     required=True,
     metavar="2mm|0.5%",
     callback=read_tolerance,
-    help="How far tips may be off: a length, or a share of that of their strands.",
+    help="How far tips and whole strands may be off: a length, or a share of that of the strands.",
 )
 @click.option("--budget", metavar="5s", callback=read_budget, help="For a frame: say what error it buys.")
 @click.option("--check", is_flag=True, help="Measure the choice on other strands and frames, too.")
@@ -69,9 +69,10 @@ def tune(
 ) -> None:
     """Find the cheapest model that keeps a tolerance.
 
-    Errors are those of the tips, root mean square, against the graph's own model at a quarter of its steps; seconds are
-    those of the processor on one thread, scaled to all strands. What is chosen was measured as it is, not summed up
-    from its parts. All of it is kept like any other result: asked again, nothing is computed.
+    Errors are those of tips or of whole strands, the larger, root mean square, against the graph's own model at a
+    quarter of its steps; seconds are those of the processor on one thread, scaled to all strands. What is chosen was
+    measured as it is, not summed up from its parts. All of it is kept like any other result: asked again, nothing is
+    computed.
 
     The settings are TOML tables that take the place of those in the graph. Exit codes: 0 found, 1 nothing keeps the
     tolerance, or the check is beyond it, 2 bad input, 130 interrupted.

@@ -17,7 +17,7 @@ CONFIDENCE = 1.6
 class Measured:
     """Error and cost of a model.
 
-    error    of the tips, root mean square over strands and frames, in the unit of the tolerance
+    error    of tips or of whole strands, the larger, root mean square over strands and frames, in the tolerance's unit
     bound    what it may be in strands that were not sampled, judged by the spread among patches
     seconds  a frame of the whole scene [s]
     tip      root mean square distance of the tips [m]
@@ -44,8 +44,8 @@ def measured_of(table: Table, tolerance: Tolerance, seconds: float) -> Measured:
     """Sum the table of `measure_patches` up."""
     if np.any(table["lost"]):
         return failed("hair came out that is not finite")
-    column = "tip [%]" if tolerance.unit == "%" else "tip [m]"
-    error, bound = bounded(table, column)
+    unit = "%" if tolerance.unit == "%" else "m"
+    error, bound = np.max([bounded(table, f"{place} [{unit}]") for place in ("tip", "whole")], axis=0).tolist()
     tip, percent, whole = (bounded(table, name)[0] for name in ("tip [m]", "tip [%]", "whole [m]"))
     return Measured(error, bound, seconds, tip, percent, whole)
 

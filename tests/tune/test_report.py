@@ -83,10 +83,10 @@ def test_the_document_is_json():
     assert document["simplifications"][2]["error"] is None
 
 
-def table(tips: list[list[float]], lost: int = 0):
-    """A table of frames by patches."""
-    rows = [(f, p, 10, tip, tip / 2, 10 * tip, 5 * tip, lost) for f, t in enumerate(tips) for p, tip in enumerate(t)]
-    return table_of_rows(COLUMNS, rows)
+def table(tips: list[list[float]], lost: int = 0, whole: float = 0.5):
+    """A table of frames by patches; whole strands are so many times as far off as tips."""
+    errors = ((f, p, tip) for f, t in enumerate(tips) for p, tip in enumerate(t))
+    return table_of_rows(COLUMNS, [(f, p, 10, e, whole * e, 10 * e, 10 * whole * e, lost) for f, p, e in errors])
 
 
 def test_patches_that_agree_promise_what_they_show():
@@ -103,6 +103,10 @@ def test_the_more_patches_differ_the_less_is_promised():
 def test_lost_strands_are_no_error_but_a_fault():
     assert measured_of(table([[1.0, 1.0]], lost=1), Tolerance(1.0, "%"), 1.0).fault
     assert measured_of(table([[1.0, 1.0]]), Tolerance(1.0, "%"), 1.0).error == pytest.approx(10.0)
+
+
+def test_whole_strands_count_where_they_are_farther_off_than_tips():
+    assert measured_of(table([[1.0, 1.0]], whole=2.0), Tolerance(1.0, "%"), 1.0).error == pytest.approx(20.0)
 
 
 def test_hair_is_scaled_to_the_scene_and_bodies_are_not():
