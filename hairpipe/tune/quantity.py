@@ -11,7 +11,7 @@ NUMBER = re.compile(r"\s*(\d{1,15}(?:\.\d{1,15})?(?:[eE][+-]?\d{1,2})?)\s*([a-zA
 
 
 class Tolerance(NamedTuple):
-    """How far tips and whole strands may be off, root mean square: in metres, or in % of the length of their strands."""
+    """How far tips and whole strands may be off, root mean square: in metres, or in % of the length of a strand."""
 
     value: float
     unit: Literal["m", "%"]
