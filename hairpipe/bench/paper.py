@@ -1,5 +1,6 @@
 """Table 2 of Selle, Lentine, Fedkiw 2008 again: what a frame of each of the paper's scenes costs."""
 
+import resource
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -42,6 +43,7 @@ class Row(NamedTuple):
 
     particles  of the strands, those beside their axes too
     seconds    the median; shares  of the parts of the work, in seconds of that frame
+    memory     the most that this process had until then [bytes]
     printed    what the paper has; None for a scene that it has not
     """
 
@@ -50,6 +52,7 @@ class Row(NamedTuple):
     particles: int
     seconds: float
     shares: dict[str, float]
+    memory: int
     printed: Printed | None
 
 
@@ -89,4 +92,5 @@ def measure_scene(say: Callable[[str], None], name: str, path: Path, store: Stor
     seconds, shares = sorted(found, key=lambda case: case[0])[FRAMES // 2]
     segments = np.diff(arguments["groom"].offsets) - 1
     particles = sum(network.SHAPE.count(int(count)) for count in segments)
-    return Row(name, len(segments), particles, seconds, shares, PRINTED.get(name))
+    memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return Row(name, len(segments), particles, seconds, shares, memory, PRINTED.get(name))

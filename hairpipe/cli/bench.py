@@ -104,14 +104,15 @@ def show_paper(report: "PaperReport") -> None:
         f"{machine.processor}, {plural(machine.cores, 'core')}; the paper: one to four machines of 4 processors"
     )
     times = Table("scene", title="seconds a frame", title_justify="left", box=None)
-    for heading in ("strands", "particles", "frame", "theirs: particles", "frame"):
+    for heading in ("strands", "particles", "frame", "memory", "theirs: particles", "frame"):
         times.add_column(heading, justify="right")
     parts = Table("scene", title="parts of it", title_justify="left", box=None)
     for heading in report.rows[0].shares:
         parts.add_column(heading, justify="right")
     for row in report.rows:
         theirs = ("", "") if row.printed is None else (f"{row.printed.particles:,}", f"{60 * row.printed.minutes:.0f}")
-        times.add_row(row.scene, f"{row.strands:,}", f"{row.particles:,}", f"{row.seconds:.1f}", *theirs)
+        ours = f"{row.strands:,}", f"{row.particles:,}", f"{row.seconds:.1f}", f"{row.memory / 1e9:.1f} GB"
+        times.add_row(row.scene, *ours, *theirs)
         parts.add_row(row.scene, *(f"{seconds:.1f}" for seconds in row.shares.values()))
     screen.print(times, "")
     screen.print(parts)

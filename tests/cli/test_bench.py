@@ -68,7 +68,7 @@ def test_the_table_of_the_paper_stands_beside_ours(monkeypatch, hairpipe, tmp_pa
     def measure(say, scenes, store, strands):
         given.update(scenes=scenes, strands=strands)
         shares = {"strands": 1.5, "search": 2.5}
-        rows = [paper.Row(name, 99, 1234, 4.25, shares, paper.PRINTED.get(name)) for name in scenes]
+        rows = [paper.Row(name, 99, 1234, 4.25, shares, 2_500_000_000, paper.PRINTED.get(name)) for name in scenes]
         return paper.Report(REPORT.machine, rows)
 
     monkeypatch.setattr(paper, "measure_paper", measure)
@@ -77,6 +77,6 @@ def test_the_table_of_the_paper_stands_beside_ours(monkeypatch, hairpipe, tmp_pa
     assert given["strands"] == 99 and [*given["scenes"]] == [*scenes]
     assert all(path.is_file() for path in given["scenes"].values())
     lines = [line.split() for line in text.splitlines()]
-    assert ["long_curly", "99", "1,234", "4.2", "250,000", "240"] in lines
-    assert ["hundred_thousand_25", "99", "1,234", "4.2"] in lines
+    assert ["long_curly", "99", "1,234", "4.2", "2.5", "GB", "250,000", "240"] in lines
+    assert ["hundred_thousand_25", "99", "1,234", "4.2", "2.5", "GB"] in lines
     assert ["long_curly", "1.5", "2.5"] in lines
