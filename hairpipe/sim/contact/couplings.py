@@ -43,7 +43,7 @@ class Couplings(NamedTuple):
     segments   a segment joins a point to the next of its strand and has its number, (n, 2) int32
     fractions  where on the segments, 0 at that point and 1 at the next, (n, 2)
     push       impulse on the first point, the opposite on the second [N s], (n, 3)
-    matrix     M, positive semidefinite: xx xy xz yy yz zz [kg], (n, 6) float32
+    matrix     M, positive semidefinite: xx xy xz yy yz zz [kg], (n, 6)
     """
 
     segments: np.ndarray
@@ -95,7 +95,7 @@ def couplings_at(*places: Places) -> Couplings:
     """Make couplings, one set after the other, with room for what they exert."""
     segments = np.concatenate([some.segments for some in places])
     fractions = np.concatenate([some.fractions for some in places])
-    return Couplings(segments, fractions, np.empty((len(segments), 3)), np.empty((len(segments), 6), np.float32))
+    return Couplings(segments, fractions, np.empty((len(segments), 3)), np.empty((len(segments), 6)))
 
 
 def part_of(couplings: Couplings, begin: int, end: int) -> Couplings:
