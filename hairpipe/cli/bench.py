@@ -103,8 +103,9 @@ def show_paper(report: "PaperReport") -> None:
     screen.print(
         f"{machine.processor}, {plural(machine.cores, 'core')}; the paper: one to four machines of 4 processors"
     )
-    times = Table("scene", title="seconds a frame", title_justify="left", box=None)
-    for heading in ("strands", "particles", "frame", "memory", "theirs: particles", "frame"):
+    title = "seconds a frame; last the particles and seconds of the paper"
+    times = Table("scene", title=title, title_justify="left", box=None)
+    for heading in ("strands", "particles", "frame", "memory", "theirs", "frame"):
         times.add_column(heading, justify="right")
     parts = Table("scene", title="parts of it", title_justify="left", box=None)
     for heading in report.rows[0].shares:

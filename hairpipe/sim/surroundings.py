@@ -1,9 +1,10 @@
 """What acts on strands from outside while a stage is solved: wind, the body that holds them, other strands.
 
-A stage that nothing takes part in is one kernel. Otherwise all strands are solved together, those that the prediction
-strained too much from where the stage began; judged, and solved again: the latter, and where the judgement was wrong,
-as contact with the body changed. Nothing is solved without what it touches: what was exchanged before is in `vh` with
-the sign of the spring forces that bore it, and 100 m/s in a step of 1/144 s.
+A stage that nothing takes part in is one kernel. Otherwise strands that the prediction strained too much are first
+solved alone, so that what touches is judged where they may be; then all are solved together, judged, and solved again
+where the judgement was wrong: where contact with the body changed. Where strands touch, none is solved alone before the
+others: `vh` has the spring forces that bore what was exchanged before, up to 100 m/s in dense hair, and without that
+would fling it. There the former begin where the stage began, and are solved a second time after the others.
 What couples strands to each other (stiction, hair on hair) makes one system of all, solved by conjugate gradients with
 the strands' own factors before it; strands that are solved again see the others where that left them.
 """
@@ -117,6 +118,10 @@ class Surroundings:
         guess_stages(self.model, x, v, stage.xh, stage.before, stage.ends, stage.held, stage.h, rule.guard, bad)
         who = np.ones_like(bad) if who is None else who
         bad *= who
+        if bad.any() and self.hair is None:
+            b = self._solve_once(x, v, T, stage, rule, self._room("outer", x, self._rows)[:0], bad, coupled=False)
+            update_stages(self.model, x, v, T, b, bad, stage.h, rule)
+            bad[:] = 0.0
         again, marked = who, np.empty(len(self._masses), np.bool_)
         points_of(self._axis, who, marked)
         points, speeds, kick = self._points(x), self._points(v), np.zeros((len(self._masses), 3))
