@@ -71,8 +71,8 @@ class StrainRate:
 class Travel:
     """A particle moves at most this far [m], and so does a body that may meet it.
 
-    Nothing is leapt over by what goes farther; but hair that a body takes along for a third of its own thickness in one
-    step is stretched (`graphs/experiments/stability_contact.toml`).
+    Nothing is leapt over by what goes farther; but hair is stretched by a body that goes farther than it is thick in
+    one step (`graphs/experiments/stability_contact.toml`: a bar of 3 cm).
     """
 
     distance: float

@@ -3,8 +3,8 @@
 A stage that nothing takes part in is one kernel. Otherwise strands that the prediction strained too much are first
 solved alone, so that what touches is judged where they may be; then all are solved together, judged, and solved again
 where the judgement was wrong: where contact with the body changed. Where strands touch, none is solved alone before the
-others: `vh` has the spring forces that bore what was exchanged before, up to 100 m/s in dense hair, and without that
-would fling it. There the former begin where the stage began, and are solved a second time after the others.
+others: `vh` has the spring forces that bore what was exchanged before, and without that would fling it. There the former
+begin where the stage began, and are solved a second time after the others.
 What couples strands to each other (stiction, hair on hair) makes one system of all, solved by conjugate gradients with
 the strands' own factors before it; strands that are solved again see the others where that left them.
 """
