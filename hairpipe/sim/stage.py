@@ -33,7 +33,7 @@ from hairpipe.sim.forces.spring import multiplier, tension
 from hairpipe.sim.lanes import any_lane, either, load, select, sqrt, store, store_as
 from hairpipe.sim.models import chain, network  # noqa: F401 (they teach numba the kernels of the interface)
 from hairpipe.sim.models.interface import add_forces, shape_of, spring_constant, springs_from
-from hairpipe.sim.rows import fill
+from hairpipe.sim.rows import copy, fill
 from hairpipe.sim.spring_form import SpringForm
 
 _EXPLICIT, _PRINTED, _TENSION, _MULTIPLIER = (int(form) for form in SpringForm)
@@ -181,21 +181,24 @@ def _place_ends(x, v, xh, ends, held, block, clamped, h):  # noqa: ANN001, ANN20
 
 
 @inlined
-def _guess(model, block, x, v, xh, before, ends, held, h, guard):  # noqa: ANN001, ANN202
-    """Place a block where its guess leads; return the lanes that restart from before, being strained too much there."""
-    count, clamped = x.shape[0], shape_of(model).clamped
-    for p in range(count):
+def _guess(model, block, x, v, xh, ends, held, h, guard):  # noqa: ANN001, ANN202
+    """Place a block where its guess leads; return the lanes that are strained too much there."""
+    for p in range(x.shape[0]):
         for c in range(3):
             store(x, (p, c), load(xh, (p, c)) + h * load(v, (p, c)))
+    _place_ends(x, v, xh, ends, held, block, shape_of(model).clamped, h)
+    return overstrained(model, x, block, guard)
+
+
+@inlined
+def _restart(model, block, x, v, xh, before, ends, held, h, bad):  # noqa: ANN001, ANN202
+    """Place the lanes that are bad where the stage began."""
+    clamped = shape_of(model).clamped
+    for p in range(clamped, x.shape[0]):
+        for c in range(3):
+            store(x, (p, c), select(bad, load(before, (p, c)), load(x, (p, c))))
+            store(v, (p, c), select(bad, (load(x, (p, c)) - load(xh, (p, c))) / h, load(v, (p, c))))
     _place_ends(x, v, xh, ends, held, block, clamped, h)
-    bad = overstrained(model, x, block, guard)
-    if any_lane(bad):
-        for p in range(clamped, count):
-            for c in range(3):
-                store(x, (p, c), select(bad, load(before, (p, c)), load(x, (p, c))))
-                store(v, (p, c), select(bad, (load(x, (p, c)) - load(xh, (p, c))) / h, load(v, (p, c))))
-        _place_ends(x, v, xh, ends, held, block, clamped, h)
-    return bad
 
 
 @njit(cache=True, error_model="numpy")
@@ -213,7 +216,9 @@ def run_stage(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):
     count, reach, h = x.shape[0], shape_of(model).reach, load(weights, (block,))
     A = np.empty((count, row_size(reach), x.shape[2]), x.dtype)
     b, dx, nothing = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty((0, 9, x.shape[2]), x.dtype)
-    bad = _guess(model, block, x, v, xh, before, ends, held, h, rule.guard)
+    bad = _guess(model, block, x, v, xh, ends, held, h, rule.guard)
+    if any_lane(bad):
+        _restart(model, block, x, v, xh, before, ends, held, h, bad)
     for iteration in range(rule.iterations + int(any_lane(bad))):
         set_form(model, block, x, T, rule)
         _assemble(model, A, b, x, v, vh, T, nothing, block, held, h, rule)
@@ -249,20 +254,50 @@ def _run_block(model, block, x, v, T, xh, vh, before, ends, held, weights, rule)
 
 
 @njit(cache=True, parallel=True)
-def guess_stages(model, x, v, xh, before, ends, held, weights, guard, bad):  # noqa: ANN001, ANN201
+def guess_stages(model, x, v, T, xh, before, began, ends, held, weights, span, rule):  # noqa: ANN001, ANN201
     """Begin a stage: place all strands where their guess leads, in place; see `run_stage`.
 
-    bad  out: 1 where a strand restarts, (blocks, W)
+    began  velocities where the stage began [m/s], (rows, 3, W), which may be v itself
+    span   that the stage covers [s]
+
+    A strand that this strains too much goes by itself, by backward Euler over the span from where the stage began: vh
+    has the forces of the springs, which bore what touched the strand and would fling it without.
     """
     for block in prange(len(model.first) - 1):
-        _guess_block(model, np.int64(block), x, v, xh, before, ends, held, weights, guard, bad)
+        _guess_block(model, np.int64(block), x, v, T, xh, before, began, ends, held, weights, span, rule)
 
 
 @njit(cache=True, error_model="numpy")
-def _guess_block(model, block, x, v, xh, before, ends, held, weights, guard, bad):  # noqa: ANN001, ANN202
+def _guess_block(model, block, x, v, T, xh, before, began, ends, held, weights, span, rule):  # noqa: ANN001, ANN202
     rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
-    lanes = _guess(model, block, x[rows], v[rows], xh[rows], before[rows], ends[block], held, h, guard)
-    store(bad, (block,), select(lanes, 0.0 * load(bad, (block,)) + 1.0, 0.0))
+    xs, vs = x[rows], v[rows]
+    bad = _guess(model, block, xs, vs, xh[rows], ends[block], held, h, rule.guard)
+    if any_lane(bad):
+        parts = T[rows], xh[rows], before[rows], began[rows]
+        _carry(model, block, xs, vs, *parts, ends[block], held, h, 0.0 * h + span, bad, rule)
+
+
+@njit(cache=True, error_model="numpy")
+def _carry(model, block, x, v, T, xh, before, began, ends, held, h, span, bad, rule):  # noqa: ANN001, ANN202
+    """Carry the lanes that are bad by backward Euler, in place; span of every lane."""
+    count, reach = x.shape[0], shape_of(model).reach
+    A, b = np.empty((count, row_size(reach), x.shape[2]), x.dtype), np.empty(x.shape, x.dtype)
+    moved, speeds, tensions = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty(T.shape, T.dtype)
+    copy(moved, before)
+    copy(tensions, T)
+    fill(speeds, 0.0)
+    _place_ends(moved, speeds, before, ends, held, block, shape_of(model).clamped, span)
+    set_form(model, block, moved, tensions, rule)
+    nothing = np.empty((0, 9, x.shape[2]), x.dtype)
+    _assemble(model, A, b, moved, speeds, began, tensions, nothing, block, held, span, rule)
+    substitute(A, b, count, reach)
+    _update(model, moved, speeds, tensions, np.empty(x.shape, x.dtype), b, bad, False, block, span, rule)
+    for p in range(count):
+        for c in range(3):
+            store(x, (p, c), select(bad, load(moved, (p, c)), load(x, (p, c))))
+            store(v, (p, c), select(bad, (load(x, (p, c)) - load(xh, (p, c))) / h, load(v, (p, c))))
+        for o in range(T.shape[1]):
+            store(T, (p, o), select(bad, load(tensions, (p, o)), load(T, (p, o))))
 
 
 @njit(cache=True, parallel=True)

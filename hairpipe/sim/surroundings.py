@@ -1,10 +1,7 @@
 """What acts on strands from outside while a stage is solved: wind, the body that holds them, other strands.
 
-A stage that nothing takes part in is one kernel. Otherwise strands that the prediction strained too much are first
-solved alone, so that what touches is judged where they may be; then all are solved together, judged, and solved again
-where the judgement was wrong: where contact with the body changed. Where strands touch, none is solved alone before the
-others: `vh` has the spring forces that bore what was exchanged before, and without that would fling it. There the former
-begin where the stage began, and are solved a second time after the others.
+A stage that nothing takes part in is one kernel. Otherwise all strands are solved together from where they are foreseen
+(`guess_stages`), judged, and solved again where the judgement was wrong: where contact with the body changed.
 What couples strands to each other (stiction, hair on hair) makes one system of all, solved by conjugate gradients with
 the strands' own factors before it; strands that are solved again see the others where that left them.
 """
@@ -40,6 +37,7 @@ class Stage:
 
     xh, vh   explicit parts of position and velocity, (rows, 3, W)
     before   positions where the stage began, same shape
+    began    velocities there, same shape; may be the guess
     ends     held particles at its end, (blocks, 2 clamped, 3, W)
     held     see `Step`
     h        weight of the end, for every strand [s], (blocks, W)
@@ -51,6 +49,7 @@ class Stage:
     xh: np.ndarray
     vh: np.ndarray
     before: np.ndarray
+    began: np.ndarray
     ends: np.ndarray
     held: np.ndarray
     h: np.ndarray
@@ -114,14 +113,10 @@ class Surroundings:
         if self.wind is None and self.body is None and self.hair is None and who is None:
             run_stages(self.model, x, v, T, stage.xh, stage.vh, stage.before, stage.ends, stage.held, stage.h, rule)
             return 0.0
-        bad = np.zeros(self.layout.strands.shape, x.dtype)
-        guess_stages(self.model, x, v, stage.xh, stage.before, stage.ends, stage.held, stage.h, rule.guard, bad)
-        who = np.ones_like(bad) if who is None else who
-        bad *= who
-        if bad.any() and self.hair is None:
-            b = self._solve_once(x, v, T, stage, rule, self._room("outer", x, self._rows)[:0], bad, coupled=False)
-            update_stages(self.model, x, v, T, b, bad, stage.h, rule)
-            bad[:] = 0.0
+        guess_stages(
+            self.model, x, v, T, stage.xh, stage.before, stage.began, stage.ends, stage.held, stage.h, stage.span, rule
+        )
+        who = np.ones(self.layout.strands.shape, x.dtype) if who is None else who
         again, marked = who, np.empty(len(self._masses), np.bool_)
         points_of(self._axis, who, marked)
         points, speeds, kick = self._points(x), self._points(v), np.zeros((len(self._masses), 3))
@@ -141,7 +136,7 @@ class Surroundings:
             gather(self._axis, again, x, points)
             gather(self._axis, again, v, speeds)
             wrong = self._judge(points, speeds, stage, marked) * who
-            again = who if left > _PASSES else np.maximum(wrong, bad) if left == _PASSES else wrong
+            again = who if left > _PASSES else wrong
             if not again.any():
                 break
         return self._kick(kick, x)

@@ -30,7 +30,7 @@ class BackwardEuler:
         motion.v[:] = 0.0
         around.begin(motion, step)
         weights = everywhere(model, v0, step.dt)
-        stage = Stage(before, v0, before, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
+        stage = Stage(before, v0, before, v0, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
         kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)
         np.divide(motion.v - v0 - kick, step.dt, out=motion.a)
         around.end(motion, before, step)

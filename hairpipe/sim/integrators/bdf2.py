@@ -39,7 +39,7 @@ class Bdf2:
             xh, vh = w1 * x0 - w0 * x1, w1 * v0 - w0 * v1
             around.begin(motion, step)
             weights = begin_anew(model, motion, xh, vh, everywhere(model, x0, h), step.dt)
-            stage = Stage(xh, vh, x0, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
+            stage = Stage(xh, vh, x0, motion.v, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
             kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)
             np.divide(motion.v - vh - kick, rows_of(model, weights), out=motion.a)
             kick = kick + around.end(motion, x0, step)

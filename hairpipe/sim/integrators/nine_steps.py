@@ -60,7 +60,7 @@ class NineSteps(ABC):
         start = step.ends(0.0)
         ends = start + part * (step.ends(1.0) - start)
         weights = everywhere(around.model, x, h)
-        stage = Stage(x, motion.v, x, ends, step.held, weights, time, h, held_normals=True)
+        stage = Stage(x, motion.v, x, motion.v, ends, step.held, weights, time, h, held_normals=True)
         around.solve(moved, v, motion.T, stage, self.rule)
         return v
 
