@@ -37,14 +37,18 @@ def copy(out, x):  # noqa: ANN001, ANN201
             store(out, (p, c), load(x, (p, c)))
 
 
-@njit(cache=True, parallel=True)
-def copied(x):  # noqa: ANN001, ANN201
+def copied(x: np.ndarray) -> np.ndarray:
     """Copy x, (rows, components, W)."""
     out = np.empty_like(x)
+    _copy_all(out, x)
+    return out
+
+
+@njit(cache=True, parallel=True)
+def _copy_all(out, x):  # noqa: ANN001, ANN202
     for n in prange((out.shape[0] + _CHUNK - 1) // _CHUNK):
         rows = slice(np.int64(n) * _CHUNK, (np.int64(n) + 1) * _CHUNK)
         copy(out[rows], x[rows])
-    return out
 
 
 @njit(cache=True, parallel=True)

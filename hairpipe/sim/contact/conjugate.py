@@ -11,9 +11,10 @@ has beside its axis; P is never multiplied by, as P p follows from P z = r by th
 gives z = R P^-1 R^T r, and gets s. Vectors are in single precision, since memory is all that they cost. Sums run in
 an order that does not depend on threads.
 
-The error of x in the norm of P + O, and so in that of the mass, sqrt(sum m |error|^2), is at most sqrt(r . z): the
-iterations end when that is a given fraction of the mass norm of R x. The error falls in every one; where they end
-early, strands are coupled less than they should be, and never more.
+The iterations end when sqrt(r . z) is a given fraction of the mass norm of R x: what the residual would still move
+strands by, each for itself. Bundles that move as one resist less than their strands do one by one, so the error of x is
+greater than that, by as much as hair is coupled. It falls in every iteration; where they end early, strands are coupled
+less than they should be, and never more.
 """
 
 from collections.abc import Callable
@@ -40,7 +41,7 @@ class Exchange(NamedTuple):
 
     impulses    that points get [N s], (points, 3) float32
     iterations  made
-    error       of what points move by, over that, at most; both in the norm of the mass
+    error       of what points move by, as estimated above, over that; both in the norm of the mass
     """
 
     impulses: np.ndarray
@@ -62,7 +63,7 @@ def solve(
     multiply   multiply(v, start, out) sets out to start + O v, as `multiply_across` does; all of both are float32
     alone      what the points of every strand on its own move by, u [m/s], (points, 3)
     masses     of the points, inf where they are held [kg], (points,)
-    tolerance  of the error
+    tolerance  of the error, as estimated
     most       iterations
 
     A strand for which this is not a number, or respond gives none, is taken as held, and spares the others.

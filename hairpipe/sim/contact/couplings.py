@@ -29,10 +29,13 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
+from hairpipe.sim.fetch import fetch
 from hairpipe.sim.fours import item, load_four, symmetric_times, without_first, zeros
 
 _HERE, _THERE = 3, 7
 """Columns of `Sides.numbers`: the fractions."""
+_AHEAD = 24
+"""Entries of a list before it is their turn, when what they lead to is fetched: else a third of the time is waiting."""
 _CHUNK = 2048
 """Points that are gathered one after the other."""
 
@@ -125,35 +128,50 @@ def find_incidence(segments: np.ndarray, points: int) -> Incidence:
     return Incidence(first, sides)
 
 
-@njit(cache=True, parallel=True)
 def sides_of(couplings: Couplings, incidence: Incidence) -> Sides:
     """Sort couplings by the segments that they touch, without those that have no matrix; pure."""
     first, acts = np.zeros_like(incidence.first), np.empty(len(couplings.matrix), np.bool_)
+    _find_acting(couplings.matrix, incidence, acts, first)
+    # Memory from numpy, in huge pages: all of it is read in every iteration.
+    sides = Sides(first, np.empty(first[-1], np.int32), np.empty((first[-1], 8), np.float32))
+    _sort_sides(couplings, incidence, acts, sides)
+    return sides
+
+
+@njit(cache=True, parallel=True)
+def _find_acting(matrix, incidence, acts, first):  # noqa: ANN001, ANN202
     for i in prange(len(acts)):
-        acts[i] = _acts(couplings.matrix, i)
-    chunks = -(-(len(first) - 1) // _CHUNK)
-    for chunk in prange(chunks):
+        acts[i] = _acts(matrix, i)
+    for chunk in prange(-(-(len(first) - 1) // _CHUNK)):
         for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(first) - 1)):
             for e in range(incidence.first[k], incidence.first[k + 1]):
                 first[k + 1] += acts[incidence.sides[e] >> 1]
     for k in range(1, len(first)):
         first[k] += first[k - 1]
-    others, numbers = np.empty(first[-1], np.int32), np.empty((first[-1], 8), np.float32)
-    for chunk in prange(chunks):
-        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(first) - 1)):
-            place = first[k]
-            for e in range(incidence.first[k], incidence.first[k + 1]):
-                i, j = incidence.sides[e] >> 1, incidence.sides[e] & 1
-                if acts[i]:
-                    others[place] = couplings.segments[i, 1 - j]
-                    numbers[place, _HERE], numbers[place, _THERE] = (
-                        couplings.fractions[i, j],
-                        couplings.fractions[i, 1 - j],
-                    )
-                    for c in range(3):
-                        numbers[place, c], numbers[place, 4 + c] = couplings.matrix[i, c], couplings.matrix[i, 3 + c]
-                    place += 1
-    return Sides(first, others, numbers)
+
+
+@njit(cache=True, parallel=True)
+def _sort_sides(couplings, incidence, acts, out):  # noqa: ANN001, ANN202
+    for chunk in prange(-(-(len(out.first) - 1) // _CHUNK)):
+        _sort_some(couplings, incidence, acts, out, np.int64(chunk) * _CHUNK)
+
+
+@njit(cache=True)
+def _sort_some(couplings, incidence, acts, out, begin):  # noqa: ANN001, ANN202
+    sides, numbers = incidence.sides, out.numbers
+    place = out.first[begin]
+    for e in range(incidence.first[begin], incidence.first[min(begin + _CHUNK, len(out.first) - 1)]):
+        ahead = sides[min(e + _AHEAD, len(sides) - 1)] >> 1
+        fetch(couplings.matrix, ahead)
+        fetch(couplings.fractions, ahead)
+        fetch(couplings.segments, ahead)
+        i, j = sides[e] >> 1, sides[e] & 1
+        if acts[i]:
+            out.others[place] = couplings.segments[i, 1 - j]
+            numbers[place, _HERE], numbers[place, _THERE] = couplings.fractions[i, j], couplings.fractions[i, 1 - j]
+            for c in range(3):
+                numbers[place, c], numbers[place, 4 + c] = couplings.matrix[i, c], couplings.matrix[i, 3 + c]
+            place += 1
 
 
 @inlined
@@ -295,6 +313,9 @@ def _push_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
         near, far = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for e in range(first[k], first[k + 1]):
             i, j = sides[e] >> 1, sides[e] & 1
+            ahead = sides[min(e + _AHEAD, len(sides) - 1)] >> 1
+            fetch(push, ahead)
+            fetch(fractions, ahead)
             sign, s = 1.0 - 2.0 * j, fractions[i, j]
             near = _grow(near, sign * (1.0 - s), push[i])
             far = _grow(far, sign * s, push[i])
@@ -310,6 +331,9 @@ def _across(sides, numbers, k, v):  # noqa: ANN001, ANN202
     first, others = sides.first, sides.others
     total, far = zeros(), zeros()
     for e in range(first[k], first[k + 1]):
+        ahead = np.int64(others[min(e + _AHEAD, len(others) - 1)])
+        fetch(v, 3 * ahead)
+        fetch(v, 3 * ahead + 5)
         low, high, q = load_four(numbers, 8 * e), load_four(numbers, 8 * e + 4), np.int64(others[e])
         before, after = load_four(v, 3 * q), without_first(load_four(v, 3 * q + 2))
         y = symmetric_times(low, high, before + item(high, 3) * (after - before))

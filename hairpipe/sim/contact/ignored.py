@@ -10,10 +10,14 @@ REST = 1.5
 """Pairs that the groom has within so many thicknesses are ignored for ever, as in the authors' code."""
 
 
-@njit(cache=True)
 def united(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the union of two sets of pairs, (n,) and (m,) int64; pure."""
     out = np.empty(len(a) + len(b), np.int64)
+    return out[: _unite(a, b, out)]
+
+
+@njit(cache=True)
+def _unite(a, b, out):  # noqa: ANN001, ANN202
     i, j, count = 0, 0, 0
     while i < len(a) and j < len(b):
         out[count] = min(a[i], b[j])
@@ -22,4 +26,4 @@ def united(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     for left in (a[i:], b[j:]):
         out[count : count + len(left)] = left
         count += len(left)
-    return out[:count]
+    return count
