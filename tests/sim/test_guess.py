@@ -1,0 +1,65 @@
+"""Where a stage begins that something takes part in: at its guess, or where backward Euler leads."""
+
+import numpy as np
+import pytest
+
+from hairpipe.bench.strands import RULE, STEP, hang
+from hairpipe.sim.integrators.backward_euler import BackwardEuler
+from hairpipe.sim.integrators.interface import Motion, Step, everywhere
+from hairpipe.sim.stage import guess_stages
+
+H, SPAN = 0.3 * STEP, 0.6 * STEP
+"""Weight of the stage's end, and the time that it covers [s]: unlike, as in TR-BDF2."""
+
+
+class Case:
+    """Strands in a stage, of which every second one is torn at its tip."""
+
+    def __init__(self):
+        self.hair = hang(16, 6, np.float64)
+        self.v = np.random.default_rng(1).normal(scale=1e-3, size=self.hair.rest.shape)
+        self.v.reshape(self.hair.weights.shape[0], -1, 3, self.hair.rest.shape[2])[:, -4:, 0, ::2] += 30.0
+        self.torn = np.zeros(self.hair.rest.shape[2], bool)
+        self.torn[::2] = True
+
+    def guess(self, guard=0.03):
+        hair, x0 = self.hair, self.hair.rest
+        step = Step(hair.path, 0.0, SPAN)
+        xh, x, v, T = x0 + 1e-6, x0.copy(), self.v.copy(), hair.motion.T.copy()
+        weights = everywhere(hair.model, x0, H)
+        rule = RULE._replace(guard=guard)
+        guess_stages(hair.model, x, v, T, xh, x0, v, step.ends(1.0), step.held, weights, SPAN, rule)
+        return xh, x, v, T
+
+    def alone(self):
+        """Go by backward Euler over the span of the stage."""
+        hair, x0 = self.hair, self.hair.rest
+        motion = Motion(x0.copy(), self.v.copy(), np.zeros_like(x0), hair.motion.T.copy())
+        BackwardEuler(RULE._replace(guard=np.inf)).advance(hair.model, motion, Step(hair.path, 0.0, SPAN), hair.around)
+        return motion
+
+
+@pytest.fixture(scope="module")
+def case():
+    return Case()
+
+
+def test_a_strand_that_the_guess_tears_goes_by_backward_euler(case):
+    xh, x, _, T = case.guess()
+    alone = case.alone()
+    np.testing.assert_allclose(x[..., case.torn], alone.x[..., case.torn], rtol=0, atol=1e-12)
+    np.testing.assert_allclose(T[..., case.torn], alone.T[..., case.torn], rtol=1e-9, atol=1e-12)
+    assert np.abs(alone.x - (xh + H * case.v))[..., case.torn].max() > 1e-3
+
+
+def test_the_others_are_where_their_guess_leads(case):
+    xh, x, v, T = case.guess()
+    free = slice(3, 6)  # the first that no root holds
+    np.testing.assert_allclose(x[free][..., ~case.torn], (xh + H * case.v)[free][..., ~case.torn], rtol=0, atol=1e-15)
+    assert np.array_equal(v[free][..., ~case.torn], case.v[free][..., ~case.torn])
+    assert np.array_equal(T[..., ~case.torn], case.hair.motion.T[..., ~case.torn])
+
+
+def test_all_are_in_the_stage(case):
+    xh, x, v, _ = case.guess()
+    np.testing.assert_allclose(x, xh + H * v, rtol=0, atol=1e-15)
