@@ -11,7 +11,7 @@ _OF_CONTACT = {
     "body": ("body", "hold", "project", "drape", "squeeze", "folds"),
     "stiction": ("stiction", "ignored", "pairs"),
     "coupling": ("couplings", "conjugate", "repulsion", "contacts", "hair"),
-    "search": ("near", "nearest", "closest", "mutual", "swept", "grid", "pieces", "found", "distances", "drift"),
+    "search": ("near", "nearest", "closest", "swept", "search", "tree", "curve", "segments", "found", "distances"),
     "collision": ("collision", "crossings", "coplanar", "encounter", "grazing", "signs", "crossing_normal", "sweep"),
 }
 

@@ -21,7 +21,6 @@ from numba import njit, prange
 
 from hairpipe.sim.contact.contacts import apply, between, impulse, inverse_mass
 from hairpipe.sim.contact.crossings import Crossings, crossings
-from hairpipe.sim.contact.found import in_order
 from hairpipe.sim.contact.swept import neighbourhood, swept_pairs, swept_pairs_of
 from hairpipe.sim.forces.vectors import dot, minus, plus, scaled
 from hairpipe.sim.scene import Collisions
@@ -65,7 +64,7 @@ def collide(
     """
     look = _LOOK * collisions.thickness
     around = neighbourhood(before, after, offsets, look)
-    near = swept_pairs(around, look, ignored)
+    near = swept_pairs(around, ignored)
     met = crossings(before, after, near)
     found, known = len(met.times), [met]
     change, ends = np.zeros(after.shape), after.copy()
@@ -84,8 +83,8 @@ def collide(
         if len(far):
             touched = _touched(far, len(before))
             touched[offsets[1:] - 1] = False  # where no segment begins
-            fresh = swept_pairs_of(around, np.flatnonzero(touched).astype(np.int32), before, ends, look, ignored)
-            listed = in_order(np.concatenate([listed, fresh]), len(before))
+            fresh = swept_pairs_of(around, np.flatnonzero(touched).astype(np.int32), before, ends, ignored)
+            listed = np.concatenate([listed[~_among(listed, touched)], fresh])
         met = crossings(before, ends, listed)
         known.append(met)
     return Outcome(found, len(met.times), change)

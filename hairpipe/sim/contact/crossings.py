@@ -8,6 +8,7 @@ from numba import njit, prange
 from hairpipe.sim.contact.coplanar import coplanar_time
 from hairpipe.sim.contact.crossing_normal import crossing_normal
 from hairpipe.sim.contact.encounter import encounter, meet
+from hairpipe.sim.contact.pairs import key_of
 from hairpipe.sim.contact.signs import ROWS, may_cross
 from hairpipe.sim.lanes import WIDTH, lowest
 
@@ -17,7 +18,7 @@ _CHUNK = 1024
 class Crossings(NamedTuple):
     """The first crossing of each pair of segments that have one.
 
-    segments   first < second, in the order of the pairs that were examined, (n, 2) int32
+    segments   first < second, rows in lexicographic order, (n, 2) int32
     fractions  of the segments where they meet, (n, 2) float64
     times      when, a fraction of the step, (n,) float64
     normals    across both, from the second to the first as they were before they met, (n, 3) float64
@@ -41,6 +42,7 @@ def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Cross
     times = np.empty(len(pairs))
     _find_times(before, after, pairs, times)
     found = np.flatnonzero(times <= 1.0)
+    found = found[np.argsort(key_of(pairs[found]), kind="stable")]
     times, segments = times[found], pairs[found]
     fractions, normals = np.empty((len(found), 2)), np.empty((len(found), 3))
     _describe(before, after, segments, times, fractions, normals)

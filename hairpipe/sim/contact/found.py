@@ -1,4 +1,4 @@
-"""Pairs of segments that chunks of a grid find by themselves, put together and in order."""
+"""Pairs of segments that chunks of a tree find by themselves, put together and in order."""
 
 from collections.abc import Callable
 
@@ -9,9 +9,9 @@ from hairpipe.body.inlined import inlined
 from hairpipe.sim.contact.pairs import Known, is_known
 
 CHUNK = 1024
-"""Pieces that one thread searches for at a time."""
-_ROOM = 6
-"""Pairs a piece that are made room for before they are counted."""
+"""Segments that one thread searches for at a time."""
+_ROOM = 16
+"""Pairs a segment that are made room for before they are counted."""
 _GROUPS, _BUCKETS = 64, 1024
 """Parts of all pairs that are sorted at a time; parts by number of their first segment."""
 

@@ -27,6 +27,11 @@ def empty_pairs() -> Pairs:
     return Pairs(np.empty((0, 2), np.int32), np.empty((0, 2)), np.empty(0))
 
 
+def chosen(pairs: Pairs, keep: np.ndarray) -> Pairs:
+    """Give the pairs that are marked, (n,) bool."""
+    return pairs if keep.all() else Pairs(*(field[keep] for field in pairs))
+
+
 def key_of(segments: np.ndarray) -> np.ndarray:
     """Give one number per pair, in lexicographic order: first 2^32 + second, (n,) int64; pure."""
     pairs = segments.astype(np.int64)

@@ -1,0 +1,32 @@
+"""Which points begin a segment, and whether all are where they can be."""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.body.vectors import row
+
+FARTHEST = 1e12
+"""Coordinates beyond this [m] are refused."""
+
+
+def all_segments(points: int, offsets: np.ndarray) -> np.ndarray:
+    """List the segments of all strands of so many points, (m,) int32, ascending; pure."""
+    is_segment = np.ones(points, bool)
+    is_segment[offsets[1:][offsets[1:] > offsets[:-1]] - 1] = False
+    return np.flatnonzero(is_segment).astype(np.int32)
+
+
+def refuse_lost(points: np.ndarray) -> None:
+    """Raise ArithmeticError where a position [m], (P, 3), is not finite, or farther from 0 than a light-hour."""
+    lost = np.empty(len(points), np.bool_)
+    _find_lost(points, lost)
+    if lost.any():
+        where = int(np.argmax(lost))
+        raise ArithmeticError(f"point {where} of the hair is at {points[where]} m")
+
+
+@njit(cache=True, parallel=True)
+def _find_lost(points, lost):  # noqa: ANN001, ANN202
+    for k in prange(len(points)):
+        x, y, z = row(points, k)
+        lost[k] = not max(abs(x), max(abs(y), abs(z))) <= FARTHEST or x != x or y != y or z != z
