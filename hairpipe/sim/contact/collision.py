@@ -27,9 +27,9 @@ from hairpipe.sim.scene import Collisions
 
 _SWEEPS = 8
 _LEAST = 0.01
-_LOOK = 2.0
+_LOOK = 0.5
 """Thicknesses within which pairs are listed: none is missed when impulses move both by less than half of that, and what
-moves farther is looked for anew."""
+moves farther is looked for anew. To look for the few again is cheaper than to list what is near all."""
 
 
 class Outcome(NamedTuple):

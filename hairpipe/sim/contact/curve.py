@@ -10,7 +10,7 @@ _MOST_BITS = 21
 
 
 def along_curve(places: np.ndarray, centre: np.ndarray, extent: float) -> np.ndarray:
-    """Return in which order places [m], (n, 3), come along a Hilbert curve, (n,) int64; pure.
+    """Return in which order places [m], (n, 3), come along a Morton curve, (n,) int64; pure.
 
     centre, extent  of the cube that is filled, (3,), and half its edge [m]; what is outside comes with its faces
 
@@ -28,12 +28,10 @@ def along_curve(places: np.ndarray, centre: np.ndarray, extent: float) -> np.nda
 def _find_keys(places, centre, scale, bits, shift, keys):  # noqa: ANN001, ANN202
     """Put the number of the cell on the curve and that of the place into one."""
     for k in prange(len(places)):
-        x, y, z = (
-            _cell(scale * (places[k, 0] - centre[0]), bits),
-            _cell(scale * (places[k, 1] - centre[1]), bits),
-            _cell(scale * (places[k, 2] - centre[2]), bits),
-        )
-        keys[k] = _on_curve(x, y, z, bits) << shift | k
+        cell = 0
+        for x in range(3):
+            cell = cell << 1 | _spread(_cell(scale * (places[k, x] - centre[x]), bits))
+        keys[k] = cell << shift | k
 
 
 @inlined
@@ -41,31 +39,6 @@ def _cell(x: float, bits: int) -> int:
     """Return the number of the cell along an axis, of 2^bits."""
     half = 1 << (bits - 1)
     return int(min(max(np.floor(x), -half), half - 1)) + half
-
-
-@inlined
-def _on_curve(x: int, y: int, z: int, bits: int) -> int:
-    """Return the number on the curve of a cell, after Skilling, Programming the Hilbert curve (2004)."""
-    for bit in range(bits - 1, 0, -1):
-        below = (1 << bit) - 1
-        x ^= -(x >> bit & 1) & below
-        x, y = _turned(x, y, bit, below)
-        x, z = _turned(x, z, bit, below)
-    y ^= x
-    z ^= y
-    turn = 0
-    for bit in range(bits - 1, 0, -1):
-        turn ^= -(z >> bit & 1) & ((1 << bit) - 1)
-    x, y, z = x ^ turn, y ^ turn, z ^ turn
-    return _spread(x) << 2 | _spread(y) << 1 | _spread(z)
-
-
-@inlined
-def _turned(x: int, other: int, bit: int, below: int) -> tuple[int, int]:
-    """Invert the lower bits of x where the bit of the other number is set; exchange those of both where it is not."""
-    is_set = -(other >> bit & 1)
-    exchanged = (x ^ other) & below & ~is_set
-    return x ^ (below & is_set) ^ exchanged, other ^ exchanged
 
 
 @inlined

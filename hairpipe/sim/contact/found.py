@@ -61,7 +61,7 @@ def _collect(found, starts, counts, ends, pairs):  # noqa: ANN001, ANN202
 
 
 def in_order(pairs: np.ndarray, points: int) -> np.ndarray:
-    """Sort pairs of segments below `points`, (n, 2) int32, lexicographically, without repetitions; pure."""
+    """Sort pairs of segments below `points`, (n, 2) int32, lexicographically; pure."""
     shift = max(0, int(points).bit_length() - _BUCKETS.bit_length() + 1)
     places = np.zeros((_GROUPS, (points >> shift) + 1), np.int64)
     _count(pairs, shift, places)
@@ -70,11 +70,8 @@ def in_order(pairs: np.ndarray, points: int) -> np.ndarray:
     starts = np.append(places[0], len(pairs))
     buckets, order = np.empty_like(pairs), np.empty_like(pairs)
     _distribute(pairs, shift, places, buckets)
-    repeats = np.zeros(len(starts) - 1, np.bool_)
-    _sort_buckets(buckets, shift, starts, order, repeats)
-    if not repeats.any():
-        return order
-    return order[np.append(True, (order[1:] != order[:-1]).any(axis=1))]
+    _sort_buckets(buckets, shift, starts, order)
+    return order
 
 
 @njit(cache=True, parallel=True)
@@ -97,7 +94,7 @@ def _distribute(pairs, shift, places, buckets):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _sort_buckets(buckets, shift, starts, order, repeats):  # noqa: ANN001, ANN202
+def _sort_buckets(buckets, shift, starts, order):  # noqa: ANN001, ANN202
     for b in prange(len(starts) - 1):
         start, end, lowest = starts[b], starts[b + 1], np.int64(b) << shift
         rows = np.zeros((1 << shift) + 1, np.int64)
@@ -115,7 +112,6 @@ def _sort_buckets(buckets, shift, starts, order, repeats):  # noqa: ANN001, ANN2
             _sort(seconds[first : rows[i]])
             for k in range(first, rows[i]):
                 order[start + k, 0], order[start + k, 1] = lowest + i, seconds[k]
-                repeats[b] |= k > first and seconds[k] == seconds[k - 1]
 
 
 @njit(cache=True)

@@ -9,7 +9,7 @@ from hairpipe.sim.contact.near import near_pairs_of
 from hairpipe.sim.contact.pairs import Pairs, chosen
 from hairpipe.sim.contact.segments import all_segments, refuse_lost
 
-_PARTS = 16
+_PARTS = 8
 """Of all segments, ranked at a time."""
 
 
@@ -50,7 +50,7 @@ def _rank(points, segments, distances, limits, closest):  # noqa: ANN001, ANN202
     """
     for part in prange(_PARTS):
         start, end = len(limits) * part // _PARTS, len(limits) * (part + 1) // _PARTS
-        for pair in range(len(segments)):
+        for pair in range(np.searchsorted(segments[:, 0], end)):
             for i in (segments[pair, 0], segments[pair, 1]):
                 if start <= i < end:
                     _enter(pair, points, segments, distances, closest[i, : limits[i]])

@@ -29,7 +29,10 @@ def empty_pairs() -> Pairs:
 
 def chosen(pairs: Pairs, keep: np.ndarray) -> Pairs:
     """Give the pairs that are marked, (n,) bool."""
-    return pairs if keep.all() else Pairs(*(field[keep] for field in pairs))
+    if keep.all():
+        return pairs
+    where = np.flatnonzero(keep)
+    return Pairs(*(field.take(where, axis=0) for field in pairs))
 
 
 def key_of(segments: np.ndarray) -> np.ndarray:
@@ -65,7 +68,8 @@ class Known(NamedTuple):
 
 def known_pairs(keys: np.ndarray | None, points: int) -> Known:
     """Prepare sorted keys, (n,) int64, for look-up among the segments of so many points; pure."""
-    return _known(np.empty(0, np.int64) if keys is None else keys, points)
+    keys = np.empty(0, np.int64) if keys is None else keys
+    return _known(keys[: np.searchsorted(keys, points << 32)], points)
 
 
 @njit(cache=True)

@@ -100,8 +100,7 @@ def build_tree(before: np.ndarray, after: np.ndarray | None, segments: np.ndarra
     inside = np.zeros(counts[0] * LANES, np.int32)
     inside[: len(order)] = segments[order]
     _fill_leaves(before, after, inside, len(order), frame.centre, frame.unit, 0.5 * reach, moving, rows, boxes)
-    for level in range(1, len(counts)):
-        _enclose(boxes, firsts[level - 1], firsts[level], firsts[level + 1], children, ends)
+    _enclose(boxes, firsts, children, ends)
     return Tree(inside, rows, boxes, children, ends, reach / frame.unit)
 
 
@@ -142,18 +141,19 @@ def _enter_box(boxes, group, side, lane, p, q, margin):  # noqa: ANN001, ANN202
         boxes[group, side + 3 + x, lane] = high + 2.0 * ULP * abs(high)
 
 
-@njit(cache=True, parallel=True)
-def _enclose(boxes, below, first, end, children, ends):  # noqa: ANN001, ANN202
-    """Fill the groups from first to end, of the boxes round the groups from below to first."""
-    for group in prange(first, end):
-        start = below + (group - first) * LANES
-        children[group] = start
-        count = min(LANES, first - start)
-        for lane in range(count):
-            for side in range(boxes.shape[1]):
-                sides = boxes[start + lane, side]
-                boxes[group, side, lane] = sides.min() if side % _SIDES < 3 else sides.max()
-        ends[group] = ends[start + count - 1]
+@njit(cache=True)
+def _enclose(boxes, firsts, children, ends):  # noqa: ANN001, ANN202
+    """Fill the groups above the leaves, level by level, with the boxes round those below; firsts of all levels."""
+    for level in range(1, len(firsts) - 1):
+        for group in range(firsts[level], firsts[level + 1]):
+            start = firsts[level - 1] + (group - firsts[level]) * LANES
+            children[group] = start
+            count = min(LANES, firsts[level] - start)
+            for lane in range(count):
+                for side in range(boxes.shape[1]):
+                    sides = boxes[start + lane, side]
+                    boxes[group, side, lane] = sides.min() if side % _SIDES < 3 else sides.max()
+            ends[group] = ends[start + count - 1]
 
 
 @inlined
