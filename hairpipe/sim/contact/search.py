@@ -26,33 +26,44 @@ def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
 @njit(cache=True, parallel=True)
 def _search(few, many, same, known, chunks, starts, found, counts):  # noqa: ANN001, ANN202
     for k in prange(len(chunks)):
-        room = np.empty(len(many.rows) + MOST_OPEN, np.int64)
-        counts[k] = _search_chunk(few, many, same, known, np.int64(chunks[k]), room, found[starts[k] : starts[k + 1]])
+        room, near = np.empty(len(many.rows) + MOST_OPEN, np.int64), np.empty(LANES, np.int64)
+        out = found[starts[k] : starts[k + 1]]
+        counts[k] = _search_chunk(few, many, same, known, np.int64(chunks[k]), room, near, out)
 
 
 @inlined
-def _search_chunk(few, many, same, known, chunk, room, found):  # noqa: ANN001, ANN202
+def _search_chunk(few, many, same, known, chunk, room, near, found):  # noqa: ANN001, ANN202
     """Write what leaves of a chunk may meet, in the same tree at them or after them, to found; count it."""
     count = 0
     leaves = CHUNK // LANES
     for leaf in range(chunk * leaves, min((chunk + 1) * leaves, len(few.rows))):
         for k in range(find_leaves(many, few.boxes, box_of(few, leaf), leaf if same else 0, room)):
-            other = room[k]
-            mine = overlapping(few.boxes, leaf, many.boxes, box_of(many, other))
-            while mine != 0:
-                lane = lowest(mine)
-                mine &= mine - 1
-                near = overlapping(many.boxes, other, few.boxes, (leaf, lane))
-                if same and leaf == other:
-                    near &= -2 << lane
-                if near != 0:
-                    near &= _reached(many.rows, other, few.rows, leaf, lane, many.reach)
+            _compare(few, leaf, many, room[k], same and leaf == room[k], near)
+            for lane in range(LANES):
                 i = few.segments[leaf * LANES + lane]
-                while near != 0:
-                    j = many.segments[other * LANES + lowest(near)]
-                    near &= near - 1
+                while near[lane] != 0:
+                    j = many.segments[room[k] * LANES + lowest(near[lane])]
+                    near[lane] &= near[lane] - 1
                     count += note(i, j, known, found, count)
     return count
+
+
+@inlined
+def _compare(few, leaf, many, other, same, near):  # noqa: ANN001, ANN202
+    """Find which segments of one leaf may get within reach of those of another: for each of these the bits of those.
+
+    Of one leaf and itself those behind each. What is found is looked at later, so that comparisons need not wait.
+    """
+    near[:] = 0
+    mine = overlapping(few.boxes, leaf, many.boxes, box_of(many, other))
+    while mine != 0:
+        lane = lowest(mine)
+        mine &= mine - 1
+        overlaps = overlapping(many.boxes, other, few.boxes, (leaf, lane))
+        if same:
+            overlaps &= -2 << lane
+        if overlaps != 0:
+            near[lane] = overlaps & _reached(many.rows, other, few.rows, leaf, lane, many.reach)
 
 
 @inlined
