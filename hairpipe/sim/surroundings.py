@@ -106,7 +106,7 @@ class Surroundings:
         """Advance strands through a stage, in place; v is the guess.
 
         x, v, T  out: at the end of the stage, see `run_stage`
-        who      1 for strands that are solved, (blocks, W); None: all
+        who      1 for strands that are solved, each for itself, (blocks, W); None: all, together
 
         Returns the change of velocity that other strands made, no part of the acceleration [m/s], (rows, 3, W), or 0.
         """
@@ -116,6 +116,7 @@ class Surroundings:
         guess_stages(
             self.model, x, v, T, stage.xh, stage.before, stage.began, stage.ends, stage.held, stage.h, stage.span, rule
         )
+        together = who is None
         who = np.ones(self.layout.strands.shape, x.dtype) if who is None else who
         again, marked = who, np.empty(len(self._masses), np.bool_)
         points_of(self._axis, who, marked)
@@ -126,7 +127,7 @@ class Surroundings:
             newton = left >= _PASSES
             points_of(self._axis, again, marked)
             outer = self._surround(points, speeds, stage, again, marked, x, anew=newton)
-            b = self._solve_once(x, v, T, stage, rule, outer, again, coupled=newton)
+            b = self._solve_once(x, v, T, stage, rule, outer, again, coupled=newton and together)
             if self.hair is not None:
                 change = self._room("change", points)
                 gather(self._axis, again, b, change)
