@@ -122,7 +122,7 @@ class Scheme:
     velocity      of the nine steps: trapezoid as printed, full_step as in the authors' code
     overdamping   damping of the springs over critical damping; 40 in the authors' code
     iterations    of Newton's method a solve
-    guard         strain of an edge at the prediction beyond which a strand starts its solve over, from where it was; or,
+    guard         strain of an edge at the prediction beyond which a strand starts its solve over, from where it was, or
                   where something acts on hair, from where backward Euler leads it alone
     """
 
