@@ -48,7 +48,7 @@ PLACES = {
 """Where alone a foreign library may be imported."""
 DATA_IMPORTS = {"numpy", "hairpipe", *sys.stdlib_module_names}
 HEAVY = {"numba", "pxr", "h5py", "scipy", "matplotlib", "PIL", "pydantic", "rich"}
-CODE_GENERATORS = ("hairpipe/sim/lanes.py", "hairpipe/sim/fours.py")
+CODE_GENERATORS = ("hairpipe/sim/lanes.py", "hairpipe/sim/fours.py", "hairpipe/sim/fetch.py")
 """Its functions are called by numba, with types that numba chooses."""
 MOST_LINES, MOST_NODE_LINES = 400, 60
 
