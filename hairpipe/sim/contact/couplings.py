@@ -35,7 +35,7 @@ from hairpipe.sim.fours import item, load_four, symmetric_times, without_first, 
 _HERE, _THERE = 3, 7
 """Columns of `Sides.numbers`: the fractions."""
 _AHEAD = 24
-"""Entries of a list before it is their turn, when what they lead to is fetched: else a third of the time is waiting."""
+"""Entries of a list before it is their turn, when what they lead to is fetched: it may lie anywhere."""
 _CHUNK = 2048
 """Points that are gathered one after the other."""
 
