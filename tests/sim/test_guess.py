@@ -22,13 +22,12 @@ class Case:
         self.torn = np.zeros(self.hair.rest.shape[2], bool)
         self.torn[::2] = True
 
-    def guess(self, guard=0.03):
+    def guess(self):
         hair, x0 = self.hair, self.hair.rest
         step = Step(hair.path, 0.0, SPAN)
         xh, x, v, T = x0 + 1e-6, x0.copy(), self.v.copy(), hair.motion.T.copy()
         weights = everywhere(hair.model, x0, H)
-        rule = RULE._replace(guard=guard)
-        guess_stages(hair.model, x, v, T, xh, x0, v, step.ends(1.0), step.held, weights, SPAN, rule)
+        guess_stages(hair.model, x, v, T, xh, x0, v, step.ends(1.0), step.held, weights, SPAN, RULE)
         return xh, x, v, T
 
     def alone(self):
