@@ -82,7 +82,7 @@ class Surroundings:
 
     def __post_init__(self) -> None:
         self._axis = axis_of(self.layout)
-        self._everyone = np.ones(self.layout.strands.shape)
+        self._everyone = np.ones(self.layout.strands.shape, self.layout.dtype)
         self._masses = np.empty((self.layout.offsets[-1], 1))
         gather(self._axis, self._everyone, self.model.mass[:, None, :], self._masses)
         self._masses = self._masses[:, 0]
@@ -171,7 +171,7 @@ class Surroundings:
         own = np.empty((0, 6), np.float32), np.empty((0, 6), np.float32)
         if self.hair is not None:
             if anew:
-                self.hair.linearise(points, speeds, self._masses, weights, stage.span)
+                self.hair.linearise(points, speeds, self._masses, weights, stage.span, marked)
             self.hair.impulses(marked, received)
             own = self.hair.own
         outer = self._room("outer", like, self._rows)

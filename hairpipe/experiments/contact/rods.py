@@ -74,7 +74,17 @@ def system(pile: Pile, law: Collisions, dt: float) -> tuple[sparse.csr_matrix, n
     masses, free = pile.masses, np.arange(12 * (len(pile.points) // 4 - 1)) + 12
     contacts = pile.contacts(law)
     couplings, predicted = couplings_at(contacts), pile.points + dt * pile.velocities
-    linearise(contacts, predicted, pile.velocities, masses, law, np.full(len(predicted), dt), dt, couplings)
+    linearise(
+        contacts,
+        predicted,
+        pile.velocities,
+        masses,
+        law,
+        np.full(len(predicted), dt),
+        dt,
+        np.ones(len(predicted), np.bool_),
+        couplings,
+    )
     J = relative(couplings, len(pile.points))[:, free]
     A = MASS * sparse.eye(len(free)) + J.T @ stiffness(couplings) @ J
     return sparse.csr_matrix(A), J.T @ couplings.push.ravel()

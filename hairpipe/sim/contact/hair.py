@@ -80,16 +80,27 @@ class HairContacts:
         self._incidence = find_incidence(self._couplings.segments, len(points))
 
     def linearise(
-        self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, weights: np.ndarray, span: float
+        self,
+        points: np.ndarray,
+        speeds: np.ndarray,
+        masses: np.ndarray,
+        weights: np.ndarray,
+        span: float,
+        who: np.ndarray,
     ) -> None:
-        """Linearise what strands do to each other at a prediction; see `couplings.py` for weights, (P,), and span."""
+        """Linearise what strands do to each other at a prediction; see `couplings.py` for weights, (P,), and span.
+
+        who  points of strands that are solved, (P,) bool; what the others do to each other is left out
+        """
         couplings, stuck = self._couplings, len(self.connections.segments)
         state = points, speeds, masses
         if self.stiction is not None:
-            linearise_connections(self.connections, *state, self.stiction, weights, span, part_of(couplings, 0, stuck))
+            linearise_connections(
+                self.connections, *state, self.stiction, weights, span, who, part_of(couplings, 0, stuck)
+            )
         if self._contacts is not None and self.collisions is not None:
             rest = part_of(couplings, stuck, len(couplings.push))
-            linearise_contacts(self._contacts, *state, self.collisions, weights, span, rest)
+            linearise_contacts(self._contacts, *state, self.collisions, weights, span, who, rest)
         self._sides = sides_of(couplings, self._incidence)
         self._push, self._change = np.zeros(points.shape), np.zeros(points.shape)
         add_push(couplings, self._incidence, self._push)

@@ -48,29 +48,33 @@ def linearise(
     collisions: Collisions,
     weights: np.ndarray,
     span: float,
+    who: np.ndarray,
     out: Couplings,
 ) -> None:
     """Linearise what contacts exert at the prediction of a stage. Those that do not act get zeros, as do those of hair
-    that is not finite.
+    that is not finite, and those between hairs that are not asked for.
 
     points, velocities  at the prediction [m], [m/s], (points, 3)
     masses              of the points, inf where they are held [kg], (points,)
     weights             h, of the end of the stage [s], (points,)
     span                t, of time, that the stage covers [s]
+    who                 points of strands that are solved, (points,) bool
     out                 push and matrix are set, in place
     """
     stiffness, viscosity = collisions.stiffness, collisions.stiffness * RELAXATION
     law = (collisions.thickness, stiffness, viscosity, collisions.friction)
-    _linearise(out.push, out.matrix, contacts, points, velocities, masses, law, weights, span)
+    _linearise(out.push, out.matrix, contacts, points, velocities, masses, law, weights, span, who)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(push, matrix, contacts, points, velocities, masses, law, weights, span):  # noqa: ANN001, ANN202
+def _linearise(push, matrix, contacts, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
     thickness, stiffness, viscosity, friction = law
     segments, fractions = contacts.segments, contacts.fractions
     for i in prange(len(push)):
         push[i] = 0.0
         matrix[i] = 0.0
+        if not (who[segments[i, 0]] or who[segments[i, 1]]):
+            continue
         n = (contacts.normals[i, 0], contacts.normals[i, 1], contacts.normals[i, 2])
         overlap = thickness - dot(n, between(points, segments, fractions, i))
         u = between(velocities, segments, fractions, i)

@@ -89,18 +89,21 @@ def linearise(
     stiction: Stiction,
     weights: np.ndarray,
     span: float,
+    who: np.ndarray,
     out: Couplings,
 ) -> None:
-    """Linearise what connections exert at the prediction of a stage. Of hair that is not finite they get zeros.
+    """Linearise what connections exert at the prediction of a stage. Those of hair that is not finite get zeros, as do
+    those between hairs that are not asked for.
 
     points, velocities  at the prediction [m], [m/s], (points, 3)
     masses              of the points, inf where they are held [kg], (points,)
     weights             h, of the end of the stage [s], (points,)
     span                of time, that the stage covers [s]
+    who                 points of strands that are solved, (points,) bool
     out                 push and matrix are set, in place
     """
     law = (stiffness_of(stiction), stiction.reach, stiction.release, stiction.damping)
-    _linearise(out.push, out.matrix, connections, points, velocities, masses, law, weights, span)
+    _linearise(out.push, out.matrix, connections, points, velocities, masses, law, weights, span, who)
 
 
 def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.ndarray:
@@ -135,14 +138,16 @@ def _hold_on(kept, connections, points, distance):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(push, matrix, connections, points, velocities, masses, law, weights, span):  # noqa: ANN001, ANN202
+def _linearise(push, matrix, connections, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
     stiffness, reach, far, fraction = law
     segments, fractions = connections.segments, connections.fractions
     for i in prange(len(push)):
-        apart, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
-        length, speed = np.sqrt(dot(apart, apart)), np.sqrt(dot(u, u))
         push[i] = 0.0
         matrix[i] = 0.0
+        if not (who[segments[i, 0]] or who[segments[i, 1]]):
+            continue
+        apart, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
+        length, speed = np.sqrt(dot(apart, apart)), np.sqrt(dot(u, u))
         if length < np.inf and speed < np.inf:
             d = normal_of(points, velocities, segments, fractions, i)
             present = min((far - reach) / max(length - reach, far - reach), 1.0)

@@ -67,7 +67,7 @@ def energy(connections, x):
 
 def exerted(connections, x, v, masses, stiction, h):
     couplings = couplings_at(connections)
-    linearise(connections, x, v, masses, stiction, np.full(len(x), h), h, couplings)
+    linearise(connections, x, v, masses, stiction, np.full(len(x), h), h, np.ones(len(x), np.bool_), couplings)
     return couplings
 
 

@@ -22,7 +22,17 @@ def couplings_of(pairs, points, velocities, law=LAW, h=H, at=None):
 
 def exerted(contacts, points, velocities, law=LAW, h=H):
     couplings, count = couplings_at(contacts), len(points)
-    linearise(contacts, points, velocities, np.full(count, MASS), law, np.full(count, h), h, couplings)
+    linearise(
+        contacts,
+        points,
+        velocities,
+        np.full(count, MASS),
+        law,
+        np.full(count, h),
+        h,
+        np.ones(count, np.bool_),
+        couplings,
+    )
     return couplings
 
 
