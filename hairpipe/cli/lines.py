@@ -50,7 +50,8 @@ class Lines(Silence):
         elif time.monotonic() - self._latest > INTERVAL:
             self._latest = time.monotonic()
             for other, progress in self._progress.nodes.items():
-                if progress.running:
+                # Between two of its frames none of them runs.
+                if other in self._begun - self._done:
                     say(f"{other}: {running_line(progress)}")
 
 

@@ -40,6 +40,12 @@ def test_now_and_then_a_line_says_how_far_it_is(progress, capsys, monkeypatch):
     assert capsys.readouterr().err.splitlines()[-1] == "move: 2/3, 0.50 s each, 0.50 s left"
 
 
+def test_it_does_so_between_two_frames_too(progress, capsys, monkeypatch):
+    monkeypatch.setattr(lines, "INTERVAL", -1.0)
+    feed(progress, Lines(progress), *MOVING)
+    assert capsys.readouterr().err.splitlines()[-1] == "move: 2/3, 0.50 s each, 0.50 s left"
+
+
 def test_a_node_without_a_rate_yet_has_no_time_left():
     assert running_line(NodeProgress(total=3, width=1)) == "0/3"
     assert cells(NodeProgress(total=3, width=1))[1:] == ("0/3", "", "", "")
