@@ -23,6 +23,7 @@ def time_hair(
     time: Time,
     *,
     model: Literal["network", "chain"] = "network",
+    precision: Literal["double", "single"] = "double",
     material: Material = Material(),
     construction: Construction = Construction(),
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81,
@@ -44,6 +45,7 @@ def time_hair(
     It takes the inputs and settings of `simulate_hair`: `like = "hair"`, `type = "time_hair"`.
 
     model         see simulate_hair
+    precision     see simulate_hair
     material      see simulate_hair
     construction  see simulate_hair
     gravity       see simulate_hair
@@ -63,6 +65,9 @@ def time_hair(
     from hairpipe.measure.cost import Around, cost_table
     from hairpipe.sim.hair import make_hair
 
-    hair, around = make_hair(groom, material, model, construction), Around(body, ends, surface or (), parts or ())
+    hair, around = (
+        make_hair(groom, material, model, construction, precision),
+        Around(body, ends, surface or (), parts or ()),
+    )
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
     return cost_table(hair, around, scene, time.frame, time.dt, cuts, warm, timed)

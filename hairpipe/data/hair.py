@@ -9,7 +9,7 @@ import numpy as np
 class HairState:
     """Everything the next frame needs, in the simulation's own layout: particles in rows, strands in the last axis.
 
-    positions        [m], (rows, 3, lanes) float64
+    positions        [m], (rows, 3, lanes) float64, or float32 where hair is computed in that
     velocities       [m/s], same shape
     accelerations    of the last solve [m/s^2], same shape; NaN for strands whose contact with the body jumped
     tensions         multipliers of the springs to the next particles [N], (rows, springs, lanes)

@@ -53,7 +53,8 @@ def turns(points: np.ndarray) -> np.ndarray:
 
 def layout_of(groom: Groom, state: HairState) -> Layout:
     """Return the layout that a state is in: that of the model whose particles are as many."""
-    layouts = [lay_out(groom.offsets, shape) for shape in (network.SHAPE, chain.SHAPE)]
+    dtype = state.positions.dtype
+    layouts = [lay_out(groom.offsets, shape, dtype) for shape in (network.SHAPE, chain.SHAPE)]
     return next(layout for layout in layouts if layout.first[-1] == len(state.positions))
 
 

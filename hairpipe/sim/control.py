@@ -115,6 +115,11 @@ def next_step(limits: list[Limit], motion: Motion, path: Path, time: float) -> f
     return left / max(ceil(left / longest - 1e-6), 1)
 
 
+def highest_frequency(model: Network | Chain) -> float:
+    """Bound what springs swing with [rad/s]: sqrt(max_p sum_s 4 k_s / (m_p l0_s))."""
+    return float(np.sqrt(_stiffest(model)))
+
+
 @njit(cache=True)
 def _stiffest(model):  # noqa: ANN001, ANN202
     """Find the largest sum of 4 k / (m l0) over the springs at a free particle [1/s^2]."""
@@ -122,7 +127,7 @@ def _stiffest(model):  # noqa: ANN001, ANN202
     for block in range(len(model.first) - 1):
         first, count = model.first[block], model.first[block + 1] - model.first[block]
         sums = np.zeros((count, model.mass.shape[1]))
-        k = np.empty((1, model.mass.shape[1]))
+        k = np.empty((1, model.mass.shape[1]), model.mass.dtype)
         for p in range(count):
             for o in range(1, springs_from(model, p, count) + 1):
                 store(k, (0,), spring_constant(model, block, p, o))

@@ -18,6 +18,8 @@ from hairpipe.sim.models.construction import Construction
 from hairpipe.sim.models.network import Network, build_network
 
 ModelName = Literal["network", "chain"]
+Precision = Literal["double", "single"]
+DTYPES = {"double": np.float64, "single": np.float32}
 AS_IT_WORKS = Construction()
 
 
@@ -36,13 +38,17 @@ class Hair:
 
 
 def make_hair(
-    groom: Groom, material: Material, name: ModelName = "network", construction: Construction = AS_IT_WORKS
+    groom: Groom,
+    material: Material,
+    name: ModelName = "network",
+    construction: Construction = AS_IT_WORKS,
+    precision: Precision = "double",
 ) -> Hair:
     """Build the model of a groom's strands; BadInput naming strands with a segment that has no length.
 
     The last two are remembered by their contents: every frame of a shot gets a groom of its own that is the same.
     """
-    return _make_hair(_Contents(groom), material, name, construction)
+    return _make_hair(_Contents(groom), material, name, construction, precision)
 
 
 @dataclass(frozen=True)
@@ -62,14 +68,16 @@ class _Contents:
 
 
 @lru_cache(maxsize=2)
-def _make_hair(contents: _Contents, material: Material, name: ModelName, construction: Construction) -> Hair:
-    groom = contents.groom
+def _make_hair(
+    contents: _Contents, material: Material, name: ModelName, construction: Construction, precision: Precision
+) -> Hair:
+    groom, dtype = contents.groom, DTYPES[precision]
     check_segments(groom)
     if name == "chain":
-        layout = lay_out(groom.offsets, chain.SHAPE)
+        layout = lay_out(groom.offsets, chain.SHAPE, dtype)
         model, rest = build_chain(layout, groom.points, material)
     else:
-        layout = lay_out(groom.offsets, network.SHAPE)
+        layout = lay_out(groom.offsets, network.SHAPE, dtype)
         model, rest = build_network(layout, groom.points, material, construction)
     return Hair(groom, layout, model, rest, material.diameter)
 

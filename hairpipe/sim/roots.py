@@ -40,12 +40,13 @@ class Path:
     def ends(self, time: float) -> np.ndarray:
         """Find them at a time since the start [s], on the cubic Hermite curve [m], (blocks, 2 clamped, 3, W)."""
         s = time / self.frame
-        return (
+        found = (
             (1 + 2 * s) * (1 - s) ** 2 * self.start.positions
             + s * (1 - s) ** 2 * self.frame * self.start.velocities
             + s**2 * (3 - 2 * s) * self.end.positions
             + s**2 * (s - 1) * self.frame * self.end.velocities
         )
+        return found.astype(self.start.positions.dtype, copy=False)
 
     @property
     def held(self) -> np.ndarray:
@@ -84,10 +85,11 @@ def carry(motions: np.ndarray, points: np.ndarray, strands: np.ndarray) -> np.nd
     motions  of every strand: columns of R, then t, (strands, 3, 4)
     points   [m], (rows, 3, W)
     strands  strand in every lane of a row, (rows, W)
-    returns  [m], (rows, 3, W)
+    returns  [m], (rows, 3, W), in the precision of the points
     """
     turned = np.einsum("rlij,rjl->ril", motions[strands][..., :3], points)
-    return np.ascontiguousarray(turned + motions[strands][..., 3].transpose(0, 2, 1))
+    moved = turned + motions[strands][..., 3].transpose(0, 2, 1)
+    return np.ascontiguousarray(moved, points.dtype)
 
 
 def place(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
@@ -110,7 +112,12 @@ def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layou
     ends = []
     for at, motions in ((layout.first[:-1], motion_of_roots(lead, groom)), (layout.first[1:] - clamped, _tips(lead))):
         points = rest[(at[:, None] + np.arange(clamped)).reshape(-1)]
-        ends.append([carry(m, points, strands).reshape(shape) if m is not None else np.zeros(shape) for m in motions])
+        ends.append(
+            [
+                carry(m, points, strands).reshape(shape) if m is not None else np.zeros(shape, rest.dtype)
+                for m in motions
+            ]
+        )
     positions, velocities = (np.concatenate(both, axis=1) for both in zip(*ends, strict=True))
     return Held(positions, velocities, _held_tips(lead, layout))
 
@@ -124,5 +131,5 @@ def _tips(lead: Mesh | Ends | None) -> tuple[np.ndarray | None, np.ndarray | Non
 
 def _held_tips(lead: Mesh | Ends | None, layout: Layout) -> np.ndarray:
     if not isinstance(lead, Ends) or np.isnan(lead.tips).any((1, 2)).all():
-        return np.zeros((0, layout.width))
-    return (~np.isnan(lead.tips).any((1, 2))).astype(float)[layout.strands]
+        return np.zeros((0, layout.width), layout.dtype)
+    return (~np.isnan(lead.tips).any((1, 2))).astype(layout.dtype)[layout.strands]
