@@ -65,9 +65,9 @@ def energy(connections, x):
     return 0.5 * STIFFNESS * ((gaps(connections, x) - STICTION.reach) ** 2).sum()
 
 
-def exerted(connections, x, v, masses, stiction, h):
-    couplings = couplings_at(connections)
-    linearise(connections, x, v, masses, stiction, np.full(len(x), h), h, np.ones(len(x), np.bool_), couplings)
+def exerted(connections, x, v, masses, stiction, h, who=None):
+    couplings, who = couplings_at(connections), np.ones(len(x), np.bool_) if who is None else who
+    linearise(connections, x, v, masses, stiction, np.full(len(x), h), h, who, couplings)
     return couplings
 
 
@@ -254,3 +254,14 @@ def test_the_bound_on_the_frequency_holds(web, dense):
     highest = np.linalg.eigvalsh(K).max()
     assert highest <= stiffest(case.connections, case.masses, STICTION) < 20 * highest
     assert stiffest(no_connections(), case.masses, STICTION) == 0.0
+
+
+def test_what_hairs_that_are_not_solved_do_to_each_other_is_left_out(web):
+    case = web()
+    everyone = exerted(case.connections, case.x, case.v, case.masses, STICTION, 1e-3)
+    who = np.arange(len(case.x)) < 20
+    some = exerted(case.connections, case.x, case.v, case.masses, STICTION, 1e-3, who)
+    asked = who[case.connections.segments].any(axis=1)
+    assert everyone.matrix[asked].any() and everyone.matrix[~asked].any()
+    for one, all_of_them in ((some.push, everyone.push), (some.matrix, everyone.matrix)):
+        np.testing.assert_array_equal(one, np.where(asked[:, None], all_of_them, 0.0))

@@ -20,19 +20,10 @@ def couplings_of(pairs, points, velocities, law=LAW, h=H, at=None):
     return exerted(contacts, points if at is None else at, velocities, law, h)
 
 
-def exerted(contacts, points, velocities, law=LAW, h=H):
+def exerted(contacts, points, velocities, law=LAW, h=H, who=None):
     couplings, count = couplings_at(contacts), len(points)
-    linearise(
-        contacts,
-        points,
-        velocities,
-        np.full(count, MASS),
-        law,
-        np.full(count, h),
-        h,
-        np.ones(count, np.bool_),
-        couplings,
-    )
+    masses, who = np.full(count, MASS), np.ones(count, np.bool_) if who is None else who
+    linearise(contacts, points, velocities, masses, law, np.full(count, h), h, who, couplings)
     return couplings
 
 
@@ -153,3 +144,15 @@ def test_threads_do_not_matter(heap):
     finally:
         numba.set_num_threads(threads)
     assert (one.push == many.push).all() and (one.matrix == many.matrix).all()
+
+
+def test_what_hairs_that_are_not_solved_do_to_each_other_is_left_out(heap):
+    points, velocities, pairs = heap
+    contacts = find_contacts(pairs, points, velocities, LAW)
+    everyone = exerted(contacts, points, velocities)
+    who = np.random.default_rng(2).random(len(points)) < 0.3
+    some = exerted(contacts, points, velocities, who=who)
+    asked = who[pairs.segments].any(axis=1)
+    assert everyone.matrix[asked].any() and everyone.matrix[~asked].any()
+    for one, all_of_them in ((some.push, everyone.push), (some.matrix, everyone.matrix)):
+        np.testing.assert_array_equal(one, np.where(asked[:, None], all_of_them, 0.0))
