@@ -13,7 +13,7 @@ from numba import njit, prange
 from hairpipe.sim.axis import Axis
 
 ROWS, ROWS_WITH_NEXT = 9, 15
-"""Numbers of a particle: an impulse and a block; those and the block between it and the next on the axis."""
+"""Numbers of a point: an impulse and a block; those and the block between it and the next on the axis."""
 _CHUNK = 4096
 
 
@@ -44,7 +44,7 @@ def lay_out(axis: Axis, who, push, damping, speeds, weights, received, diagonal,
     push [N], (P, 3); damping [kg/s], symmetric, (P, 6); speeds  v [m/s], (P, 3)
     weights  h, of the end of the stage, for every strand [s], (blocks, W)
     received [N s], (P, 3); diagonal, following [kg], (P, 6); no rows where strands do not touch
-    outer    (rows, 9 or 15, W)
+    outer    (rows / stride, 9 or 15, W)
     """
     for block in prange(len(axis.first) - 1):
         if who[block].any():
@@ -56,7 +56,7 @@ def _lay_out_block(axis, block, push, damping, speeds, weights, received, diagon
     touching = len(received) > 0
     for lane in range(axis.strands.shape[1]):
         strand = axis.strands[block, lane]
-        row, h = axis.first[block] + axis.root, weights[block, lane]
+        row, h = axis.first[block] // axis.stride, weights[block, lane]
         for k in range(axis.offsets[strand], axis.offsets[strand + 1]):
             d, x, y, z = damping[k], speeds[k, 0], speeds[k, 1], speeds[k, 2]
             outer[row, 0, lane] = h * (push[k, 0] - d[0] * x - d[1] * y - d[2] * z)
@@ -70,4 +70,4 @@ def _lay_out_block(axis, block, push, damping, speeds, weights, received, diagon
                 for c in range(6):
                     outer[row, 3 + c, lane] += diagonal[k, c]
                     outer[row, 9 + c, lane] = following[k, c]
-            row += axis.stride
+            row += 1

@@ -8,9 +8,9 @@ guess,
 Every integrator is a sequence of such stages; they differ in h, xh, vh and the guess. Strands of one stage may differ
 in h, too: all that touch are one system, whatever each of them has behind it.
 
-What acts on hair from outside joins the system as numbers of each particle, `outer` (rows, 9 or 15, W): an impulse to
-add to the right-hand side [N s], a symmetric block to add to that on the diagonal [kg], and one to that between two
-neighbours on the axis [kg]; no rows where nothing does.
+What acts on hair from outside joins the system as numbers of each point of the axis, `outer` (rows / stride, 9 or 15,
+W): an impulse to add to the right-hand side [N s], a symmetric block to add to that on the diagonal [kg], and one to
+that between the point and the next [kg]; no rows where nothing does. Those of block b begin at first[b] // stride.
 """
 
 from typing import NamedTuple
@@ -60,8 +60,8 @@ class Rule(NamedTuple):
 
 
 @inlined
-def _start_row(A, b, outer, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
-    """Inertia, weight and air drag of particle p, and what acts from outside."""
+def _start_row(A, b, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
+    """Inertia, weight and air drag of particle p."""
     clear_row(A, p)
     m = load(mass, (p,))
     for c in range(3):
@@ -71,11 +71,19 @@ def _start_row(A, b, outer, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
     add(A, p, 0, inertia)
     add(A, p, 3, inertia)
     add(A, p, 5, inertia)
-    if outer.shape[0] > 0:
-        for c in range(3):
-            add(b, p, c, load(outer, (p, c)))
-        for c in range(6):
-            add(A, p, c, load(outer, (p, 3 + c)))
+
+
+@inlined
+def _add_outer(A, b, outer, p, n, stride, count):  # noqa: ANN001, ANN202
+    """Add what acts from outside on particle p, the point n of its axis."""
+    for c in range(3):
+        add(b, p, c, load(outer, (n, c)))
+    for c in range(6):
+        add(A, p, c, load(outer, (n, 3 + c)))
+    if outer.shape[1] > 9 and p + stride < count:
+        xx, xy, xz = load(outer, (n, 9)), load(outer, (n, 10)), load(outer, (n, 11))
+        yy, yz, zz = load(outer, (n, 12)), load(outer, (n, 13)), load(outer, (n, 14))
+        add_coupling(A, p, stride, xx, xy, xz, yy, yz, zz)
 
 
 @inlined
@@ -86,27 +94,20 @@ def _assemble(model, A, b, x, v, vh, T, outer, block, held, h, rule):  # noqa: A
     mass = model.mass[model.first[block] : model.first[block + 1]]
     hh = (0.0 if rule.form == _EXPLICIT else 1.0) * h * h
     for p in range(min(reach, count)):
-        _start_row(A, b, outer, mass, vh, v, p, h, rule)
+        _start_row(A, b, mass, vh, v, p, h, rule)
     for p in range(count):
         if p + reach < count:
-            _start_row(A, b, outer, mass, vh, v, p + reach, h, rule)
+            _start_row(A, b, mass, vh, v, p + reach, h, rule)
         add_forces(model, A, b, x, v, T, p, block, h, hh, rule.damping)
-        if outer.shape[0] > 0 and outer.shape[1] > 9 and (p + 1 - clamped) % stride == 0 and p + stride < count:
-            _add_next(A, outer, p, stride)
+        past = p + 1 - clamped
+        if outer.shape[0] > 0 and past >= 0 and past % stride == 0:
+            _add_outer(A, b, outer, p, past // stride, stride, count)
         if p < clamped:
             fix_row(A, b, p)
         else:
             if len(held) > 0 and p >= count - clamped:
                 fix_lanes(A, b, p, load(held, (block,)) > 0.0)
             eliminate(A, b, p, count, reach)
-
-
-@inlined
-def _add_next(A, outer, p, stride):  # noqa: ANN001, ANN202
-    """Add the block between p and the next particle on the axis."""
-    xx, xy, xz = load(outer, (p, 9)), load(outer, (p, 10)), load(outer, (p, 11))
-    yy, yz, zz = load(outer, (p, 12)), load(outer, (p, 13)), load(outer, (p, 14))
-    add_coupling(A, p, stride, xx, xy, xz, yy, yz, zz)
 
 
 @inlined
@@ -323,7 +324,8 @@ def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, weights, ru
     reach = shape_of(model).reach
     As = np.empty((xs.shape[0], row_size(reach), xs.shape[2]), xs.dtype)
     set_form(model, block, xs, Ts, rule)
-    _assemble(model, As, bs, xs, v[rows], vh[rows], Ts, outer[rows], block, held, h, rule)
+    axis = slice(rows.start // shape_of(model).stride, rows.stop // shape_of(model).stride)
+    _assemble(model, As, bs, xs, v[rows], vh[rows], Ts, outer[axis], block, held, h, rule)
     substitute(As, bs, xs.shape[0], reach)
     for p in range(bs.shape[0]):
         for c in range(3):

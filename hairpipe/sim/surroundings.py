@@ -174,7 +174,7 @@ class Surroundings:
                 self.hair.linearise(points, speeds, self._masses, weights, stage.span, marked)
             self.hair.impulses(marked, received)
             own = self.hair.own
-        outer = self._room("outer", like, self._rows)
+        outer = self._room("outer", like[:: self._axis.stride], self._rows)
         lay_out(self._axis, who, push, damping, speeds, stage.h, received, *own, outer)
         return outer
 
@@ -253,6 +253,8 @@ class Surroundings:
 
         Returns how that changed velocities [m/s], (rows, 3, W), or 0.
         """
+        if self.hair is not None:
+            self.hair.let_go()
         found = 0.0 if self.body is None and self.hair is None else copied(motion.v)
         if self.body is not None:
             follow(self._axis, self.body.stop(self._points(motion.v)), 1.0, motion.v)
@@ -310,7 +312,7 @@ class Surroundings:
 
     @property
     def _rows(self) -> int:
-        """Numbers by which particles are acted on from outside."""
+        """Numbers by which points are acted on from outside."""
         return ROWS if self.hair is None else ROWS_WITH_NEXT
 
     def _points(self, lanes: np.ndarray) -> np.ndarray:

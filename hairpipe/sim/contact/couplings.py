@@ -45,8 +45,8 @@ class Couplings(NamedTuple):
 
     segments   a segment joins a point to the next of its strand and has its number, (n, 2) int32
     fractions  where on the segments, 0 at that point and 1 at the next, (n, 2)
-    push       impulse on the first point, the opposite on the second [N s], (n, 3)
-    matrix     M, positive semidefinite: xx xy xz yy yz zz [kg], (n, 6)
+    push       impulse on the first point, the opposite on the second [N s], (n, 3) float32
+    matrix     M, positive semidefinite: xx xy xz yy yz zz [kg], (n, 6) float32
     """
 
     segments: np.ndarray
@@ -94,11 +94,24 @@ class Places(Protocol):
         ...
 
 
-def couplings_at(*places: Places) -> Couplings:
-    """Make couplings, one set after the other, with room for what they exert."""
+class Joined(NamedTuple):
+    """Places one set after the other: see `Couplings`."""
+
+    segments: np.ndarray
+    fractions: np.ndarray
+
+
+def join(*places: Places) -> Joined:
+    """Put places one set after the other."""
     segments = np.concatenate([some.segments for some in places])
-    fractions = np.concatenate([some.fractions for some in places])
-    return Couplings(segments, fractions, np.empty((len(segments), 3)), np.empty((len(segments), 6)))
+    return Joined(segments, np.concatenate([some.fractions for some in places]))
+
+
+def couplings_at(places: Places) -> Couplings:
+    """Make couplings with room for what they exert."""
+    count = len(places.segments)
+    exerted = np.empty((count, 3), np.float32), np.empty((count, 6), np.float32)
+    return Couplings(places.segments, places.fractions, *exerted)
 
 
 def part_of(couplings: Couplings, begin: int, end: int) -> Couplings:

@@ -9,14 +9,15 @@ from hairpipe.sim.contact import conjugate
 from hairpipe.sim.contact.collision import collide
 from hairpipe.sim.contact.contacts import REACH, Contacts, find_contacts
 from hairpipe.sim.contact.couplings import (
-    Couplings,
     Incidence,
+    Joined,
     Sides,
     add_push,
     couplings_at,
     find_incidence,
     follow,
     impulses_after,
+    join,
     multiply_across,
     own_blocks,
     part_of,
@@ -27,7 +28,7 @@ from hairpipe.sim.contact.near import near_pairs
 from hairpipe.sim.contact.nearest import closest_pairs
 from hairpipe.sim.contact.pairs import key_of
 from hairpipe.sim.contact.repulsion import linearise as linearise_contacts
-from hairpipe.sim.contact.stiction import Connections, connect, release, room
+from hairpipe.sim.contact.stiction import Connections, connect, no_connections, release, room
 from hairpipe.sim.contact.stiction import linearise as linearise_connections
 from hairpipe.sim.contact.sweep import sweep
 from hairpipe.sim.scene import Collisions, Stiction
@@ -54,7 +55,7 @@ class HairContacts:
     at_rest: tuple[np.ndarray, np.ndarray]
     _ignored: np.ndarray = field(init=False)
     _contacts: Contacts | None = field(default=None, init=False)
-    _couplings: Couplings = field(init=False)
+    _places: Joined = field(init=False)
     _incidence: Incidence = field(init=False)
     _sides: Sides = field(init=False)
     _push: np.ndarray = field(init=False)
@@ -75,9 +76,13 @@ class HairContacts:
         if self.collisions is not None and self.collisions.solver == "coupled":
             pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, self._ignored)
             self._contacts = find_contacts(pairs, points, speeds, self.collisions)
-        places = (self.connections,) if self._contacts is None else (self.connections, self._contacts)
-        self._couplings = couplings_at(*places)
-        self._incidence = find_incidence(self._couplings.segments, len(points))
+        self._places = join(self.connections, *([] if self._contacts is None else [self._contacts]))
+        if self._contacts is not None:
+            # Not the same twice: it is what most memory goes into.
+            stuck = len(self.connections.segments)
+            at = {"segments": self._places.segments[stuck:], "fractions": self._places.fractions[stuck:]}
+            self._contacts = self._contacts._replace(**at)
+        self._incidence = find_incidence(self._places.segments, len(points))
 
     def linearise(
         self,
@@ -92,7 +97,7 @@ class HairContacts:
 
         who  points of strands that are solved, (P,) bool; what the others do to each other is left out
         """
-        couplings, stuck = self._couplings, len(self.connections.segments)
+        couplings, stuck = couplings_at(self._places), len(self.connections.segments)
         state = points, speeds, masses
         if self.stiction is not None:
             linearise_connections(
@@ -135,6 +140,12 @@ class HairContacts:
         impulse.
         """
         follow(*self._own, change, who, self._change, received)
+
+    def let_go(self) -> None:
+        """Free what only the solves of a step need."""
+        self._places, self._contacts = join(no_connections()), None
+        self._incidence = find_incidence(self._places.segments, 0)
+        self._sides = sides_of(couplings_at(self._places), self._incidence)
 
     def collide(self, before: np.ndarray, after: np.ndarray, masses: np.ndarray, dt: float) -> np.ndarray | None:
         """Return by how much velocities change so that nothing passes through in a step of dt [s], or None; pure.

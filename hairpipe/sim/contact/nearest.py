@@ -35,7 +35,7 @@ def closest_pairs(
     refuse_lost(points)
     segments = all_segments(len(points), offsets)
     near = near_pairs_of(points, segments[limits[segments] > 0], reach, ignored)
-    closest = np.full((len(points), most), -1)
+    closest = np.full((len(points), most), -1, np.int32)
     _rank(points, near.segments, near.distances, limits, closest)
     mutual = np.empty(len(near.distances), np.bool_)
     _find_mutual(near.segments, closest, mutual)

@@ -4,11 +4,12 @@ import numba
 import numpy as np
 
 from hairpipe.sim.contact.couplings import (
+    Couplings,
     add_push,
-    couplings_at,
     find_incidence,
     follow,
     impulses_after,
+    join,
     multiply_across,
     own_blocks,
     part_of,
@@ -71,9 +72,8 @@ def test_threads_and_the_way_sets_are_joined_change_no_bit(offsets, random_coupl
     points = int(offsets[-1])
     couplings = random_couplings(offsets, 3000)
     parts = part_of(couplings, 0, 1000), part_of(couplings, 1000, 3000)
-    whole = couplings_at(*parts)
-    whole.push[:1000], whole.push[1000:] = parts[0].push, parts[1].push
-    whole.matrix[:1000], whole.matrix[1000:] = parts[0].matrix, parts[1].matrix
+    exerted = (np.concatenate([getattr(part, name) for part in parts]) for name in ("push", "matrix"))
+    whole = Couplings(*join(*parts), *exerted)
     v = np.random.default_rng(1).normal(size=(points, 3))
     results = []
     for number, same in ((1, couplings), (numba.get_num_threads(), whole)):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.couplings import add_push, couplings_at, find_incidence
+from hairpipe.sim.contact.couplings import Couplings, add_push, find_incidence
 from hairpipe.sim.contact.near import near_pairs
 from hairpipe.sim.contact.nearest import closest_pairs
 from hairpipe.sim.contact.pairs import key_of
@@ -66,7 +66,9 @@ def energy(connections, x):
 
 
 def exerted(connections, x, v, masses, stiction, h, who=None):
-    couplings, who = couplings_at(connections), np.ones(len(x), np.bool_) if who is None else who
+    # In double precision, of which a step keeps half.
+    room = np.empty((len(connections.segments), 3)), np.empty((len(connections.segments), 6))
+    couplings, who = Couplings(*connections, *room), np.ones(len(x), np.bool_) if who is None else who
     linearise(connections, x, v, masses, stiction, np.full(len(x), h), h, who, couplings)
     return couplings
 

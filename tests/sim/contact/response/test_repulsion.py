@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.sim.contact.contacts import find_contacts
-from hairpipe.sim.contact.couplings import couplings_at
+from hairpipe.sim.contact.couplings import Couplings
 from hairpipe.sim.contact.repulsion import linearise
 from hairpipe.sim.scene import Collisions
 
@@ -21,7 +21,9 @@ def couplings_of(pairs, points, velocities, law=LAW, h=H, at=None):
 
 
 def exerted(contacts, points, velocities, law=LAW, h=H, who=None):
-    couplings, count = couplings_at(contacts), len(points)
+    # In double precision, of which a step keeps half.
+    room, count = (np.empty((len(contacts.loads), 3)), np.empty((len(contacts.loads), 6))), len(points)
+    couplings = Couplings(contacts.segments, contacts.fractions, *room)
     masses, who = np.full(count, MASS), np.ones(count, np.bool_) if who is None else who
     linearise(contacts, points, velocities, masses, law, np.full(count, h), h, who, couplings)
     return couplings
