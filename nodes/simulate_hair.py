@@ -50,7 +50,7 @@ def simulate_hair(
     """Mass-spring hair after Selle, Lentine, Fedkiw 2008: every strand a network of springs, solved at once.
 
     model         network: as published; chain: straight hair without twist, at half the particles
-    precision     of the numbers; single halves memory and is refused where it is not safe, see `sim/precision.py`
+    precision     of the numbers; single is refused where it is not safe, see `sim/precision.py`
     material      of the fibre; the spring constants are calibrated from it
     construction  of the network, to take apart what it consists of
     gravity       along -Y

@@ -50,7 +50,7 @@ def parts_by_axis(path: Path) -> dict[str, list]:
 
 def test_each_axis_leaves_out_more_and_more_and_every_variant_is_a_graph(scene):
     axes = parts_by_axis(scene)
-    assert list(axes) == ["model", "precision", "segments", "steps", "voxels", "collisions", "stiction"]
+    assert list(axes) == ["model", "segments", "steps", "voxels", "collisions", "stiction"]
     for parts in axes.values():
         assert [part.level for part in parts] == list(range(1, len(parts) + 1))
         for part in parts:
@@ -65,7 +65,7 @@ def test_each_axis_leaves_out_more_and_more_and_every_variant_is_a_graph(scene):
 
 def test_what_the_scene_does_not_have_cannot_be_left_out(scene):
     scene.write_text(SCENE[: SCENE.index("[hair.collisions]")] + 'model = "chain"\nsteps.longest = 0.05\n')
-    assert list(parts_by_axis(scene)) == ["precision", "segments", "voxels"]
+    assert list(parts_by_axis(scene)) == ["segments", "voxels"]
 
 
 def test_a_node_that_simulates_nothing_is_refused(scene):
