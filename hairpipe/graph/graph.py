@@ -29,7 +29,7 @@ class Node:
     edges       by socket, or by `socket.0`, `socket.1` ... of one that takes many; what is not connected is absent
     settings    checked plain values; a file is the path as given, relative to the graph file
     publish     where its file is copied to, `####` standing for the frame; None where it is not published
-    checkpoint  of a scan: every n-th frame's full state is kept after a run
+    checkpoint  of a scan: every n-th frame's full state is kept
     """
 
     name: str

@@ -22,7 +22,7 @@ from hairpipe.graph.record import Record, from_fields
 from hairpipe.graph.resolve import Resolver
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.tasks import Task, sources
-from hairpipe.graph.thin import thin
+from hairpipe.graph.thin import Thinner
 
 POLL = 0.1
 """How often a task that another process is at is looked at again [s]."""
@@ -36,6 +36,7 @@ class Scheduler:
     def __init__(self, graph: Graph, store: Store, frames: tuple[int, ...], options: Options, report: Report) -> None:
         self.graph, self.store, self.options, self.report = graph, store, options, report
         self.resolver = Resolver(graph, store, frames)
+        self.thinner = Thinner(self.resolver)
         self.selected = frozenset(frames)
         self.pool = Pool(store.root, options.codec, graph.folder, options.jobs)
         self.locks = KeyLocks(store.root / "lock")
@@ -62,7 +63,7 @@ class Scheduler:
         interrupted = False
         try:
             self.loop()
-            thin(self.resolver)
+            self.thinner.finish()
         except KeyboardInterrupt:
             interrupted = True
         finally:
@@ -165,6 +166,7 @@ class Scheduler:
         self.locks.release(self.keys[task])
         if "record" in reply:
             self.establish(task, from_fields(reply["record"]), "finished")
+            self.thinner.follow(task)
         elif "failure" in reply:
             self.fail(Failure(task, **reply["failure"]))
         elif self.may_retry(task):

@@ -1,6 +1,8 @@
-"""States of a scan: all are kept while it runs, every n-th and the last afterwards."""
+"""States of a scan: the last two and every n-th are there while it runs, every n-th and the last afterwards."""
 
 from collections import Counter
+
+from hairpipe.graph.store import Store
 
 
 def kept(shot) -> list[int]:
@@ -48,3 +50,19 @@ def test_state_that_is_needed_is_recomputed_from_the_nearest(shot):
     assert shot.tally() == Counter(move_seed=1, add_up=11, write_list=1)
     after = shot.results()
     assert {name: after[name] for name in before if name != "list"} == {n: before[n] for n in before if n != "list"}
+
+
+def test_states_go_while_the_scan_goes_on(shot, tmp_path):
+    other = Store(tmp_path / "other")
+    shot.run(store=other)
+    names = shot.results(other)
+    there = []
+
+    def look(event):
+        if event.kind == "finished" and event.task.node == "sum":
+            there.append([frame for frame in range(1, 11) if shot.store.has(names[f"sum@{frame}"]["state"])])
+
+    shot.run(report=look)
+    assert there[:4] == [[1], [1, 2], [1, 2, 3], [2, 3, 4]], "a state goes once the result after the next is noted"
+    assert there[7:] == [[4, 6, 7, 8], [4, 7, 8, 9], [4, 8, 9, 10]]
+    assert kept(shot) == [4, 8, 10]
