@@ -25,6 +25,8 @@ from hairpipe.graph.tasks import Task
 Lane = Literal["narrow", "wide"]
 """A narrow worker computes on one thread beside others like it; the wide one uses all threads for a critical path."""
 
+NARROW_NICENESS = 19
+"""Priority of narrow workers: threads of the wide one wait for each other, so one that is kept waiting holds up all."""
 BOOT = "import sys, json; sys.path[:] = json.loads(sys.argv[1]); from hairpipe.graph.worker import main; main({})"
 MEMORY = 256 << 20
 """Memory in which a worker keeps values it may need again [bytes]."""
@@ -120,6 +122,9 @@ class Pool:
                 stdout=2,
                 env=environment(self.jobs if lane == "wide" else 1, self.kernels),
             )
+        if lane == "narrow":
+            with suppress(OSError):
+                os.setpriority(os.PRIO_PROCESS, process.pid, NARROW_NICENESS)
         member = Member(lane, process, Connection(ours.detach()))
         self.members.append(member)
         with suppress(OSError):

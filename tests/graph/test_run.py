@@ -1,5 +1,6 @@
 """Runs: what is evaluated and what is not, counted by the nodes themselves."""
 
+import os
 from collections import Counter
 
 from hairpipe.graph.store import Store
@@ -23,6 +24,13 @@ def test_values_are_those_of_the_plain_functions(shot):
         total = 3.0 + frame + 0.9 * total
         lines.append(f"{frame} {total!r}")
     assert (shot.folder / "out" / "list.txt").read_text() == "\n".join(lines)
+
+
+def test_values_per_frame_make_way_for_the_scan(shot):
+    shot.edit("move_seed.py", "seed.value + (0 if still", "__import__('os').nice(0) + (0 if True")
+    shot.edit("add_up.py", "number.value + (", "number.value - __import__('os').nice(0) + (")
+    shot.run()
+    assert (shot.folder / "out" / "list.txt").read_text().splitlines()[0] == f"1 {float(19 - os.nice(0))!r}"
 
 
 def test_longer_range_reuses_old_frames(shot):
