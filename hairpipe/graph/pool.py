@@ -25,7 +25,7 @@ from hairpipe.graph.tasks import Task
 Lane = Literal["narrow", "wide"]
 """A narrow worker computes on one thread beside others like it; the wide one uses all threads for a critical path."""
 
-NARROW_NICENESS = 19
+NARROW_NICENESS = 10
 """Priority of narrow workers: threads of the wide one wait for each other, so one that is kept waiting holds up all."""
 BOOT = "import sys, json; sys.path[:] = json.loads(sys.argv[1]); from hairpipe.graph.worker import main; main({})"
 MEMORY = 256 << 20

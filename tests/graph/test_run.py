@@ -30,7 +30,7 @@ def test_values_per_frame_make_way_for_the_scan(shot):
     shot.edit("move_seed.py", "seed.value + (0 if still", "__import__('os').nice(0) + (0 if True")
     shot.edit("add_up.py", "number.value + (", "number.value - __import__('os').nice(0) + (")
     shot.run()
-    assert (shot.folder / "out" / "list.txt").read_text().splitlines()[0] == f"1 {float(19 - os.nice(0))!r}"
+    assert (shot.folder / "out" / "list.txt").read_text().splitlines()[0] == f"1 {float(10 - os.nice(0))!r}"
 
 
 def test_longer_range_reuses_old_frames(shot):
