@@ -13,7 +13,7 @@ from hairpipe.data import Mesh
 from hairpipe.graph.code import CodeReader
 from hairpipe.graph.machine_code import kernel_folder
 
-# Tests run in as many processes as there are cores, each with as many threads: those that wait must not keep cores busy.
+# Tests run in as many processes as there are cores, each with as many threads: one that waits must not hold a core.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 # Tests, too, must never run old machine code of a helper that was edited.
 _KERNELS = Path(tempfile.gettempdir()) / f"hairpipe-kernels-{os.getuid()}"
