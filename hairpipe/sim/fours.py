@@ -12,6 +12,8 @@ from numba.core.extending import intrinsic
 from hairpipe.sim.lanes import LanesType
 
 FOUR = LanesType(types.float32, 4)
+WHOLE = 32767.0
+"""What `load_short_four` takes as 1."""
 _INDEX = ir.IntType(32)
 
 
@@ -43,6 +45,22 @@ def load_four(typingctx, array, place):  # noqa: ANN001, ANN201
 
 
 @intrinsic
+def load_short_four(typingctx, array, place):  # noqa: ANN001, ANN201
+    """The four numbers of int16 that begin at array[place], over `WHOLE`; the array has one axis, and is in C order."""
+    if not (isinstance(array, types.Array) and array.layout == "C" and array.ndim == 1 and array.dtype == types.int16):
+        raise TypingError(f"expected an array of int16 with one axis in C order, not {array}")
+    kind, part = ir.VectorType(ir.IntType(16), 4), ir.Constant(FOUR.vector, [1.0 / WHOLE] * 4)
+
+    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        pointer = builder.gep(data, [context.cast(builder, args[1], sig.args[1], types.intp)], inbounds=True)
+        parts = builder.load(builder.bitcast(pointer, kind.as_pointer()), align=2, typ=kind)
+        return builder.fmul(builder.sitofp(parts, FOUR.vector), part)
+
+    return FOUR(array, place), emit
+
+
+@intrinsic
 def without_first(typingctx, four):  # noqa: ANN001, ANN201
     """The last three numbers of four: a vector, where there is nothing behind it to be loaded."""
     return FOUR(four), lambda context, builder, sig, args: _shuffled(builder, *args, *args, [1, 2, 3, 3])
@@ -59,15 +77,12 @@ def item(typingctx, four, place):  # noqa: ANN001, ANN201
 
 
 @intrinsic
-def symmetric_times(typingctx, low, high, vector):  # noqa: ANN001, ANN201
-    """M v for a symmetric M that is given as xx xy xz and a number, yy yz zz and a number."""
+def dot(typingctx, a, b):  # noqa: ANN001, ANN201
+    """The scalar product of two vectors."""
 
     def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
-        low, high, v = args
-        second, third = _shuffled(builder, low, high, [1, 4, 5, 5]), _shuffled(builder, low, high, [2, 5, 6, 6])
-        total = builder.fmul(low, _shuffled(builder, v, v, [0] * 4))
-        for column, place in ((second, 1), (third, 2)):
-            total = builder.fadd(total, builder.fmul(column, _shuffled(builder, v, v, [place] * 4)))
-        return total
+        products = builder.fmul(*args)
+        x, y, z = (builder.extract_element(products, _INDEX(place)) for place in range(3))
+        return builder.fadd(builder.fadd(x, y), z)
 
-    return FOUR(FOUR, FOUR, FOUR), emit
+    return types.float32(FOUR, FOUR), emit

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from hairpipe.sim.contact.contacts import REACH, Contacts, find_contacts
-from hairpipe.sim.contact.couplings import Couplings, couplings_at
+from hairpipe.sim.contact.couplings import Couplings, couplings_at, matrices
 from hairpipe.sim.contact.near import near_pairs
 from hairpipe.sim.contact.repulsion import linearise
 from hairpipe.sim.contact.sweep import sweep
@@ -85,6 +85,7 @@ def system(pile: Pile, law: Collisions, dt: float) -> tuple[sparse.csr_matrix, n
         np.ones(len(predicted), np.bool_),
         couplings,
     )
+    couplings = Couplings(*(array[couplings.acts] for array in couplings))
     J = relative(couplings, len(pile.points))[:, free]
     A = MASS * sparse.eye(len(free)) + J.T @ stiffness(couplings) @ J
     return sparse.csr_matrix(A), J.T @ couplings.push.ravel()
@@ -100,5 +101,5 @@ def relative(couplings: Couplings | Contacts, points: int) -> sparse.csr_matrix:
 
 def stiffness(couplings: Couplings) -> sparse.bsr_matrix:
     """Every M on the diagonal, (3 n, 3 n)."""
-    blocks, count = couplings.matrix[:, [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(-1, 3, 3), len(couplings.matrix)
+    blocks, count = matrices(couplings), len(couplings.acts)
     return sparse.bsr_matrix((blocks, np.arange(count), np.arange(count + 1)), (3 * count, 3 * count))

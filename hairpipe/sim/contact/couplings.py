@@ -19,8 +19,9 @@ P + O is the matrix of the whole system:
 The right-hand side of the strands gets `add_push`. Rows of held particles (roots) are fixed after all of that. Which
 couplings touch a point is found once, by `find_incidence`, and holds as long as `segments` stay what they are; every
 point gathers from its own list, in the order of the couplings, so that no result depends on threads. What is
-multiplied by again and again lies in that order too, `Sides`: in single precision, since memory is all that it costs,
-and own blocks are made of the same numbers, so that P + O stays the matrix of springs.
+multiplied by again and again lies in that order too, `Sides`: in as few bytes as do, since memory is all that it costs.
+Directions and places are rounded to 1 / 32767 there, a coupling's for both of its sides alike, and own blocks are made
+of the same numbers, so that P + O stays the matrix of springs, none of which gives anything back.
 """
 
 from typing import NamedTuple, Protocol
@@ -30,10 +31,9 @@ from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
 from hairpipe.sim.fetch import fetch
-from hairpipe.sim.fours import item, load_four, symmetric_times, without_first, zeros
+from hairpipe.sim.forces.symmetric import outer
+from hairpipe.sim.fours import WHOLE, dot, item, load_four, load_short_four, without_first, zeros
 
-_HERE, _THERE = 3, 7
-"""Columns of `Sides.numbers`: the fractions."""
 _AHEAD = 24
 """Entries of a list before it is their turn, when what they lead to is fetched: it may lie anywhere."""
 _CHUNK = 2048
@@ -45,14 +45,18 @@ class Couplings(NamedTuple):
 
     segments   a segment joins a point to the next of its strand and has its number, (n, 2) int32
     fractions  where on the segments, 0 at that point and 1 at the next, (n, 2)
+    acts       whether a coupling exerts anything, (n,) bool; where not, all below is not set
     push       impulse on the first point, the opposite on the second [N s], (n, 3) float32
-    matrix     M, positive semidefinite: xx xy xz yy yz zz [kg], (n, 6) float32
+    direction  d, a unit vector, (n, 3) float32
+    strength   along and across it, a and b of M = a d d^T + b (I - d d^T), not negative [kg], (n, 2) float32
     """
 
     segments: np.ndarray
     fractions: np.ndarray
+    acts: np.ndarray
     push: np.ndarray
-    matrix: np.ndarray
+    direction: np.ndarray
+    strength: np.ndarray
 
 
 class Incidence(NamedTuple):
@@ -71,12 +75,13 @@ class Sides(NamedTuple):
 
     first    those of segment k are first[k] : first[k+1], (points+1,) int32
     others   segment on the other side, (2 n,) int32
-    numbers  xx xy xz of the matrix [kg] and the fraction on this side, yy yz zz and the fraction on the other side,
-             (2 n, 8) float32
+    places   x y z of the direction and the fraction on the other side, in parts of `WHOLE`, (2 n, 4) int16
+    numbers  strength across the direction, what there is more along it [kg], fraction on this side, (2 n, 3) float32
     """
 
     first: np.ndarray
     others: np.ndarray
+    places: np.ndarray
     numbers: np.ndarray
 
 
@@ -110,13 +115,21 @@ def join(*places: Places) -> Joined:
 def couplings_at(places: Places) -> Couplings:
     """Make couplings with room for what they exert."""
     count = len(places.segments)
-    exerted = np.empty((count, 3), np.float32), np.empty((count, 6), np.float32)
-    return Couplings(places.segments, places.fractions, *exerted)
+    exerted = (np.empty((count, size), np.float32) for size in (3, 3, 2))
+    return Couplings(places.segments, places.fractions, np.zeros(count, np.bool_), *exerted)
 
 
 def part_of(couplings: Couplings, begin: int, end: int) -> Couplings:
     """Return couplings begin to end; memory is shared."""
     return Couplings(*(array[begin:end] for array in couplings))
+
+
+def matrices(couplings: Couplings) -> np.ndarray:
+    """Return M of all couplings that act, and zeros of the others [kg], (n, 3, 3) float64; pure."""
+    d = couplings.direction.astype(np.float64)
+    along, across = couplings.strength.astype(np.float64).T[:, :, None, None]
+    M = across * np.eye(3) + (along - across) * d[:, :, None] * d[:, None, :]
+    return np.where(couplings.acts[:, None, None], M, 0.0)
 
 
 @njit(cache=True)
@@ -142,19 +155,19 @@ def find_incidence(segments: np.ndarray, points: int) -> Incidence:
 
 
 def sides_of(couplings: Couplings, incidence: Incidence) -> Sides:
-    """Sort couplings by the segments that they touch, without those that have no matrix; pure."""
-    first, acts = np.zeros_like(incidence.first), np.empty(len(couplings.matrix), np.bool_)
-    _find_acting(couplings.matrix, incidence, acts, first)
+    """Sort couplings that act by the segments that they touch; pure."""
+    first = np.zeros_like(incidence.first)
+    _count_acting(couplings.acts, incidence, first)
     # Memory from numpy, in huge pages: all of it is read in every iteration.
-    sides = Sides(first, np.empty(first[-1], np.int32), np.empty((first[-1], 8), np.float32))
-    _sort_sides(couplings, incidence, acts, sides)
+    count = first[-1]
+    others, places = np.empty(count, np.int32), np.empty((count, 4), np.int16)
+    sides = Sides(first, others, places, np.empty((count, 3), np.float32))
+    _sort_sides(couplings, incidence, sides)
     return sides
 
 
 @njit(cache=True, parallel=True)
-def _find_acting(matrix, incidence, acts, first):  # noqa: ANN001, ANN202
-    for i in prange(len(acts)):
-        acts[i] = _acts(matrix, i)
+def _count_acting(acts, incidence, first):  # noqa: ANN001, ANN202
     for chunk in prange(-(-(len(first) - 1) // _CHUNK)):
         for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(first) - 1)):
             for e in range(incidence.first[k], incidence.first[k + 1]):
@@ -164,27 +177,37 @@ def _find_acting(matrix, incidence, acts, first):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _sort_sides(couplings, incidence, acts, out):  # noqa: ANN001, ANN202
+def _sort_sides(couplings, incidence, out):  # noqa: ANN001, ANN202
     for chunk in prange(-(-(len(out.first) - 1) // _CHUNK)):
-        _sort_some(couplings, incidence, acts, out, np.int64(chunk) * _CHUNK)
+        _sort_some(couplings, incidence, out, np.int64(chunk) * _CHUNK)
 
 
 @njit(cache=True)
-def _sort_some(couplings, incidence, acts, out, begin):  # noqa: ANN001, ANN202
-    sides, numbers = incidence.sides, out.numbers
-    place = out.first[begin]
+def _sort_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
+    sides, acts, place = incidence.sides, couplings.acts, out.first[begin]
     for e in range(incidence.first[begin], incidence.first[min(begin + _CHUNK, len(out.first) - 1)]):
         ahead = sides[min(e + _AHEAD, len(sides) - 1)] >> 1
-        fetch(couplings.matrix, ahead)
-        fetch(couplings.fractions, ahead)
-        fetch(couplings.segments, ahead)
+        if acts[ahead]:
+            fetch(couplings.direction, ahead)
+            fetch(couplings.strength, ahead)
+            fetch(couplings.fractions, ahead)
+            fetch(couplings.segments, ahead)
         i, j = sides[e] >> 1, sides[e] & 1
         if acts[i]:
             out.others[place] = couplings.segments[i, 1 - j]
-            numbers[place, _HERE], numbers[place, _THERE] = couplings.fractions[i, j], couplings.fractions[i, 1 - j]
+            # Towards zero: a direction that is longer than 1 would make a matrix that is not positive.
             for c in range(3):
-                numbers[place, c], numbers[place, 4 + c] = couplings.matrix[i, c], couplings.matrix[i, 3 + c]
+                out.places[place, c] = np.int16(WHOLE * couplings.direction[i, c])
+            out.places[place, 3] = _rounded(couplings.fractions[i, 1 - j])
+            out.numbers[place, 0] = couplings.strength[i, 1]
+            out.numbers[place, 1] = couplings.strength[i, 0] - couplings.strength[i, 1]
+            out.numbers[place, 2] = _rounded(couplings.fractions[i, j]) / WHOLE
             place += 1
+
+
+@inlined
+def _rounded(fraction):  # noqa: ANN001, ANN202
+    return np.int16(WHOLE * fraction + 0.5)
 
 
 @inlined
@@ -218,9 +241,9 @@ def multiply_across(sides: Sides, v: np.ndarray, start: np.ndarray, out: np.ndar
     v           [m/s], (points, 3) float32
     start, out  [N s], (points, 3) float32
     """
-    numbers, speeds = sides.numbers.reshape(-1), v.reshape(-1)
+    places, speeds = sides.places.reshape(-1), v.reshape(-1)
     for chunk in prange(-(-len(out) // _CHUNK)):
-        _multiply_some(sides, numbers, speeds, start, out, np.int64(chunk) * _CHUNK)
+        _multiply_some(sides, places, speeds, start, out, np.int64(chunk) * _CHUNK)
 
 
 @njit(cache=True, parallel=True)
@@ -252,15 +275,15 @@ def impulses_after(
     who                  points that are asked for, (points,) bool
     out                  [N s], (points, 3)
     """
-    numbers, rounded = sides.numbers.reshape(-1), rounded_speeds(change)
+    places, rounded = sides.places.reshape(-1), rounded_speeds(change)
     for chunk in prange(-(-len(out) // _CHUNK)):
         begin = np.int64(chunk) * _CHUNK
         for k in range(begin, min(begin + _CHUNK, len(out))):
             if who[k]:
-                total, far = _across(sides, numbers, k, rounded)
+                total, far = _across(sides, places, k, rounded)
                 near = total - far
                 if k > 0:
-                    near = near + _across(sides, numbers, k - 1, rounded)[1]
+                    near = near + _across(sides, places, k - 1, rounded)[1]
                 own = _own_part(diagonal, following, change, k)
                 for c in range(3):
                     out[k, c] = push[k, c] - own[c] + item(near, c)
@@ -321,17 +344,20 @@ def _grow(sums, weight, y):  # noqa: ANN001, ANN202
 def _push_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
     """Walk along the segments of a chunk: each gives the part of its own point, and carries that of the next."""
     first, sides, push, fractions = incidence.first, incidence.sides, couplings.push, couplings.fractions
+    acts = couplings.acts
     carried = (0.0, 0.0, 0.0)
     for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(out))):
         near, far = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for e in range(first[k], first[k + 1]):
             i, j = sides[e] >> 1, sides[e] & 1
             ahead = sides[min(e + _AHEAD, len(sides) - 1)] >> 1
-            fetch(push, ahead)
-            fetch(fractions, ahead)
-            sign, s = 1.0 - 2.0 * j, fractions[i, j]
-            near = _grow(near, sign * (1.0 - s), push[i])
-            far = _grow(far, sign * s, push[i])
+            if acts[ahead]:
+                fetch(push, ahead)
+                fetch(fractions, ahead)
+            if acts[i]:
+                sign, s = 1.0 - 2.0 * j, fractions[i, j]
+                near = _grow(near, sign * (1.0 - s), push[i])
+                far = _grow(far, sign * s, push[i])
         if k >= begin:
             for c in range(3):
                 out[k, c] += near[c] + carried[c]
@@ -339,28 +365,29 @@ def _push_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _across(sides, numbers, k, v):  # noqa: ANN001, ANN202
+def _across(sides, places, k, v):  # noqa: ANN001, ANN202
     """What moves on the other sides gives to segment k in all, and to its next point: -O v [N s]."""
-    first, others = sides.first, sides.others
+    first, others, numbers = sides.first, sides.others, sides.numbers
     total, far = zeros(), zeros()
     for e in range(first[k], first[k + 1]):
         ahead = np.int64(others[min(e + _AHEAD, len(others) - 1)])
         fetch(v, 3 * ahead)
         fetch(v, 3 * ahead + 5)
-        low, high, q = load_four(numbers, 8 * e), load_four(numbers, 8 * e + 4), np.int64(others[e])
+        d, q = load_short_four(places, 4 * e), np.int64(others[e])
         before, after = load_four(v, 3 * q), without_first(load_four(v, 3 * q + 2))
-        y = symmetric_times(low, high, before + item(high, 3) * (after - before))
+        u = before + item(d, 3) * (after - before)
+        y = numbers[e, 0] * u + (numbers[e, 1] * dot(d, u)) * d
         total = total + y
-        far = far + item(low, 3) * y
+        far = far + numbers[e, 2] * y
     return total, far
 
 
 @njit(cache=True)
-def _multiply_some(sides, numbers, v, start, out, begin):  # noqa: ANN001, ANN202
+def _multiply_some(sides, places, v, start, out, begin):  # noqa: ANN001, ANN202
     """Walk as `_push_some`."""
-    carried = _across(sides, numbers, begin - 1, v)[1] if begin > 0 else zeros()
+    carried = _across(sides, places, begin - 1, v)[1] if begin > 0 else zeros()
     for k in range(begin, min(begin + _CHUNK, len(out))):
-        total, far = _across(sides, numbers, k, v)
+        total, far = _across(sides, places, k, v)
         near = total - far + carried
         for c in range(3):
             out[k, c] = start[k, c] - item(near, c)
@@ -370,16 +397,17 @@ def _multiply_some(sides, numbers, v, start, out, begin):  # noqa: ANN001, ANN20
 @njit(cache=True)
 def _blocks_of_some(sides, diagonal, following, begin):  # noqa: ANN001, ANN202
     """Walk as `_push_some`."""
-    first, numbers = sides.first, sides.numbers
+    first, places, numbers = sides.first, sides.places, sides.numbers
     carried, near, far, between = np.zeros(6), np.zeros(6), np.zeros(6), np.zeros(6)
     for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(diagonal))):
         near[:] = 0.0
         far[:] = 0.0
         between[:] = 0.0
         for e in range(first[k], first[k + 1]):
-            s = np.float64(numbers[e, _HERE])
-            for c in range(6):
-                m = numbers[e, c + c // 3]
+            across, more, s = np.float64(numbers[e, 0]), np.float64(numbers[e, 1]), np.float64(numbers[e, 2])
+            x, y, z = places[e, 0] / WHOLE, places[e, 1] / WHOLE, places[e, 2] / WHOLE
+            xx, xy, xz, yy, yz, zz = outer(more, (x, y, z))
+            for c, m in enumerate((across + xx, xy, xz, across + yy, yz, across + zz)):
                 near[c] += (1.0 - s) * (1.0 - s) * m
                 far[c] += s * s * m
                 between[c] += s * (1.0 - s) * m

@@ -51,28 +51,28 @@ def linearise(
     who: np.ndarray,
     out: Couplings,
 ) -> None:
-    """Linearise what contacts exert at the prediction of a stage. Those that do not act get zeros, as do those of hair
-    that is not finite, and those between hairs that are not asked for.
+    """Linearise what contacts exert at the prediction of a stage. Those of hair that is not finite do not act, nor do
+    those between hairs that are not asked for.
 
     points, velocities  at the prediction [m], [m/s], (points, 3)
     masses              of the points, inf where they are held [kg], (points,)
     weights             h, of the end of the stage [s], (points,)
     span                t, of time, that the stage covers [s]
     who                 points of strands that are solved, (points,) bool
-    out                 push and matrix are set, in place
+    out                 all but segments and fractions is set, in place
     """
     stiffness, viscosity = collisions.stiffness, collisions.stiffness * RELAXATION
     law = (collisions.thickness, stiffness, viscosity, collisions.friction)
-    _linearise(out.push, out.matrix, contacts, points, velocities, masses, law, weights, span, who)
+    _linearise(out, contacts, points, velocities, masses, law, weights, span, who)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(push, matrix, contacts, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
+def _linearise(out, contacts, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
     thickness, stiffness, viscosity, friction = law
     segments, fractions = contacts.segments, contacts.fractions
-    for i in prange(len(push)):
-        push[i] = 0.0
-        matrix[i] = 0.0
+    acts, push, direction, strength = out.acts, out.push, out.direction, out.strength
+    for i in prange(len(acts)):
+        acts[i] = False
         if not (who[segments[i, 0]] or who[segments[i, 1]]):
             continue
         n = (contacts.normals[i, 0], contacts.normals[i, 1], contacts.normals[i, 2])
@@ -86,9 +86,7 @@ def _linearise(push, matrix, contacts, points, velocities, masses, law, weights,
             along = span * (h * stiffness + viscosity)
             limit = friction * max(contacts.loads[i], force / (1.0 + along * w))
             across = min(span * limit / max(np.sqrt(dot(ut, ut)) - limit * span * w, CREEP), _FIRMEST / w)
+            acts[i] = True
+            strength[i, 0], strength[i, 1] = along, across
             for c in range(3):
-                push[i, c] = span * force * n[c] - across * ut[c]
-            m = along - across
-            matrix[i, 0], matrix[i, 1], matrix[i, 2] = across + m * n[0] * n[0], m * n[0] * n[1], m * n[0] * n[2]
-            matrix[i, 3], matrix[i, 4] = across + m * n[1] * n[1], m * n[1] * n[2]
-            matrix[i, 5] = across + m * n[2] * n[2]
+                direction[i, c], push[i, c] = n[c], span * force * n[c] - across * ut[c]

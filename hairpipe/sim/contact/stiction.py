@@ -28,7 +28,6 @@ from hairpipe.sim.contact.contacts import between, inverse_mass, normal_of
 from hairpipe.sim.contact.couplings import Couplings
 from hairpipe.sim.contact.near import near_pairs
 from hairpipe.sim.contact.pairs import Pairs, key_of
-from hairpipe.sim.forces.symmetric import outer
 from hairpipe.sim.forces.vectors import dot
 from hairpipe.sim.scene import Stiction
 
@@ -92,18 +91,18 @@ def linearise(
     who: np.ndarray,
     out: Couplings,
 ) -> None:
-    """Linearise what connections exert at the prediction of a stage. Those of hair that is not finite get zeros, as do
-    those between hairs that are not asked for.
+    """Linearise what connections exert at the prediction of a stage. Those of hair that is not finite do not act, nor
+    do those between hairs that are not asked for.
 
     points, velocities  at the prediction [m], [m/s], (points, 3)
     masses              of the points, inf where they are held [kg], (points,)
     weights             h, of the end of the stage [s], (points,)
     span                of time, that the stage covers [s]
     who                 points of strands that are solved, (points,) bool
-    out                 push and matrix are set, in place
+    out                 all but segments and fractions is set, in place
     """
     law = (stiffness_of(stiction), stiction.reach, stiction.release, stiction.damping)
-    _linearise(out.push, out.matrix, connections, points, velocities, masses, law, weights, span, who)
+    _linearise(out, connections, points, velocities, masses, law, weights, span, who)
 
 
 def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.ndarray:
@@ -138,12 +137,12 @@ def _hold_on(kept, connections, points, distance):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(push, matrix, connections, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
+def _linearise(out, connections, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
     stiffness, reach, far, fraction = law
     segments, fractions = connections.segments, connections.fractions
-    for i in prange(len(push)):
-        push[i] = 0.0
-        matrix[i] = 0.0
+    acts, push, direction, strength = out.acts, out.push, out.direction, out.strength
+    for i in prange(len(acts)):
+        acts[i] = False
         if not (who[segments[i, 0]] or who[segments[i, 1]]):
             continue
         apart, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
@@ -155,8 +154,8 @@ def _linearise(push, matrix, connections, points, velocities, masses, law, weigh
             c = 2.0 * fraction * present * np.sqrt(stiffness / w) if w > 0.0 else 0.0
             h, pull = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]]), k * (length - reach)
             force = -span * (pull + c * dot(u, d))
-            t = span * h * max(pull, 0.0) / max(length, _SMALLEST)
-            xx, xy, xz, yy, yz, zz = outer(span * (h * k + c) - t, d)
-            push[i, 0], push[i, 1], push[i, 2] = force * d[0], force * d[1], force * d[2]
-            matrix[i, 0], matrix[i, 1], matrix[i, 2] = xx + t, xy, xz
-            matrix[i, 3], matrix[i, 4], matrix[i, 5] = yy + t, yz, zz + t
+            acts[i] = True
+            strength[i, 0] = span * (h * k + c)
+            strength[i, 1] = span * h * max(pull, 0.0) / max(length, _SMALLEST)
+            for a in range(3):
+                direction[i, a], push[i, a] = d[a], force * d[a]

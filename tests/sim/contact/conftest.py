@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.couplings import Couplings
+from hairpipe.sim.contact.couplings import Couplings, matrices
+from hairpipe.sim.fours import WHOLE
 
 LENGTHS = [2, 5, 9, 3, 1800, 700]
 """Points of the strands; together more than one chunk of any kernel."""
@@ -19,11 +20,6 @@ def square(six):
     return np.asarray(six)[[0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(3, 3)
 
 
-def packed(matrices):
-    """Symmetric matrices (n, 3, 3) as xx xy xz yy yz zz."""
-    return np.ascontiguousarray(np.asarray(matrices).reshape(-1, 9)[:, [0, 1, 2, 4, 5, 8]])
-
-
 def relatives(couplings, points):
     """J of every coupling, (3, 3 points)."""
     for (a, b), (s, t) in zip(couplings.segments, couplings.fractions, strict=True):
@@ -36,8 +32,8 @@ def relatives(couplings, points):
 def whole_matrix(couplings, points):
     """The sum of J^T M J, (3 points, 3 points)."""
     whole = np.zeros((3 * points, 3 * points))
-    for J, M in zip(relatives(couplings, points), couplings.matrix, strict=True):
-        whole += J.T @ square(M) @ J
+    for J, M in zip(relatives(couplings, points), matrices(couplings), strict=True):
+        whole += J.T @ M @ J
     return whole
 
 
@@ -66,18 +62,22 @@ def offsets():
 
 @pytest.fixture
 def random_couplings():
-    """Give couplings between random segments, neighbours of one strand among them, in numbers of single precision."""
+    """Give couplings between random segments, neighbours of one strand among them, most of which act.
+
+    Their numbers are as precise as kernels keep them.
+    """
 
     def make(offsets, count, seed=0):
         rng = np.random.default_rng(seed)
         candidates = segments_of(offsets)
         pairs = np.sort(np.stack([rng.choice(candidates, 2, replace=False) for _ in range(count)]), axis=1)
         pairs[:3] = [[candidates[-2], candidates[-1]], [candidates[1], candidates[2]], [candidates[0], candidates[-1]]]
-        B = rng.normal(size=(count, 3, 3))
         fractions = rng.random((count, 2))
         fractions[3:5] = [[0.0, 1.0], [1.0, 0.0]]
-        matrix = packed(B @ B.transpose(0, 2, 1))
-        rounded = [array.astype(np.float32).astype(float) for array in (fractions, matrix)]
-        return Couplings(pairs, rounded[0], rng.normal(size=(count, 3)), rounded[1])
+        d = rng.normal(size=(count, 3))
+        d /= np.linalg.norm(d, axis=1)[:, None]
+        acts, push = rng.random(count) < 0.9, rng.normal(size=(count, 3))
+        kept = np.rint(fractions * WHOLE) / WHOLE, np.trunc(d * WHOLE) / WHOLE
+        return Couplings(pairs, kept[0], acts, push, kept[1], rng.random((count, 2)).astype(np.float32))
 
     return make

@@ -8,6 +8,7 @@ import pytest
 
 from hairpipe.sim.contact.conjugate import MOST, solve
 from hairpipe.sim.contact.couplings import Couplings, find_incidence, multiply_across, own_blocks, sides_of
+from hairpipe.sim.fours import WHOLE
 
 POINTS, STRANDS, LENGTH, MASS = 14, 10, 6e-3, 4e-8
 """Of a strand, strands; of a segment [m], of a point [kg]: real hair, 8 cm."""
@@ -88,9 +89,10 @@ def bundle(dense):
         pairs = np.stack([at * POINTS + level, other * POINTS + level], axis=1)[keep].astype(np.int32)
         n = rng.normal(size=(len(pairs), 3))
         n /= np.linalg.norm(n, axis=1)[:, None]
-        matrix = h * h * stiffness * n[:, [0, 0, 0, 1, 1, 2]] * n[:, [0, 1, 2, 1, 2, 2]]
-        fractions, matrix = (array.astype(np.float32).astype(float) for array in (rng.random((len(pairs), 2)), matrix))
-        couplings = Couplings(pairs, fractions, np.zeros((len(pairs), 3)), matrix)
+        strength = np.tile(np.float32([h * h * stiffness, 0.0]), (len(pairs), 1))
+        fractions, n = np.rint(rng.random((len(pairs), 2)) * WHOLE) / WHOLE, np.trunc(n * WHOLE) / WHOLE
+        acts = np.full(len(pairs), stiffness > 0.0)
+        couplings = Couplings(pairs, fractions, acts, np.zeros((len(pairs), 3)), n, strength)
         diagonal, following = np.zeros((total, 6)), np.zeros((total, 6))
         own_blocks(sides_of(couplings, find_incidence(pairs, total)), diagonal, following)
         own = own_matrix(diagonal, following)

@@ -54,9 +54,10 @@ def test_pushes_reach_points_by_their_weights_and_are_opposite(offsets, random_c
     out = np.ones((points, 3))
     add_push(couplings, find_incidence(couplings.segments, points), out)
     expected = np.ones((points, 3))
-    for (a, b), (s, t), push in zip(couplings.segments, couplings.fractions, couplings.push, strict=True):
+    for i in np.flatnonzero(couplings.acts):
+        (a, b), (s, t) = couplings.segments[i], couplings.fractions[i]
         for place, weight in ((a, 1 - s), (a + 1, s), (b, t - 1), (b + 1, -t)):
-            expected[place] += weight * push
+            expected[place] += weight * couplings.push[i]
     np.testing.assert_allclose(out, expected, atol=1e-12)
     np.testing.assert_allclose((out - 1).sum(axis=0), 0, atol=1e-11)
 
@@ -72,7 +73,7 @@ def test_threads_and_the_way_sets_are_joined_change_no_bit(offsets, random_coupl
     points = int(offsets[-1])
     couplings = random_couplings(offsets, 3000)
     parts = part_of(couplings, 0, 1000), part_of(couplings, 1000, 3000)
-    exerted = (np.concatenate([getattr(part, name) for part in parts]) for name in ("push", "matrix"))
+    exerted = (np.concatenate(fields) for fields in list(zip(*parts, strict=True))[2:])
     whole = Couplings(*join(*parts), *exerted)
     v = np.random.default_rng(1).normal(size=(points, 3))
     results = []
@@ -94,7 +95,7 @@ def test_what_is_not_a_number_stays_where_it_is_coupled(offsets, random_coupling
     points = int(offsets[-1])
     couplings = random_couplings(offsets, 50)
     v = np.ones((points, 3))
-    a, b = couplings.segments[7]
+    a, b = couplings.segments[np.flatnonzero(couplings.acts)[7]]
     v[a] = np.nan
     lost = np.flatnonzero(np.isnan(multiply(couplings, points, v)).any(axis=1))
     assert {b, b + 1} <= set(lost) and len(lost) < 50

@@ -6,7 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hairpipe.sim.contact.contacts import find_contacts
-from hairpipe.sim.contact.couplings import Couplings
+from hairpipe.sim.contact.couplings import Couplings, matrices
 from hairpipe.sim.contact.repulsion import linearise
 from hairpipe.sim.scene import Collisions
 
@@ -22,15 +22,11 @@ def couplings_of(pairs, points, velocities, law=LAW, h=H, at=None):
 
 def exerted(contacts, points, velocities, law=LAW, h=H, who=None):
     # In double precision, of which a step keeps half.
-    room, count = (np.empty((len(contacts.loads), 3)), np.empty((len(contacts.loads), 6))), len(points)
-    couplings = Couplings(contacts.segments, contacts.fractions, *room)
+    room, count = (np.zeros((len(contacts.loads), size)) for size in (3, 3, 2)), len(points)
+    couplings = Couplings(contacts.segments, contacts.fractions, np.empty(len(contacts.loads), np.bool_), *room)
     masses, who = np.full(count, MASS), np.ones(count, np.bool_) if who is None else who
     linearise(contacts, points, velocities, masses, law, np.full(count, h), h, who, couplings)
     return couplings
-
-
-def full(six):
-    return six[..., [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(*six.shape[:-1], 3, 3)
 
 
 @pytest.fixture
@@ -69,14 +65,14 @@ def test_matrix_is_that_of_the_push(cross):
     contacts = find_contacts(pairs, points, velocities, LAW)
     faster = np.outer([1, 1, 0, 0], change)
     after = exerted(contacts, moved, faster)
-    np.testing.assert_allclose(after.push, couplings.push - change @ full(couplings.matrix), rtol=1e-9, atol=1e-20)
+    np.testing.assert_allclose(after.push, couplings.push - change @ matrices(couplings), rtol=1e-9, atol=1e-20)
 
 
 def test_nothing_acts_beyond_the_thickness_and_nothing_pulls(heap):
     points, velocities, pairs = heap
     couplings = couplings_of(pairs, points, 30 * velocities)
     contacts = find_contacts(pairs, points, velocities, LAW)
-    acting = couplings.matrix.any(axis=1)
+    acting = couplings.acts
     assert (~acting[pairs.distances >= LAW.thickness]).all() and acting.sum() > 5
     assert not couplings.push[~acting].any()
     assert ((couplings.push * contacts.normals).sum(1)[acting] > 0).all()
@@ -84,7 +80,7 @@ def test_nothing_acts_beyond_the_thickness_and_nothing_pulls(heap):
 
 def test_matrices_are_positive(heap):
     points, velocities, pairs = heap
-    lowest = np.linalg.eigvalsh(full(couplings_of(pairs, points, velocities).matrix))[:, 0]
+    lowest = np.linalg.eigvalsh(matrices(couplings_of(pairs, points, velocities)))[:, 0]
     assert (lowest >= -1e-20).all()
 
 
@@ -102,9 +98,9 @@ def test_a_lone_contact_slides_by_coulombs_law_or_stops(cross, jacobian_of, spee
     velocities = np.outer([1, 1, 0, 0], [speed, 0.0, 0.0])
     couplings = couplings_of(pairs, points, velocities)
     J = jacobian_of(pairs, 4)
-    A = np.kron(np.eye(4), MASS * np.eye(3)) + J.T @ full(couplings.matrix)[0] @ J
+    A = np.kron(np.eye(4), MASS * np.eye(3)) + J.T @ matrices(couplings)[0] @ J
     dv = np.linalg.solve(A, J.T @ couplings.push[0])
-    impulse = couplings.push[0] - full(couplings.matrix)[0] @ (J @ dv)
+    impulse = couplings.push[0] - matrices(couplings)[0] @ (J @ dv)
     after = (J @ (velocities.ravel() + dv))[0]
     limit = H * LAW.friction * LAW.stiffness * 1e-5
     if limit / MASS < speed:
@@ -133,8 +129,8 @@ def test_turned_hair_gets_turned_pushes(heap):
     one = couplings_of(pairs, points, velocities)
     two = couplings_of(pairs, points @ turn.T, velocities @ turn.T)
     np.testing.assert_allclose(two.push, one.push @ turn.T, atol=1e-9 * np.abs(one.push).max())
-    expected = turn @ full(one.matrix) @ turn.T
-    np.testing.assert_allclose(full(two.matrix), expected, atol=1e-9 * np.abs(expected).max())
+    expected = turn @ matrices(one) @ turn.T
+    np.testing.assert_allclose(matrices(two), expected, atol=1e-9 * np.abs(expected).max())
 
 
 def test_threads_do_not_matter(heap):
@@ -145,7 +141,7 @@ def test_threads_do_not_matter(heap):
         one = couplings_of(pairs, points, velocities)
     finally:
         numba.set_num_threads(threads)
-    assert (one.push == many.push).all() and (one.matrix == many.matrix).all()
+    assert (one.push == many.push).all() and (matrices(one) == matrices(many)).all()
 
 
 def test_what_hairs_that_are_not_solved_do_to_each_other_is_left_out(heap):
@@ -155,6 +151,7 @@ def test_what_hairs_that_are_not_solved_do_to_each_other_is_left_out(heap):
     who = np.random.default_rng(2).random(len(points)) < 0.3
     some = exerted(contacts, points, velocities, who=who)
     asked = who[pairs.segments].any(axis=1)
-    assert everyone.matrix[asked].any() and everyone.matrix[~asked].any()
-    for one, all_of_them in ((some.push, everyone.push), (some.matrix, everyone.matrix)):
+    assert everyone.acts[asked].any() and everyone.acts[~asked].any()
+    np.testing.assert_array_equal(some.acts, everyone.acts & asked)
+    for one, all_of_them in zip(some[3:], everyone[3:], strict=True):
         np.testing.assert_array_equal(one, np.where(asked[:, None], all_of_them, 0.0))
