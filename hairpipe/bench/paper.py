@@ -83,6 +83,7 @@ def measure_scene(say: Callable[[str], None], name: str, path: Path, store: Stor
         say(f"{name}: frame {frame + 1} of {SETTLING} before the first that counts")
         replay.advance(replay.arguments())
     found: list[tuple[float, dict[str, float]]] = []
+    arguments = replay.arguments()
     for frame in range(FRAMES):
         say(f"{name}: frame {frame + 1} of {FRAMES}")
         arguments = replay.arguments()

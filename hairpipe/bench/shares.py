@@ -28,7 +28,7 @@ def shares_of(work: Callable[[], object]) -> dict[str, float]:
     profile = cProfile.Profile()
     profile.runcall(work)
     stats = pstats.Stats(profile).stats  # type: ignore[attr-defined]
-    seconds = dict.fromkeys(PARTS, 0.0)
+    seconds: dict[str, float] = dict.fromkeys(PARTS, 0.0)
     for function, (_, _, own, _, _) in stats.items():
         for caller, part_of_it in _charged(function, own, stats, 0).items():
             seconds[part_of(Path(caller))] += part_of_it

@@ -61,7 +61,7 @@ def join(meshes: tuple[Mesh, ...]) -> Mesh:
     """Return several meshes as one, each in its own place; those that do not say how they move stand still."""
     firsts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
     still = all(mesh.velocities is None for mesh in meshes)
-    speeds = [np.zeros_like(mesh.points) if mesh.velocities is None else mesh.velocities for mesh in meshes]
+    speeds = [mesh.rates for mesh in meshes]
     return Mesh(
         np.concatenate([mesh.points for mesh in meshes]),
         np.concatenate([mesh.triangles + first for mesh, first in zip(meshes, firsts, strict=False)]).astype(np.int32),

@@ -4,6 +4,7 @@ import json
 import re
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,7 @@ AGES = {"s": 1, "min": 60, "h": 3600, "d": 86400, "w": 7 * 86400}
 SIZES = {"": 1, "B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
 
 
-def measured(units: dict[str, int]) -> "click.decorators.Callable":
+def measured(units: dict[str, int]) -> Callable:
     """Make a reader of a number with a unit, such as 7d or 20GB."""
 
     def read(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:

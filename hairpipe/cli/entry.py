@@ -1,6 +1,7 @@
 """`hairpipe`: finds the command, and says in one message what went wrong."""
 
 import importlib
+import io
 import os
 import sys
 from contextlib import suppress
@@ -82,6 +83,6 @@ def commands() -> None:
 def main() -> None:
     """Run the command line of this process."""
     for stream in (sys.stdout, sys.stderr):
-        if stream is not None:
+        if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a file name may be no text
     commands(prog_name="hairpipe")

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 def shipped_graphs() -> dict[str, Path]:
     """List the graphs that are installed with hairpipe, by name."""
-    import hairpipe.graphs
+    import hairpipe.graphs  # pyright: ignore[reportMissingImports] - the folder graphs, once installed
 
     folder = Path(hairpipe.graphs.__file__).parent
     return {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.toml"))}

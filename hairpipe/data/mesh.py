@@ -19,3 +19,8 @@ class Mesh:
     triangles: np.ndarray
     velocities: np.ndarray | None = None
     uv: np.ndarray | None = None
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Velocities of the vertices, 0 where the mesh does not move [m/s], (n, 3) float64."""
+        return np.zeros_like(self.points) if self.velocities is None else self.velocities

@@ -50,7 +50,7 @@ class CodeReader:
     def code_of(self, module: str) -> Code:
         """Digest a module with everything first-party behind it and the versions of what is not."""
         first_party, foreign = self._closure(module)
-        parts = {name: self._source(name).digest for name in first_party}
+        parts = {name: source.digest for name in first_party if (source := self._source(name)) is not None}
         parts |= {f"{name} (version)": version(name) for name in sorted({*ALWAYS, *foreign})}
         return Code(digest("code", parts), parts)
 
@@ -63,16 +63,17 @@ class CodeReader:
             name = queue.pop()
             if name in found or name == ENGINE or name.startswith(ENGINE + "."):
                 continue
-            if self._source(name) is None:
+            source = self._source(name)
+            if source is None:
                 foreign |= {name.partition(".")[0]} - sys.stdlib_module_names
                 continue
             found.add(name)
-            queue.extend(self._imported(name))
+            queue.extend(self._imported(name, source))
         return sorted(found), foreign
 
-    def _imported(self, module: str) -> Iterator[str]:
+    def _imported(self, module: str, source: Source) -> Iterator[str]:
         """Name the modules behind each import of a first-party module."""
-        for target, name, _ in self._source(module).imports:
+        for target, name, _ in source.imports:
             target = self._absolute(module, target)
             yield target if name is None else self._binder(target, name, set())
 
@@ -100,8 +101,8 @@ class CodeReader:
         """Analyse a first-party module; None for anything else."""
         if module not in self._sources:
             spec = self._spec(module)
-            first_party = spec is not None and is_first_party(module, spec)
-            self._sources[module] = self._read(Path(spec.origin)) if first_party else None
+            origin = spec.origin if spec is not None and is_first_party(module, spec) else None
+            self._sources[module] = None if origin is None else self._read(Path(origin))
         return self._sources[module]
 
     def _read(self, path: Path) -> Source:

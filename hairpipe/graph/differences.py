@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, TypeGuard
 
 from hairpipe.graph.key import Parts
 from hairpipe.graph.store import Store
@@ -78,7 +78,7 @@ def is_file(value: Any) -> bool:
     return isinstance(value, dict) and value.keys() == {"file", "suffix"}
 
 
-def is_group(value: Any) -> bool:
+def is_group(value: Any) -> TypeGuard[dict[str, Any]]:
     """Whether a keyed setting is a group."""
     return isinstance(value, dict) and not is_file(value)
 

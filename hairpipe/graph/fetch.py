@@ -1,6 +1,5 @@
 """Looks up the value of a node at a frame, for whoever wants to see it."""
 
-import importlib
 from typing import Any
 
 from hairpipe.errors import BadInput
@@ -10,7 +9,7 @@ from hairpipe.graph.plan import explain
 from hairpipe.graph.settings import nearest
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.tasks import Task
-from hairpipe.graph.values import Values
+from hairpipe.graph.values import Values, codec_named
 
 
 def fetch(graph: Graph, store: Store, task: Task, output: str | None = None, codec: str = CODEC) -> Any:
@@ -26,7 +25,7 @@ def fetch(graph: Graph, store: Store, task: Task, output: str | None = None, cod
     if name not in outputs:
         raise BadInput(f"'{task.node}' has no output '{name}'", where=graph.path, right=nearest(name, list(outputs)))
     try:
-        return Values(store, importlib.import_module(codec), 0).get(found.record.outputs[name].object, outputs[name])
+        return Values(store, codec_named(codec), 0).get(found.record.outputs[name].object, outputs[name])
     except LostObject:
         thinned = name == graph.nodes[task.node].type.state
         right = "checkpoint = 1 in the graph file keeps every state" if thinned else "hairpipe run computes it again"

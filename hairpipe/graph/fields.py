@@ -93,7 +93,7 @@ def read_field(name: str, annotation: Any, default: Any, document: str) -> Field
     """Describe one setting; `document` is the docstring that explains it in a line `name  text`."""
     bare, optional = without_none(annotation)
     found = Field(name, bare, default, optional, help_line(document, name))
-    if dataclasses.is_dataclass(found.base):
+    if isinstance(found.base, type) and dataclasses.is_dataclass(found.base):
         return dataclasses.replace(found, group=group_fields(found.base))
     if not is_value(found.base):
         raise TypeError(f"setting '{name}': {annotation} is neither a value nor a frozen dataclass of values")

@@ -1,6 +1,6 @@
 """From tables to a graph: every name, type, edge and setting is checked before anything runs."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Any
@@ -87,7 +87,7 @@ def read_frames(text: GraphText) -> tuple[int, int]:
 def read_fps(text: GraphText) -> float:
     """Read `fps`."""
     fps = text.tables.get("fps")
-    if type(fps) not in (int, float) or not 0.01 <= fps <= 100_000:
+    if not isinstance(fps, (int, float)) or isinstance(fps, bool) or not 0.01 <= fps <= 100_000:
         what = "no fps" if fps is None else f"fps = {str(fps)[:60]} is no frame rate"
         raise BadInput(what, where=text.place(None, ["fps"]), right="fps = 24; a number in 1/s, 0.01 to 100000")
     return float(fps)
@@ -106,7 +106,7 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Cata
     except BadInput as error:
         raise BadInput(error.what, where=text.place(name, ["type"]), right=error.right) from error
 
-    def place(names: list[str]) -> str:
+    def place(names: Sequence[str]) -> str:
         return f"{text.place(name, names)} {type_name}"
 
     given = {key: value for key, value in table.items() if key not in RESERVED}

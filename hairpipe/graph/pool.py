@@ -90,10 +90,10 @@ class Pool:
 
     def receive(self, timeout: float | None) -> Iterator[tuple[Task, dict[str, Any]]]:
         """Wait for replies; a worker that died gives the failure that says so."""
-        members = {member.connection: member for member in self.busy}
-        for connection in wait(list(members), timeout):
-            member = members[connection]
+        ready = wait([member.connection for member in self.busy], timeout)
+        for member in [member for member in self.busy if member.connection in ready]:
             task, member.task = member.task, None
+            assert task is not None
             try:
                 reply = json.loads(member.connection.recv_bytes())
             except (EOFError, OSError):

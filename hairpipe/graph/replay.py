@@ -57,6 +57,7 @@ class Replay:
         node = self.graph.nodes[self.name]
         result = node.type.function(**arguments)
         outputs = {SINGLE: result} if SINGLE in node.type.outputs else result._asdict()
+        assert node.type.state is not None
         self._state = outputs[node.type.state]
         self.frame += 1
         return result

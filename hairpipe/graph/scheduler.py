@@ -4,12 +4,12 @@ One rule covers a cold start, a resumed one, thinned states and damaged objects:
 not there sends its producer back to work, and that one may in turn send its own.
 """
 
-from collections import Counter, deque
+from collections import Counter, defaultdict, deque
 from contextlib import suppress
 from typing import Any
 
 from hairpipe.graph.atomic import sweep
-from hairpipe.graph.events import Event, Failure, Options, Outcome, Report
+from hairpipe.graph.events import Event, Failure, Kind, Options, Outcome, Report
 from hairpipe.graph.files import File
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.key import action_key
@@ -50,7 +50,7 @@ class Scheduler:
         self.ended: set[Task] = set()
         self.losses: Counter[Task] = Counter()
         self.counts: Counter[str] = Counter()
-        self.seconds: Counter[str] = Counter()
+        self.seconds: defaultdict[str, float] = defaultdict(float)
         self.published: list[str] = []
         self.swept: set[object] = set()
 
@@ -181,7 +181,7 @@ class Scheduler:
             self.fail(Failure(task, "disk", f"objects are damaged again and again in {self.store.root}"))
         return self.losses[task] <= MOST_LOSSES
 
-    def establish(self, task: Task, record: Record, how: str) -> None:
+    def establish(self, task: Task, record: Record, how: Kind) -> None:
         """Take a result as known, publish it, and wake those that wait for it."""
         before = self.resolver.results.get(task)
         self.resolver.results[task] = record

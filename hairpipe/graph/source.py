@@ -55,7 +55,7 @@ def imports_of(statement: ast.AST) -> list[tuple[str, str | None, str]]:
 
 def definitions(tree: ast.Module) -> set[str]:
     """Collect the names that a module binds itself."""
-    named = ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
+    named = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
     names = {node.name for node in tree.body if isinstance(node, named)}
     stored = (node for statement in tree.body if not isinstance(statement, named) for node in ast.walk(statement))
     return names | {node.id for node in stored if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}

@@ -69,7 +69,7 @@ def unroll(graph: Graph, frames: tuple[int, ...]) -> dict[Task, Inputs]:
         wanted |= {at(node, frame) for frame in frames}
         own = {task.frame for task in wanted if task.node == node.name}
         if node.type.mode == "scan":
-            own = set(range(graph.frames[0], max(own) + 1))
+            own = set(range(graph.frames[0], max(frame for frame in own if frame is not None) + 1))
         for frame in own:
             task = Task(node.name, frame)
             tasks[task] = inputs_of(graph, task, frames)

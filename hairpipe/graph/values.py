@@ -7,6 +7,7 @@ change what another one sees, and a value that was just computed is the same, by
 
 import copy
 import errno
+import importlib
 import json
 import os
 import shutil
@@ -14,7 +15,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NoReturn, Protocol, cast
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.atomic import replacing
@@ -37,6 +38,11 @@ class Codec(Protocol):
     write: Callable[[Any, Path], None]
     read: Callable[[Path], Any]
     build: Callable[[Any, Any], Any]
+
+
+def codec_named(name: str) -> Codec:
+    """Return the codec that a module is."""
+    return cast(Codec, importlib.import_module(name))
 
 
 class Values:
@@ -94,7 +100,7 @@ class Values:
         while self._held > self.limit and self._trees:
             self._held -= self.codec.nbytes(self._trees.popitem(last=False)[1])
 
-    def _lose(self, name: str) -> None:
+    def _lose(self, name: str) -> NoReturn:
         self.store.remove(self.store.object_path(name))
         raise LostObject(name)
 

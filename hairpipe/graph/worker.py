@@ -6,7 +6,6 @@ store, the object that was lost, or what went wrong. A worker dies with its coor
 
 import ctypes
 import errno
-import importlib
 import json
 import os
 import shutil
@@ -32,7 +31,7 @@ from hairpipe.graph.frames import Frames, Pair, Reached, Time
 from hairpipe.graph.record import Output, Record
 from hairpipe.graph.settings import build_settings
 from hairpipe.graph.store import LostObject, Store
-from hairpipe.graph.values import Values
+from hairpipe.graph.values import Values, codec_named
 
 MOST_WARNINGS = 20
 PR_SET_PDEATHSIG = 1
@@ -48,7 +47,7 @@ class Worker:
     def __init__(self, hello: Job, is_orphan: Callable[[], bool]) -> None:
         self.catalogue = Catalogue(Path(hello["folder"]))
         self.store = Store(Path(hello["store"]))
-        self.values = Values(self.store, importlib.import_module(hello["codec"]), hello["memory"])
+        self.values = Values(self.store, codec_named(hello["codec"]), hello["memory"])
         self.is_orphan = is_orphan
 
     def reply(self, job: Job) -> Reply:
@@ -106,6 +105,7 @@ class Worker:
         for name in node_type.asks_time:
             arguments[name] = Time(job["time"]["frame"], job["time"]["fps"])
         for name in node_type.asks_workspace:
+            assert folder is not None
             arguments[name] = Workspace(folder)
         if node_type.state is not None:
             state = job["inputs"]["previous"]

@@ -58,8 +58,8 @@ def take_apart(value: Any, name: str = "value") -> Tree:
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
         return take_apart(fields, name)
-    if isinstance(value, tuple) and hasattr(value, "_fields"):
-        return take_apart(value._asdict(), name)
+    if isinstance(value, tuple) and (names := getattr(value, "_fields", None)) is not None:
+        return take_apart(dict(zip(names, value, strict=True)), name)
     if isinstance(value, dict):
         return {checked_text(key, name): take_apart(item, f"{name}.{key}") for key, item in value.items()}
     if isinstance(value, np.ndarray):
@@ -109,7 +109,7 @@ def digest_tree(tree: Tree) -> str:
         head = (array.dtype.str, array.shape) if array is not None else (type(leaf).__name__, leaf)
         state.update(repr((path, *head)).encode())
         if array is not None and array.size:
-            state.update(array)
+            state.update(array.data)
     return state.hexdigest()
 
 
@@ -171,10 +171,13 @@ def read_group(group: h5py.Group, size: int) -> dict[str, Tree]:
     tree: dict[str, Tree] = {}
     for name, value in group.attrs.items():
         tree[unescape(name)] = None if isinstance(value, h5py.Empty) else plain_scalar(value, name)
-    for name in group:
-        item = group[name]
-        is_group = isinstance(item, h5py.Group)
-        tree[unescape(name)] = read_group(item, size) if is_group else read_dataset(item, size)
+    for name, item in group.items():
+        if isinstance(item, h5py.Group):
+            tree[unescape(name)] = read_group(item, size)
+        elif isinstance(item, h5py.Dataset):
+            tree[unescape(name)] = read_dataset(item, size)
+        else:
+            raise ValueError(f"{name} is neither a group nor an array")
     return tree
 
 
@@ -184,11 +187,11 @@ def read_dataset(dataset: h5py.Dataset, size: int) -> Tree:
         raise ValueError(f"{dataset.name} is larger than its file")
     if dataset.dtype.kind == "S":
         texts = dataset.asstr()[()]
-        return texts if dataset.ndim == 0 else tuple(texts.tolist())
+        return tuple(texts.tolist()) if isinstance(texts, np.ndarray) else texts
     array = np.empty(dataset.shape, dataset.dtype)
     if array.size:
         dataset.read_direct(array)
-    return plain_array(array, dataset.name)
+    return plain_array(array, str(dataset.name))
 
 
 def escape(name: str) -> str:
@@ -205,12 +208,17 @@ def unescape(name: str) -> str:
     return name
 
 
+def has_fields(kind: Any) -> bool:
+    """Whether values of a type consist of values with names: dataclasses, and tuples whose places have names."""
+    return hasattr(kind, "__annotations__") and (dataclasses.is_dataclass(kind) or issubclass(kind, tuple))
+
+
 def build(kind: Any, tree: Tree) -> Any:
     """Build a value of this type from a tree, sharing its arrays; TypeError where the tree does not fit."""
     if get_origin(kind) in (Union, types.UnionType):
         inner = [option for option in get_args(kind) if option is not type(None)]
         return None if tree is None and len(inner) < len(get_args(kind)) else build(inner[0], tree)
-    if hasattr(kind, "__annotations__") and (dataclasses.is_dataclass(kind) or issubclass(kind, tuple)):
+    if has_fields(kind):
         hints = field_types(kind)
         if not isinstance(tree, dict) or tree.keys() != hints.keys():
             found = ", ".join(tree) if isinstance(tree, dict) else type(tree).__name__

@@ -47,5 +47,5 @@ def bake_surface(surface: Surface, voxel: float, half_width: float) -> tuple[Lev
     outer = outer_surface(surface, marks, lattice)
     tree = tree_over(outer.surface.corners)
     bricks = filled_bricks(tree, outer.surface.velocities, lattice, marks, half_width * voxel)
-    found = LevelSet(bricks.index, bricks.distance, bricks.velocity, lattice.first * voxel, voxel, half_width)
+    found = LevelSet(bricks.places, bricks.distance, bricks.velocity, lattice.first * voxel, voxel, half_width)
     return found, outer.lost

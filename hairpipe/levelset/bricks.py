@@ -19,12 +19,12 @@ MOST_STORED = 100_000_000
 class Bricks(NamedTuple):
     """The bricks of a band, as LevelSet holds them.
 
-    index     of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
+    places    number of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
     distance  [m], (B, 9, 9, 9) float32
     velocity  [m/s], (B, 9, 9, 9, 3) float32
     """
 
-    index: np.ndarray
+    places: np.ndarray
     distance: np.ndarray
     velocity: np.ndarray
 

@@ -84,11 +84,11 @@ def capped(mesh: Mesh, found: list[Hole]) -> Mesh:
     The middle moves as the edge does. A fan over a bent or hollow loop may fold over itself;
     it is closed all the same, which is what the sign of the distance needs.
     """
-    points, triangles, velocities = [mesh.points], [mesh.triangles], [mesh.velocities]
+    points, triangles, velocities = [mesh.points], [mesh.triangles], [mesh.rates]
     for number, hole in enumerate(found):
         hub = np.full(len(hole.loop), len(mesh.points) + number)
         points.append(hole.centre[None])
-        velocities.append((hole.weights @ mesh.velocities[hole.loop])[None])
+        velocities.append((hole.weights @ mesh.rates[hole.loop])[None])
         triangles.append(np.stack([np.roll(hole.loop, -1), hole.loop, hub], axis=1))
     return Mesh(np.concatenate(points), np.concatenate(triangles).astype(np.int32), np.concatenate(velocities))
 

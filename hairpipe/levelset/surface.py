@@ -43,7 +43,7 @@ def closed_surface(mesh: Mesh, open_edges: str) -> Surface:
     if crowded:
         warn(f"body: {crowded} edges have more than two triangles; what the outside touches is used", stacklevel=2)
     mesh = capped(mesh, found)
-    surface = Surface(mesh.points[mesh.triangles], mesh.velocities[mesh.triangles])
+    surface = Surface(mesh.points[mesh.triangles], mesh.rates[mesh.triangles])
     wide_triangles(surface.corners)  # of a flat body there are none: it is refused before the samples are searched
     return surface
 
@@ -58,7 +58,7 @@ def checked(mesh: Mesh) -> Mesh:
     if len(wild):
         right = f"indices 0 to {len(points) - 1}"
         raise BadInput(f"triangle {wild[0]} names points {triangles[wild[0]].tolist()}", where="body", right=right)
-    velocities = np.zeros_like(points) if mesh.velocities is None else mesh.velocities
+    velocities = mesh.rates
     if velocities.shape != points.shape:
         right = f"one for each of the {len(points)} points"
         raise BadInput(f"the mesh has {len(velocities)} velocities", where="body", right=right)

@@ -20,8 +20,8 @@ def lead(groom: Groom, time: float, roots: Track, wave: Wave | None, tips: Track
     if wave:
         course = course_of_wave(wave, time)
         root = after(turned(course, unit(wave.axis, "axis"), first + np.array(wave.pivot)), root)
-    is_free = tips is None or (release is not None and time > release + INSTANT)
-    tip = Motion(*np.full((2, *root.place.shape), np.nan)) if is_free else follow(tips, last, time)
+    held = tips if release is None or time <= release + INSTANT else None
+    tip = Motion(*np.full((2, *root.place.shape), np.nan)) if held is None else follow(held, last, time)
     return Ends(root.place, root.rate, tip.place, tip.rate)
 
 

@@ -4,6 +4,8 @@ from llvmlite import ir
 from numba import types
 from numba.core.extending import intrinsic
 
+AHEAD = 24
+"""Entries of a list before it is their turn, when what they lead to is best asked for."""
 _NUMBER = ir.IntType(32)
 _READ, _ALL_CACHES, _DATA = _NUMBER(0), _NUMBER(3), _NUMBER(1)
 

@@ -13,6 +13,7 @@ strand's result depends neither on its lane nor on its neighbours.
 
 import operator
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from llvmlite import ir
@@ -20,7 +21,7 @@ from numba import types
 from numba.core import cgutils
 from numba.core.errors import TypingError
 from numba.core.extending import intrinsic, lower_builtin, lower_cast, models, register_model
-from numba.core.typeconv import Conversion
+from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numpy.typing import DTypeLike
 
@@ -87,6 +88,9 @@ def _common(*args: types.Type) -> LanesType | None:
     return kinds.pop() if numbers and len(kinds) == 1 else None
 
 
+_infer: Any = infer_global  # whose declaration says that it gives None
+
+
 def _define_operator(op: Callable, result: Callable[[LanesType], types.Type], emit: Callable) -> None:
     """Let op take two lanes, or lanes and a number, and lower it with emit(builder, a, b)."""
 
@@ -95,7 +99,7 @@ def _define_operator(op: Callable, result: Callable[[LanesType], types.Type], em
             lanes = _common(*args) if len(args) == 2 else None
             return signature(result(lanes), lanes, lanes) if lanes else None
 
-    infer_global(op)(_Template)
+    _infer(op)(_Template)
     lower_builtin(op, LanesType, LanesType)(lambda context, builder, sig, args: emit(builder, *args))
 
 
@@ -112,7 +116,7 @@ _define_operator(operator.gt, MaskType, lambda b, x, y: b.fcmp_ordered(">", x, y
 _define_operator(operator.le, MaskType, lambda b, x, y: b.fcmp_ordered("<=", x, y))
 
 
-@infer_global(operator.neg)
+@_infer(operator.neg)
 class _NegateTemplate(AbstractTemplate):
     def generic(self, args: tuple, kws: dict) -> object:
         return signature(args[0], args[0]) if isinstance(args[0], LanesType) else None

@@ -1,6 +1,5 @@
 """What the store holds of a graph after a run: values, and how long they took."""
 
-import importlib
 from collections.abc import Iterable
 from typing import Any
 
@@ -10,7 +9,7 @@ from hairpipe.graph.plan import plan
 from hairpipe.graph.record import Record
 from hairpipe.graph.store import Store
 from hairpipe.graph.tasks import Task
-from hairpipe.graph.values import Values
+from hairpipe.graph.values import Values, codec_named
 
 
 class Results:
@@ -30,7 +29,7 @@ class Results:
     def value(self, name: str) -> Any:
         """Read the value of a node for the shot, of one output."""
         output, kind = next(iter(self._graph.nodes[name].type.outputs.items()))
-        values = Values(self._store, importlib.import_module(CODEC), 0)
+        values = Values(self._store, codec_named(CODEC), 0)
         return values.get(self.record(Task(name, None)).outputs[output].object, kind)
 
     def seconds(self, name: str, frames: Iterable[int]) -> list[float]:

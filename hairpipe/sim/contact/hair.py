@@ -11,23 +11,18 @@ from hairpipe.sim.contact.contacts import REACH, Contacts, find_contacts
 from hairpipe.sim.contact.couplings import (
     Incidence,
     Joined,
-    Sides,
     add_push,
     couplings_at,
     find_incidence,
-    follow,
-    impulses_after,
     join,
-    multiply_across,
-    own_blocks,
     part_of,
-    sides_of,
 )
 from hairpipe.sim.contact.ignored import united
 from hairpipe.sim.contact.near import near_pairs
 from hairpipe.sim.contact.nearest import closest_pairs
 from hairpipe.sim.contact.pairs import key_of
 from hairpipe.sim.contact.repulsion import linearise as linearise_contacts
+from hairpipe.sim.contact.sides import Sides, follow, impulses_after, multiply_across, own_blocks, sides_of
 from hairpipe.sim.contact.stiction import Connections, connect, no_connections, release, room
 from hairpipe.sim.contact.stiction import linearise as linearise_connections
 from hairpipe.sim.contact.sweep import sweep

@@ -7,7 +7,7 @@ def area_vectors(points: np.ndarray, fours: np.ndarray) -> tuple[np.ndarray, np.
     """Gradients of six times the volume of fours of particles, and that volume: (t, 4, 3) [m^2] and (t,) [m^3]."""
     a, b, c, d = (points[fours[:, i]] for i in range(4))
     n1, n2, n3 = np.cross(c - a, d - a), np.cross(d - a, b - a), np.cross(b - a, c - a)
-    n0 = -(n1 + n2 + n3)
+    n0 = np.negative(n1 + n2 + n3)
     return np.stack([n0, n1, n2, n3], axis=1), np.sum(n1 * (b - a), axis=1)
 
 

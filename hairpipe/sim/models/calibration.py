@@ -103,8 +103,8 @@ def rod_stiffness(constants: np.ndarray, turn: float) -> np.ndarray:
     moved[free] = np.linalg.solve(hessian, loads.reshape(-1, 3)[free])
     moved = moved.reshape(-1, 3, 3)
     start = 2 * _MARGIN
-    turn = [np.diag(_rotation(particles, moved, p)) for p in (start, start + 2 * _PROBED)]
-    per_length = (turn[1] - turn[0]) / _PROBED
+    first, last = (np.diag(_rotation(particles, moved, p)) for p in (start, start + 2 * _PROBED))
+    per_length = (last - first) / _PROBED
     return 1 / np.array([per_length[:2].mean(), per_length[2]])
 
 

@@ -68,4 +68,4 @@ def spring_constant(model: Any, block: Any, p: Any, offset: Any) -> Any:
 
 def is_model(numba_type: types.Type, model: type) -> bool:
     """Whether numba's type is that of the model's NamedTuple."""
-    return isinstance(numba_type, types.BaseNamedTuple) and numba_type.instance_class is model
+    return isinstance(numba_type, types.BaseNamedTuple) and getattr(numba_type, "instance_class", None) is model

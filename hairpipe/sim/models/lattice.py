@@ -115,7 +115,7 @@ def area_vectors(particles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     n1 = np.cross(c - a, d - a)
     n2 = np.cross(d - a, b - a)
     n3 = np.cross(b - a, c - a)
-    return np.stack([-(n1 + n2 + n3), n1, n2, n3], axis=2), np.sum(n1 * (b - a), axis=2)
+    return np.stack([np.negative(n1 + n2 + n3), n1, n2, n3], axis=2), np.sum(n1 * (b - a), axis=2)
 
 
 def rest_heights(particles: np.ndarray) -> np.ndarray:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.contact.conjugate import MOST, solve
-from hairpipe.sim.contact.couplings import Couplings, find_incidence, multiply_across, own_blocks, sides_of
+from hairpipe.sim.contact.couplings import Couplings, find_incidence
+from hairpipe.sim.contact.sides import multiply_across, own_blocks, sides_of
 from hairpipe.sim.fours import WHOLE
 
 POINTS, STRANDS, LENGTH, MASS = 14, 10, 6e-3, 4e-8

@@ -3,18 +3,8 @@
 import numba
 import numpy as np
 
-from hairpipe.sim.contact.couplings import (
-    Couplings,
-    add_push,
-    find_incidence,
-    follow,
-    impulses_after,
-    join,
-    multiply_across,
-    own_blocks,
-    part_of,
-    sides_of,
-)
+from hairpipe.sim.contact.couplings import Couplings, add_push, find_incidence, join, part_of
+from hairpipe.sim.contact.sides import follow, impulses_after, multiply_across, own_blocks, sides_of
 
 SINGLE = 1e-6
 """Other sides are multiplied in single precision."""
