@@ -10,7 +10,7 @@ PARTS = ("strands", "search", "stiction", "coupling", "collision", "body")
 _OF_CONTACT = {
     "body": ("body", "hold", "project", "drape", "squeeze", "folds"),
     "stiction": ("stiction", "ignored", "pairs"),
-    "coupling": ("couplings", "conjugate", "repulsion", "contacts", "hair"),
+    "coupling": ("couplings", "sides", "conjugate", "repulsion", "contacts", "hair"),
     "search": ("near", "nearest", "closest", "swept", "search", "tree", "curve", "segments", "found", "distances"),
     "collision": ("collision", "crossings", "coplanar", "encounter", "grazing", "signs", "crossing_normal", "sweep"),
 }
