@@ -4,7 +4,15 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
-from hairpipe.sim.contact.distances import MOVING, blur_of, farthest, fastest_squared, squared_distances
+from hairpipe.sim.contact.distances import (
+    MOVING,
+    blur_of,
+    farthest,
+    fastest_squared,
+    kept_apart,
+    length_squared,
+    shortest_ways,
+)
 from hairpipe.sim.contact.found import CHUNK, gather_pairs, note
 from hairpipe.sim.contact.pairs import Known
 from hairpipe.sim.contact.tree import LANES, MOST_OPEN, SINGLE, Tree, box_of, find_leaves, overlapping
@@ -71,10 +79,15 @@ def _reached(rows, leaf, few, mine, lane, reach):  # noqa: ANN001, ANN202
     """Return which segments of a leaf may get within reach of one, a bit for each.
 
     They come nearer than at half time by no more than the largest displacement of their ends relative to each other.
+    Most that move so far slide past each other: a plane keeps them apart.
     """
-    squared = squared_distances(rows, leaf, few, mine, lane)
+    way = shortest_ways(rows, leaf, few, mine, lane)
+    squared = length_squared(*way)
     reach = SINGLE(reach + blur_of(few, mine, lane))
     if few.shape[1] == MOVING:
         gain = sqrt(fastest_squared(rows, leaf, few, mine, lane)) * SINGLE(1.0 + 1e-5)
-        return bits(squared <= farthest(rows, leaf, few, mine, lane, gain + reach))
+        near = bits(squared <= farthest(rows, leaf, few, mine, lane, gain + reach))
+        if near != 0:
+            near &= ~bits(kept_apart(rows, leaf, few, mine, lane, way, reach, gain))
+        return near
     return bits(squared <= farthest(rows, leaf, few, mine, lane, reach))

@@ -79,6 +79,17 @@ def test_few_are_listed_that_do_not_come_near(brute):
     assert (flung[:, 0] >= 11).sum() <= 1.02 * len(found)
 
 
+def test_what_slides_past_is_not_listed_until_it_comes_near():
+    """Two layers of hair, askew to all axes, of which one slides over the other by more than their distance."""
+    grid = np.stack(np.meshgrid(np.arange(12.0), np.arange(12.0), [0.0, 0.5], indexing="ij"), axis=-1)
+    points = grid.transpose(2, 0, 1, 3).reshape(-1, 3) @ np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+    offsets = np.arange(0, len(points) + 1, 12, dtype=np.int32)
+    above, across = np.arange(len(points)) >= len(points) // 2, points[12] - points[0]
+    after = points + above[:, None] * 2.7 * across
+    near, far = swept(points, after, offsets, 0.55), swept(points, after, offsets, 0.45)
+    assert len(near) > 300 and len(far) == 0
+
+
 @pytest.mark.parametrize("motion", ["a little", "a turn", "one strand is thrown", "rest"])
 def test_what_moves_otherwise_is_found_among_what_moves_as_before(scene, brute, motion):
     before, offsets, reach = scene
