@@ -115,23 +115,19 @@ def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):  # noqa: ANN0
     distance  with what `blur_of` the one is
     drift     the largest relative displacement, root of `fastest_squared`, as lanes
 
-    Told by their gap along the way as it is when they pass each other, the least of one less the most of the other:
-    it is concave in time, and so least at the start or at the end. What is not told so may be apart all the same. The
-    arithmetic is off by less than 64 ULP |n| (R + |d| + |e| + drift), n being that way, which is no longer than the one
-    at half time and the drift; for that there is 1024 ULP.
+    Told by their gap along the way, the least of one less the most of the other: it is concave in time, and so least at
+    the start or at the end. What is not told so may be apart all the same. The arithmetic is off by less than 64 ULP
+    |way| (R + |d| + |e| + drift); for that there is 1024 ULP |way| (|way| + 2 sqrt(d.d + e.e) + drift).
     """
-    ux, uy, uz = few[mine, _DRIFT, lane], few[mine, _DRIFT + 1, lane], few[mine, _DRIFT + 2, lane]
-    vx, vy, vz = few[mine, _DRIFT + 3, lane], few[mine, _DRIFT + 4, lane], few[mine, _DRIFT + 5, lane]
-    ax, ay, az = load(rows, (leaf, _DRIFT)), load(rows, (leaf, _DRIFT + 1)), load(rows, (leaf, _DRIFT + 2))
-    bx, by, bz = load(rows, (leaf, _DRIFT + 3)), load(rows, (leaf, _DRIFT + 4)), load(rows, (leaf, _DRIFT + 5))
-    mx, my, mz = (ux + vx) - (ax + bx), (uy + vy) - (ay + by), (uz + vz) - (az + bz)
-    speed = maximum(length_squared(mx, my, mz), _TINY)
-    passing = minimum(maximum(-_dot(mx, my, mz, *way) / speed, -0.5), 0.5)
-    nx, ny, nz = way[0] + passing * mx, way[1] + passing * my, way[2] + passing * mz
+    nx, ny, nz = way
     px, py, pz = few[mine, 0, lane], few[mine, 1, lane], few[mine, 2, lane]
     x = _dot(nx, ny, nz, px - load(rows, (leaf, 0)), py - load(rows, (leaf, 1)), pz - load(rows, (leaf, 2)))
     nd = _dot(nx, ny, nz, few[mine, 3, lane], few[mine, 4, lane], few[mine, 5, lane])
     ne = _dot(nx, ny, nz, load(rows, (leaf, 3)), load(rows, (leaf, 4)), load(rows, (leaf, 5)))
+    ux, uy, uz = few[mine, _DRIFT, lane], few[mine, _DRIFT + 1, lane], few[mine, _DRIFT + 2, lane]
+    vx, vy, vz = few[mine, _DRIFT + 3, lane], few[mine, _DRIFT + 4, lane], few[mine, _DRIFT + 5, lane]
+    ax, ay, az = load(rows, (leaf, _DRIFT)), load(rows, (leaf, _DRIFT + 1)), load(rows, (leaf, _DRIFT + 2))
+    bx, by, bz = load(rows, (leaf, _DRIFT + 3)), load(rows, (leaf, _DRIFT + 4)), load(rows, (leaf, _DRIFT + 5))
     ua, ub = _dot(nx, ny, nz, ux - ax, uy - ay, uz - az), _dot(nx, ny, nz, ux - bx, uy - by, uz - bz)
     va, vb = _dot(nx, ny, nz, vx - ax, vy - ay, vz - az), _dot(nx, ny, nz, vx - bx, vy - by, vz - bz)
     gaps = (x, ua), (x - ne, ub), (x + nd, va), (x + nd - ne, vb)
@@ -140,7 +136,7 @@ def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):  # noqa: ANN0
         least = minimum(least, minimum(gap - change, gap + change))
     lengths = load(rows, (leaf, _SQUARE)) + few[mine, _SQUARE, lane]
     size = sqrt(length_squared(nx, ny, nz))
-    least = least - _ASKEW * size * (size + 2.0 * (sqrt(lengths) + drift))
+    least = least - _ASKEW * size * (size + 2.0 * sqrt(lengths) + drift)
     return both(least > distance * size, lengths < _LONGEST)
 
 

@@ -48,7 +48,7 @@ def swept_pairs(around: Neighbourhood, ignored: np.ndarray | None = None) -> np.
 
     In no particular order, but each once and always in the same; first < second; the two share no point. Two segments
     get nearer than at half time, d, by no more than half the largest relative displacement D of their ends: kept are
-    pairs with d <= reach + D / 2 that no plane keeps apart, across an axis or across the way between them as they pass.
+    pairs with d <= reach + D / 2 that no plane keeps apart, across an axis or across the shortest way at half time.
     """
     return search(around.tree, around.tree, known_pairs(ignored, around.points))
 
