@@ -27,9 +27,6 @@ TURN, FREQUENCY = np.radians(60.0), 1.5
 """Yaw [rad], so often a second [Hz]."""
 VOXEL, HALF_WIDTH, SMALLEST = 0.005, 8.0, 0.08
 """Of the level sets: spacing of samples [m], band [voxels], smallest part [m]."""
-THICKNESS, REACH, RELEASE, FORCE, STRANDS = 0.32e-3, 0.57e-3, 1.4e-3, 2e-6, 10_000
-"""Of collisions [m] and stiction [m] [N] at so many strands. Distances fall with the root of their number, as those of
-the paper's scenes do: each hair stands for fewer, and all of them fill the same room."""
 
 
 @dataclass(eq=False)
@@ -46,18 +43,14 @@ class Head:
         before, after = self.frame / FPS, (self.frame + 1) / FPS
         body = moving_parts(*(parts_at(self.bust, t) for t in (before, after)), 1 / FPS)
         leads = mesh_at(self.bust, before), mesh_at(self.bust, after)
-        self.state = advance_frame(self.hair, self.state, leads, [body], 1 / FPS, everything(self.hair), before)
+        self.state = advance_frame(self.hair, self.state, leads, [body], 1 / FPS, everything(), before)
         self.frame += 1
 
 
-def everything(hair: Hair) -> Scene:
+def everything() -> Scene:
     """Return a scene with all that hair does on hair and body."""
     steps = StepControl(longest=1 / (FPS * STEPS), root=1.0, travel=1.0)
-    room = np.sqrt(STRANDS / (len(hair.layout.offsets) - 1))
-    stiction = Stiction(reach=room * REACH, release=room * RELEASE, force=FORCE)
-    return Scene(
-        strain=StrainLimit(), steps=steps, stiction=stiction, collisions=Collisions(thickness=room * THICKNESS)
-    )
+    return Scene(strain=StrainLimit(), steps=steps, stiction=Stiction(), collisions=Collisions())
 
 
 def grow_head(segments: int) -> Head:
@@ -66,7 +59,7 @@ def grow_head(segments: int) -> Head:
     style = Style(length=PaintedMetres(LENGTH))
     groom = grow(Canvas(bust, no_image, 0), style, None, max(segments // SEGMENTS, 1), SEGMENTS)
     hair = make_hair(groom, Material())
-    return Head(bust, hair, start(hair, mesh_at(bust, 0.0), everything(hair)))
+    return Head(bust, hair, start(hair, mesh_at(bust, 0.0), everything()))
 
 
 def no_image(path: Path) -> np.ndarray:
