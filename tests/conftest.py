@@ -15,6 +15,8 @@ from hairpipe.graph.machine_code import kernel_folder
 
 # Tests run in as many processes as there are cores, each with as many threads: one that waits must not hold a core.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+# Where the caller keeps results is no place for those of tests.
+os.environ.pop("HAIRPIPE_CACHE", None)
 # Tests, too, must never run old machine code of a helper that was edited.
 _KERNELS = Path(tempfile.gettempdir()) / f"hairpipe-kernels-{os.getuid()}"
 _FOLDER = kernel_folder(_KERNELS, CodeReader(lambda name, make: make()))
