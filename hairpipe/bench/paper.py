@@ -83,7 +83,7 @@ def measure_scene(say: Callable[[str], None], name: str, path: Path, store: Stor
         say(f"{name}: frame {frame + 1} of {SETTLING} before the first that counts")
         replay.advance(replay.arguments())
     found: list[tuple[float, dict[str, float]]] = []
-    arguments = replay.arguments()
+    segments = np.diff(replay.arguments()["groom"].offsets) - 1
     for frame in range(FRAMES):
         say(f"{name}: frame {frame + 1} of {FRAMES}")
         arguments = replay.arguments()
@@ -91,7 +91,6 @@ def measure_scene(say: Callable[[str], None], name: str, path: Path, store: Stor
         shares = shares_of(lambda given=arguments: replay.advance(given))
         found.append((time.perf_counter() - begun, shares))
     seconds, shares = sorted(found, key=lambda case: case[0])[FRAMES // 2]
-    segments = np.diff(arguments["groom"].offsets) - 1
     particles = sum(network.SHAPE.count(int(count)) for count in segments)
     memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return Row(name, len(segments), particles, seconds, shares, memory, PRINTED.get(name))

@@ -69,7 +69,6 @@ def hairpipe() -> Hairpipe:
 def shot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The file `shot.toml` of six frames in the current folder: seed, move, sum (a scan), a list and drawings."""
     monkeypatch.setenv("TOY_TALLY", str(tmp_path / "tally"))
-    monkeypatch.delenv("HAIRPIPE_CACHE", raising=False)
     monkeypatch.setattr(sys, "path", list(sys.path))
     before = set(sys.modules)
     path = write_shot(tmp_path)

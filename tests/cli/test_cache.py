@@ -14,7 +14,6 @@ def test_it_is_an_option_or_a_variable_or_in_the_current_folder(hairpipe, monkey
     def used(arguments: str = "") -> str:
         return json.loads(hairpipe(f"cache du --json {arguments}").stdout)["cache"]
 
-    monkeypatch.delenv("HAIRPIPE_CACHE", raising=False)
     assert used() == "cache"
     monkeypatch.setenv("HAIRPIPE_CACHE", "variable")
     assert used() == "variable"

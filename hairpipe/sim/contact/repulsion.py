@@ -70,6 +70,7 @@ def linearise(
 def _linearise(out, contacts, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
     thickness, stiffness, viscosity, friction = law
     segments, fractions = contacts.segments, contacts.fractions
+    # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
     acts, push, direction, strength = out.acts, out.push, out.direction, out.strength
     for i in prange(len(acts)):
         acts[i] = False

@@ -1,6 +1,6 @@
 """Couplings as every segment sees them: what conjugate gradients multiply by again and again, in order.
 
-A coupling is seen from both of its sides. They are kept in as few bytes as do, since memory is all that it costs:
+A coupling is seen from both of its sides. They are kept in few bytes, of which dense hair has hundreds of megabytes:
 directions and places are rounded to 1 / 32767, those of a coupling for both of its sides alike, and own blocks are made
 of the same numbers, so that P + O (`sim/contact/couplings.py`) stays the matrix of springs, none of which drives.
 """

@@ -140,6 +140,7 @@ def _hold_on(kept, connections, points, distance):  # noqa: ANN001, ANN202
 def _linearise(out, connections, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
     stiffness, reach, far, fraction = law
     segments, fractions = connections.segments, connections.fractions
+    # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
     acts, push, direction, strength = out.acts, out.push, out.direction, out.strength
     for i in prange(len(acts)):
         acts[i] = False
