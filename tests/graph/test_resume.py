@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from hairpipe.graph.atomic import is_left_over
 from hairpipe.graph.store import Store
 
 
@@ -82,9 +83,13 @@ def tally_lines(shot) -> int:
 
 
 def wait_for_workers(shot) -> None:
-    """Wait until no worker that was started with this shot's nodes runs any more."""
+    """Wait until no worker that was started with this shot's nodes runs any more.
+
+    One that dies has no command line any more before it is gone; until then what it left counts as in the making.
+    """
     for _ in range(200):
-        if not any(is_worker_of(shot, process) for process in Path("/proc").iterdir()):
+        left = (shot.store.root / "tmp").glob("*.tmp")
+        if not any(is_worker_of(shot, process) for process in Path("/proc").iterdir()) and all(map(is_left_over, left)):
             return
         time.sleep(0.02)
     raise AssertionError("a worker outlives its coordinator")
