@@ -26,15 +26,17 @@ def temporary_name(folder: Path) -> Path:
 
 
 @contextmanager
-def replacing(path: Path, folder: Path | None = None) -> Iterator[Path]:
+def replacing(path: Path, folder: Path | None = None, *, lasting: bool = True) -> Iterator[Path]:
     """Give a temporary path to write to; it becomes `path` once its bytes are on disk, or is removed on an error.
 
-    folder  of the temporary file, on the same file system; that of `path` by default
+    folder   of the temporary file, on the same file system; that of `path` by default
+    lasting  False: do not wait for the disk; a crash of the machine may leave the file damaged
     """
     temporary = temporary_name(folder or path.parent)
     try:
         yield temporary
-        flush(temporary)
+        if lasting:
+            flush(temporary)
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary.replace(path)
     finally:
@@ -51,9 +53,9 @@ def flush(path: Path) -> None:
         os.close(handle)
 
 
-def write_text(path: Path, text: str, folder: Path | None = None) -> None:
-    """Write a text file atomically."""
-    with replacing(path, folder) as temporary:
+def write_text(path: Path, text: str, folder: Path | None = None, *, lasting: bool = True) -> None:
+    """Write a text file atomically; see `replacing`."""
+    with replacing(path, folder, lasting=lasting) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 

@@ -54,6 +54,13 @@ class CodeReader:
         parts |= {f"{name} (version)": version(name) for name in sorted({*ALWAYS, *foreign})}
         return Code(digest("code", parts), parts)
 
+    def own_digest(self, module: str) -> str:
+        """Digest a first-party module without what it imports."""
+        source = self._source(module)
+        if source is None:
+            raise ValueError(f"{module} is not first-party")
+        return source.digest
+
     def _closure(self, module: str) -> tuple[list[str], set[str]]:
         """Walk the imports: first-party modules in name order, and names of foreign distributions."""
         found: set[str] = set()

@@ -23,7 +23,7 @@ def kernel_folder(parent: Path, reader: CodeReader, more_sources: Path | None = 
 
     more_sources  folder of node types that are not ours
     """
-    ours = {module: reader.code_of(module).digest for module in kernel_modules()}
+    ours = {module: reader.own_digest(module) for module in kernel_modules()}
     theirs = (
         {path.name: digest_bytes("file", path.read_bytes()) for path in sorted(more_sources.glob("*.py"))}
         if more_sources
@@ -38,9 +38,9 @@ def kernel_folder(parent: Path, reader: CodeReader, more_sources: Path | None = 
 
 
 def kernel_modules() -> Iterator[str]:
-    """Name the modules of this package that hold kernels or may be called by one."""
+    """Name the modules of this package that hold kernels, may be called by one, or say where a name is from."""
     root = Path(hairpipe.__file__).parent
     for path in sorted(root.rglob("*.py")):
-        parts = path.relative_to(root).with_suffix("").parts
-        if parts[0] not in WITHOUT_KERNELS and parts[-1] != "__init__":
-            yield ".".join((root.name, *parts))
+        parts = path.relative_to(root.parent).with_suffix("").parts
+        if parts[1] not in WITHOUT_KERNELS:
+            yield ".".join(parts[:-1] if parts[-1] == "__init__" else parts)

@@ -3,6 +3,7 @@
 import ast
 import sys
 from dataclasses import dataclass
+from functools import cache
 
 from hairpipe.graph.canonical import digest_bytes
 
@@ -25,14 +26,16 @@ class Source:
     imports: tuple[tuple[str, str | None, str], ...]
 
 
+@cache
 def read_source(data: bytes, name: str) -> Source:
     """Analyse the bytes of a source file; SyntaxError or ValueError where Python could not import it either."""
     tree = ast.parse(data, filename=name)
-    imports = tuple(found for statement in ast.walk(tree) for found in imports_of(statement))
+    imports = []
     for statement in ast.walk(tree):
+        imports += imports_of(statement)
         strip_docstring(statement)
     text = ast.dump(tree, annotate_fields=False)
-    return Source(digest_bytes("source", text.encode()), frozenset(definitions(tree)), imports)
+    return Source(digest_bytes("source", text.encode()), frozenset(definitions(tree)), tuple(imports))
 
 
 def strip_docstring(statement: ast.AST) -> None:

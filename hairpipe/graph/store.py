@@ -119,8 +119,9 @@ class Store:
     def note(self, name: str, text: str) -> None:
         """Note a text under a name."""
         if not self.read_only:
-            with suppress(OSError):  # a note saves time and nothing else
-                write_text(self.root / "notes" / name[:2] / name, json.dumps({"note": text}), self.temporary)
+            path = self.root / "notes" / name[:2] / name
+            with suppress(OSError):  # a note saves time and nothing else, and one that is damaged is none
+                write_text(path, json.dumps({"note": text}), self.temporary, lasting=False)
 
     def latest(self, graph: str, node: str) -> dict[str, str]:
         """Keys of the latest results of a node, by frame as text ("" for the shot)."""
