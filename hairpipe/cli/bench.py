@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hairpipe.cli import options
-from hairpipe.cli.wording import duration, plural, say
+from hairpipe.cli.wording import duration, plural, say, table
 
 if TYPE_CHECKING:
     from hairpipe.bench.contact import Report as ContactReport
     from hairpipe.bench.core import Case, Report
+    from hairpipe.bench.machine import Machine
     from hairpipe.bench.paper import Report as PaperReport
     from hairpipe.bench.repeat import Spread
+    from hairpipe.bench.roofs import Roofs
 
 
 @click.group()
@@ -96,87 +98,68 @@ def paper(scenes: tuple[str, ...], strands: int | None, cache: Path, as_json: bo
 
 def show_paper(report: "PaperReport") -> None:
     """Write the table."""
-    from rich.console import Console
-    from rich.table import Table
-
-    screen, machine = Console(highlight=False), report.machine
-    screen.print(
-        f"{machine.processor}, {plural(machine.cores, 'core')}; the paper: one to four machines of 4 processors"
-    )
-    title = "seconds a frame; last the particles and seconds of the paper"
-    times = Table("scene", title=title, title_justify="left", box=None)
-    for heading in ("strands", "particles", "frame", "memory", "theirs", "frame"):
-        times.add_column(heading, justify="right")
-    parts = Table("scene", title="parts of it", title_justify="left", box=None)
-    for heading in report.rows[0].shares:
-        parts.add_column(heading, justify="right")
+    machine = report.machine
+    click.echo(f"{machine.processor}, {plural(machine.cores, 'core')}; the paper: one to four machines of 4 processors")
+    times = [("scene", "strands", "particles", "frame", "memory", "theirs", "frame")]
+    parts = [("scene", *report.rows[0].shares)]
     for row in report.rows:
         theirs = ("", "") if row.printed is None else (f"{row.printed.particles:,}", f"{60 * row.printed.minutes:.0f}")
         ours = f"{row.strands:,}", f"{row.particles:,}", f"{row.seconds:.1f}", f"{row.memory / 1e9:.1f} GB"
-        times.add_row(row.scene, *ours, *theirs)
-        parts.add_row(row.scene, *(f"{seconds:.1f}" for seconds in row.shares.values()))
-    screen.print(times, "")
-    screen.print(parts)
+        times.append((row.scene, *ours, *theirs))
+        parts.append((row.scene, *(f"{seconds:.1f}" for seconds in row.shares.values())))
+    show_table("seconds a frame; last the particles and seconds of the paper", times)
+    show_table("parts of it", parts)
 
 
 def show_contact(report: "ContactReport") -> None:
     """Write the report on contact as tables."""
-    from rich.console import Console
-    from rich.table import Table
-
-    screen, machine = Console(highlight=False), report.machine
-    screen.print(f"{machine.processor}, {plural(machine.cores, 'core')}")
-    screen.print(", ".join(f"{name} {version}" for name, version in machine.versions.items()), "\n")
-    title = f"seconds a frame of {report.steps} steps"
-    times = Table("segments", title=title, title_justify="left", box=None)
-    for heading in ("particles", "connections", "threads", "frame", *report.cases[0].shares):
-        times.add_column(heading, justify="right")
+    show_machine(report.machine)
+    rows = [("segments", "particles", "connections", "threads", "frame", *report.cases[0].shares)]
     for case in report.cases:
         shares = (f"{seconds:.2f}" for seconds in case.shares.values())
         numbers = (f"{case.particles:,}", f"{case.stuck:,}", str(case.threads), f"{case.seconds:.2f}")
-        times.add_row(f"{case.segments:,}", *numbers, *shares)
-    screen.print(times, "")
-    roofs = report.roofs
-    for dtype, rate in roofs.multiply_add.items():
-        screen.print(f"multiply-add, {dtype}, 1 thread: {spread(rate, 1e-9)} GFLOP/s")
-    for threads, rate in roofs.triad.items():
-        screen.print(f"triad, {plural(threads, 'thread')}: {spread(rate, 1e-9)} GB/s")
+        rows.append((f"{case.segments:,}", *numbers, *shares))
+    show_table(f"seconds a frame of {report.steps} steps", rows, text=0)
+    show_roofs(report.roofs)
 
 
 def show(report: "Report") -> None:
     """Write the report as tables."""
-    from rich.console import Console
-    from rich.table import Table
-
-    screen = Console(highlight=False)
-    machine, roofs = report.machine, report.roofs
-    screen.print(f"{machine.processor}, {plural(machine.cores, 'core')}")
-    screen.print(", ".join(f"{name} {version}" for name, version in machine.versions.items()), "\n")
-
-    times = Table("kernel", "in", "numbers", title="ns per particle", title_justify="left", box=None)
-    for heading in ("threads", "median", "half between", "floor", "prototype", "ratio"):
-        times.add_column(heading, justify="right")
-    for case in report.cases:
-        times.add_row(*row_of(case))
-    screen.print(times)
+    show_machine(report.machine)
+    heading = ("kernel", "in", "numbers", "threads", "median", "half between", "floor", "prototype", "ratio")
+    show_table("ns per particle", [heading, *map(row_of, report.cases)], text=3)
     sizes = report.sizes
-    screen.print(f"(strands of {sizes.segments} segments; {sizes.cache:,} in cache, {sizes.memory:,} in memory)\n")
-
-    best = Table("", "", title="this machine at best", title_justify="left", box=None, show_header=False)
-    for dtype, rate in roofs.multiply_add.items():
-        best.add_row(f"multiply-add, {dtype}, 1 thread", spread(rate, 1e-9) + " GFLOP/s")
-    for threads, rate in roofs.triad.items():
-        best.add_row(f"triad, {plural(threads, 'thread')}", spread(rate, 1e-9) + " GB/s")
-    screen.print(best, "")
-
-    code = Table("", title="a solve", title_justify="left", box=None)
-    for heading in ("flop/particle", "bytes/particle", "zmm", "ymm", "xmm", "scalar"):
-        code.add_column(heading, justify="right")
+    click.echo(f"(strands of {sizes.segments} segments; {sizes.cache:,} in cache, {sizes.memory:,} in memory)")
+    show_roofs(report.roofs)
+    code = [("", "flop/particle", "bytes/particle", "zmm", "ymm", "xmm", "scalar")]
     for dtype, work in report.work.items():
-        code.add_row(dtype, f"{work.operations:.0f}", f"{work.bytes:.0f}", *map(str, report.code[dtype]))
-    screen.print(code)
-    screen.print("(the last four: instructions of arithmetic, on vectors of 64, 32, 16 bytes and on one number)\n")
-    screen.print(f"every kernel of a frame compiled, nothing being warm: {duration(report.compiled)}")
+        code.append((dtype, f"{work.operations:.0f}", f"{work.bytes:.0f}", *map(str, report.code[dtype])))
+    show_table("a solve", code)
+    click.echo("(the last four: instructions of arithmetic, on vectors of 64, 32, 16 bytes and on one number)\n")
+    click.echo(f"every kernel of a frame compiled, nothing being warm: {duration(report.compiled)}")
+
+
+def show_machine(machine: "Machine") -> None:
+    """Write what was measured on."""
+    click.echo(f"{machine.processor}, {plural(machine.cores, 'core')}")
+    click.echo(", ".join(f"{name} {version}" for name, version in machine.versions.items()))
+
+
+def show_roofs(roofs: "Roofs") -> None:
+    """Write what the machine could do at best."""
+    rows = [
+        (f"multiply-add, {dtype}, 1 thread", spread(rate, 1e-9) + " GFLOP/s")
+        for dtype, rate in roofs.multiply_add.items()
+    ]
+    rows += [
+        (f"triad, {plural(threads, 'thread')}", spread(rate, 1e-9) + " GB/s") for threads, rate in roofs.triad.items()
+    ]
+    show_table("this machine at best", rows, text=2)
+
+
+def show_table(title: str, rows: list[tuple[str, ...]], text: int = 1) -> None:
+    """Write a table with a title, its first columns being text, the others numbers."""
+    click.echo(f"\n{title}\n{table(rows, '<' * text + '>' * (len(rows[0]) - text))}")
 
 
 def row_of(case: "Case") -> tuple[str, ...]:

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from hairpipe.bench import core, paper
+from hairpipe.bench import contact, core, paper
 from hairpipe.bench.assembly import Arithmetic
 from hairpipe.bench.counting import Work
 from hairpipe.bench.machine import Machine
@@ -80,3 +80,16 @@ def test_the_table_of_the_paper_stands_beside_ours(monkeypatch, hairpipe, tmp_pa
     assert ["long_curly", "99", "1,234", "4.2", "2.5", "GB", "250,000", "240"] in lines
     assert ["hundred_thousand_25", "99", "1,234", "4.2", "2.5", "GB"] in lines
     assert ["long_curly", "1.5", "2.5"] in lines
+
+
+def test_a_table_that_is_wider_than_the_screen_is_whole(monkeypatch, hairpipe):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
+    monkeypatch.setenv("COLUMNS", "40")
+    shares = {name: 10.25 for name in ("strands", "search", "stiction", "coupling", "collisions", "body", "other")}
+    report = contact.Report(
+        REPORT.machine, contact.FULL, 10, REPORT.roofs, [contact.Case(1_000_000, 2_040_000, 2, 117.5, shares, 987_654)]
+    )
+    monkeypatch.setattr(contact, "measure_contact", lambda say, sizes: report)
+    lines = [line.split() for line in hairpipe("bench contact").stdout.splitlines()]
+    assert ["1,000,000", "2,040,000", "987,654", "2", "117.50", *["10.25"] * 7] in lines
+    assert ["triad,", "1", "thread", "20.0", "(19.0-21.0)", "GB/s"] in lines
