@@ -100,8 +100,8 @@ def show_paper(report: "PaperReport") -> None:
     """Write the table."""
     machine = report.machine
     click.echo(f"{machine.processor}, {plural(machine.cores, 'core')}; the paper: one to four machines of 4 processors")
-    times = [("scene", "strands", "particles", "frame", "memory", "theirs", "frame")]
-    parts = [("scene", *report.rows[0].shares)]
+    times: list[tuple[str, ...]] = [("scene", "strands", "particles", "frame", "memory", "theirs", "frame")]
+    parts: list[tuple[str, ...]] = [("scene", *report.rows[0].shares)]
     for row in report.rows:
         theirs = ("", "") if row.printed is None else (f"{row.printed.particles:,}", f"{60 * row.printed.minutes:.0f}")
         ours = f"{row.strands:,}", f"{row.particles:,}", f"{row.seconds:.1f}", f"{row.memory / 1e9:.1f} GB"
@@ -114,7 +114,9 @@ def show_paper(report: "PaperReport") -> None:
 def show_contact(report: "ContactReport") -> None:
     """Write the report on contact as tables."""
     show_machine(report.machine)
-    rows = [("segments", "particles", "connections", "threads", "frame", *report.cases[0].shares)]
+    rows: list[tuple[str, ...]] = [
+        ("segments", "particles", "connections", "threads", "frame", *report.cases[0].shares)
+    ]
     for case in report.cases:
         shares = (f"{seconds:.2f}" for seconds in case.shares.values())
         numbers = (f"{case.particles:,}", f"{case.stuck:,}", str(case.threads), f"{case.seconds:.2f}")
@@ -131,7 +133,7 @@ def show(report: "Report") -> None:
     sizes = report.sizes
     click.echo(f"(strands of {sizes.segments} segments; {sizes.cache:,} in cache, {sizes.memory:,} in memory)")
     show_roofs(report.roofs)
-    code = [("", "flop/particle", "bytes/particle", "zmm", "ymm", "xmm", "scalar")]
+    code: list[tuple[str, ...]] = [("", "flop/particle", "bytes/particle", "zmm", "ymm", "xmm", "scalar")]
     for dtype, work in report.work.items():
         code.append((dtype, f"{work.operations:.0f}", f"{work.bytes:.0f}", *map(str, report.code[dtype])))
     show_table("a solve", code)
