@@ -10,7 +10,7 @@ from pathlib import Path
 
 import hairpipe
 from hairpipe.graph.canonical import digest, digest_bytes
-from hairpipe.graph.code import CodeReader
+from hairpipe.graph.code import ALWAYS, CodeReader, version
 
 WITHOUT_KERNELS = ("cli", "graph", "tune")
 """Rooms in which nothing is compiled: editing them leaves the kernels as they are."""
@@ -24,6 +24,7 @@ def kernel_folder(parent: Path, reader: CodeReader, more_sources: Path | None = 
     more_sources  folder of node types that are not ours
     """
     ours = {module: reader.own_digest(module) for module in kernel_modules()}
+    ours |= {f"{name} (version)": version(name) for name in ALWAYS}
     theirs = (
         {path.name: digest_bytes("file", path.read_bytes()) for path in sorted(more_sources.glob("*.py"))}
         if more_sources

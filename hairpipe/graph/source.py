@@ -28,7 +28,10 @@ class Source:
 
 @cache
 def read_source(data: bytes, name: str) -> Source:
-    """Analyse the bytes of a source file; SyntaxError or ValueError where Python could not import it either."""
+    """Analyse the bytes of a source file; SyntaxError or ValueError where Python could not import it either.
+
+    Once a process: a run reads sources for its keys, and again for its kernels.
+    """
     tree = ast.parse(data, filename=name)
     imports = []
     for statement in ast.walk(tree):
