@@ -2,7 +2,7 @@
 
 import resource
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
@@ -63,18 +63,20 @@ class Report(NamedTuple):
     rows: list[Row]
 
 
-def measure_paper(say: Callable[[str], None], scenes: dict[str, Path], store: Store, strands: int | None) -> Report:
+def measure_paper(
+    say: Callable[[str], None], scenes: dict[str, Path], store: Store, overrides: Mapping[str, str]
+) -> Report:
     """Measure scenes, graph files by their names, and say what is being done.
 
-    store    where what hair depends on is kept
-    strands  of every scene; None: as many as the graph says
+    store      where what hair depends on is kept
+    overrides  settings of every scene, see `load_graph`
     """
-    return Report(this_machine(), [measure_scene(say, name, path, store, strands) for name, path in scenes.items()])
+    return Report(this_machine(), [measure_scene(say, name, path, store, overrides) for name, path in scenes.items()])
 
 
-def measure_scene(say: Callable[[str], None], name: str, path: Path, store: Store, strands: int | None) -> Row:
+def measure_scene(say: Callable[[str], None], name: str, path: Path, store: Store, overrides: Mapping[str, str]) -> Row:
     """Measure some frames of a scene, in which the head is in full motion."""
-    graph = load_graph(path, {} if strands is None else {"groom.strands": str(strands)})
+    graph = load_graph(path, overrides)
     graph = replace(graph, frames=(graph.frames[0] + STILL, graph.frames[1]))
     replay = Replay(graph, store, HAIR)
     say(f"{name}: body and groom")

@@ -71,10 +71,10 @@ def contact(segments: tuple[int, ...], as_json: bool) -> None:
 
 @bench.command()
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...")
-@click.option("--strands", type=click.IntRange(min=8), help="Of every scene, in place of what its graph says.")
+@options.overrides
 @options.cache
 @options.as_json
-def paper(scenes: tuple[str, ...], strands: int | None, cache: Path, as_json: bool) -> None:
+def paper(scenes: tuple[str, ...], overrides: dict[str, str], cache: Path, as_json: bool) -> None:
     """Print Table 2 of Selle, Lentine, Fedkiw 2008 again: seconds a frame of the scenes in graphs/paper.
 
     A frame is 1/24 s, everything is on. Hair is let go at half a second of the shot, where the head is in full motion;
@@ -89,7 +89,7 @@ def paper(scenes: tuple[str, ...], strands: int | None, cache: Path, as_json: bo
 
         cache.mkdir(parents=True, exist_ok=True)
         graphs = {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}
-        report = measure_paper(say, graphs, Store(cache), strands)
+        report = measure_paper(say, graphs, Store(cache), overrides)
     if as_json:
         click.echo(json.dumps(document(report), indent=2))
     else:

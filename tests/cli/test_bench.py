@@ -65,16 +65,18 @@ def test_the_table_of_the_paper_stands_beside_ours(monkeypatch, hairpipe, tmp_pa
     monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
     given = {}
 
-    def measure(say, scenes, store, strands):
-        given.update(scenes=scenes, strands=strands)
+    def measure(say, scenes, store, overrides):
+        given.update(scenes=scenes, overrides=overrides)
         shares = {"strands": 1.5, "search": 2.5}
         rows = [paper.Row(name, 99, 1234, 4.25, shares, 2_500_000_000, paper.PRINTED.get(name)) for name in scenes]
         return paper.Report(REPORT.machine, rows)
 
     monkeypatch.setattr(paper, "measure_paper", measure)
     scenes = ("long_curly", "hundred_thousand_25")
-    text = hairpipe(f"bench paper {' '.join(scenes)} --strands 99 --cache {tmp_path}").stdout
-    assert given["strands"] == 99 and [*given["scenes"]] == [*scenes]
+    text = hairpipe(
+        f"bench paper {' '.join(scenes)} --set groom.strands=99 --set hair.scheme=bdf2 --cache {tmp_path}"
+    ).stdout
+    assert given["overrides"] == {"groom.strands": "99", "hair.scheme": "bdf2"} and [*given["scenes"]] == [*scenes]
     assert all(path.is_file() for path in given["scenes"].values())
     lines = [line.split() for line in text.splitlines()]
     assert ["long_curly", "99", "1,234", "4.2", "2.5", "GB", "250,000", "240"] in lines
