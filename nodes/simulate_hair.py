@@ -32,7 +32,7 @@ def simulate_hair(
     time: Time,
     *,
     model: Literal["network", "chain"] = "network",
-    precision: Literal["double", "single"] = "double",
+    precision: Literal["automatic", "double", "single"] = "automatic",
     material: Material = Material(),
     construction: Construction = Construction(),
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81,
@@ -50,7 +50,7 @@ def simulate_hair(
     """Mass-spring hair after Selle, Lentine, Fedkiw 2008: every strand a network of springs, solved at once.
 
     model         network: as published; chain: straight hair without twist, at half the particles
-    precision     of the numbers; single is refused where it is not safe, see `sim/precision.py`
+    precision     of the numbers; automatic: single where that is safe, see `sim/precision.py`
     material      of the fibre; the spring constants are calibrated from it
     construction  of the network, to take apart what it consists of
     gravity       along -Y
@@ -66,11 +66,13 @@ def simulate_hair(
     cuts          frames at which a shot begins anew: hair is carried over with its roots, without the way there
     """
     from hairpipe.sim.advance import leads_of, strands_of
-    from hairpipe.sim.hair import make_hair
+    from hairpipe.sim.precision import hair_in
     from hairpipe.sim.shot import next_state
 
-    hair, leads = make_hair(groom, material, model, construction, precision), leads_of(body, ends)
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
+    solid, first = bool(surface or parts), previous is None
+    hair = hair_in(precision, groom, material, model, construction, scene, bodies=solid, first=first)
+    leads = leads_of(body, ends)
     began, cut = (time.frame - 1) * time.dt, time.frame in cuts
     state = next_state(hair, previous, leads, (surface or (), parts or ()), scene, began, time.dt, cut)
     return Hair(strands_of(hair, state), state)

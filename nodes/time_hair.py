@@ -23,7 +23,7 @@ def time_hair(
     time: Time,
     *,
     model: Literal["network", "chain"] = "network",
-    precision: Literal["double", "single"] = "double",
+    precision: Literal["automatic", "double", "single"] = "automatic",
     material: Material = Material(),
     construction: Construction = Construction(),
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81,
@@ -63,11 +63,9 @@ def time_hair(
     timed         frames that count
     """
     from hairpipe.measure.cost import Around, cost_table
-    from hairpipe.sim.hair import make_hair
+    from hairpipe.sim.precision import hair_in
 
-    hair, around = (
-        make_hair(groom, material, model, construction, precision),
-        Around(body, ends, surface or (), parts or ()),
-    )
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
+    hair = hair_in(precision, groom, material, model, construction, scene, bodies=bool(surface or parts))
+    around = Around(body, ends, surface or (), parts or ())
     return cost_table(hair, around, scene, time.frame, time.dt, cuts, warm, timed)

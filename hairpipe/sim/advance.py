@@ -13,7 +13,6 @@ from hairpipe.sim.control import limits_of, next_step
 from hairpipe.sim.hair import Hair
 from hairpipe.sim.integrators.catalogue import gravity_of, integrator_of
 from hairpipe.sim.integrators.interface import Motion, Step
-from hairpipe.sim.precision import check_precision
 from hairpipe.sim.roots import Path, hold, place
 from hairpipe.sim.sag_free import stand
 from hairpipe.sim.scene import Scene
@@ -33,11 +32,9 @@ def leads_of(body: tuple[Mesh, Mesh] | None, ends: tuple[Ends, Ends] | None) -> 
 def start(hair: Hair, lead: Lead, scene: Scene) -> HairState:
     """Put the groom where its roots are, moving with them.
 
-    Its springs are at rest, so it begins to fall freely; with a sag-free start they carry it. BadInput as for
-    `stand` and `check_precision`.
+    Its springs are at rest, so it begins to fall freely; with a sag-free start they carry it. BadInput as for `stand`.
     """
     positions, velocities = place(lead, hair.groom, hair.rest, hair.layout)
-    check_precision(hair, scene)
     gravity = gravity_of(scene).astype(hair.layout.dtype)
     if scene.sag_free is None:
         tensions = np.zeros_like(hair.model.inverse_lengths)

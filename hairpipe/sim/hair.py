@@ -48,11 +48,11 @@ def make_hair(
 
     The last two are remembered by their contents: every frame of a shot gets a groom of its own that is the same.
     """
-    return _make_hair(_Contents(groom), material, name, construction, precision)
+    return _make_hair(Contents(groom), material, name, construction, precision)
 
 
 @dataclass(frozen=True)
-class _Contents:
+class Contents:
     """A groom that equals another one when all its arrays do."""
 
     groom: Groom = field(compare=False)
@@ -69,7 +69,7 @@ class _Contents:
 
 @lru_cache(maxsize=2)
 def _make_hair(
-    contents: _Contents, material: Material, name: ModelName, construction: Construction, precision: Precision
+    contents: Contents, material: Material, name: ModelName, construction: Construction, precision: Precision
 ) -> Hair:
     groom, dtype = contents.groom, DTYPES[precision]
     check_segments(groom)

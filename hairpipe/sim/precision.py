@@ -1,37 +1,79 @@
-"""When hair may be computed in single precision.
+"""When hair is computed in single precision: the tool chooses, from what hair touches, its steps, stiffness and mass.
 
 The matrix of an implicit step has stiffness beside mass, h^2 k to m, and what is lost when one is eliminated from the
 other grows with that: with the square of how many explicit steps there are in a step,
 
     N = dt sqrt(max_p sum_s 4 k_s / (m_p l_s)),
 
-the sum running over the springs s at a particle p. `graphs/experiments/speed_accuracy_hair.toml` has two hairs that are
-allowed: single precision changes their errors by 0.001 % of the length. At N = 4,000, rounding, 6e-8 N^2, is as great
-as mass is. What is exchanged between strands, and their factors there, are in single precision whatever
-this says: nothing is eliminated any more.
+the sum running over the springs s at a particle p. At N = 4,000, rounding, 6e-8 N^2, is as great as mass is; a tenth of
+that is allowed. `graphs/experiments/precision.toml` measures what it does: nothing that shows to hair that touches
+nothing, in half the time; but hair on a body strays by more than half the step changes, and saves nothing, for
+the time goes into probing the body. So hair that may touch anything stays in double precision, as does hair that stands
+without sag, whose springs cancel. What is exchanged between strands, and their factors there, are in single precision
+whatever this says: nothing is eliminated any more.
 """
 
-import numpy as np
+from functools import lru_cache
+from typing import Literal
+from warnings import warn
 
-from hairpipe.errors import BadInput
+from hairpipe.data import Groom
 from hairpipe.sim.control import highest_frequency
-from hairpipe.sim.hair import Hair
+from hairpipe.sim.hair import Contents, Hair, ModelName, make_hair
+from hairpipe.sim.material import Material
+from hairpipe.sim.models.construction import Construction
 from hairpipe.sim.scene import Scene
 
+PrecisionAsked = Literal["automatic", "double", "single"]
 MOST = 400.0
 """Of N, in single precision."""
 
 
-def check_precision(hair: Hair, scene: Scene) -> None:
-    """Refuse, by BadInput, hair in single precision at steps for which that is too little."""
-    if hair.layout.dtype != np.float32:
-        return
-    if scene.sag_free is not None:
-        raise BadInput("a start without sag needs double precision", where="precision", right='"double"')
-    longest = MOST / highest_frequency(hair.model)
-    if scene.steps.longest > longest:
-        raise BadInput(
-            f"single precision is too little for steps of {scene.steps.longest:.3g} s of hair so stiff and light",
-            where="precision",
-            right=f'"double", steps.longest of at most {longest:.2g} s, or fewer segments',
-        )
+def hair_in(
+    asked: PrecisionAsked,
+    groom: Groom,
+    material: Material,
+    name: ModelName,
+    construction: Construction,
+    scene: Scene,
+    *,
+    bodies: bool,
+    first: bool = False,
+) -> Hair:
+    """Build the model of a groom's strands in the precision asked for, or in the one that is enough for the scene.
+
+    BadInput as for `make_hair`. A warning says where single precision was chosen, and where it was asked for and is not
+    safe.
+
+    bodies  that hair may touch are there
+    first   frame of a shot: the one that warns
+    """
+    if asked == "double":
+        return make_hair(groom, material, name, construction)
+    needs = needs_double(scene, bodies)
+    steps = scene.steps.longest * _highest_frequency(Contents(groom), material, name, construction)
+    if not needs and steps > MOST:
+        longest = scene.steps.longest * MOST / steps
+        needs = f"steps beyond {longest:.2g} s of hair so stiff and light"
+    if first and not needs and asked == "automatic":
+        said = f"hair touches nothing, and there are {steps:.0f} explicit steps in a step, of {MOST:.0f} allowed"
+        warn(f'computed in single precision: {said} (precision = "double" for more)', stacklevel=2)
+    if first and needs and asked == "single":
+        warn(f'single precision is too little for {needs}: precision = "automatic" takes double', stacklevel=2)
+    single = asked == "single" or not needs
+    return make_hair(groom, material, name, construction, "single" if single else "double")
+
+
+def needs_double(scene: Scene, bodies: bool) -> str:
+    """Find what in a scene needs double precision, whatever its steps are; empty where nothing does."""
+    if bodies:
+        return "hair that touches a body"
+    if scene.stiction is not None or scene.collisions is not None:
+        return "hair that touches hair"
+    return "a start without sag" if scene.sag_free is not None else ""
+
+
+@lru_cache(maxsize=2)
+def _highest_frequency(contents: Contents, material: Material, name: ModelName, construction: Construction) -> float:
+    """Bound what a groom's springs swing with [rad/s]; remembered as hair is."""
+    return highest_frequency(make_hair(contents.groom, material, name, construction).model)

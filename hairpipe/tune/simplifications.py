@@ -48,13 +48,20 @@ def simplifications(graph: Graph, name: str) -> list[Simplification]:
         what = f"'{name}' is a {node.type.name}, which has nothing to leave out"
         raise BadInput(what, where=graph.path, right=known or f"a graph with a node of type {TYPE}")
     shortened = [*of_segments(graph, node), *of_steps(graph, node), *of_voxels(graph, node)]
-    return [*of_model(node), *shortened, *of_groups(node)]
+    return [*of_model(node), *of_precision(node), *shortened, *of_groups(node)]
 
 
 def of_model(node: Node) -> Iterator[Simplification]:
     """Leave out torsion and the particles beside the axis."""
     if node.settings["model"] == "network":
         yield Simplification("model", 1, "plain chain, no torsion", ((f"{node.name}.model", "chain"),))
+
+
+def of_precision(node: Node) -> Iterator[Simplification]:
+    """Leave digits out where that is safe."""
+    if node.settings["precision"] == "double":
+        text = "single precision where it is safe"
+        yield Simplification("precision", 1, text, ((f"{node.name}.precision", "automatic"),))
 
 
 def of_segments(graph: Graph, node: Node) -> Iterator[Simplification]:

@@ -1,14 +1,16 @@
-"""Hair in single precision: as good as in double where it is allowed, and refused where it is not."""
+"""Hair in single precision: as good as in double where it is chosen, and not chosen where it is not."""
+
+import warnings
 
 import numpy as np
 import pytest
 
-from hairpipe.errors import BadInput
 from hairpipe.sim.advance import start
 from hairpipe.sim.control import highest_frequency
 from hairpipe.sim.hair import make_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.precision import MOST
+from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.precision import MOST, hair_in
 from hairpipe.sim.scene import Collisions, SagFree, Stiction
 
 SECONDS = 0.25
@@ -16,20 +18,25 @@ SECONDS = 0.25
 
 @pytest.fixture
 def swing(scene, straight):
-    """A few strands that lie close and fall from a slant, of so many segments."""
+    """A strand that falls from a slant, of so many segments."""
 
     def make(precision, segments, step, **settings):
-        strands = [straight(0.2, segments, (1.0, -1.0, 0.0)) + np.array([0.0, 0.0, 4e-4 * i]) for i in range(3)]
-        shot = scene(strands, step=step)
-        shot.hair = make_hair(shot.hair.groom, Material(), precision=precision)
+        shot = scene([straight(0.2, segments, (1.0, -1.0, 0.0))], step=step)
         shot.scene = shot.scene.__class__(**{**vars(shot.scene), **settings})
+        shot.hair = choose(precision, shot)
         shot.state = start(shot.hair, shot.body, shot.scene)
         return shot
 
     return make
 
 
-TOUCHING = {"stiction": Stiction(), "collisions": Collisions()}
+def choose(asked, shot, *, bodies=False, first=False):
+    parts = (shot.hair.groom, Material(), "network", Construction())
+    return hair_in(asked, *parts, shot.scene, bodies=bodies, first=first)
+
+
+def of(hair):
+    return {"float64": "double", "float32": "single"}[hair.layout.dtype.name]
 
 
 def test_it_moves_hair_as_double_does(swing):
@@ -39,19 +46,48 @@ def test_it_moves_hair_as_double_does(swing):
     assert np.abs(single.points - double.points).max() < 2e-4
 
 
-def test_hair_that_touches_stays_with_its_neighbours(swing):
-    """It differs by more than lone hair: where hair touches, rounding moves it about as far as half the step does."""
-    double, single = (swing(precision, 10, 1 / 480, **TOUCHING).run(SECONDS) for precision in ("double", "single"))
-    assert len(double.state.stuck) > 10
-    assert np.abs(single.points - double.points).max() < TOUCHING["stiction"].release
-
-
-def test_steps_that_are_too_long_for_it_are_refused_with_the_longest_that_is_not(swing):
-    with pytest.raises(BadInput, match="single precision is too little") as refused:
-        swing("single", 50, 1 / 240)
+def test_it_is_chosen_up_to_a_length_of_steps(swing):
     longest = MOST / highest_frequency(swing("double", 50, 1 / 240).hair.model)
-    assert f"{longest:.2g} s" in refused.value.right
-    swing("single", 50, 0.9 * longest)
+    assert of(swing("automatic", 50, 0.99 * longest).hair) == "single"
+    assert of(swing("automatic", 50, 1.01 * longest).hair) == "double"
+
+
+@pytest.mark.parametrize("settings", [{"stiction": Stiction()}, {"collisions": Collisions()}, {"sag_free": SagFree()}])
+def test_hair_that_touches_hair_or_stands_stays_in_double(swing, settings):
+    assert of(swing("automatic", 10, 1 / 480).hair) == "single"
+    assert of(swing("automatic", 10, 1 / 480, **settings).hair) == "double"
+
+
+def test_hair_that_may_touch_a_body_stays_in_double(swing):
+    shot = swing("automatic", 10, 1 / 480)
+    assert of(choose("automatic", shot, bodies=True)) == "double"
+
+
+def test_what_is_asked_for_is_used(swing):
+    assert of(swing("double", 10, 1 / 480).hair) == "double"
+    assert of(choose("single", swing("double", 50, 1 / 240), bodies=True)) == "single"
+
+
+def test_the_choice_is_stated_once(swing):
+    shot = swing("double", 10, 1 / 480)
+    steps = round(highest_frequency(shot.hair.model) / 480)
+    with pytest.warns(UserWarning, match=f"in single precision: .* {steps} explicit steps in a step, of 400"):
+        choose("automatic", shot, first=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        choose("automatic", shot)
+        choose("automatic", swing("double", 50, 1 / 240), first=True)
+        choose("single", shot, first=True)
+        choose("double", shot, first=True)
+
+
+def test_what_is_not_safe_is_warned_of_with_the_longest_step_that_is(swing):
+    shot = swing("double", 50, 1 / 240)
+    longest = MOST / highest_frequency(shot.hair.model)
+    with pytest.warns(UserWarning, match=f"too little for steps beyond {longest:.2g} s"):
+        choose("single", shot, first=True)
+    with pytest.warns(UserWarning, match="too little for hair that touches a body"):
+        choose("single", shot, bodies=True, first=True)
 
 
 def test_the_limit_is_a_number_of_explicit_steps_whatever_hair_is_made_of(swing):
@@ -60,8 +96,3 @@ def test_the_limit_is_a_number_of_explicit_steps_whatever_hair_is_made_of(swing)
     groom = swing("double", 10, 1 / 240).hair.groom
     light, heavy = (highest_frequency(make_hair(groom, Material(density=d)).model) for d in (1000.0, 4000.0))
     np.testing.assert_allclose(light / heavy, 2.0, rtol=1e-9)
-
-
-def test_a_start_without_sag_is_refused(swing):
-    with pytest.raises(BadInput, match="double precision"):
-        swing("single", 10, 1 / 480, sag_free=SagFree())

@@ -68,6 +68,12 @@ def test_what_the_scene_does_not_have_cannot_be_left_out(scene):
     assert list(parts_by_axis(scene)) == ["segments", "voxels"]
 
 
+def test_single_precision_is_tried_where_double_was_asked_for(scene):
+    scene.write_text(SCENE.replace('type = "simulate_hair"\n', 'type = "simulate_hair"\nprecision = "double"\n'))
+    (part,) = parts_by_axis(scene)["precision"]
+    assert part.puts == (("hair.precision", "automatic"),)
+
+
 def test_a_node_that_simulates_nothing_is_refused(scene):
     with pytest.raises(BadInput, match=r"'groom' is a grow_groom.*--node hair"):
         simplifications(load_graph(scene), "groom")
