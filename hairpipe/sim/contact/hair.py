@@ -18,7 +18,7 @@ from hairpipe.sim.contact.couplings import (
     part_of,
 )
 from hairpipe.sim.contact.ignored import united
-from hairpipe.sim.contact.near import near_pairs
+from hairpipe.sim.contact.near import approaches, near_pairs
 from hairpipe.sim.contact.nearest import closest_pairs
 from hairpipe.sim.contact.pairs import key_of
 from hairpipe.sim.contact.repulsion import linearise as linearise_contacts
@@ -69,7 +69,7 @@ class HairContacts:
         if self.collisions is not None:
             self._ignored = united(self.at_rest[1], key_of(self.connections.segments))
         if self.collisions is not None and self.collisions.solver == "coupled":
-            pairs = near_pairs(points, self.offsets, REACH * self.collisions.thickness, self._ignored)
+            pairs = approaches(points, self.offsets, REACH * self.collisions.thickness, self._ignored)
             self._contacts = find_contacts(pairs, points, speeds, self.collisions)
         self._places = join(self.connections, *([] if self._contacts is None else [self._contacts]))
         if self._contacts is not None:

@@ -1,6 +1,7 @@
 """Pairs of segments within a distance of each other."""
 
 import numpy as np
+from numba import njit, prange
 
 from hairpipe.sim.contact.found import in_order
 from hairpipe.sim.contact.pairs import Pairs, chosen, known_pairs, measure
@@ -22,9 +23,41 @@ def near_pairs(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: n
     return near_pairs_of(points, all_segments(len(points), offsets), reach, ignored)
 
 
+def approaches(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: np.ndarray | None = None) -> Pairs:
+    """List near pairs, but of segments that follow each other only the one which is nearer to the same segment; pure.
+
+    A strand along another one is near it everywhere, and most of its segments are near three of the other's. What is
+    left, and no more, is the contacts of two lines that are cut into segments: at least one for each segment of the
+    first, one where they cross, at a joint of the second strand too. Arguments and errors as for `near_pairs`.
+    """
+    refuse_lost(points)
+    pairs = _found(points, all_segments(len(points), offsets), reach, ignored)
+    return chosen(pairs, _nearest(pairs.segments, pairs.distances, reach))
+
+
 def near_pairs_of(points: np.ndarray, segments: np.ndarray, reach: float, ignored: np.ndarray | None) -> Pairs:
     """List the pairs of which both are among some segments, (m,) int32; otherwise as `near_pairs`."""
+    pairs = _found(points, segments, reach, ignored)
+    return chosen(pairs, pairs.distances <= reach)
+
+
+def _found(points: np.ndarray, segments: np.ndarray, reach: float, ignored: np.ndarray | None) -> Pairs:
+    """List the pairs within reach, and some that are not."""
     tree = build_tree(points, None, segments, reach, find_frame(points, points, segments))
     found = search(tree, tree, known_pairs(ignored, len(points)))
-    pairs = measure(points, in_order(found, len(points)))
-    return chosen(pairs, pairs.distances <= reach)
+    return measure(points, in_order(found, len(points)))
+
+
+@njit(cache=True, parallel=True)
+def _nearest(segments, distances, reach):  # noqa: ANN001, ANN202
+    """Mark pairs within reach whose second segment is not farther from the first than the one before or after it."""
+    count = len(distances)
+    keep = np.empty(count, np.bool_)
+    for k in prange(count):
+        first, second, distance = segments[k, 0], segments[k, 1], distances[k]
+        # Rows are in order, and the last segment of a strand is not followed by the first of the next one.
+        before = k > 0 and segments[k - 1, 0] == first and segments[k - 1, 1] == second - 1
+        after = k + 1 < count and segments[k + 1, 0] == first and segments[k + 1, 1] == second + 1
+        farther = (before and distances[k - 1] <= distance) or (after and distances[k + 1] < distance)
+        keep[k] = distance <= reach and not farther
+    return keep

@@ -32,7 +32,17 @@ def chosen(pairs: Pairs, keep: np.ndarray) -> Pairs:
     if keep.all():
         return pairs
     where = np.flatnonzero(keep)
-    return Pairs(*(field.take(where, axis=0) for field in pairs))
+    out = Pairs(*(np.empty((len(where), *field.shape[1:]), field.dtype) for field in pairs))
+    _copy(pairs, where, *out)
+    return out
+
+
+@njit(cache=True, parallel=True)
+def _copy(pairs, where, segments, fractions, distances):  # noqa: ANN001, ANN202
+    for k in prange(len(where)):
+        for j in range(2):
+            segments[k, j], fractions[k, j] = pairs.segments[where[k], j], pairs.fractions[where[k], j]
+        distances[k] = pairs.distances[where[k]]
 
 
 def key_of(segments: np.ndarray) -> np.ndarray:

@@ -22,8 +22,9 @@ is caught again, half its thickness, and a stack sinks through itself (`graphs/e
 We differ from the paper, which adapts Bridson et al. 2002, impulses pair by pair (`sim/contact/sweep.py`): they do not
 converge in stacks. The authors' code also leaves out pairs whose closest point is an end of a segment. We count them:
 nearly parallel segments, as nearly all neighbours in hair are, always have their closest point there, and so has a tip
-that rests on another hair. At a joint two pairs share a contact; both springs act, and the force stays continuous when
-hair slides across it. Coulomb's law does not mind: the two loads add up to one.
+that rests on another hair. Of segments in a row that are near the same one, the nearest has the contact (`near.py`):
+what slides over their joints goes from one to the next at the same point, with the same force. Where it is the same one
+that ends, both pairs share a contact and both springs act; Coulomb's law does not mind: the two loads add up to one.
 """
 
 import numpy as np
