@@ -51,8 +51,8 @@ def hair_in(
     if asked == "double":
         return make_hair(groom, material, name, construction)
     needs = needs_double(scene, bodies)
-    steps = scene.steps.longest * _highest_frequency(Contents(groom), material, name, construction)
-    if not needs and steps > MOST:
+    steps = 0.0 if needs else scene.steps.longest * _highest_frequency(Contents(groom), material, name, construction)
+    if steps > MOST:
         longest = scene.steps.longest * MOST / steps
         needs = f"steps beyond {longest:.2g} s of hair so stiff and light"
     if first and not needs and asked == "automatic":

@@ -26,9 +26,9 @@ def near_pairs(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: n
 def approaches(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: np.ndarray | None = None) -> Pairs:
     """List near pairs, but of segments that follow each other only the one which is nearer to the same segment; pure.
 
-    A strand along another one is near it everywhere, and most of its segments are near three of the other's. What is
-    left, and no more, is the contacts of two lines that are cut into segments: at least one for each segment of the
-    first, one where they cross, at a joint of the second strand too. Arguments and errors as for `near_pairs`.
+    Where a strand runs along another one, most of its segments are near three of the other's. What is left are the
+    contacts of two lines: one where they cross, at a joint of the second strand too, and one for every segment of the
+    first where they run along each other. Arguments and errors as for `near_pairs`.
     """
     refuse_lost(points)
     pairs = _found(points, all_segments(len(points), offsets), reach, ignored)
