@@ -92,7 +92,7 @@ class TrBdf2:
         x0, v0  where it began [m], [m/s], (rows, 3, W)
         """
         robust = self.rule._replace(form=_MULTIPLIER, guard=np.inf, iterations=1)
-        again = Motion(copied(x0), np.zeros_like(v0), np.empty_like(x0), np.empty_like(motion.T))
+        again = Motion(copied(x0), np.zeros_like(v0), np.empty_like(x0), np.zeros_like(motion.T))
         set_all_tensions(model, again.x, again.T)
         weights = everywhere(model, x0, step.dt)
         stage = Stage(x0, v0, x0, v0, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)

@@ -30,6 +30,18 @@ def test_a_strand_out_of_reach_of_the_scheme_leaves_its_neighbour_alone(scene, s
     np.testing.assert_array_equal(wild.run(1 / 24).axis[:11], calm.run(1 / 24).axis[:11])
 
 
+def test_a_step_done_again_keeps_nothing_that_memory_held_before(scene, straight, monkeypatch):
+    """States are stored, and the same on every run: also numbers that no spring uses."""
+    states, new = [], np.empty_like
+    for held in (0.0, 7.0):
+        monkeypatch.setattr(np, "empty_like", lambda array, held=held: np.full_like(new(array), held))
+        s = scene([straight(0.1, 10, [1, 0, 0])])
+        s.state.positions[CLAMPED:, :, 0] += np.random.default_rng(5).normal(scale=0.02, size=(20, 3))
+        states.append(s.run(1 / 24).state)
+    for one, other in zip(*(vars(state).values() for state in states), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
 def test_square_wave_of_the_root_stays_bounded(scene, straight, triangle):
     """+-2 m/s, turned round ten times a second, at one step per frame."""
     s = scene([straight(0.3, 30, [0, -1, 0])], step=1 / 24, drag=8.0)
