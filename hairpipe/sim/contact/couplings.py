@@ -10,28 +10,25 @@ strands, and t the time that the stage covers: what strands do to each other is 
 that time. Every term of J^T M J is in exactly one of two places, so that
 P + O is the matrix of the whole system:
 
-    P = A + own    `own_blocks`: terms between points of one and the same segment. For the axis particle of point k its
-                   diagonal[k] goes to the block on the diagonal, next[k] to that which couples it to the axis particle
-                   of point k + 1: both lie in the band of its strand, and so in its factors.
+    P = A + own    terms between points of one and the same segment. For the axis particle of point k diagonal[k] goes
+                   to the block on the diagonal, following[k] to that which couples it to the axis particle of point
+                   k + 1: both lie in the band of its strand, and so in its factors.
     O              `multiply_across`: terms between points of the two segments of a coupling, also where both belong
                    to one strand; conjugate gradients multiply by it, `sim/contact/conjugate.py`.
 
-The right-hand side of the strands gets `add_push`. Rows of held particles (roots) are fixed after all of that. Which
+The right-hand side of the strands gets J^T push. Rows of held particles (roots) are fixed after all of that. Which
 couplings touch a point is found once, by `find_incidence`, and holds as long as `segments` stay what they are; every
-point gathers from its own list, in the order of the couplings, so that no result depends on threads. `own_blocks` and
-`multiply_across` have them in that order, `sim/contact/sides.py`.
+point gathers from its own list, in the order of the couplings, so that no result depends on threads: `sides_of` in
+`sim/contact/sides.py`.
 """
 
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numba import njit, prange
+from numba import njit
 
-from hairpipe.body.inlined import inlined
-from hairpipe.sim.fetch import AHEAD, fetch
-
-_CHUNK = 2048
-"""Points that are gathered one after the other."""
+PUSH, DIRECTION, ALONG, ACROSS = 0, 3, 6, 7
+"""Where what a coupling exerts begins in its row."""
 
 
 class Couplings(NamedTuple):
@@ -40,17 +37,32 @@ class Couplings(NamedTuple):
     segments   a segment joins a point to the next of its strand and has its number, (n, 2) int32
     fractions  where on the segments, 0 at that point and 1 at the next, (n, 2)
     acts       whether a coupling exerts anything, (n,) bool; where not, all below is not set
-    push       impulse on the first point, the opposite on the second [N s], (n, 3) float32
-    direction  d, a unit vector, (n, 3) float32
-    strength   along and across it, a and b of M = a d d^T + b (I - d d^T), not negative [kg], (n, 2) float32
+    exerted    side by side, since all of it is read at once and anywhere in memory, (n, 8) float32:
+
+    push       impulse on the first point, the opposite on the second [N s], (n, 3)
+    direction  d, a unit vector, (n, 3)
+    strength   along and across it, a and b of M = a d d^T + b (I - d d^T), not negative [kg], (n, 2)
     """
 
     segments: np.ndarray
     fractions: np.ndarray
     acts: np.ndarray
-    push: np.ndarray
-    direction: np.ndarray
-    strength: np.ndarray
+    exerted: np.ndarray
+
+    @property
+    def push(self) -> np.ndarray:
+        """The first three numbers; memory is shared."""
+        return self.exerted[:, PUSH : PUSH + 3]
+
+    @property
+    def direction(self) -> np.ndarray:
+        """The next three; memory is shared."""
+        return self.exerted[:, DIRECTION : DIRECTION + 3]
+
+    @property
+    def strength(self) -> np.ndarray:
+        """The last two; memory is shared."""
+        return self.exerted[:, ALONG:]
 
 
 class Incidence(NamedTuple):
@@ -94,8 +106,7 @@ def join(*places: Places) -> Joined:
 def couplings_at(places: Places) -> Couplings:
     """Make couplings with room for what they exert."""
     count = len(places.segments)
-    exerted = (np.empty((count, size), np.float32) for size in (3, 3, 2))
-    return Couplings(places.segments, places.fractions, np.zeros(count, np.bool_), *exerted)
+    return Couplings(places.segments, places.fractions, np.zeros(count, np.bool_), np.empty((count, 8), np.float32))
 
 
 def part_of(couplings: Couplings, begin: int, end: int) -> Couplings:
@@ -131,39 +142,3 @@ def find_incidence(segments: np.ndarray, points: int) -> Incidence:
             sides[free[k]] = 2 * i + j
             free[k] += 1
     return Incidence(first, sides)
-
-
-@njit(cache=True, parallel=True)
-def add_push(couplings: Couplings, incidence: Incidence, out: np.ndarray) -> None:
-    """Add J^T push to every point [N s], (points, 3), in place."""
-    for chunk in prange(-(-len(out) // _CHUNK)):
-        _push_some(couplings, incidence, out, np.int64(chunk) * _CHUNK)
-
-
-@njit(cache=True)
-def _push_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
-    """Walk along the segments of a chunk: each gives the part of its own point, and carries that of the next."""
-    first, sides, push, fractions = incidence.first, incidence.sides, couplings.push, couplings.fractions
-    acts = couplings.acts
-    carried = (0.0, 0.0, 0.0)
-    for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(out))):
-        near, far = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        for e in range(first[k], first[k + 1]):
-            i, j = sides[e] >> 1, sides[e] & 1
-            ahead = sides[min(e + AHEAD, len(sides) - 1)] >> 1
-            if acts[ahead]:
-                fetch(push, ahead)
-                fetch(fractions, ahead)
-            if acts[i]:
-                sign, s = 1.0 - 2.0 * j, fractions[i, j]
-                near = _grow(near, sign * (1.0 - s), push[i])
-                far = _grow(far, sign * s, push[i])
-        if k >= begin:
-            for c in range(3):
-                out[k, c] += near[c] + carried[c]
-        carried = far
-
-
-@inlined
-def _grow(sums, weight, y):  # noqa: ANN001, ANN202
-    return sums[0] + weight * y[0], sums[1] + weight * y[1], sums[2] + weight * y[2]

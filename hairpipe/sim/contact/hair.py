@@ -11,7 +11,6 @@ from hairpipe.sim.contact.contacts import REACH, Contacts, find_contacts
 from hairpipe.sim.contact.couplings import (
     Incidence,
     Joined,
-    add_push,
     couplings_at,
     find_incidence,
     join,
@@ -22,7 +21,7 @@ from hairpipe.sim.contact.near import approaches, near_pairs
 from hairpipe.sim.contact.nearest import closest_pairs
 from hairpipe.sim.contact.pairs import key_of
 from hairpipe.sim.contact.repulsion import linearise as linearise_contacts
-from hairpipe.sim.contact.sides import Sides, follow, impulses_after, multiply_across, own_blocks, sides_of
+from hairpipe.sim.contact.sides import Sides, follow, impulses_after, multiply_across, sides_of
 from hairpipe.sim.contact.stiction import Connections, connect, no_connections, release, room
 from hairpipe.sim.contact.stiction import linearise as linearise_connections
 from hairpipe.sim.contact.sweep import sweep
@@ -53,8 +52,6 @@ class HairContacts:
     _places: Joined = field(init=False)
     _incidence: Incidence = field(init=False)
     _sides: Sides = field(init=False)
-    _push: np.ndarray = field(init=False)
-    _own: tuple[np.ndarray, np.ndarray] = field(init=False)
     _change: np.ndarray = field(init=False)
 
     def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray) -> None:
@@ -99,22 +96,18 @@ class HairContacts:
                 self.connections, *state, self.stiction, weights, span, who, part_of(couplings, 0, stuck)
             )
         if self._contacts is not None and self.collisions is not None:
-            rest = part_of(couplings, stuck, len(couplings.push))
+            rest = part_of(couplings, stuck, len(couplings.acts))
             linearise_contacts(self._contacts, *state, self.collisions, weights, span, who, rest)
-        self._sides = sides_of(couplings, self._incidence)
-        self._push, self._change = np.zeros(points.shape), np.zeros(points.shape)
-        add_push(couplings, self._incidence, self._push)
-        self._own = np.empty((len(points), 6), np.float32), np.empty((len(points), 6), np.float32)
-        own_blocks(self._sides, *self._own)
+        self._sides, self._change = sides_of(couplings, self._incidence), np.zeros(points.shape)
 
     @property
     def own(self) -> tuple[np.ndarray, np.ndarray]:
-        """Blocks by which impulses change with the strand's own velocities [kg], (P, 6) float32 each: `own_blocks`."""
-        return self._own
+        """Blocks by which impulses change with the strand's own velocities [kg], two of (P, 6) float32: `Sides`."""
+        return self._sides.diagonal, self._sides.following
 
     def impulses(self, who: np.ndarray, out: np.ndarray) -> None:
         """Set out, (P, 3) [N s], to what points who, (P,) bool, get where solves have left all of them, in place."""
-        impulses_after(self._push, self._sides, *self._own, self._change, who, out)
+        impulses_after(self._sides, self._change, who, out)
 
     def exchange(
         self, respond: Callable[[np.ndarray, np.ndarray], None], alone: np.ndarray, masses: np.ndarray
@@ -134,7 +127,7 @@ class HairContacts:
         What was exchanged stands for -O dv: contact is so stiff that the small error left in dv would be a great
         impulse.
         """
-        follow(*self._own, change, who, self._change, received)
+        follow(self._sides, change, who, self._change, received)
 
     def let_go(self) -> None:
         """Free what only the solves of a step need."""

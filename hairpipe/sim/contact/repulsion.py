@@ -31,7 +31,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.sim.contact.contacts import RELAXATION, Contacts, between, inverse_mass
-from hairpipe.sim.contact.couplings import Couplings
+from hairpipe.sim.contact.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.sim.forces.vectors import dot, minus, scaled
 from hairpipe.sim.scene import Collisions
 
@@ -72,7 +72,7 @@ def _linearise(out, contacts, points, velocities, masses, law, weights, span, wh
     thickness, stiffness, viscosity, friction = law
     segments, fractions = contacts.segments, contacts.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
-    acts, push, direction, strength = out.acts, out.push, out.direction, out.strength
+    acts, exerted = out.acts, out.exerted
     for i in prange(len(acts)):
         acts[i] = False
         if not (who[segments[i, 0]] or who[segments[i, 1]]):
@@ -89,6 +89,6 @@ def _linearise(out, contacts, points, velocities, masses, law, weights, span, wh
             limit = friction * max(contacts.loads[i], force / (1.0 + along * w))
             across = min(span * limit / max(np.sqrt(dot(ut, ut)) - limit * span * w, CREEP), _FIRMEST / w)
             acts[i] = True
-            strength[i, 0], strength[i, 1] = along, across
+            exerted[i, ALONG], exerted[i, ACROSS] = along, across
             for c in range(3):
-                direction[i, c], push[i, c] = n[c], span * force * n[c] - across * ut[c]
+                exerted[i, DIRECTION + c], exerted[i, PUSH + c] = n[c], span * force * n[c] - across * ut[c]

@@ -11,40 +11,49 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
-from hairpipe.sim.contact.couplings import Couplings, Incidence
+from hairpipe.sim.contact.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings, Incidence
 from hairpipe.sim.fetch import AHEAD, fetch
 from hairpipe.sim.forces.symmetric import outer
 from hairpipe.sim.fours import WHOLE, dot, item, load_four, load_short_four, without_first, zeros
 
 _CHUNK = 2048
 """Points that are gathered one after the other."""
+_NUMBERS = 9
+"""That a point carries to the next: of its diagonal block, and of its push."""
 
 
 class Sides(NamedTuple):
-    """Couplings that act as segment after segment sees them.
+    """Couplings that act as segment after segment sees them, and what each point has of them for itself.
 
-    first    those of segment k are first[k] : first[k+1], (points+1,) int32
-    others   segment on the other side, (2 n,) int32
-    places   x y z of the direction and the fraction on the other side, in parts of `WHOLE`, (2 n, 4) int16
-    numbers  strength across the direction, what there is more along it [kg], fraction on this side, (2 n, 3) float32
+    first      those of segment k are first[k] : first[k+1], (points+1,) int32
+    others     segment on the other side, (2 n,) int32
+    places     x y z of the direction and the fraction on the other side, in parts of `WHOLE`, (2 n, 4) int16
+    numbers    strength across the direction, what there is more along it [kg], fraction on this side, (2 n, 3) float32
+    push       J^T push [N s], (points, 3) float64
+    diagonal   own block between a point and itself, symmetric [kg], (points, 6) float32
+    following  that between a point and the next of its strand, symmetric too [kg], (points, 6) float32
     """
 
     first: np.ndarray
     others: np.ndarray
     places: np.ndarray
     numbers: np.ndarray
+    push: np.ndarray
+    diagonal: np.ndarray
+    following: np.ndarray
 
 
 def sides_of(couplings: Couplings, incidence: Incidence) -> Sides:
-    """Sort couplings that act by the segments that they touch; pure."""
+    """Sort couplings that act by the segments that they touch, and sum up what points have of them; pure."""
     first = np.zeros_like(incidence.first)
     _count_acting(couplings.acts, incidence, first)
+    count, points = first[-1], len(first) - 1
     # Memory from numpy, in huge pages: all of it is read in every iteration.
-    count = first[-1]
     others, places = np.empty(count, np.int32), np.empty((count, 4), np.int16)
-    sides = Sides(first, others, places, np.empty((count, 3), np.float32))
-    _sort_sides(couplings, incidence, sides)
-    return sides
+    own = (np.empty((points, size), dtype) for size, dtype in ((3, np.float64), (6, np.float32), (6, np.float32)))
+    out = Sides(first, others, places, np.empty((count, 3), np.float32), *own)
+    _gather(couplings, incidence, out)
+    return out
 
 
 @njit(cache=True, parallel=True)
@@ -58,32 +67,71 @@ def _count_acting(acts, incidence, first):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _sort_sides(couplings, incidence, out):  # noqa: ANN001, ANN202
-    for chunk in prange(-(-(len(out.first) - 1) // _CHUNK)):
-        _sort_some(couplings, incidence, out, np.int64(chunk) * _CHUNK)
+def _gather(couplings, incidence, out):  # noqa: ANN001, ANN202
+    for chunk in prange(-(-len(out.push) // _CHUNK)):
+        _gather_some(couplings, incidence, out, np.int64(chunk) * _CHUNK)
 
 
 @njit(cache=True)
-def _sort_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
-    sides, acts, place = incidence.sides, couplings.acts, out.first[begin]
-    for e in range(incidence.first[begin], incidence.first[min(begin + _CHUNK, len(out.first) - 1)]):
-        ahead = sides[min(e + AHEAD, len(sides) - 1)] >> 1
-        if acts[ahead]:
-            fetch(couplings.direction, ahead)
-            fetch(couplings.strength, ahead)
-            fetch(couplings.fractions, ahead)
-            fetch(couplings.segments, ahead)
-        i, j = sides[e] >> 1, sides[e] & 1
-        if acts[i]:
-            out.others[place] = couplings.segments[i, 1 - j]
-            # Towards zero: a direction that is longer than 1 would make a matrix that is not positive.
-            for c in range(3):
-                out.places[place, c] = np.int16(WHOLE * couplings.direction[i, c])
-            out.places[place, 3] = _rounded(couplings.fractions[i, 1 - j])
-            out.numbers[place, 0] = couplings.strength[i, 1]
-            out.numbers[place, 1] = couplings.strength[i, 0] - couplings.strength[i, 1]
-            out.numbers[place, 2] = _rounded(couplings.fractions[i, j]) / WHOLE
-            place += 1
+def _gather_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
+    """Walk along the segments of a chunk: each gives the part of its own point, and carries that of the next."""
+    first, sides, acts, exerted = incidence.first, incidence.sides, couplings.acts, couplings.exerted
+    fractions = couplings.fractions
+    near, far, between = np.zeros(_NUMBERS), np.zeros(_NUMBERS), np.zeros(6)
+    carried = np.zeros(_NUMBERS)
+    for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(out.push))):
+        near[:] = 0.0
+        far[:] = 0.0
+        between[:] = 0.0
+        place = out.first[k]
+        for e in range(first[k], first[k + 1]):
+            ahead = sides[min(e + AHEAD, len(sides) - 1)] >> 1
+            if acts[ahead]:
+                fetch(exerted, ahead)
+                fetch(fractions, ahead)
+                fetch(couplings.segments, ahead)
+            i, j = sides[e] >> 1, sides[e] & 1
+            if acts[i]:
+                _enter(couplings, i, j, out, place)
+                _add_blocks(out, place, near, far, between)
+                sign, s = 1.0 - 2.0 * j, fractions[i, j]
+                for c in range(3):
+                    near[6 + c] += sign * (1.0 - s) * exerted[i, PUSH + c]
+                    far[6 + c] += sign * s * exerted[i, PUSH + c]
+                place += 1
+        for c in range(6):
+            if k >= begin:
+                out.diagonal[k, c], out.following[k, c] = near[c] + carried[c], between[c]
+        for c in range(3):
+            if k >= begin:
+                out.push[k, c] = near[6 + c] + carried[6 + c]
+        carried, far = far, carried
+
+
+@inlined
+def _enter(couplings, i, j, sides, place):  # noqa: ANN001, ANN202
+    """Write down coupling i as its segment j sees it."""
+    sides.others[place] = couplings.segments[i, 1 - j]
+    # Towards zero: a direction that is longer than 1 would make a matrix that is not positive.
+    for c in range(3):
+        sides.places[place, c] = np.int16(WHOLE * couplings.exerted[i, DIRECTION + c])
+    sides.places[place, 3] = _rounded(couplings.fractions[i, 1 - j])
+    sides.numbers[place, 0] = couplings.exerted[i, ACROSS]
+    sides.numbers[place, 1] = couplings.exerted[i, ALONG] - couplings.exerted[i, ACROSS]
+    sides.numbers[place, 2] = _rounded(couplings.fractions[i, j]) / WHOLE
+
+
+@inlined
+def _add_blocks(sides, e, near, far, between):  # noqa: ANN001, ANN202
+    """Add the blocks of a coupling for the point of its segment, for the next one, and between both."""
+    numbers, places = sides.numbers, sides.places
+    across, more, s = np.float64(numbers[e, 0]), np.float64(numbers[e, 1]), np.float64(numbers[e, 2])
+    x, y, z = places[e, 0] / WHOLE, places[e, 1] / WHOLE, places[e, 2] / WHOLE
+    xx, xy, xz, yy, yz, zz = outer(more, (x, y, z))
+    for c, m in enumerate((across + xx, xy, xz, across + yy, yz, across + zz)):
+        near[c] += (1.0 - s) * (1.0 - s) * m
+        far[c] += s * s * m
+        between[c] += s * (1.0 - s) * m
 
 
 @inlined
@@ -95,17 +143,6 @@ def _rounded(fraction):  # noqa: ANN001, ANN202
 def _acts(matrix, i):  # noqa: ANN001, ANN202
     """Whether a matrix, positive semidefinite, is not zero."""
     return matrix[i, 0] + matrix[i, 3] + matrix[i, 5] > 0.0
-
-
-@njit(cache=True, parallel=True)
-def own_blocks(sides: Sides, diagonal: np.ndarray, following: np.ndarray) -> None:
-    """Set the terms between points of one segment, in place.
-
-    diagonal   between a point and itself, symmetric [kg], (points, 6) float32
-    following  between a point and the next of its strand, symmetric too [kg], (points, 6) float32
-    """
-    for chunk in prange(-(-len(diagonal) // _CHUNK)):
-        _blocks_of_some(sides, diagonal, following, np.int64(chunk) * _CHUNK)
 
 
 @njit(cache=True, parallel=True)
@@ -132,22 +169,12 @@ def rounded_speeds(v):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, parallel=True)
-def impulses_after(
-    push: np.ndarray,
-    sides: Sides,
-    diagonal: np.ndarray,
-    following: np.ndarray,
-    change: np.ndarray,
-    who: np.ndarray,
-    out: np.ndarray,
-) -> None:
+def impulses_after(sides: Sides, change: np.ndarray, who: np.ndarray, out: np.ndarray) -> None:
     """Set out to what points get after velocities have changed, J^T (push - M J dv), where asked for, in place.
 
-    push                 J^T push [N s], (points, 3)
-    diagonal, following  see `own_blocks`
-    change               dv [m/s], (points, 3)
-    who                  points that are asked for, (points,) bool
-    out                  [N s], (points, 3)
+    change  dv [m/s], (points, 3)
+    who     points that are asked for, (points,) bool
+    out     [N s], (points, 3)
     """
     places, rounded = sides.places.reshape(-1), rounded_speeds(change)
     for chunk in prange(-(-len(out) // _CHUNK)):
@@ -158,15 +185,13 @@ def impulses_after(
                 near = total - far
                 if k > 0:
                     near = near + _across(sides, places, k - 1, rounded)[1]
-                own = _own_part(diagonal, following, change, k)
+                own = _own_part(sides, change, k)
                 for c in range(3):
-                    out[k, c] = push[k, c] - own[c] + item(near, c)
+                    out[k, c] = sides.push[k, c] - own[c] + item(near, c)
 
 
 @njit(cache=True, parallel=True)
-def follow(
-    diagonal: np.ndarray, following: np.ndarray, change: np.ndarray, who: np.ndarray, total: np.ndarray, out: np.ndarray
-) -> None:
+def follow(sides: Sides, change: np.ndarray, who: np.ndarray, total: np.ndarray, out: np.ndarray) -> None:
     """Take note that velocities of points who have changed, in place; arguments as for `impulses_after`.
 
     total  of all changes, to which this one is added; what is not finite does not move for others [m/s], (points, 3)
@@ -175,7 +200,7 @@ def follow(
     for chunk in prange(-(-len(out) // _CHUNK)):
         for k in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(out))):
             if who[k]:
-                own = _own_part(diagonal, following, change, k)
+                own = _own_part(sides, change, k)
                 for c in range(3):
                     out[k, c] -= own[c]
                     if abs(change[k, c]) < np.inf:
@@ -183,8 +208,9 @@ def follow(
 
 
 @inlined
-def _own_part(diagonal, following, v, k):  # noqa: ANN001, ANN202
+def _own_part(sides, v, k):  # noqa: ANN001, ANN202
     """What own blocks make of velocities at point k [N s]."""
+    diagonal, following = sides.diagonal, sides.following
     y = _times(diagonal, k, v, k)
     # Where nothing acts, the next point may be another strand's, and lost.
     if _acts(following, k):
@@ -229,7 +255,7 @@ def _across(sides, places, k, v):  # noqa: ANN001, ANN202
 
 @njit(cache=True)
 def _multiply_some(sides, places, v, start, out, begin):  # noqa: ANN001, ANN202
-    """Walk as `add_push` does."""
+    """Walk as `_gather_some` does."""
     carried = _across(sides, places, begin - 1, v)[1] if begin > 0 else zeros()
     for k in range(begin, min(begin + _CHUNK, len(out))):
         total, far = _across(sides, places, k, v)
@@ -237,26 +263,3 @@ def _multiply_some(sides, places, v, start, out, begin):  # noqa: ANN001, ANN202
         for c in range(3):
             out[k, c] = start[k, c] - item(near, c)
         carried = far
-
-
-@njit(cache=True)
-def _blocks_of_some(sides, diagonal, following, begin):  # noqa: ANN001, ANN202
-    """Walk as `add_push` does."""
-    first, places, numbers = sides.first, sides.places, sides.numbers
-    carried, near, far, between = np.zeros(6), np.zeros(6), np.zeros(6), np.zeros(6)
-    for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(diagonal))):
-        near[:] = 0.0
-        far[:] = 0.0
-        between[:] = 0.0
-        for e in range(first[k], first[k + 1]):
-            across, more, s = np.float64(numbers[e, 0]), np.float64(numbers[e, 1]), np.float64(numbers[e, 2])
-            x, y, z = places[e, 0] / WHOLE, places[e, 1] / WHOLE, places[e, 2] / WHOLE
-            xx, xy, xz, yy, yz, zz = outer(more, (x, y, z))
-            for c, m in enumerate((across + xx, xy, xz, across + yy, yz, across + zz)):
-                near[c] += (1.0 - s) * (1.0 - s) * m
-                far[c] += s * s * m
-                between[c] += s * (1.0 - s) * m
-        for c in range(6):
-            if k >= begin:
-                diagonal[k, c], following[k, c] = near[c] + carried[c], between[c]
-            carried[c] = far[c]

@@ -25,7 +25,7 @@ from numba import njit, prange
 
 from hairpipe.errors import BadInput
 from hairpipe.sim.contact.contacts import between, inverse_mass, normal_of
-from hairpipe.sim.contact.couplings import Couplings
+from hairpipe.sim.contact.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.sim.contact.near import near_pairs
 from hairpipe.sim.contact.pairs import Pairs, key_of
 from hairpipe.sim.forces.vectors import dot
@@ -141,7 +141,7 @@ def _linearise(out, connections, points, velocities, masses, law, weights, span,
     stiffness, reach, far, fraction = law
     segments, fractions = connections.segments, connections.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
-    acts, push, direction, strength = out.acts, out.push, out.direction, out.strength
+    acts, exerted = out.acts, out.exerted
     for i in prange(len(acts)):
         acts[i] = False
         if not (who[segments[i, 0]] or who[segments[i, 1]]):
@@ -156,7 +156,7 @@ def _linearise(out, connections, points, velocities, masses, law, weights, span,
             h, pull = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]]), k * (length - reach)
             force = -span * (pull + c * dot(u, d))
             acts[i] = True
-            strength[i, 0] = span * (h * k + c)
-            strength[i, 1] = span * h * max(pull, 0.0) / max(length, _SMALLEST)
+            exerted[i, ALONG] = span * (h * k + c)
+            exerted[i, ACROSS] = span * h * max(pull, 0.0) / max(length, _SMALLEST)
             for a in range(3):
-                direction[i, a], push[i, a] = d[a], force * d[a]
+                exerted[i, DIRECTION + a], exerted[i, PUSH + a] = d[a], force * d[a]

@@ -38,7 +38,7 @@ def whole_matrix(couplings, points):
 
 
 def own_matrix(diagonal, following):
-    """What `own_blocks` gives, as one matrix (3 points, 3 points)."""
+    """Own blocks, as one matrix (3 points, 3 points)."""
     points = len(diagonal)
     A = np.zeros((3 * points, 3 * points))
     for k in range(points):
@@ -51,7 +51,7 @@ def own_matrix(diagonal, following):
 
 @pytest.fixture
 def dense():
-    """Give the functions that make dense matrices: of all terms, and of those of `own_blocks`."""
+    """Give the functions that make dense matrices: of all terms, and of own blocks."""
     return whole_matrix, own_matrix
 
 
@@ -78,6 +78,7 @@ def random_couplings():
         d /= np.linalg.norm(d, axis=1)[:, None]
         acts, push = rng.random(count) < 0.9, rng.normal(size=(count, 3))
         kept = np.rint(fractions * WHOLE) / WHOLE, np.trunc(d * WHOLE) / WHOLE
-        return Couplings(pairs, kept[0], acts, push, kept[1], rng.random((count, 2)).astype(np.float32))
+        strength = rng.random((count, 2)).astype(np.float32)
+        return Couplings(pairs, kept[0], acts, np.concatenate([push, kept[1], strength], axis=1))
 
     return make

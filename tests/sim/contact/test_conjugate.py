@@ -8,7 +8,7 @@ import pytest
 
 from hairpipe.sim.contact.conjugate import MOST, solve
 from hairpipe.sim.contact.couplings import Couplings, find_incidence
-from hairpipe.sim.contact.sides import multiply_across, own_blocks, sides_of
+from hairpipe.sim.contact.sides import multiply_across, sides_of
 from hairpipe.sim.fours import WHOLE
 
 POINTS, STRANDS, LENGTH, MASS = 14, 10, 6e-3, 4e-8
@@ -93,10 +93,10 @@ def bundle(dense):
         strength = np.tile(np.float32([h * h * stiffness, 0.0]), (len(pairs), 1))
         fractions, n = np.rint(rng.random((len(pairs), 2)) * WHOLE) / WHOLE, np.trunc(n * WHOLE) / WHOLE
         acts = np.full(len(pairs), stiffness > 0.0)
-        couplings = Couplings(pairs, fractions, acts, np.zeros((len(pairs), 3)), n, strength)
-        diagonal, following = np.zeros((total, 6)), np.zeros((total, 6))
-        own_blocks(sides_of(couplings, find_incidence(pairs, total)), diagonal, following)
-        own = own_matrix(diagonal, following)
+        exerted = np.concatenate([np.zeros((len(pairs), 3)), n, strength], axis=1)
+        couplings = Couplings(pairs, fractions, acts, exerted)
+        sides = sides_of(couplings, find_incidence(pairs, total))
+        own = own_matrix(sides.diagonal, sides.following)
         forces = np.repeat(rng.normal(size=(STRANDS, 1, 3)), POINTS, axis=1).ravel() * MASS * 300.0 * h
         held = np.zeros((STRANDS, POINTS, 3), bool)
         held[:, :2] = True
@@ -188,9 +188,7 @@ def test_threads_change_no_bit(offsets, random_couplings, threads):
     points = int(offsets[-1]) * 4
     couplings = random_couplings(np.array([0, points], np.int32), 9000)
     sides = sides_of(couplings, find_incidence(couplings.segments, points))
-    diagonal = np.zeros((points, 6))
-    own_blocks(sides, diagonal, np.zeros((points, 6)))
-    heavy = 2.0 * diagonal.sum(axis=1)[:, None] + 1.0
+    heavy = 2.0 * sides.diagonal.sum(axis=1)[:, None] + 1.0
 
     def respond(r, z):
         z[:] = r / heavy

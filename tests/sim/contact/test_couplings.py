@@ -3,8 +3,8 @@
 import numba
 import numpy as np
 
-from hairpipe.sim.contact.couplings import Couplings, add_push, find_incidence, join, part_of
-from hairpipe.sim.contact.sides import follow, impulses_after, multiply_across, own_blocks, sides_of
+from hairpipe.sim.contact.couplings import Couplings, find_incidence, join, part_of
+from hairpipe.sim.contact.sides import follow, impulses_after, multiply_across, sides_of
 
 SINGLE = 1e-6
 """Other sides are multiplied in single precision."""
@@ -22,9 +22,8 @@ def multiply(couplings, points, v):
 
 
 def blocks(couplings, points):
-    diagonal, following = np.empty((points, 6)), np.empty((points, 6))
-    own_blocks(sorted_sides(couplings, points), diagonal, following)
-    return diagonal, following
+    sides = sorted_sides(couplings, points)
+    return sides.diagonal, sides.following
 
 
 def test_own_and_across_are_together_the_whole_matrix(random_couplings, dense):
@@ -41,15 +40,13 @@ def test_own_and_across_are_together_the_whole_matrix(random_couplings, dense):
 def test_pushes_reach_points_by_their_weights_and_are_opposite(offsets, random_couplings):
     points = int(offsets[-1])
     couplings = random_couplings(offsets, 400)
-    out = np.ones((points, 3))
-    add_push(couplings, find_incidence(couplings.segments, points), out)
-    expected = np.ones((points, 3))
+    out, expected = sorted_sides(couplings, points).push, np.zeros((points, 3))
     for i in np.flatnonzero(couplings.acts):
         (a, b), (s, t) = couplings.segments[i], couplings.fractions[i]
         for place, weight in ((a, 1 - s), (a + 1, s), (b, t - 1), (b + 1, -t)):
             expected[place] += weight * couplings.push[i]
     np.testing.assert_allclose(out, expected, atol=1e-12)
-    np.testing.assert_allclose((out - 1).sum(axis=0), 0, atol=1e-11)
+    np.testing.assert_allclose(out.sum(axis=0), 0, atol=1e-11)
 
 
 def test_no_strand_gets_a_term_of_its_neighbour(offsets, random_couplings):
@@ -69,9 +66,7 @@ def test_threads_and_the_way_sets_are_joined_change_no_bit(offsets, random_coupl
     results = []
     for number, same in ((1, couplings), (numba.get_num_threads(), whole)):
         threads(number)
-        push = np.zeros((points, 3))
-        add_push(same, find_incidence(same.segments, points), push)
-        results.append([push, multiply(same, points, v), *blocks(same, points)])
+        results.append([*sorted_sides(same, points), multiply(same, points, v)])
     for one, other in zip(*results, strict=True):
         assert np.array_equal(one, other)
 
@@ -96,15 +91,14 @@ def test_impulses_after_a_change_are_those_of_the_whole_matrix(random_couplings,
     offsets = np.array([0, 2, 7, 16, 19], np.int32)
     points, who = 19, np.ones(19, bool)
     couplings = random_couplings(offsets, 60)
-    sides, own = sorted_sides(couplings, points), blocks(couplings, points)
+    sides = sorted_sides(couplings, points)
     dv = np.random.default_rng(4).normal(size=(points, 3))
-    push = np.zeros((points, 3))
-    add_push(couplings, find_incidence(couplings.segments, points), push)
+    push = sides.push.copy()
     expected = push - (dense[0](couplings, points) @ dv.ravel()).reshape(-1, 3)
     out, total = np.empty_like(push), np.zeros_like(push)
-    impulses_after(push, sides, *own, dv, who, out)
+    impulses_after(sides, dv, who, out)
     np.testing.assert_allclose(out, expected, atol=SINGLE * np.abs(expected).max())
-    follow(*own, dv, who, total, push)
+    follow(sides, dv, who, total, push)
     np.testing.assert_allclose(push - multiply(couplings, points, dv), expected, atol=SINGLE * np.abs(expected).max())
     np.testing.assert_array_equal(total, dv)
 
@@ -112,10 +106,10 @@ def test_impulses_after_a_change_are_those_of_the_whole_matrix(random_couplings,
 def test_a_lost_strand_takes_no_other_along(offsets, random_couplings):
     points, who = int(offsets[-1]), np.ones(offsets[-1], bool)
     couplings = random_couplings(offsets, 400)
-    own = blocks(couplings, points)
+    sides = sorted_sides(couplings, points)
     dv, total, received = np.ones((points, 3)), np.zeros((points, 3)), np.zeros((points, 3))
     lost = slice(offsets[1], offsets[2])
     dv[lost] = np.nan
-    follow(*own, dv, who, total, received)
+    follow(sides, dv, who, total, received)
     assert not total[lost].any() and np.isfinite(total).all()
     assert np.isfinite(np.delete(received, np.r_[lost], axis=0)).all()

@@ -22,8 +22,8 @@ def couplings_of(pairs, points, velocities, law=LAW, h=H, at=None):
 
 def exerted(contacts, points, velocities, law=LAW, h=H, who=None):
     # In double precision, of which a step keeps half.
-    room, count = (np.zeros((len(contacts.loads), size)) for size in (3, 3, 2)), len(points)
-    couplings = Couplings(contacts.segments, contacts.fractions, np.empty(len(contacts.loads), np.bool_), *room)
+    count, pairs = len(points), len(contacts.loads)
+    couplings = Couplings(contacts.segments, contacts.fractions, np.empty(pairs, np.bool_), np.zeros((pairs, 8)))
     masses, who = np.full(count, MASS), np.ones(count, np.bool_) if who is None else who
     linearise(contacts, points, velocities, masses, law, np.full(count, h), h, who, couplings)
     return couplings
