@@ -9,6 +9,7 @@ from hairpipe.graph.events import CODEC
 from hairpipe.graph.fetch import fetch
 from hairpipe.graph.frames import Frames, Pair, Time
 from hairpipe.graph.graph import Graph
+from hairpipe.graph.memory import keep_freed
 from hairpipe.graph.run import run
 from hairpipe.graph.settings import build_settings
 from hairpipe.graph.store import Store
@@ -30,6 +31,7 @@ class Replay:
     _state: Any = field(default=None, init=False)
 
     def __post_init__(self) -> None:
+        keep_freed()
         node = self.graph.node(self.name)
         if node.type.state is None:
             raise BadInput(f"'{self.name}' does not go from frame to frame", where=self.graph.path, right="a scan")

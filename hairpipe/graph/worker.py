@@ -28,6 +28,7 @@ from hairpipe.graph.declare import SINGLE, NodeType
 from hairpipe.graph.files import Workspace
 from hairpipe.graph.fingerprint import stamp_of
 from hairpipe.graph.frames import Frames, Pair, Reached, Time
+from hairpipe.graph.memory import keep_freed
 from hairpipe.graph.record import Output, Record
 from hairpipe.graph.settings import build_settings
 from hairpipe.graph.store import LostObject, Store
@@ -185,6 +186,7 @@ def main(descriptor: int) -> None:
     """Serve a coordinator until it is gone."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group; the coordinator decides
     die_with_parent()
+    keep_freed()
     connection = Connection(descriptor)
     try:
         worker = Worker(json.loads(connection.recv_bytes()), lambda: is_closed(connection))

@@ -18,8 +18,7 @@ from hairpipe.sim.fours import WHOLE, dot, item, load_four, load_short_four, wit
 
 _CHUNK = 2048
 """Points that are gathered one after the other."""
-_NUMBERS = 9
-"""That a point carries to the next: of its diagonal block, and of its push."""
+_NO_BLOCK, _NO_PUSH = (0.0,) * 6, (0.0,) * 3
 
 
 class Sides(NamedTuple):
@@ -77,12 +76,9 @@ def _gather_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
     """Walk along the segments of a chunk: each gives the part of its own point, and carries that of the next."""
     first, sides, acts, exerted = incidence.first, incidence.sides, couplings.acts, couplings.exerted
     fractions = couplings.fractions
-    near, far, between = np.zeros(_NUMBERS), np.zeros(_NUMBERS), np.zeros(6)
-    carried = np.zeros(_NUMBERS)
+    carried, carried_push = _NO_BLOCK, _NO_PUSH
     for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(out.push))):
-        near[:] = 0.0
-        far[:] = 0.0
-        between[:] = 0.0
+        near, far, between, near_push, far_push = _NO_BLOCK, _NO_BLOCK, _NO_BLOCK, _NO_PUSH, _NO_PUSH
         place = out.first[k]
         for e in range(first[k], first[k + 1]):
             ahead = sides[min(e + AHEAD, len(sides) - 1)] >> 1
@@ -92,25 +88,26 @@ def _gather_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
                 fetch(couplings.segments, ahead)
             i, j = sides[e] >> 1, sides[e] & 1
             if acts[i]:
-                _enter(couplings, i, j, out, place)
-                _add_blocks(out, place, near, far, between)
+                M, r = _enter(couplings, i, j, out, place)
+                near = _more_block(near, (1.0 - r) * (1.0 - r), M)
+                far = _more_block(far, r * r, M)
+                between = _more_block(between, r * (1.0 - r), M)
                 sign, s = 1.0 - 2.0 * j, fractions[i, j]
-                for c in range(3):
-                    near[6 + c] += sign * (1.0 - s) * exerted[i, PUSH + c]
-                    far[6 + c] += sign * s * exerted[i, PUSH + c]
+                push = (exerted[i, PUSH], exerted[i, PUSH + 1], exerted[i, PUSH + 2])
+                near_push = _more_push(near_push, sign * (1.0 - s), push)
+                far_push = _more_push(far_push, sign * s, push)
                 place += 1
-        for c in range(6):
-            if k >= begin:
+        if k >= begin:
+            for c in range(6):
                 out.diagonal[k, c], out.following[k, c] = near[c] + carried[c], between[c]
-        for c in range(3):
-            if k >= begin:
-                out.push[k, c] = near[6 + c] + carried[6 + c]
-        carried, far = far, carried
+            for c in range(3):
+                out.push[k, c] = near_push[c] + carried_push[c]
+        carried, carried_push = far, far_push
 
 
 @inlined
 def _enter(couplings, i, j, sides, place):  # noqa: ANN001, ANN202
-    """Write down coupling i as its segment j sees it."""
+    """Write down coupling i as its segment j sees it; return its matrix, xx to zz, and where it is, as written down."""
     sides.others[place] = couplings.segments[i, 1 - j]
     # Towards zero: a direction that is longer than 1 would make a matrix that is not positive.
     for c in range(3):
@@ -119,19 +116,27 @@ def _enter(couplings, i, j, sides, place):  # noqa: ANN001, ANN202
     sides.numbers[place, 0] = couplings.exerted[i, ACROSS]
     sides.numbers[place, 1] = couplings.exerted[i, ALONG] - couplings.exerted[i, ACROSS]
     sides.numbers[place, 2] = _rounded(couplings.fractions[i, j]) / WHOLE
+    across, more = np.float64(sides.numbers[place, 0]), np.float64(sides.numbers[place, 1])
+    x, y, z = sides.places[place, 0] / WHOLE, sides.places[place, 1] / WHOLE, sides.places[place, 2] / WHOLE
+    xx, xy, xz, yy, yz, zz = outer(more, (x, y, z))
+    return (across + xx, xy, xz, across + yy, yz, across + zz), np.float64(sides.numbers[place, 2])
 
 
 @inlined
-def _add_blocks(sides, e, near, far, between):  # noqa: ANN001, ANN202
-    """Add the blocks of a coupling for the point of its segment, for the next one, and between both."""
-    numbers, places = sides.numbers, sides.places
-    across, more, s = np.float64(numbers[e, 0]), np.float64(numbers[e, 1]), np.float64(numbers[e, 2])
-    x, y, z = places[e, 0] / WHOLE, places[e, 1] / WHOLE, places[e, 2] / WHOLE
-    xx, xy, xz, yy, yz, zz = outer(more, (x, y, z))
-    for c, m in enumerate((across + xx, xy, xz, across + yy, yz, across + zz)):
-        near[c] += (1.0 - s) * (1.0 - s) * m
-        far[c] += s * s * m
-        between[c] += s * (1.0 - s) * m
+def _more_block(sums, weight, M):  # noqa: ANN001, ANN202
+    return (
+        sums[0] + weight * M[0],
+        sums[1] + weight * M[1],
+        sums[2] + weight * M[2],
+        sums[3] + weight * M[3],
+        sums[4] + weight * M[4],
+        sums[5] + weight * M[5],
+    )
+
+
+@inlined
+def _more_push(sums, weight, y):  # noqa: ANN001, ANN202
+    return sums[0] + weight * y[0], sums[1] + weight * y[1], sums[2] + weight * y[2]
 
 
 @inlined
