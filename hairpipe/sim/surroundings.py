@@ -164,7 +164,7 @@ class Surroundings:
         received = push[:0] if self.hair is None else self._room("received", points)
         clear(marked, push, damping)
         if self.wind is not None:
-            self.wind.forces(points, speeds, self.layout.offsets, self.began + stage.time, push, damping)
+            self.wind.forces(points, speeds, self.layout.offsets, self.began + stage.time, marked, push, damping)
         if self.body is not None:
             held = np.zeros_like(marked) if stage.held_normals else marked
             self.body.hold(points, speeds, self._masses, weights, held, push, damping)

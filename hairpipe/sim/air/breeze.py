@@ -29,14 +29,7 @@ class Breeze:
 
         The mean wind and its gusts, as far as the hair in front of it lets them through.
         """
-        velocity = np.array(self.wind.velocity)
-        air = np.tile(velocity, (len(points), 1))
-        if self.modes is not None:
-            add_gusts(self.modes, velocity, points, seconds, air)
-        shield = self._shield or shield_of(points, offsets, self.wind, self.law, self.diameter)
-        if shield is not None:
-            weaken(shield, points, air)
-        return air
+        return self._air(points, self._counted(points, offsets), seconds)
 
     def forces(
         self,
@@ -44,12 +37,28 @@ class Breeze:
         velocities: np.ndarray,
         offsets: np.ndarray,
         seconds: float,
+        who: np.ndarray,
         push: np.ndarray,
         damping: np.ndarray,
     ) -> None:
-        """Add the force push - damping v of the air on every point, in place; arrays as for `add_drag`.
+        """Add the force push - damping v of the air on points who, in place; arrays as for `add_drag`.
 
         seconds  absolute time of the shot, so that a run that is resumed meets the same gusts
         """
-        air = self.air(points, offsets, seconds)
-        add_drag(points, velocities, air, offsets, self.law, push, damping)
+        air, some = np.empty_like(points), slice(None) if who.all() else who
+        air[some] = self._air(points[some], self._counted(points, offsets), seconds)
+        add_drag(points, velocities, air, offsets, self.law, who, push, damping)
+
+    def _counted(self, points: np.ndarray, offsets: np.ndarray) -> Shield | None:
+        """Return the hair that shields."""
+        return self._shield or shield_of(points, offsets, self.wind, self.law, self.diameter)
+
+    def _air(self, points: np.ndarray, shield: Shield | None, seconds: float) -> np.ndarray:
+        """Return the velocity of the air at some points behind a shield; otherwise as `air`."""
+        velocity = np.array(self.wind.velocity)
+        air = np.tile(velocity, (len(points), 1))
+        if self.modes is not None:
+            add_gusts(self.modes, velocity, points, seconds, air)
+        if shield is not None:
+            weaken(shield, points, air)
+        return air

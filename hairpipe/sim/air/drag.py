@@ -11,6 +11,7 @@ of both ends when the solve starts; with them the force is linear in v, so that 
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.body.inlined import inlined
 from hairpipe.sim.air.cylinder import Law, normal_drag, tangential_drag
 
 
@@ -21,22 +22,25 @@ def add_drag(
     air: np.ndarray,
     offsets: np.ndarray,
     law: Law,
+    who: np.ndarray,
     push: np.ndarray,
     damping: np.ndarray,
 ) -> None:
-    """Add the force push - damping v on every point, in place.
+    """Add the force push - damping v on the points of some strands, in place.
 
     points, velocities  of the axes [m, m/s], (P, 3)
     air                 velocity of the air at every point [m/s], (P, 3)
     offsets             strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
+    who                 points of these strands, (P,) bool; what the others have is not looked at
     push                [N], (P, 3); damping  symmetric xx xy xz yy yz zz [kg/s], (P, 6)
     """
     for strand in prange(len(offsets) - 1):
-        for k in range(offsets[strand], offsets[strand + 1] - 1):
+        end = offsets[strand + 1] if who[offsets[strand]] else offsets[strand]
+        for k in range(offsets[strand], end - 1):
             _add_segment(points, velocities, air, k, law, push, damping)
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def _add_segment(points, velocities, air, k, law, push, damping):  # noqa: ANN001, ANN202
     """Add the drag of the segment from point k to the next."""
     dx, dy, dz = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1], points[k + 1, 2] - points[k, 2]

@@ -52,7 +52,7 @@ class HairContacts:
     _places: Joined = field(init=False)
     _incidence: Incidence = field(init=False)
     _sides: Sides = field(init=False)
-    _change: np.ndarray = field(init=False)
+    _change: np.ndarray | None = field(default=None, init=False)
 
     def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray) -> None:
         """Look around at the start of a step: connections break and are made, contacts are found."""
@@ -98,7 +98,7 @@ class HairContacts:
         if self._contacts is not None and self.collisions is not None:
             rest = part_of(couplings, stuck, len(couplings.acts))
             linearise_contacts(self._contacts, *state, self.collisions, weights, span, who, rest)
-        self._sides, self._change = sides_of(couplings, self._incidence), np.zeros(points.shape)
+        self._sides, self._change = sides_of(couplings, self._incidence), None
 
     @property
     def own(self) -> tuple[np.ndarray, np.ndarray]:
@@ -107,7 +107,10 @@ class HairContacts:
 
     def impulses(self, who: np.ndarray, out: np.ndarray) -> None:
         """Set out, (P, 3) [N s], to what points who, (P,) bool, get where solves have left all of them, in place."""
-        impulses_after(self._sides, self._change, who, out)
+        if self._change is None:
+            np.copyto(out, self._sides.push, where=who[:, None])
+        else:
+            impulses_after(self._sides, self._change, who, out)
 
     def exchange(
         self, respond: Callable[[np.ndarray, np.ndarray], None], alone: np.ndarray, masses: np.ndarray
@@ -127,6 +130,8 @@ class HairContacts:
         What was exchanged stands for -O dv: contact is so stiff that the small error left in dv would be a great
         impulse.
         """
+        if self._change is None:
+            self._change = np.zeros(change.shape)
         follow(self._sides, change, who, self._change, received)
 
     def let_go(self) -> None:

@@ -30,6 +30,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.body.inlined import inlined
 from hairpipe.levelset.moving import Probe
 
 FREE, TOUCHES, MET = 0, 1, 2
@@ -82,7 +83,7 @@ def resume(touch: Touch, probe: Probe, thickness: np.ndarray) -> None:
                 _resume(touch, probe, i, thickness[i])
 
 
-@njit(cache=True)
+@inlined
 def _resume(touch, probe, i, thickness):  # noqa: ANN001, ANN202
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     if thickness > 0.0 and probe.distance[i] < thickness + _NEAR and nx * nx + ny * ny + nz * nz > 0.5:
@@ -111,7 +112,7 @@ def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, weights, who,
                 _add_hold(touch, i, push, damping)
 
 
-@njit(cache=True)
+@inlined
 def _aim(touch, probe, i, v, begun, thickness, mass, h):  # noqa: ANN001, ANN202
     """Decide whether point i touches, and where it is to go."""
     phi = probe.distance[i]
@@ -140,14 +141,14 @@ def _aim(touch, probe, i, v, begun, thickness, mass, h):  # noqa: ANN001, ANN202
     touch.target[i, 0], touch.target[i, 1], touch.target[i, 2] = bx + extra * nx, by + extra * ny, bz + extra * nz
 
 
-@njit(cache=True)
+@inlined
 def _lead(probe, i, v, h):  # noqa: ANN001, ANN202
     """Return how far outside point i is still held: a straight way leads it off a body that it slides around."""
     ux, uy, uz = v[i, 0] - probe.velocity[i, 0], v[i, 1] - probe.velocity[i, 1], v[i, 2] - probe.velocity[i, 2]
     return _NEAR + h * np.sqrt(ux * ux + uy * uy + uz * uz)
 
 
-@njit(cache=True)
+@inlined
 def _add_hold(touch, i, push, damping):  # noqa: ANN001, ANN202
     c, n, w = touch.grip[i], touch.normal[i], touch.target[i]
     more = touch.rate[i] - c
@@ -180,7 +181,7 @@ def judge(touch: Touch, probe: Probe, v, thickness, mass, friction, who, changed
                     changed[i] = _judge_touch(touch, i, v, friction)
 
 
-@njit(cache=True)
+@inlined
 def _judge_touch(touch, i, v, friction):  # noqa: ANN001, ANN202
     """Renew the grip of point i, or let it go; tell whether it must be solved again."""
     c, n, w = touch.rate[i], touch.normal[i], touch.target[i]

@@ -20,10 +20,11 @@ def matrices(damping):
     return damping[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
 
 
-def forces(wind, points=POINTS, velocities=VELOCITIES, offsets=OFFSETS, seconds=0.0):
+def forces(wind, points=POINTS, velocities=VELOCITIES, offsets=OFFSETS, seconds=0.0, who=None):
     """Push, damping as matrices, and the force of both."""
     push, damping = np.zeros_like(points), np.zeros((len(points), 6))
-    Breeze(wind, DIAMETER).forces(points, velocities, offsets, seconds, push, damping)
+    who = np.ones(len(points), bool) if who is None else who
+    Breeze(wind, DIAMETER).forces(points, velocities, offsets, seconds, who, push, damping)
     full = matrices(damping)
     return push, full, push - np.einsum("pij,pj->pi", full, velocities)
 
@@ -107,8 +108,15 @@ def test_segments_join_no_strands_and_forces_add_up():
     for now, then in zip(whole, zip(*parts, strict=True), strict=True):
         np.testing.assert_array_equal(now, np.concatenate(then))
     push, damping = np.ones_like(POINTS), np.ones((12, 6))
-    Breeze(Wind(), DIAMETER).forces(POINTS, VELOCITIES, OFFSETS, 0.0, push, damping)
+    Breeze(Wind(), DIAMETER).forces(POINTS, VELOCITIES, OFFSETS, 0.0, np.ones(12, bool), push, damping)
     np.testing.assert_allclose(push - 1.0, whole[0], atol=1e-15)
+
+
+def test_strands_that_are_not_asked_for_get_nothing_and_change_nothing():
+    wind, who = Wind((2.0, 0.3, -1.0), gusts=Gusts(), shielding=Shielding(0.02, 50.0)), np.arange(12) >= 7
+    for some, whole in zip(forces(wind, who=who), forces(wind), strict=True):
+        np.testing.assert_array_equal(some[who], whole[who])
+        assert whole[~who].any() and not some[~who].any()
 
 
 def test_it_does_not_depend_on_threads_and_spares_the_neighbours_of_what_is_not_finite(threads):
