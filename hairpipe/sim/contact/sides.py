@@ -73,7 +73,10 @@ def _gather(couplings, incidence, out):  # noqa: ANN001, ANN202
 
 @njit(cache=True)
 def _gather_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
-    """Walk along the segments of a chunk: each gives the part of its own point, and carries that of the next."""
+    """Walk along the segments of a chunk: each gives the part of its own point, and carries that of the next.
+
+    The segment before the chunk, which carries something into it, is walked twice, and entered twice alike.
+    """
     first, sides, acts, exerted = incidence.first, incidence.sides, couplings.acts, couplings.exerted
     fractions = couplings.fractions
     carried, carried_push = _NO_BLOCK, _NO_PUSH
