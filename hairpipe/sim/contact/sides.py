@@ -14,6 +14,7 @@ from hairpipe.body.inlined import inlined
 from hairpipe.sim.contact.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings, Incidence
 from hairpipe.sim.fetch import AHEAD, fetch
 from hairpipe.sim.forces.symmetric import outer
+from hairpipe.sim.forces.vectors import plus, scaled
 from hairpipe.sim.fours import WHOLE, dot, item, load_four, load_short_four, without_first, zeros
 
 _CHUNK = 2048
@@ -97,8 +98,8 @@ def _gather_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
                 between = _more_block(between, r * (1.0 - r), M)
                 sign, s = 1.0 - 2.0 * j, fractions[i, j]
                 push = (exerted[i, PUSH], exerted[i, PUSH + 1], exerted[i, PUSH + 2])
-                near_push = _more_push(near_push, sign * (1.0 - s), push)
-                far_push = _more_push(far_push, sign * s, push)
+                near_push = plus(near_push, scaled(sign * (1.0 - s), push))
+                far_push = plus(far_push, scaled(sign * s, push))
                 place += 1
         if k >= begin:
             for c in range(6):
@@ -135,11 +136,6 @@ def _more_block(sums, weight, M):  # noqa: ANN001, ANN202
         sums[4] + weight * M[4],
         sums[5] + weight * M[5],
     )
-
-
-@inlined
-def _more_push(sums, weight, y):  # noqa: ANN001, ANN202
-    return sums[0] + weight * y[0], sums[1] + weight * y[1], sums[2] + weight * y[2]
 
 
 @inlined
@@ -222,9 +218,9 @@ def _own_part(sides, v, k):  # noqa: ANN001, ANN202
     y = _times(diagonal, k, v, k)
     # Where nothing acts, the next point may be another strand's, and lost.
     if _acts(following, k):
-        y = _plus(y, _times(following, k, v, k + 1))
+        y = plus(y, _times(following, k, v, k + 1))
     if k > 0 and _acts(following, k - 1):
-        y = _plus(y, _times(following, k - 1, v, k - 1))
+        y = plus(y, _times(following, k - 1, v, k - 1))
     return y
 
 
@@ -236,11 +232,6 @@ def _times(M, m, v, k):  # noqa: ANN001, ANN202
         M[m, 1] * a + M[m, 3] * b + M[m, 4] * c,
         M[m, 2] * a + M[m, 4] * b + M[m, 5] * c,
     )
-
-
-@inlined
-def _plus(x, y):  # noqa: ANN001, ANN202
-    return x[0] + y[0], x[1] + y[1], x[2] + y[2]
 
 
 @inlined
