@@ -29,7 +29,7 @@ def test_it_is_the_change_of_a_solve(tips_held):
     v[:] = 0.0
     found = []
     impulses = 1e-8 * rng.normal(size=(count, 3))
-    A, none = layout.empty(row_size(hair.model.shape.reach)).astype(np.float32), np.zeros((count, 3))
+    A, none = np.empty_like(layout.empty(row_size(hair.model.shape.reach)), np.float32), np.zeros((count, 3))
     for push in (none, impulses):
         outer, b, change = np.zeros((len(x) // axis.stride, ROWS, layout.width)), layout.empty(3), np.zeros((count, 3))
         lay_out(axis, everyone, push / H, np.zeros((count, 6)), none, weights, none[:0], nothing, nothing, outer)
