@@ -7,8 +7,9 @@ import numpy as np
 from hairpipe.levelset.moving import MovingSurface, Probe, Sweep
 from hairpipe.sim.contact.drape import drape
 from hairpipe.sim.contact.folds import Turns, add_heights
-from hairpipe.sim.contact.hold import TOUCHES, Touch, hold, judge, resume, stop_normals
+from hairpipe.sim.contact.hold import FREE, TOUCHES, Touch, hold, judge, resume, stop_normals
 from hairpipe.sim.contact.project import Motion, farthest, project
+from hairpipe.sim.contact.sight import Sight
 from hairpipe.sim.contact.squeeze import give_way
 from hairpipe.sim.scene import BodyContact
 
@@ -16,6 +17,7 @@ RISE = 5
 """Points over which the thickness grows from the root on."""
 _PARTS = 8  # of a step, that the normals are read at where hair ran into something
 _MARGIN = 5e-3  # [m]; points farther than this beyond their thickness are not looked at, nor held
+_NEAR = 1e-4  # [m]; what is farther than this beyond it begins to touch in no case
 
 
 def thicknesses(offsets: np.ndarray, thickness: float) -> np.ndarray:
@@ -40,32 +42,25 @@ class BodyContacts:
     offsets: np.ndarray
     turns: Turns | None = None
     _touch: Touch = field(init=False)
+    _sight: Sight = field(init=False)
+    _everyone: np.ndarray = field(init=False)
     _begun: np.ndarray = field(init=False)
-    _probe: Probe = field(init=False)
     _wanted: np.ndarray = field(init=False)
     _kept: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
-        self._touch = Touch.none(len(self.thickness))
+        self._touch, self._everyone = Touch.none(len(self.thickness)), np.ones(len(self.thickness), np.bool_)
+        highest = 2.0 * self.turns.radii.max(initial=0.0) if self.turns is not None else 0.0
+        far = float(self.thickness.max(initial=0.0) + highest)
+        self._sight = Sight(self.surfaces, len(self.thickness), far + _MARGIN, far + _NEAR)
 
-    def look(self, points: np.ndarray, time: float, who: np.ndarray | None = None) -> Probe:
+    def look(self, points: np.ndarray, time: float, who: np.ndarray) -> Probe:
         """Find how near the body is at a time since the previous frame [s], where it is, and what points keep there.
 
         who  points that are looked at, (P,) bool; of the others what was seen last
         """
-        highest = 2.0 * self.turns.radii.max(initial=0.0) if self.turns is not None else 0.0
-        reach = float(self.thickness.max(initial=0.0) + highest) + _MARGIN
-        if who is None or who.all():
-            probe = Probe.blank(len(points), reach)
-            for surface in self.surfaces:
-                surface.probe(points, time, probe)
-        else:
-            probe, part = self._probe, Probe.blank(int(who.sum()), reach)
-            for surface in self.surfaces:
-                surface.probe(points[who], time, part)
-            for target, values in zip(probe, part, strict=True):
-                target[who] = values
-        self._wanted = self.thickness
+        self._sight.renew(points, time, who, self._touch.state != FREE)
+        probe, self._wanted = self._sight.probe, self.thickness
         if self.turns is not None and self.contact.folds is not None:
             self._wanted = self.thickness.copy()
             add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._wanted)
@@ -74,14 +69,14 @@ class BodyContacts:
 
     def begin(self, points: np.ndarray, time: float) -> None:
         """Note where points begin a step."""
-        self._probe = self.look(points, time)
-        self._begun = self._probe.distance.copy()
+        probe = self.look(points, time, self._everyone)
+        self._begun = probe.distance.copy()
         self._touch.shocked[:] = False
-        resume(self._touch, self._probe, self._kept)
+        resume(self._touch, probe, self._kept)
 
     def foresee(self, points: np.ndarray, time: float, who: np.ndarray) -> None:
         """Look where a prediction leads points who, (P,) bool, at the end of a stage."""
-        self._probe = self.look(points, time, who)
+        self.look(points, time, who)
         self._touch.freed[:] = False
 
     def hold(
@@ -95,15 +90,17 @@ class BodyContacts:
         damping: np.ndarray,
     ) -> None:
         """Add the forces that hold points, push - damping v, in place; see `hold`."""
-        hold(self._touch, self._probe, points, speeds, self._begun, self._kept, masses, weights, who, push, damping)
+        hold(
+            self._touch, self._sight.probe, points, speeds, self._begun, self._kept, masses, weights, who, push, damping
+        )
 
     def judge(
         self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, who: np.ndarray
     ) -> np.ndarray:
         """Look at what a solve found; mark the points that must be solved again, (P,) bool."""
-        self._probe, changed = self.look(points, time, who), np.empty(len(points), np.bool_)
+        probe, changed = self.look(points, time, who), np.empty(len(points), np.bool_)
         rest = (self._kept, masses, self.contact.friction, who, changed)
-        judge(self._touch, self._probe, speeds, *rest)
+        judge(self._touch, probe, speeds, *rest)
         return changed
 
     @property
@@ -156,7 +153,7 @@ class BodyContacts:
                 surface.probe(at, time + share * dt, found)
             for target, values in zip(meeting, found, strict=True):
                 target[chosen] = values
-        ended, leaving = self.look(after, time + dt), Probe.blank(len(met))
+        ended, leaving = self.look(after, time + dt, self._everyone), Probe.blank(len(met))
         for surface in self.surfaces:
             surface.probe(after[met], time + dt, leaving)
         most = farthest(self._begun, dt)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import reduce
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from hairpipe.sim.contact.couplings import (
 from hairpipe.sim.contact.ignored import united
 from hairpipe.sim.contact.near import approaches, near_pairs
 from hairpipe.sim.contact.nearest import closest_pairs
-from hairpipe.sim.contact.pairs import key_of
+from hairpipe.sim.contact.pairs import Pairs, empty_pairs, key_of, selected
 from hairpipe.sim.contact.repulsion import linearise as linearise_contacts
 from hairpipe.sim.contact.sides import Sides, follow, impulses_after, multiply_across, sides_of
 from hairpipe.sim.contact.stiction import Connections, connect, no_connections, release, room
@@ -47,6 +48,8 @@ class HairContacts:
     collisions: Collisions | None
     connections: Connections
     at_rest: tuple[np.ndarray, np.ndarray]
+    _reach: float = field(init=False)
+    _never: np.ndarray = field(init=False)
     _ignored: np.ndarray = field(init=False)
     _contacts: Contacts | None = field(default=None, init=False)
     _places: Joined = field(init=False)
@@ -54,20 +57,24 @@ class HairContacts:
     _sides: Sides = field(init=False)
     _change: np.ndarray | None = field(default=None, init=False)
 
+    def __post_init__(self) -> None:
+        sought: list[tuple[float, np.ndarray]] = []
+        if self.stiction is not None:
+            sought.append((self.stiction.reach, self.at_rest[0]))
+        if self._coupled is not None:
+            sought.append((REACH * self._coupled.thickness, self.at_rest[1]))
+        self._reach = max((reach for reach, _ in sought), default=0.0)
+        self._never = reduce(np.intersect1d, [keys for _, keys in sought]) if sought else np.empty(0, np.int64)
+
     def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray) -> None:
         """Look around at the start of a step: connections break and are made, contacts are found."""
         if self.stiction is not None:
-            count, most = len(points), self.stiction.closest
             self.connections = release(self.connections, points, self.stiction.release)
-            free = room(self.connections, count, most)
-            taken = united(self.at_rest[0], key_of(self.connections.segments))
-            near = closest_pairs(points, self.offsets, self.stiction.reach, most, taken, free)
-            self.connections = connect(self.connections, near)
+        pairs = self._meet(points)
         if self.collisions is not None:
             self._ignored = united(self.at_rest[1], key_of(self.connections.segments))
-        if self.collisions is not None and self.collisions.solver == "coupled":
-            pairs = approaches(points, self.offsets, REACH * self.collisions.thickness, self._ignored)
-            self._contacts = find_contacts(pairs, points, speeds, self.collisions)
+        if self._coupled is not None:
+            self._contacts = find_contacts(pairs, points, speeds, self._coupled)
         self._places = join(self.connections, *([] if self._contacts is None else [self._contacts]))
         if self._contacts is not None:
             # Not the same twice: it is what most memory goes into.
@@ -75,6 +82,21 @@ class HairContacts:
             at = {"segments": self._places.segments[stuck:], "fractions": self._places.fractions[stuck:]}
             self._contacts = self._contacts._replace(**at)
         self._incidence = find_incidence(self._places.segments, len(points))
+
+    def _meet(self, points: np.ndarray) -> Pairs:
+        """Connect what has come near, and return the pairs that may touch in this step."""
+        if not self._reach:
+            return empty_pairs()
+        count, stuck = len(points), key_of(self.connections.segments)
+        near, fresh = near_pairs(points, self.offsets, self._reach, united(self._never, stuck)), empty_pairs()
+        if self.stiction is not None:
+            may, most = selected(near, count, self.stiction.reach, self.at_rest[0]), self.stiction.closest
+            fresh = closest_pairs(points, may, most, room(self.connections, count, most))
+            self.connections = connect(self.connections, fresh)
+        if self._coupled is None:
+            return empty_pairs()
+        aside = united(self.at_rest[1], key_of(fresh.segments))
+        return approaches(selected(near, count, REACH * self._coupled.thickness, aside))
 
     def linearise(
         self,
@@ -95,9 +117,9 @@ class HairContacts:
             linearise_connections(
                 self.connections, *state, self.stiction, weights, span, who, part_of(couplings, 0, stuck)
             )
-        if self._contacts is not None and self.collisions is not None:
+        if self._contacts is not None and self._coupled is not None:
             rest = part_of(couplings, stuck, len(couplings.acts))
-            linearise_contacts(self._contacts, *state, self.collisions, weights, span, who, rest)
+            linearise_contacts(self._contacts, *state, self._coupled, weights, span, who, rest)
         self._sides, self._change = sides_of(couplings, self._incidence), None
 
     @property
@@ -149,6 +171,11 @@ class HairContacts:
             return None
         outcome = collide(before, after, masses, self.offsets, dt, self.collisions, self._ignored)
         return outcome.change if outcome.found else None
+
+    @property
+    def _coupled(self) -> Collisions | None:
+        """What is pushed away in the system of all strands."""
+        return None if self.sweeps else self.collisions
 
     @property
     def sweeps(self) -> bool:

@@ -20,37 +20,28 @@ def near_pairs(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: n
     Raises ArithmeticError where a position is not finite.
     """
     refuse_lost(points)
-    return near_pairs_of(points, all_segments(len(points), offsets), reach, ignored)
-
-
-def approaches(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: np.ndarray | None = None) -> Pairs:
-    """List near pairs, but of segments that follow each other only the one which is nearer to the same segment; pure.
-
-    Where a strand runs along another one, most of its segments are near three of the other's. What is left are the
-    contacts of two lines: one where they cross, at a joint of the second strand too, and one for every segment of the
-    first where they run along each other. Arguments and errors as for `near_pairs`.
-    """
-    refuse_lost(points)
-    pairs = _found(points, all_segments(len(points), offsets), reach, ignored)
-    return chosen(pairs, _nearest(pairs.segments, pairs.distances, reach))
-
-
-def near_pairs_of(points: np.ndarray, segments: np.ndarray, reach: float, ignored: np.ndarray | None) -> Pairs:
-    """List the pairs of which both are among some segments, (m,) int32; otherwise as `near_pairs`."""
-    pairs = _found(points, segments, reach, ignored)
+    segments = all_segments(len(points), offsets)
+    tree = build_tree(points, None, segments, reach, find_frame(points, points, segments))
+    found = search(tree, tree, known_pairs(ignored, len(points)))
+    pairs = measure(points, in_order(found, len(points)))
     return chosen(pairs, pairs.distances <= reach)
 
 
-def _found(points: np.ndarray, segments: np.ndarray, reach: float, ignored: np.ndarray | None) -> Pairs:
-    """List the pairs within reach, and some that are not."""
-    tree = build_tree(points, None, segments, reach, find_frame(points, points, segments))
-    found = search(tree, tree, known_pairs(ignored, len(points)))
-    return measure(points, in_order(found, len(points)))
+def approaches(near: Pairs) -> Pairs:
+    """Of segments that follow each other and are near the same one, keep the nearer; pure.
+
+    near  all that matter, in order
+
+    Where a strand runs along another one, most of its segments are near three of the other's. What is left are the
+    contacts of two lines: one where they cross, at a joint of the second strand too, and one for every segment of the
+    first where they run along each other.
+    """
+    return chosen(near, _nearest(near.segments, near.distances))
 
 
 @njit(cache=True, parallel=True)
-def _nearest(segments, distances, reach):  # noqa: ANN001, ANN202
-    """Mark pairs within reach whose second segment is not farther from the first than the one before or after it."""
+def _nearest(segments, distances):  # noqa: ANN001, ANN202
+    """Mark pairs whose second segment is not farther from the first than the one before or after it."""
     count = len(distances)
     keep = np.empty(count, np.bool_)
     for k in prange(count):
@@ -59,5 +50,5 @@ def _nearest(segments, distances, reach):  # noqa: ANN001, ANN202
         before = k > 0 and segments[k - 1, 0] == first and segments[k - 1, 1] == second - 1
         after = k + 1 < count and segments[k + 1, 0] == first and segments[k + 1, 1] == second + 1
         farther = (before and distances[k - 1] <= distance) or (after and distances[k + 1] < distance)
-        keep[k] = distance <= reach and not farther
+        keep[k] = not farther
     return keep

@@ -5,41 +5,38 @@ from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
 from hairpipe.sim.contact.closest import closest_of
-from hairpipe.sim.contact.near import near_pairs_of
 from hairpipe.sim.contact.pairs import Pairs, chosen
-from hairpipe.sim.contact.segments import all_segments, refuse_lost
 
 _PARTS = 8
 """Of all segments, ranked at a time."""
 
 
-def closest_pairs(
-    points: np.ndarray,
-    offsets: np.ndarray,
-    reach: float,
-    most: int,
-    ignored: np.ndarray | None = None,
-    room: np.ndarray | None = None,
-) -> Pairs:
-    """List pairs of segments within reach [m] that are among each other's closest; pure.
+def closest_pairs(points: np.ndarray, near: Pairs, most: int, room: np.ndarray | None = None) -> Pairs:
+    """List pairs of segments that are among each other's closest; pure.
 
-    points   [m], (P, 3) float64
-    offsets  strand s owns points offsets[s] : offsets[s + 1], (S + 1,) int32
-    most     so many closest of each segment count; of equally close ones those with the lower number
-    ignored  sorted keys of pairs to leave out, see `key_of`, (k,) int64
-    room     a segment's own limit below `most`; one with 0 is passed over as if it were not there, (P,)
+    points  [m], (P, 3) float64
+    near    all pairs that may be chosen, in order
+    most    so many closest of each segment count; of equally close ones those with the lower number
+    room    a segment's own limit below `most`; one with 0 is passed over as if it were not there, (P,)
 
-    No segment is in more pairs than its limit. Raises ArithmeticError where a position is not finite.
+    No segment is in more pairs than its limit.
     """
     limits = np.full(len(points), most) if room is None else np.minimum(room, most)
-    refuse_lost(points)
-    segments = all_segments(len(points), offsets)
-    near = near_pairs_of(points, segments[limits[segments] > 0], reach, ignored)
+    near = chosen(near, _have_room(near.segments, limits))
     closest = np.full((len(points), most), -1, np.int32)
     _rank(points, near.segments, near.distances, limits, closest)
     mutual = np.empty(len(near.distances), np.bool_)
     _find_mutual(near.segments, closest, mutual)
     return chosen(near, mutual)
+
+
+@njit(cache=True, parallel=True)
+def _have_room(segments, limits):  # noqa: ANN001, ANN202
+    """Mark the pairs both of whose segments have a place left, (n,) bool."""
+    have = np.empty(len(segments), np.bool_)
+    for k in prange(len(segments)):
+        have[k] = limits[segments[k, 0]] > 0 and limits[segments[k, 1]] > 0
+    return have
 
 
 @njit(cache=True, parallel=True)

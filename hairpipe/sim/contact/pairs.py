@@ -102,3 +102,19 @@ def is_known(known: Known, first: int, second: int) -> bool:
     for k in range(known.starts[first], known.starts[first + 1]):
         found |= known.seconds[k] == second
     return found
+
+
+def selected(pairs: Pairs, points: int, reach: float, ignored: np.ndarray) -> Pairs:
+    """Give the pairs within reach [m] that are not ignored; pure.
+
+    points   their number; ignored  sorted keys, see `key_of`, (k,) int64
+    """
+    return chosen(pairs, _select(pairs.segments, pairs.distances, reach, known_pairs(ignored, points)))
+
+
+@njit(cache=True, parallel=True)
+def _select(segments, distances, reach, known):  # noqa: ANN001, ANN202
+    keep = np.empty(len(distances), np.bool_)
+    for k in prange(len(distances)):
+        keep[k] = distances[k] <= reach and not is_known(known, segments[k, 0], segments[k, 1])
+    return keep

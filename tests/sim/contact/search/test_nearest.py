@@ -32,7 +32,7 @@ def chosen_among(points, pairs, limits):
 def test_the_closest_of_both(scene, most):
     points, offsets, reach = scene
     expected = chosen_among(points, near_pairs(points, offsets, reach).segments, np.full(len(points), most))
-    found = closest_pairs(points, offsets, reach, most)
+    found = closest_pairs(points, near_pairs(points, offsets, reach), most)
     assert found.segments.tolist() == expected
     assert np.bincount(found.segments.ravel()).max() <= most
 
@@ -41,17 +41,17 @@ def test_room_that_is_left(scene):
     points, offsets, reach = scene
     room = np.random.default_rng(6).integers(0, 7, len(points))
     expected = chosen_among(points, near_pairs(points, offsets, reach).segments, np.minimum(room, 4))
-    found = closest_pairs(points, offsets, reach, 4, room=room)
+    found = closest_pairs(points, near_pairs(points, offsets, reach), 4, room)
     assert found.segments.tolist() == expected
     assert (np.bincount(found.segments.ravel(), minlength=len(points)) <= room).all()
 
 
 def test_what_is_ignored_takes_no_place(scene):
     points, offsets, reach = scene
-    ignored = key_of(closest_pairs(points, offsets, reach, 2).segments)
-    others = near_pairs(points, offsets, reach, ignored).segments
-    found = closest_pairs(points, offsets, reach, 2, ignored)
-    assert found.segments.tolist() == chosen_among(points, others, np.full(len(points), 2))
+    ignored = key_of(closest_pairs(points, near_pairs(points, offsets, reach), 2).segments)
+    others = near_pairs(points, offsets, reach, ignored)
+    found = closest_pairs(points, others, 2)
+    assert found.segments.tolist() == chosen_among(points, others.segments, np.full(len(points), 2))
 
 
 def test_threads_do_not_matter(hair, threads):
@@ -59,7 +59,7 @@ def test_threads_do_not_matter(hair, threads):
     runs = []
     for count in (1, 2):
         threads(count)
-        runs.append(closest_pairs(points, offsets, 5e-3, 3))
+        runs.append(closest_pairs(points, near_pairs(points, offsets, 5e-3), 3))
     assert len(runs[0].distances) > 1000
     for one, other in zip(*runs, strict=True):
         np.testing.assert_array_equal(one, other)
@@ -67,4 +67,5 @@ def test_threads_do_not_matter(hair, threads):
 
 def test_nobody_has_room(scene):
     points, offsets, reach = scene
-    assert len(closest_pairs(points, offsets, reach, 5, room=np.zeros(len(points), int)).distances) == 0
+    near = near_pairs(points, offsets, reach)
+    assert len(closest_pairs(points, near, 5, np.zeros(len(points), int)).distances) == 0
