@@ -11,7 +11,19 @@ _OF_CONTACT = {
     "body": ("body", "sight", "hold", "project", "drape", "squeeze", "folds"),
     "stiction": ("stiction", "ignored", "pairs"),
     "coupling": ("couplings", "sides", "conjugate", "repulsion", "contacts", "hair"),
-    "search": ("near", "nearest", "closest", "swept", "search", "tree", "curve", "segments", "found", "distances"),
+    "search": (
+        "near",
+        "nearest",
+        "closest",
+        "candidates",
+        "swept",
+        "search",
+        "tree",
+        "curve",
+        "segments",
+        "found",
+        "distances",
+    ),
     "collision": ("collision", "crossings", "coplanar", "encounter", "grazing", "signs", "crossing_normal", "sweep"),
 }
 

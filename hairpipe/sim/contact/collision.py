@@ -19,17 +19,17 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.sim.contact.candidates import Candidates
 from hairpipe.sim.contact.contacts import apply, between, impulse, inverse_mass
 from hairpipe.sim.contact.crossings import Crossings, crossings
-from hairpipe.sim.contact.swept import neighbourhood, swept_pairs, swept_pairs_of
 from hairpipe.sim.forces.vectors import dot, minus, plus, scaled
 from hairpipe.sim.scene import Collisions
 
 _SWEEPS = 8
 _LEAST = 0.01
 _LOOK = 0.5
-"""Thicknesses within which pairs are listed: none is missed when impulses move both by less than half of that, and what
-moves farther is looked for anew. To look for the few again is cheaper than to list what is near all."""
+"""Thicknesses within which candidates are listed: to look for the few again that impulses move by more than half of
+that is cheaper than to list what is near all."""
 
 
 class Outcome(NamedTuple):
@@ -62,64 +62,38 @@ def collide(
     dt             step [s]
     ignored        keys of pairs that may cross, sorted
     """
-    look = _LOOK * collisions.thickness
-    around = neighbourhood(before, after, offsets, look)
-    near = swept_pairs(around, ignored)
-    met = crossings(before, after, near)
-    found, known = len(met.times), [met]
-    change, ends = np.zeros(after.shape), after.copy()
+    candidates = Candidates(before, after, offsets, _LOOK * collisions.thickness, ignored)
+    met = crossings(before, after, candidates.pairs)
+    found, together = len(met.times), met
+    change = np.zeros(after.shape)
     rule = (collisions.thickness, collisions.friction, dt)
-    for _ in range(collisions.attempts):
+    for attempt in range(collisions.attempts):
         if not len(met.times):
             break
-        together = _in_time(known)
-        points = _points_of(together.segments, len(before))
-        previous = change[points]
+        together = _in_time(met) if attempt == 0 else _in_time(together, met)
+        previous, ends, struck = change.copy(), np.empty_like(after), np.empty(len(after), np.bool_)
         _solve(change, before, after, masses, together, rule)
-        ends[points] = after[points] + dt * change[points]
-        struck = points[(change[points] != previous).any(axis=1)]
-        listed = near[_among(near, _touched(struck, len(before)))]
-        far = points[2.0 * dt * np.abs(change[points]).max(axis=1) * np.sqrt(3.0) > look]
-        if len(far):
-            touched = _touched(far, len(before))
-            touched[offsets[1:] - 1] = False  # where no segment begins
-            fresh = swept_pairs_of(around, np.flatnonzero(touched).astype(np.int32), before, ends, ignored)
-            listed = np.concatenate([listed[~_among(listed, touched)], fresh])
-        met = crossings(before, ends, listed)
-        known.append(met)
+        _end(after, previous, change, dt, ends, struck)
+        candidates.renew(ends)
+        met = crossings(before, ends, candidates.of(struck))
     return Outcome(found, len(met.times), change)
 
 
-def _in_time(known: list[Crossings]) -> Crossings:
+def _in_time(*known: Crossings) -> Crossings:
     """Put crossings behind one another, the earliest in the step first."""
     together = Crossings(*(np.concatenate(parts) for parts in zip(*known, strict=True)))
     order = np.argsort(together.times, kind="stable")
     return Crossings(*(part[order] for part in together))
 
 
-def _points_of(segments: np.ndarray, count: int) -> np.ndarray:
-    """List the points, of so many, of segments, (n, 2), ascending, (m,)."""
-    marked = np.zeros(count, np.bool_)
-    marked[segments] = True
-    marked[segments + 1] = True
-    return np.flatnonzero(marked)
-
-
-def _touched(points: np.ndarray, count: int) -> np.ndarray:
-    """Mark where a segment with one of some points would begin, (count,) bool."""
-    touched = np.zeros(count, np.bool_)
-    touched[points] = True
-    touched[points[points > 0] - 1] = True
-    return touched
-
-
 @njit(cache=True, parallel=True)
-def _among(pairs, marked):  # noqa: ANN001, ANN202
-    """Mark the pairs, (n, 2), of which one is marked, (n,) bool."""
-    among = np.empty(len(pairs), np.bool_)
-    for k in prange(len(pairs)):
-        among[k] = marked[pairs[k, 0]] or marked[pairs[k, 1]]
-    return among
+def _end(after, previous, change, dt, ends, struck):  # noqa: ANN001, ANN202
+    """Find where points end, (P, 3), and mark those whose change of velocity was another before, (P,) bool."""
+    for k in prange(len(after)):
+        struck[k] = False
+        for c in range(3):
+            ends[k, c] = after[k, c] + dt * change[k, c]
+            struck[k] |= change[k, c] != previous[k, c]
 
 
 @njit(cache=True, error_model="numpy")

@@ -45,6 +45,20 @@ def _copy(pairs, where, segments, fractions, distances):  # noqa: ANN001, ANN202
         distances[k] = pairs.distances[where[k]]
 
 
+def picked(pairs: np.ndarray, keep: np.ndarray) -> np.ndarray:
+    """Give the pairs of segments, (n, 2) int32, that are marked, (n,) bool."""
+    where = np.flatnonzero(keep)
+    out = np.empty((len(where), 2), np.int32)
+    _pick(pairs, where, out)
+    return out
+
+
+@njit(cache=True, parallel=True)
+def _pick(pairs, where, out):  # noqa: ANN001, ANN202
+    for k in prange(len(where)):
+        out[k, 0], out[k, 1] = pairs[where[k], 0], pairs[where[k], 1]
+
+
 def key_of(segments: np.ndarray) -> np.ndarray:
     """Give one number per pair, in lexicographic order: first 2^32 + second, (n,) int64; pure."""
     pairs = segments.astype(np.int64)

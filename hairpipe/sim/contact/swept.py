@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit, prange
 
-from hairpipe.sim.contact.pairs import known_pairs
+from hairpipe.sim.contact.pairs import known_pairs, picked
 from hairpipe.sim.contact.search import search
 from hairpipe.sim.contact.segments import all_segments, refuse_lost
 from hairpipe.sim.contact.tree import Frame, Tree, build_tree, find_frame
@@ -71,4 +72,13 @@ def swept_pairs_of(
     is_mine = np.zeros(around.points, np.bool_)
     is_mine[segments] = True
     others = search(mine, around.tree, known)
-    return np.concatenate([search(mine, mine, known), others[~is_mine[others].all(axis=1)]])
+    return np.concatenate([search(mine, mine, known), picked(others, _lack(others, is_mine))])
+
+
+@njit(cache=True, parallel=True)
+def _lack(pairs, marked):  # noqa: ANN001, ANN202
+    """Mark the pairs, (n, 2), of which one is not marked, (n,) bool."""
+    lack = np.empty(len(pairs), np.bool_)
+    for k in prange(len(pairs)):
+        lack[k] = not (marked[pairs[k, 0]] and marked[pairs[k, 1]])
+    return lack
