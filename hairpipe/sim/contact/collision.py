@@ -66,13 +66,13 @@ def collide(
     met = crossings(before, after, candidates.pairs)
     found, together = len(met.times), met
     change = np.zeros(after.shape)
-    rule = (collisions.thickness, collisions.friction, dt)
     for attempt in range(collisions.attempts):
         if not len(met.times):
             break
         together = _in_time(met) if attempt == 0 else _in_time(together, met)
         previous, ends, struck = change.copy(), np.empty_like(after), np.empty(len(after), np.bool_)
-        _solve(change, before, after, masses, together, rule)
+        passages = _passages(before, after, masses, together, collisions.thickness, dt)
+        _solve(change, passages, masses, together.segments, together.fractions, collisions.friction)
         _end(after, previous, change, dt, ends, struck)
         candidates.renew(ends)
         met = crossings(before, ends, candidates.of(struck))
@@ -96,20 +96,33 @@ def _end(after, previous, change, dt, ends, struck):  # noqa: ANN001, ANN202
             struck[k] |= change[k, c] != previous[k, c]
 
 
-@njit(cache=True, error_model="numpy")
-def _solve(change, before, after, masses, met, rule):  # noqa: ANN001, ANN202
-    """Add the effect of impulses to the change of velocity, crossing by crossing, in place."""
-    thickness, friction, dt = rule
+@njit(cache=True, parallel=True, error_model="numpy")
+def _passages(before, after, masses, met, thickness, dt):  # noqa: ANN001, ANN202
+    """What every crossing is without impulses: n, u [m/s], n.u wanted [m/s], mass of the pair [kg] or 0, (n, 8)."""
     segments, fractions, normals = met.segments, met.fractions, met.normals
+    passages = np.empty((len(segments), 8))
+    for i in prange(len(segments)):
+        w = inverse_mass(masses, segments, fractions, i)
+        n = (normals[i, 0], normals[i, 1], normals[i, 2])
+        begun, ended = between(before, segments, fractions, i), between(after, segments, fractions, i)
+        gap, u = dot(n, begun), scaled(1.0 / dt, minus(ended, begun))
+        end = min(max(gap, _LEAST * thickness), thickness)
+        for c in range(3):
+            passages[i, c], passages[i, 3 + c] = n[c], u[c]
+        passages[i, 6], passages[i, 7] = (end - gap) / dt, 1.0 / w if w > 0.0 else 0.0
+    return passages
+
+
+@njit(cache=True, error_model="numpy")
+def _solve(change, passages, masses, segments, fractions, friction):  # noqa: ANN001, ANN202
+    """Add the effect of impulses to the change of velocity, crossing by crossing, in place."""
     for _ in range(_SWEEPS):
         for i in range(len(segments)):
-            w = inverse_mass(masses, segments, fractions, i)
-            if w == 0.0:
+            mass = passages[i, 7]
+            if mass == 0.0:
                 continue
-            n = (normals[i, 0], normals[i, 1], normals[i, 2])
-            begun, ended = between(before, segments, fractions, i), between(after, segments, fractions, i)
-            gap, u = dot(n, begun), plus(scaled(1.0 / dt, minus(ended, begun)), between(change, segments, fractions, i))
-            end = min(max(gap, _LEAST * thickness), thickness)
-            dv = (end - gap) / dt - dot(n, u)
+            n = (passages[i, 0], passages[i, 1], passages[i, 2])
+            u = plus((passages[i, 3], passages[i, 4], passages[i, 5]), between(change, segments, fractions, i))
+            dv = passages[i, 6] - dot(n, u)
             if dv > 1e-12 * np.sqrt(dot(u, u)):
-                apply(change, masses, segments, fractions, i, impulse(u, n, dv, friction, 1.0 / w))
+                apply(change, masses, segments, fractions, i, impulse(u, n, dv, friction, mass))
