@@ -17,7 +17,7 @@ from hairpipe.sim.contact.couplings import (
     join,
     part_of,
 )
-from hairpipe.sim.contact.ignored import united
+from hairpipe.sim.contact.ignored import common, united
 from hairpipe.sim.contact.near import approaches, near_pairs
 from hairpipe.sim.contact.nearest import closest_pairs
 from hairpipe.sim.contact.pairs import Pairs, empty_pairs, key_of, selected
@@ -63,8 +63,9 @@ class HairContacts:
             sought.append((self.stiction.reach, self.at_rest[0]))
         if self._coupled is not None:
             sought.append((REACH * self._coupled.thickness, self.at_rest[1]))
+        # One search finds both: what is within the longer reach, and not left out by either.
         self._reach = max((reach for reach, _ in sought), default=0.0)
-        self._never = reduce(np.intersect1d, [keys for _, keys in sought]) if sought else np.empty(0, np.int64)
+        self._never = reduce(common, [keys for _, keys in sought]) if sought else np.empty(0, np.int64)
 
     def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray) -> None:
         """Look around at the start of a step: connections break and are made, contacts are found."""

@@ -16,6 +16,11 @@ def united(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return out[: _unite(a, b, out)]
 
 
+def common(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return the pairs that are in both of two sets, (n,) and (m,) int64; pure."""
+    return np.intersect1d(a, b, assume_unique=True)
+
+
 @njit(cache=True)
 def _unite(a, b, out):  # noqa: ANN001, ANN202
     i, j, count = 0, 0, 0
