@@ -7,13 +7,14 @@ from numpy.typing import DTypeLike
 
 from hairpipe.bench.assembly import assembly_of
 from hairpipe.bench.counting import Work, count_work
-from hairpipe.sim.integrators.interface import Motion, Step, everywhere
+from hairpipe.sim.integrators.interface import everywhere
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.lanes import width
 from hairpipe.sim.layout import lay_out
 from hairpipe.sim.material import Material
 from hairpipe.sim.models.construction import Construction
 from hairpipe.sim.models.network import SHAPE, Network, build_network
+from hairpipe.sim.motion import Motion, Step
 from hairpipe.sim.roots import Held, Path
 from hairpipe.sim.spring_form import SpringForm
 from hairpipe.sim.stage import Rule, run_stage, run_stages

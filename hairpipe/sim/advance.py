@@ -12,7 +12,7 @@ from hairpipe.sim.catalogue import surroundings_of
 from hairpipe.sim.control import limits_of, next_step
 from hairpipe.sim.hair import Hair
 from hairpipe.sim.integrators.catalogue import gravity_of, integrator_of
-from hairpipe.sim.integrators.interface import Motion, Step
+from hairpipe.sim.motion import Motion, Step
 from hairpipe.sim.roots import Path, hold, place
 from hairpipe.sim.sag_free import stand
 from hairpipe.sim.scene import Scene

@@ -7,11 +7,11 @@ from typing import Protocol
 import numpy as np
 from numba import njit
 
-from hairpipe.sim.integrators.interface import Motion
 from hairpipe.sim.lanes import store
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.interface import shape_of, spring_constant, springs_from
 from hairpipe.sim.models.network import Network
+from hairpipe.sim.motion import Motion
 from hairpipe.sim.roots import Path
 from hairpipe.sim.scene import StepControl
 from hairpipe.sim.surroundings import Surroundings

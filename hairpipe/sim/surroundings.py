@@ -18,10 +18,10 @@ from hairpipe.sim.contact.body import BodyContacts
 from hairpipe.sim.contact.hair import HairContacts
 from hairpipe.sim.contact.stiction import stiffest
 from hairpipe.sim.filters.limit_strain import limit_all
-from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
+from hairpipe.sim.motion import Motion, Step
 from hairpipe.sim.outer import ROWS, ROWS_WITH_NEXT, clear, kicked, lay_out
 from hairpipe.sim.response import respond
 from hairpipe.sim.rows import combine_all, copied

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.control import Travel, next_step
-from hairpipe.sim.integrators.interface import Motion
+from hairpipe.sim.motion import Motion
 from hairpipe.sim.roots import Path
 
 FRAME = 1 / 24

@@ -5,7 +5,8 @@ import pytest
 
 from hairpipe.bench.strands import RULE, STEP, hang
 from hairpipe.sim.integrators.backward_euler import BackwardEuler
-from hairpipe.sim.integrators.interface import Motion, Step, everywhere
+from hairpipe.sim.integrators.interface import everywhere
+from hairpipe.sim.motion import Motion, Step
 from hairpipe.sim.stage import guess_stages
 
 H, SPAN = 0.3 * STEP, 0.6 * STEP

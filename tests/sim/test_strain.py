@@ -12,8 +12,8 @@ from hairpipe.motion.wave import Wave
 from hairpipe.sim.advance import start
 from hairpipe.sim.control import limits_of, next_step
 from hairpipe.sim.integrators.catalogue import integrator_of
-from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.material import Material
+from hairpipe.sim.motion import Motion, Step
 from hairpipe.sim.roots import Path, hold
 from hairpipe.sim.scene import StepControl, StrainLimit
 from hairpipe.sim.surroundings import Surroundings

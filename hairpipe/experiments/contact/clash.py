@@ -15,8 +15,8 @@ from hairpipe.sim.catalogue import bodies_of, surroundings_of
 from hairpipe.sim.control import limits_of, next_step
 from hairpipe.sim.hair import Hair, make_hair
 from hairpipe.sim.integrators.catalogue import integrator_of
-from hairpipe.sim.integrators.interface import Motion, Step
 from hairpipe.sim.material import Material
+from hairpipe.sim.motion import Motion, Step
 from hairpipe.sim.roots import Path, hold
 from hairpipe.sim.scene import Scene, StepControl
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hairpipe.sim.hair import Hair
-from hairpipe.sim.integrators.interface import Motion
+from hairpipe.sim.motion import Motion
 from hairpipe.sim.stage import set_tensions
 
 

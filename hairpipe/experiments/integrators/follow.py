@@ -11,7 +11,7 @@ from hairpipe.experiments.integrators.trial import MOTIONS, Strand, Trial
 from hairpipe.sim.advance import start
 from hairpipe.sim.hair import Hair, make_hair
 from hairpipe.sim.integrators.catalogue import integrator_of
-from hairpipe.sim.integrators.interface import Motion, Step
+from hairpipe.sim.motion import Motion, Step
 from hairpipe.sim.roots import Path, hold
 from hairpipe.sim.scene import Air, Scene, Scheme, StrainLimit
 from hairpipe.sim.surroundings import Surroundings

@@ -12,10 +12,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import Motion, Step, everywhere, rows_of
+from hairpipe.sim.integrators.interface import everywhere, rows_of
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2, begin_anew, forget
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
+from hairpipe.sim.motion import Motion, Step
 from hairpipe.sim.stage import Rule
 from hairpipe.sim.surroundings import Stage, Surroundings
 

@@ -18,9 +18,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import Motion, Step, everywhere
+from hairpipe.sim.integrators.interface import everywhere
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
+from hairpipe.sim.motion import Motion, Step
 from hairpipe.sim.stage import Rule
 from hairpipe.sim.surroundings import Stage, Surroundings
 

@@ -25,9 +25,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import Motion, Step, everywhere, rows_of
+from hairpipe.sim.integrators.interface import everywhere, rows_of
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
+from hairpipe.sim.motion import Motion, Step
 from hairpipe.sim.rows import combine_all, copied
 from hairpipe.sim.spring_form import SpringForm
 from hairpipe.sim.stage import Rule, overstrained_lanes, set_all_tensions
