@@ -18,9 +18,9 @@ from hairpipe.sim.contact.couplings import (
     part_of,
 )
 from hairpipe.sim.contact.ignored import common, united
-from hairpipe.sim.contact.near import approaches, near_pairs
+from hairpipe.sim.contact.near import approaches, near_pairs, pairs_about
 from hairpipe.sim.contact.nearest import closest_pairs
-from hairpipe.sim.contact.pairs import Pairs, empty_pairs, key_of, selected
+from hairpipe.sim.contact.pairs import Pairs, empty_pairs, key_of, within
 from hairpipe.sim.contact.repulsion import linearise as linearise_contacts
 from hairpipe.sim.contact.sides import Sides, follow, impulses_after, multiply_across, sides_of
 from hairpipe.sim.contact.stiction import Connections, connect, no_connections, release, room
@@ -89,15 +89,15 @@ class HairContacts:
         if not self._reach:
             return empty_pairs()
         count, stuck = len(points), key_of(self.connections.segments)
-        near, fresh = near_pairs(points, self.offsets, self._reach, united(self._never, stuck)), empty_pairs()
+        near, fresh = pairs_about(points, self.offsets, self._reach, united(self._never, stuck)), empty_pairs()
         if self.stiction is not None:
-            may, most = selected(near, count, self.stiction.reach, self.at_rest[0]), self.stiction.closest
-            fresh = closest_pairs(points, may, most, room(self.connections, count, most))
+            may, most = within(near, count, self.stiction.reach, self.at_rest[0]), self.stiction.closest
+            fresh = closest_pairs(points, near, may, most, room(self.connections, count, most))
             self.connections = connect(self.connections, fresh)
         if self._coupled is None:
             return empty_pairs()
         aside = united(self.at_rest[1], key_of(fresh.segments))
-        return approaches(selected(near, count, REACH * self._coupled.thickness, aside))
+        return approaches(near, within(near, count, REACH * self._coupled.thickness, aside))
 
     def linearise(
         self,

@@ -11,18 +11,20 @@ _PARTS = 8
 """Of all segments, ranked at a time."""
 
 
-def closest_pairs(points: np.ndarray, near: Pairs, most: int, room: np.ndarray | None = None) -> Pairs:
+def closest_pairs(
+    points: np.ndarray, pairs: Pairs, among: np.ndarray, most: int, room: np.ndarray | None = None
+) -> Pairs:
     """List pairs of segments that are among each other's closest; pure.
 
     points  [m], (P, 3) float64
-    near    all pairs that may be chosen, in order
+    pairs   in order; among  those that may be chosen, (n,) bool
     most    so many closest of each segment count; of equally close ones those with the lower number
     room    a segment's own limit below `most`; one with 0 is passed over as if it were not there, (P,)
 
     No segment is in more pairs than its limit.
     """
     limits = np.full(len(points), most) if room is None else np.minimum(room, most)
-    near = chosen(near, _have_room(near.segments, limits))
+    near = chosen(pairs, _have_room(pairs.segments, among, limits))
     closest = np.full((len(points), most), -1, np.int32)
     _rank(points, near.segments, near.distances, limits, closest)
     mutual = np.empty(len(near.distances), np.bool_)
@@ -31,11 +33,11 @@ def closest_pairs(points: np.ndarray, near: Pairs, most: int, room: np.ndarray |
 
 
 @njit(cache=True, parallel=True)
-def _have_room(segments, limits):  # noqa: ANN001, ANN202
-    """Mark the pairs both of whose segments have a place left, (n,) bool."""
+def _have_room(segments, among, limits):  # noqa: ANN001, ANN202
+    """Mark the pairs among some both of whose segments have a place left, (n,) bool."""
     have = np.empty(len(segments), np.bool_)
     for k in prange(len(segments)):
-        have[k] = limits[segments[k, 0]] > 0 and limits[segments[k, 1]] > 0
+        have[k] = among[k] and limits[segments[k, 0]] > 0 and limits[segments[k, 1]] > 0
     return have
 
 

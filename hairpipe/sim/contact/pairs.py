@@ -118,16 +118,16 @@ def is_known(known: Known, first: int, second: int) -> bool:
     return found
 
 
-def selected(pairs: Pairs, points: int, reach: float, ignored: np.ndarray) -> Pairs:
-    """Give the pairs within reach [m] that are not ignored; pure.
+def within(pairs: Pairs, points: int, reach: float, ignored: np.ndarray) -> np.ndarray:
+    """Mark the pairs within reach [m] that are not ignored, (n,) bool; pure.
 
     points   their number; ignored  sorted keys, see `key_of`, (k,) int64
     """
-    return chosen(pairs, _select(pairs.segments, pairs.distances, reach, known_pairs(ignored, points)))
+    return _within(pairs.segments, pairs.distances, reach, known_pairs(ignored, points))
 
 
 @njit(cache=True, parallel=True)
-def _select(segments, distances, reach, known):  # noqa: ANN001, ANN202
+def _within(segments, distances, reach, known):  # noqa: ANN001, ANN202
     keep = np.empty(len(distances), np.bool_)
     for k in prange(len(distances)):
         keep[k] = distances[k] <= reach and not is_known(known, segments[k, 0], segments[k, 1])

@@ -207,7 +207,8 @@ def test_no_segment_gets_more_connections_than_the_cap_and_none_moves():
         x += 1e-4 * rng.normal(size=x.shape)
         before = release(connections, x, 4e-4)
         free = room(before, len(x), 3)
-        near = closest_pairs(x, near_pairs(x, offsets, 3e-4, key_of(before.segments)), 3, free)
+        pairs = near_pairs(x, offsets, 3e-4, key_of(before.segments))
+        near = closest_pairs(x, pairs, np.ones(len(pairs.distances), bool), 3, free)
         connections = connect(before, near)
         keys = key_of(connections.segments)
         assert np.all(np.diff(keys) > 0)
@@ -227,7 +228,8 @@ def test_a_curl_does_not_stick_to_itself_where_it_is_near_at_rest_but_elsewhere_
     one = near_pairs(curl, np.array([0, 60], np.int32), 5e-4).segments
     np.testing.assert_array_equal(keys, np.concatenate([key_of(one), key_of(one + 60)]))
     squeezed = x * [1, 0.3, 1]
-    made = closest_pairs(squeezed, near_pairs(squeezed, offsets, 5e-4, keys), 16).segments
+    pairs = near_pairs(squeezed, offsets, 5e-4, keys)
+    made = closest_pairs(squeezed, pairs, np.ones(len(pairs.distances), bool), 16).segments
     assert not np.isin(key_of(made), keys).any()
     same = made // 60
     assert (same[:, 0] == same[:, 1]).any() and (same[:, 0] != same[:, 1]).any()

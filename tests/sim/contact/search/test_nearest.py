@@ -16,6 +16,11 @@ def _squared_distances(points, pairs, out):
         out[k] = closest_of(points, pairs[k, 0], pairs[k, 1])[2]
 
 
+def closest(points, pairs, most, room=None):
+    """Of all pairs."""
+    return closest_pairs(points, pairs, np.ones(len(pairs.distances), bool), most, room)
+
+
 def chosen_among(points, pairs, limits):
     """Sort all that is near by distance, then number, and keep the pairs that are in both lists."""
     pairs = pairs[(limits[pairs] > 0).all(axis=1)]
@@ -32,7 +37,7 @@ def chosen_among(points, pairs, limits):
 def test_the_closest_of_both(scene, most):
     points, offsets, reach = scene
     expected = chosen_among(points, near_pairs(points, offsets, reach).segments, np.full(len(points), most))
-    found = closest_pairs(points, near_pairs(points, offsets, reach), most)
+    found = closest(points, near_pairs(points, offsets, reach), most)
     assert found.segments.tolist() == expected
     assert np.bincount(found.segments.ravel()).max() <= most
 
@@ -41,16 +46,16 @@ def test_room_that_is_left(scene):
     points, offsets, reach = scene
     room = np.random.default_rng(6).integers(0, 7, len(points))
     expected = chosen_among(points, near_pairs(points, offsets, reach).segments, np.minimum(room, 4))
-    found = closest_pairs(points, near_pairs(points, offsets, reach), 4, room)
+    found = closest(points, near_pairs(points, offsets, reach), 4, room)
     assert found.segments.tolist() == expected
     assert (np.bincount(found.segments.ravel(), minlength=len(points)) <= room).all()
 
 
 def test_what_is_ignored_takes_no_place(scene):
     points, offsets, reach = scene
-    ignored = key_of(closest_pairs(points, near_pairs(points, offsets, reach), 2).segments)
+    ignored = key_of(closest(points, near_pairs(points, offsets, reach), 2).segments)
     others = near_pairs(points, offsets, reach, ignored)
-    found = closest_pairs(points, others, 2)
+    found = closest(points, others, 2)
     assert found.segments.tolist() == chosen_among(points, others.segments, np.full(len(points), 2))
 
 
@@ -59,7 +64,7 @@ def test_threads_do_not_matter(hair, threads):
     runs = []
     for count in (1, 2):
         threads(count)
-        runs.append(closest_pairs(points, near_pairs(points, offsets, 5e-3), 3))
+        runs.append(closest(points, near_pairs(points, offsets, 5e-3), 3))
     assert len(runs[0].distances) > 1000
     for one, other in zip(*runs, strict=True):
         np.testing.assert_array_equal(one, other)
@@ -68,4 +73,4 @@ def test_threads_do_not_matter(hair, threads):
 def test_nobody_has_room(scene):
     points, offsets, reach = scene
     near = near_pairs(points, offsets, reach)
-    assert len(closest_pairs(points, near, 5, np.zeros(len(points), int)).distances) == 0
+    assert len(closest(points, near, 5, np.zeros(len(points), int)).distances) == 0
