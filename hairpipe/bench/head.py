@@ -49,7 +49,7 @@ class Head:
 
 def everything() -> Scene:
     """Return a scene with all that hair does on hair and body."""
-    steps = StepControl(longest=1 / (FPS * STEPS), root=1.0, travel=1.0)
+    steps = StepControl(longest=1 / (FPS * STEPS), root=1.0, travel=1.0, crossings=1.0)
     return Scene(strain=StrainLimit(), steps=steps, stiction=Stiction(), collisions=Collisions())
 
 

@@ -16,6 +16,7 @@ class HairState:
     inverse_lengths  1 / rest length of those springs [1/m], same shape; no rows where they rest in the groom's shape
     stuck            segments of the groom that stick together, first < second, (n, 2) int32
     stuck_at         where on them, as fractions of their length, (n, 2) float64
+    pace             longest step that hair which passes through hair allows next [s]
     """
 
     positions: np.ndarray
@@ -25,3 +26,4 @@ class HairState:
     inverse_lengths: np.ndarray
     stuck: np.ndarray
     stuck_at: np.ndarray
+    pace: float

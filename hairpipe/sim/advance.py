@@ -9,7 +9,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.errors import BadInput
 from hairpipe.levelset.moving import MovingSurface
 from hairpipe.sim.catalogue import surroundings_of
-from hairpipe.sim.control import limits_of, next_step
+from hairpipe.sim.control import limits_of, next_step, pace_of
 from hairpipe.sim.hair import Hair
 from hairpipe.sim.integrators.catalogue import gravity_of, integrator_of
 from hairpipe.sim.motion import Motion, Step
@@ -17,7 +17,8 @@ from hairpipe.sim.roots import Path, hold, place
 from hairpipe.sim.sag_free import stand
 from hairpipe.sim.scene import Scene
 
-NOTHING_STUCK = np.empty((0, 2), np.int32), np.empty((0, 2))
+AT_FIRST = np.empty((0, 2), np.int32), np.empty((0, 2)), np.inf
+"""Nothing sticks, and nothing has crossed."""
 Lead = Mesh | Ends | None
 """What leads the roots: a body, or ends that are driven; None: they stand still."""
 
@@ -39,13 +40,11 @@ def start(hair: Hair, lead: Lead, scene: Scene) -> HairState:
     if scene.sag_free is None:
         tensions = np.zeros_like(hair.model.inverse_lengths)
         accelerations = gravity[:, None] - scene.air.drag * velocities
-        return HairState(positions, velocities, accelerations, tensions, tensions[:0], *NOTHING_STUCK)
+        return HairState(positions, velocities, accelerations, tensions, tensions[:0], *AT_FIRST)
     stance = stand(hair.model, hair.layout, hair.groom.ids, positions, gravity, scene.sag_free)
     pull = np.where(stance.rests[:, None], 0.0, gravity[:, None])
     accelerations = pull - scene.air.drag * velocities
-    return HairState(
-        stance.positions, velocities, accelerations, stance.tensions, stance.inverse_lengths, *NOTHING_STUCK
-    )
+    return HairState(stance.positions, velocities, accelerations, stance.tensions, stance.inverse_lengths, *AT_FIRST)
 
 
 def advance_frame(
@@ -69,14 +68,16 @@ def advance_frame(
     motion = Motion(*(array.copy() for array in arrays))
     path = Path(*(hold(lead, hair.groom, hair.rest, hair.layout) for lead in leads), frame)
     around = surroundings_of(hair, model, state, bodies, scene, began)
-    integrator, limits = integrator_of(scene), limits_of(scene.steps, model, around)
+    integrator, pace = integrator_of(scene), pace_of(scene.steps, state.pace)
+    limits = [*limits_of(scene.steps, model, around), pace]
     time = 0.0
     while time < frame * (1 - 1e-9):
         dt = next_step(limits, motion, path, time)
         integrator.advance(model, motion, Step(path, time, dt), around)
+        pace.follow(dt, around.crossed)
         time += dt
     stuck = around.hair.connections if around.hair is not None else (state.stuck, state.stuck_at)
-    return HairState(motion.x, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck)
+    return HairState(motion.x, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck, pace.step)
 
 
 def strands_of(hair: Hair, state: HairState) -> Strands:

@@ -102,6 +102,8 @@ class StepControl:
     travel       a particle moves at most this far in a step, and so does a body: what is pushed farther is stretched
     strain_rate  an edge changes its length by at most this fraction of it in a step; 0.1 in the authors' code
     courant      so many times what an explicit step could be; 4 and 10 in the authors' code
+    crossings    part of all segments that may have to be kept from passing through others in a step; with more, steps
+                 get shorter, down to a quarter of the longest
     """
 
     longest: Annotated[Seconds, Interval(gt=1e-6, le=1.0)] = 1 / 240
@@ -109,6 +111,7 @@ class StepControl:
     travel: Annotated[Metres, Interval(gt=1e-5, le=1e3)] = 0.02
     strain_rate: Annotated[float, Gt(0.0)] | None = None
     courant: Annotated[float, Gt(0.0)] | None = None
+    crossings: Annotated[float, Gt(0.0)] = 0.01
 
 
 @dataclass(frozen=True)

@@ -283,6 +283,11 @@ class Surroundings:
                 follow(self._axis, change, step.dt, x)
                 follow(self._axis, change, 1.0, v)
 
+    @property
+    def crossed(self) -> float:
+        """Part of all segments that the last step had to keep from passing through others."""
+        return 0.0 if self.hair is None else self.hair.crossed
+
     def repel(self, x: np.ndarray, v: np.ndarray, step: Step, *, elastic: bool) -> None:
         """Let hair that is near push hair away by impulses, in place; x, v (rows, 3, W)."""
         if self.hair is not None and self.hair.sweeps:

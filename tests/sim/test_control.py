@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.control import Travel, next_step
+from hairpipe.sim.control import Pace, Travel, next_step
 from hairpipe.sim.motion import Motion
 from hairpipe.sim.roots import Path
 
@@ -31,3 +31,33 @@ def step(hair, body, distance=0.02):
 @pytest.mark.parametrize(("hair", "body", "steps"), [(0.0, 0.0, 1), (0.4, 0.1, 1), (1.2, 0.1, 3), (0.1, 1.9, 4)])
 def test_neither_hair_nor_a_body_goes_farther_than_it_may(hair, body, steps):
     assert step(hair, body) == pytest.approx(FRAME / steps)
+
+
+def settle(crossed, step=FRAME, most=FRAME, part=0.01, steps=100):
+    """Go so many steps at the pace of hair of which a part, crossed(dt), would cross in a step of dt."""
+    pace, taken = Pace(part, most, step), []
+    for _ in range(steps):
+        taken.append(pace.step)
+        pace.follow(pace.step, crossed(pace.step))
+    return taken
+
+
+def test_steps_settle_where_few_enough_segments_cross():
+    taken = settle(lambda dt: 0.03 * (dt / FRAME) ** 1.4)
+    assert 0.03 * (taken[-1] / FRAME) ** 1.4 == pytest.approx(0.01, rel=1e-3)
+
+
+def test_steps_are_as_long_as_they_may_be_where_nothing_crosses():
+    assert settle(lambda dt: 0.0)[0] == settle(lambda dt: 0.0, step=FRAME / 4)[-1] == FRAME
+
+
+def test_steps_get_no_shorter_than_a_quarter():
+    taken = settle(lambda dt: 1.0)
+    assert taken[1] == FRAME / 2
+    assert taken[-1] == FRAME / 4
+
+
+def test_what_made_a_step_short_otherwise_does_not_shorten_the_next():
+    pace = Pace(0.01, FRAME, FRAME)
+    pace.follow(FRAME / 10, 0.001)
+    assert pace.step == FRAME

@@ -59,7 +59,7 @@ def tuft(scene, straight):
 
 
 def as_bytes(state):
-    return [getattr(state, name).tobytes() for name in HairState.__dataclass_fields__]
+    return [np.asarray(getattr(state, name)).tobytes() for name in HairState.__dataclass_fields__]
 
 
 @pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="needs two threads")
@@ -94,3 +94,14 @@ def test_what_is_absent_changes_nothing(tuft):
     far = replace(EVERYTHING, stiction=Stiction(reach=1e-6, release=2e-6), collisions=Collisions(thickness=1.1e-6))
     met = tuft(2, replace(far, wind=None, contact=BodyContact(thickness=1e-6)), speed=50.0)
     np.testing.assert_allclose(met[0].positions, alone[0].positions, atol=1e-9)
+
+
+def test_steps_are_shorter_where_hair_would_pass_through_hair(tuft):
+    """And only there: hair that may cross as it likes goes at the longest."""
+    longest = 1 / 48
+    paces = {}
+    for crossings in (1e-3, 1e3):
+        how = replace(EVERYTHING, steps=StepControl(longest=longest, crossings=crossings))
+        paces[crossings] = min(state.pace for state in tuft(4, how))
+    assert paces[1e-3] < 0.9 * longest
+    assert paces[1e3] == longest

@@ -119,7 +119,7 @@ def _advance(
         _look(worst, hair, motion, before, [axis_at(speed, began + t)[0] for t in (time, time + dt)], bar)
         time += dt
     stuck = around.hair.connections if around.hair is not None else (state.stuck, state.stuck_at)
-    return HairState(motion.x, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck)
+    return HairState(motion.x, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck, state.pace)
 
 
 def _look(worst: Worst, hair: Hair, motion: Motion, before: np.ndarray, axes: Sequence[np.ndarray], bar: bool) -> None:

@@ -41,6 +41,7 @@ class HairContacts:
     collisions   what is pushed away; None: hair passes through hair
     connections  that there are at the moment
     at_rest      keys of pairs that do not stick, and of those that do not collide, because the groom has them so near
+    crossed      part of all segments that the last step had to keep from passing through others
     """
 
     offsets: np.ndarray
@@ -48,6 +49,7 @@ class HairContacts:
     collisions: Collisions | None
     connections: Connections
     at_rest: tuple[np.ndarray, np.ndarray]
+    crossed: float = field(default=0.0, init=False)
     _reach: float = field(init=False)
     _never: np.ndarray = field(init=False)
     _ignored: np.ndarray = field(init=False)
@@ -164,13 +166,14 @@ class HairContacts:
         self._sides = sides_of(couplings_at(self._places), self._incidence)
 
     def collide(self, before: np.ndarray, after: np.ndarray, masses: np.ndarray, dt: float) -> np.ndarray | None:
-        """Return by how much velocities change so that nothing passes through in a step of dt [s], or None; pure.
+        """Return by how much velocities change so that nothing passes through in a step of dt [s], or None.
 
         before, after  positions [m], (P, 3)
         """
         if self.collisions is None:
             return None
         outcome = collide(before, after, masses, self.offsets, dt, self.collisions, self._ignored)
+        self.crossed = outcome.found / (len(before) - len(self.offsets) + 1)
         return outcome.change if outcome.found else None
 
     @property
