@@ -17,6 +17,7 @@ from hairpipe.sim.banded import row_size
 from hairpipe.sim.contact.body import BodyContacts
 from hairpipe.sim.contact.hair import HairContacts
 from hairpipe.sim.contact.stiction import stiffest
+from hairpipe.sim.filters.jolt import mark_jolted
 from hairpipe.sim.filters.limit_strain import limit_all
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.models.chain import Chain
@@ -78,6 +79,7 @@ class Surroundings:
     _everyone: np.ndarray = field(init=False)
     _masses: np.ndarray = field(init=False)
     _weights: np.ndarray = field(init=False)
+    _jolted: np.ndarray = field(init=False)
     _memory: dict[str, np.ndarray] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
@@ -88,6 +90,7 @@ class Surroundings:
         self._masses = self._masses[:, 0]
         self._masses[self.layout.offsets[:-1]] = np.inf
         self._weights = np.empty_like(self._masses)
+        self._jolted = np.zeros(self.layout.strands.shape, self.layout.dtype)
 
     def begin(self, motion: Motion, step: Step) -> None:
         """Look around at the start of a step."""
@@ -259,9 +262,13 @@ class Surroundings:
         if self.body is not None:
             follow(self._axis, self.body.stop(self._points(motion.v)), 1.0, motion.v)
         self.repel(motion.x, motion.v, step, elastic=True)
-        self.cross(motion.x, motion.v, before, step)
-        if self.strain is not None:
-            limit_all(self.model, motion.x, self.strain.tolerance)
+        self._jolted[:] = 0.0
+        if self.hair is not None or self.strain is not None:
+            solved = copied(motion.x)
+            self.cross(motion.x, motion.v, before, step)
+            if self.strain is not None:
+                limit_all(self.model, motion.x, self.strain.tolerance)
+            mark_jolted(self.model, solved, motion.x, self._jolted)
         if self.body is not None:
             self._put_right(motion.x, motion.v, before, step)
         if isinstance(found, np.ndarray):
@@ -269,11 +276,14 @@ class Surroundings:
         return found
 
     def shocked(self, like: np.ndarray) -> np.ndarray:
-        """Mark the strands whose contact with the body jumped in this step, (blocks, W), of the dtype of an array."""
+        """Mark the strands whose forces jumped in this step, (blocks, W), of the dtype of an array.
+
+        Contact with the body began or ended there, or they were stretched by what `end` put right.
+        """
         lanes = np.zeros(self.layout.strands.shape, like.dtype)
         if self.body is not None:
             lanes_with(self._axis, self.body.shocked, lanes)
-        return lanes
+        return np.maximum(lanes, self._jolted)
 
     def cross(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> None:
         """Bring back hair that passed through hair in a step, in place; arguments as for `collide`."""
