@@ -278,7 +278,8 @@ class Surroundings:
     def shocked(self, like: np.ndarray) -> np.ndarray:
         """Mark the strands whose forces jumped in this step, (blocks, W), of the dtype of an array.
 
-        Contact with the body began or ended there, or they were stretched by what `end` put right.
+        Contact with the body began or ended there or changed a velocity, or what `end` put right among hairs stretched
+        or relieved them.
         """
         lanes = np.zeros(self.layout.strands.shape, like.dtype)
         if self.body is not None:
