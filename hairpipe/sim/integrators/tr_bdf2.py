@@ -11,8 +11,8 @@ that is beyond the scheme: its step is done again by backward Euler, which nothi
 
 What strands do to each other changes velocities within a stage as backward Euler would: it is taken out of v - vh and
 of v1 - v, so that no stage throws back what the one before has stopped. Where contact with the body began or ended in a
-step, or what came after its solves stretched or relieved a strand (`sim/filters/jolt.py`), the acceleration says nothing
-about the next one and is NaN; there the first stage is one of backward Euler,
+step, or what came after its solves stretched or relieved a strand (`sim/filters/jolt.py`), the acceleration says
+nothing about the next one and is NaN; there the first stage is one of backward Euler,
 
     1   xh = x,   vh = v,   weight g dt
 
