@@ -107,7 +107,7 @@ def fill_bricks(
     places      of the bricks along the axes, (n, 3) int64
     first       index of the lattice's first sample, (3,) int64
     voxel       spacing of the samples [m]
-    width       of the band [m]; what lies beyond it takes the velocity of a point nearby
+    width       of the band [m]
     marks       of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
     distance    [m], (n, 9, 9, 9) float32
     velocity    [m/s], (n, 9, 9, 9, 3) float32
@@ -119,7 +119,7 @@ def fill_bricks(
                 for k in range(BRICK):
                     a, b, c = BRICK * places[n, 0] + i, BRICK * places[n, 1] + j, BRICK * places[n, 2] + k
                     x, y, z = (first[0] + a) * voxel, (first[1] + b) * voxel, (first[2] + c) * voxel
-                    squared, near, w = closest(tree, (x, y, z), width * width, near)
+                    squared, near, w = closest(tree, (x, y, z), np.inf, near)
                     t = tree.triangles[near]
                     far = min(np.sqrt(squared), width)
                     distance[n, i, j, k] = far if marks[a, b, c] & OUTSIDE else -far

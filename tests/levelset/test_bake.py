@@ -133,6 +133,20 @@ def test_the_velocity_is_that_of_the_closest_point(sphere, positions):
     assert off.mean() < np.linalg.norm(spin) * 0.01
 
 
+def test_what_lies_beyond_the_band_has_the_velocity_of_what_is_near_not_of_another_part(sphere, together, positions):
+    """Two spheres, one at rest and a fast one: whichever of them the search begins with, it is not what is found."""
+    still = sphere(0.3, level=3)
+    for side in (-1.0, 1.0):
+        mesh = together(still, sphere(0.3, (side, 0.2 * side, 0.1 * side), 3))
+        speeds = np.repeat([[0.0, 0, 0], [5.0, 0, 0]], len(still.points), axis=0)
+        surface = baked(Mesh(mesh.points, mesh.triangles, speeds), 0.05, 2.0)
+        points = positions(surface)
+        to_fast = to_sphere(points, 0.3, (side, 0.2 * side, 0.1 * side)) - to_sphere(points, 0.3)
+        nearer = np.abs(to_fast) > 0.05
+        assert np.allclose(surface.velocity[nearer & (to_fast > 0)], 0.0)
+        assert np.allclose(surface.velocity[nearer & (to_fast < 0)], [5.0, 0.0, 0.0])
+
+
 def test_the_velocity_of_a_face_is_interpolated_in_it(box, positions):
     surface = baked(spinning(box(), [0.0, 1.0, 0.0]), 0.1)
     points = positions(surface)
