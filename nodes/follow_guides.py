@@ -16,7 +16,4 @@ def follow_guides(hair: Strands, guides: Groom, groom: Groom, body: Mesh | None,
 
     if len(hair.points) != len(guides.points):
         raise BadInput("hair and guides are not the same strands", right="in.guides: the groom that is simulated")
-    motions, _ = motion_of_roots(body or ends, groom)
-    firsts = groom.points[groom.offsets[:-1]]
-    roots = (motions[:, :, :3] @ firsts[:, :, None])[:, :, 0] + motions[:, :, 3]
-    return guided(hair, guides, groom, motions[:, :, :3], roots)
+    return guided(hair, guides, groom, *motion_of_roots(body or ends, groom))

@@ -7,25 +7,32 @@ from hairpipe.data import Groom, Strands
 from hairpipe.groom.shares import at_shares, shares_of
 
 
-def guided(hair: Strands, guides: Groom, groom: Groom, turns: np.ndarray, roots: np.ndarray) -> Strands:
+def guided(hair: Strands, guides: Groom, groom: Groom, motions: np.ndarray, rates: np.ndarray) -> Strands:
     """Return all strands of a groom, each as the guide with the nearest root is, and as far from it as at rest; pure.
 
-    hair    of the guides
-    turns   of every root of the groom since rest, (S, 3, 3)
-    roots   where they are [m], (S, 3)
+    hair            of the guides
+    motions, rates  of every root of the groom from where that put it, x -> R x + t, and their derivative by time, as
+                    `motion_of_roots` gives them, (S, 3, 4)
 
-    At a share a of the length, with X for rest and r for the root:
-        x(a) = r + (x_g(a) - r_g) + R ((X(a) - X(0)) - (X_g(a) - X_g(0)))
-    so that a guide follows itself, and hair that is moved rigidly with the body is right.
+    At a share a of the length, with X for rest, x_g and X_g for the guide:
+        x(a) = R (X(a) - (X_g(a) - X_g(0))) + t + (x_g(a) - x_g(0))
+    so that a guide follows itself, and hair that is moved rigidly with the body is right. Velocities are the derivative
+    of that.
     """
-    firsts, guide_firsts = groom.offsets[:-1], guides.offsets[:-1]
-    nearest = np.asarray(KDTree(guides.points[guide_firsts]).query(groom.points[firsts])[1])
+    nearest = np.asarray(KDTree(guides.points[guides.offsets[:-1]]).query(groom.points[groom.offsets[:-1]])[1])
     strand, share = shares_of(groom.offsets)
-    guide, points = nearest[strand], hair.points.astype(float)
-    at_rest = (groom.points - groom.points[firsts][strand]) - (
-        at_shares(guides.points, guides.offsets, guide, share) - guides.points[guide_firsts][guide]
-    )
-    bent = at_shares(points, hair.offsets, guide, share) - points[hair.offsets[:-1]][guide]
-    placed = roots[strand] + bent + np.einsum("pij,pj->pi", turns[strand], at_rest)
-    speeds = at_shares(hair.velocities, hair.offsets, guide, share)
+
+    def along(values: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+        """Values of the guides less those of their roots, at the points of the groom."""
+        guide = nearest[strand]
+        return at_shares(values.astype(float), offsets, guide, share) - values[offsets[:-1]][guide]
+
+    carried = groom.points - along(guides.points, guides.offsets)
+    placed = _moved(motions[strand], carried) + along(hair.points, hair.offsets)
+    speeds = _moved(rates[strand], carried) + along(hair.velocities, hair.offsets)
     return Strands(placed.astype(np.float32), speeds.astype(np.float32), groom.offsets, hair.diameter)
+
+
+def _moved(motions: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return R x + t, (n, 3), for motions (n, 3, 4)."""
+    return np.einsum("pij,pj->pi", motions[:, :, :3], points) + motions[:, :, 3]

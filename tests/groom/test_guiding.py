@@ -17,8 +17,9 @@ GROOM = gather_tuft(ROW, Tuft(rows=3, apart=(0.0, 0.0, 0.01), stray=10.0))
 TURN = Track(times=(0.0, 1.0), turn=(0.0, 40.0), move=((0.0, 0.0, 0.0), (0.1, 0.2, 0.3)))
 
 
-def shown(points, groom):
-    return Strands(points.astype(np.float32), np.zeros_like(points, np.float32), groom.offsets, 8e-5)
+def shown(points, groom, velocities=0.0):
+    speeds = np.broadcast_to(velocities, points.shape).astype(np.float32)
+    return Strands(points.astype(np.float32), speeds, groom.offsets, 8e-5)
 
 
 def test_every_third_strand_keeps_its_id_and_its_points():
@@ -39,14 +40,32 @@ def test_guides_follow_themselves():
     assert follow_guides(shown(points, GROOM), GROOM, GROOM, None, None).points == pytest.approx(points, abs=1e-7)
 
 
+def test_velocities_are_the_derivative_of_positions():
+    guides, span = thin_groom(GROOM, every=5), 1e-3
+    rng = np.random.default_rng(3)
+    at, speed = (rng.normal(size=guides.points.shape) for _ in range(2))
+    before, now, after = (
+        follow_guides(
+            shown(at + t * speed, guides, speed), guides, GROOM, None, lead(GROOM, 0.7 + t, TURN, None, None, None)
+        )
+        for t in (-span, 0.0, span)
+    )
+    rate = (after.points.astype(float) - before.points.astype(float)) / (2 * span)
+    assert now.velocities == pytest.approx(rate, abs=2e-3)
+    assert np.abs(now.velocities).max() > 1.0
+
+
 def test_hair_that_is_moved_with_its_roots_is_right():
     ends = lead(GROOM, 0.7, TURN, None, None, None)
     assert np.abs(ends.roots[0, :, :3] - np.eye(3)).max() > 0.1
     strand = np.repeat(np.arange(12), 7)
-    moved = np.einsum("pij,pj->pi", ends.roots[strand, :, :3], GROOM.points) + ends.roots[strand, :, 3]
+    moved, speeds = (
+        np.einsum("pij,pj->pi", m[strand, :, :3], GROOM.points) + m[strand, :, 3] for m in (ends.roots, ends.roots_rate)
+    )
     guides = thin_groom(GROOM, every=5)
     kept = np.isin(GROOM.ids[strand], guides.ids)
-    found = follow_guides(shown(moved[kept], guides), guides, GROOM, None, ends)
+    found = follow_guides(shown(moved[kept], guides, speeds[kept]), guides, GROOM, None, ends)
     assert found.points == pytest.approx(moved, abs=1e-6)
+    assert found.velocities == pytest.approx(speeds, abs=1e-6)
     with pytest.raises(BadInput, match="not the same strands"):
         follow_guides(found, guides, GROOM, None, ends)
