@@ -58,8 +58,9 @@ def twin_corners(triangles: np.ndarray) -> np.ndarray:
     Corners are numbered 3 t + k; the answer is (m, 3) int32, with -1 where an edge belongs to one triangle only, to
     more than two, or to two that disagree on which side is outside.
     """
-    tails, heads = np.roll(triangles, -1, axis=1).ravel(), np.roll(triangles, -2, axis=1).ravel()
-    stride = np.int64(triangles.max(initial=0)) + 1
+    corners = triangles.astype(np.int64)  # products of two vertex numbers do not fit into 32 bits
+    tails, heads = np.roll(corners, -1, axis=1).ravel(), np.roll(corners, -2, axis=1).ravel()
+    stride = corners.max(initial=0) + 1
     keys, wanted = tails * stride + heads, heads * stride + tails
     order = np.argsort(keys, kind="stable")
     ordered = keys[order]

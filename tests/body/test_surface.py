@@ -24,6 +24,12 @@ def test_a_border_has_nothing_across_it(sheet):
     assert border == 2 * (4 + 3)
 
 
+def test_pairs_of_many_vertices_in_any_order_are_told_apart(sheet):
+    mesh = sheet(310, 310)
+    order = np.random.default_rng(1).permutation(len(mesh.points)).astype(np.int32)
+    assert np.count_nonzero(twin_corners(order[mesh.triangles]) < 0) == 2 * (310 + 310)
+
+
 def test_edges_of_three_triangles_or_of_two_that_disagree_are_borders():
     fan = np.array([[0, 1, 2], [1, 0, 3], [1, 0, 4]], np.int32)
     assert (twin_corners(fan) == -1).all()
