@@ -11,7 +11,7 @@ from hairpipe.motion.wave import Wave, course_of_wave
 def lead(groom: Groom, time: float, roots: Track, wave: Wave | None, tips: Track | None, release: float | None) -> Ends:
     """Return the ends at a time [s].
 
-    roots    motion of the roots, and the wave that follows upon it
+    roots    motion of the roots, and the wave in the frame that it moves
     tips     motion of the tips; free without
     release  time after which the tips are free [s]
     """
@@ -19,7 +19,7 @@ def lead(groom: Groom, time: float, roots: Track, wave: Wave | None, tips: Track
     root = follow(roots, first, time)
     if wave:
         course = course_of_wave(wave, time)
-        root = after(turned(course, unit(wave.axis, "axis"), first + np.array(wave.pivot)), root)
+        root = after(root, turned(course, unit(wave.axis, "axis"), first + np.array(wave.pivot)))
     held = tips if release is None or time <= release + INSTANT else None
     tip = Motion(*np.full((2, *root.place.shape), np.nan)) if held is None else follow(held, last, time)
     return Ends(root.place, root.rate, tip.place, tip.rate)

@@ -14,7 +14,7 @@ CLOSE = 1e-9  # in half waves: closer to where a square wave turns round it stan
 
 @dataclass(frozen=True)
 class Wave:
-    """Motion to and fro, from rest at time zero.
+    """Motion to and fro, from rest at time zero, in the frame of the keys where there are any.
 
     form       sine is a speed that comes and goes; square is constant speed that turns round at once, where it is 0
     frequency  of going to and fro

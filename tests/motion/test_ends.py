@@ -83,6 +83,14 @@ def test_a_shake_is_as_fast_as_it_says():
     assert not ends(0.0, wave=SHAKE).roots_rate.any() and not ends(-0.1, wave=SHAKE).roots_rate.any()
 
 
+def test_a_wave_turns_about_the_end_wherever_the_keys_have_it():
+    for time in (0.25, 0.6, 1.4):
+        led, shaken = ends(time, TURNED), ends(time, TURNED, replace(SHAKE, pivot=(0.0, 0.0, 0.0)))
+        assert np.abs(led.roots - shaken.roots).max() > 0.01
+        np.testing.assert_allclose(moved(shaken.roots, ROOT), moved(led.roots, ROOT), atol=1e-12)
+        np.testing.assert_allclose(moved(shaken.roots_rate, ROOT), moved(led.roots_rate, ROOT), atol=1e-12)
+
+
 def test_a_square_wave_turns_round_at_once():
     rates = {time: ends(time, wave=SQUARE).roots_rate[0] for time in (0.01, 0.12, 0.13, 0.24, 0.26)}
     for time, sign in ((0.01, 1), (0.12, 1), (0.13, -1), (0.24, -1), (0.26, 1)):
