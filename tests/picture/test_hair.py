@@ -38,10 +38,11 @@ def test_the_highlight_is_the_mirror_image_of_the_lamp(lamp: float) -> None:
     assert eyes[np.argmax(seen)] == pytest.approx(180.0 - lamp)
 
 
-def test_tilted_scales_move_the_highlight_by_twice_the_tilt() -> None:
+def test_tilted_scales_move_the_highlight_to_the_root_by_twice_the_tilt() -> None:
+    # The tip is along x: scales face the root, and their normal is at 95 degrees.
     eyes = np.arange(5.0, 176.0)
     seen = [shine(np.array([1.0, 0, 0]), turned(eye), turned(70.0), np.radians(5.0)) for eye in eyes]
-    assert abs(eyes[np.argmax(seen)] - 110.0) == pytest.approx(10.0)
+    assert eyes[np.argmax(seen)] == pytest.approx(2.0 * 95.0 - 70.0)
 
 
 def test_root_to_tip_or_tip_to_root_shines_alike_without_tilt() -> None:
