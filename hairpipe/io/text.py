@@ -8,7 +8,7 @@ LARGEST = 1e12  # no position, angle or time of ours comes near; squares and pro
 
 
 def read_text(path: Path) -> str:
-    """Return the whole text of a UTF-8 file.
+    """Return the whole text of a UTF-8 file, with lines that end in "\\n".
 
     Raises BadInput where it is missing, a directory, forbidden, empty or not text.
     """
@@ -20,7 +20,7 @@ def read_text(path: Path) -> str:
         raise BadInput(f"byte {fault.start} is not UTF-8", where=path, right="a text file in UTF-8") from None
     if not text.strip():
         raise BadInput("the file is empty", where=path, right="a text file")
-    return text
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def parse_number(word: str) -> float | None:

@@ -6,8 +6,8 @@ from hairpipe.io.text import parse_number, read_text
 
 def test_text_is_read_without_its_byte_order_mark(tmp_path):
     path = tmp_path / "a.txt"
-    path.write_bytes(b"\xef\xbb\xbfa\r\nb")
-    assert read_text(path) == "a\r\nb"
+    path.write_bytes(b"\xef\xbb\xbfa\r\nb\rc\n")
+    assert read_text(path) == "a\nb\nc\n"
 
 
 @pytest.mark.parametrize(

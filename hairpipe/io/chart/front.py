@@ -84,7 +84,7 @@ def draw_front(
             )
             keys.append(cross)
         axes.figure.legend(handles=[key for key in keys if key.get_label()], loc="outside right upper", frameon=False)
-        place_labels(axes, labels, size)
+        place_labels(axes, labels)
 
 
 def texts(table: Table, name: str) -> list[str]:

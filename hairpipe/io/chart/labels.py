@@ -41,10 +41,10 @@ class Box(NamedTuple):
         return max(wide, 0.0) * max(tall, 0.0)
 
 
-def place_labels(axes: Axes, labels: Sequence[Label], size: tuple[int, int]) -> None:
+def place_labels(axes: Axes, labels: Sequence[Label]) -> None:
     """Write labels, the ones in a crowd last, each where least is hidden and as near to its point as that allows.
 
-    size  of the picture [px]; limits and scales of the axes are set
+    Limits and scales of the axes are set.
     """
     if isinstance(axes.figure, Figure):
         axes.figure.draw_without_rendering()  # lays the axes out

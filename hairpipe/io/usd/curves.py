@@ -43,13 +43,26 @@ def _polyline(curves: UsdGeom.BasisCurves, points: np.ndarray, where: str) -> np
         raise BadInput("the curve is closed", where=where, right="wrap pinned or nonperiodic")
     if len(points) < 2:
         raise BadInput(f"the curve has {len(points)} points", where=where, right="2 or more")
-    if not cubic or basis == UsdGeom.Tokens.catmullRom:
+    if not cubic:
         return points
+    if basis == UsdGeom.Tokens.catmullRom:
+        return _catmull_rom(points, wrap == UsdGeom.Tokens.pinned, where)
     if basis == UsdGeom.Tokens.bspline:
         return _bspline(points, wrap == UsdGeom.Tokens.pinned, where)
     if basis == UsdGeom.Tokens.bezier:
         return _bezier(points, where)
     raise BadInput(f"the basis is {basis}", where=where, right="catmullRom, bspline or bezier")
+
+
+def _catmull_rom(points: np.ndarray, pinned: bool, where: str) -> np.ndarray:
+    """Return the points that a Catmull-Rom curve passes through: without wrap pinned not the first and the last."""
+    if pinned:
+        return points
+    if len(points) < 4:
+        raise BadInput(
+            f"the Catmull-Rom curve has {len(points)} points", where=where, right="4 or more, or wrap pinned"
+        )
+    return points[1:-1]
 
 
 def _bspline(points: np.ndarray, pinned: bool, where: str) -> np.ndarray:

@@ -4,7 +4,7 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Sdf, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
@@ -100,7 +100,7 @@ def _read_map(primvar: UsdGeom.Primvar, n: int) -> np.ndarray:
 
 
 def _flat(primvar: UsdGeom.Primvar, columns: int) -> np.ndarray:
-    return checked(primvar.ComputeFlattened(), primvar.GetAttr(), columns)
+    return checked(primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()), primvar.GetAttr(), columns)
 
 
 def _check_count(primvar: UsdGeom.Primvar, values: np.ndarray, right: int) -> None:
