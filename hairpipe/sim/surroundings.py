@@ -94,6 +94,7 @@ class Surroundings:
 
     def begin(self, motion: Motion, step: Step) -> None:
         """Look around at the start of a step."""
+        self._hold_tips(step.held)
         if self.wind is not None or self.body is not None or self.hair is not None:
             points = self._points(motion.x)
             if self.wind is not None:
@@ -101,7 +102,15 @@ class Surroundings:
             if self.body is not None:
                 self.body.begin(points, step.time)
             if self.hair is not None:
-                self.hair.begin(points, self._points(motion.v), self._masses)
+                self.hair.begin(points, self._points(motion.v))
+
+    def _hold_tips(self, held: np.ndarray) -> None:
+        """Let nothing move the last segments of strands whose tip is held, (blocks, W): all of a frame is."""
+        if len(held):
+            marked, last = np.empty(len(self._masses), np.bool_), self.layout.offsets[1:] - 1
+            points_of(self._axis, held, marked)
+            last = last[marked[last]]
+            self._masses[last] = self._masses[last - 1] = np.inf
 
     def solve(
         self, x: np.ndarray, v: np.ndarray, T: np.ndarray, stage: Stage, rule: Rule, who: np.ndarray | None = None
@@ -229,13 +238,13 @@ class Surroundings:
         scatter(self._axis, kick, lanes)
         return lanes
 
-    def limit_velocity(self, x: np.ndarray, v: np.ndarray, dt: float) -> None:
+    def limit_velocity(self, x: np.ndarray, v: np.ndarray, step: Step) -> None:
         """Change v so that x + dt v keeps the strain limit, in place; x, v (rows, 3, W)."""
         if self.strain is not None:
-            target = x + dt * v
+            target = x + step.dt * v
             limited = target.copy()
-            limit_all(self.model, limited, self.strain.tolerance)
-            v += (limited - target) / dt
+            self._limit(limited, self.strain, step)
+            v += (limited - target) / step.dt
 
     def collide(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> None:
         """Move hair out of the body at the end of a step, and slow it down, in place.
@@ -246,7 +255,12 @@ class Surroundings:
         """
         if self.body is not None:
             touched, normals = self._put_right(x, v, before, step)
-            self.body.hold_where_it_is(touched, normals, self._points(v), self._masses)
+            self.body.hold_normals(touched, normals, self._masses, step.dt)
+
+    def let_go(self) -> None:
+        """Let the body hold nothing that it has held since `collide`."""
+        if self.body is not None:
+            self.body.let_go()
 
     def end(self, motion: Motion, before: np.ndarray, step: Step) -> np.ndarray | float:
         """Correct what a step found, in place; before is where it began [m], (rows, 3, W).
@@ -267,7 +281,7 @@ class Surroundings:
             solved = copied(motion.x)
             self.cross(motion.x, motion.v, before, step)
             if self.strain is not None:
-                limit_all(self.model, motion.x, self.strain.tolerance)
+                self._limit(motion.x, self.strain, step)
             mark_jolted(self.model, solved, motion.x, self._jolted)
         if self.body is not None:
             self._put_right(motion.x, motion.v, before, step)
@@ -316,6 +330,13 @@ class Surroundings:
         if self.hair is None or self.hair.stiction is None:
             return 0.0
         return stiffest(self.hair.connections, self._masses, self.hair.stiction)
+
+    def _limit(self, x: np.ndarray, strain: StrainLimit, step: Step) -> None:
+        """Limit the strain of hair, in place, but for strands held at both ends: springs alone share out theirs."""
+        limits = np.full(self.layout.strands.shape, 1.0 + strain.tolerance, x.dtype)
+        if len(step.held):
+            limits[step.held > 0.0] = np.inf
+        limit_all(self.model, x, limits)
 
     def _put_right(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> tuple[np.ndarray, np.ndarray]:
         """Move hair out of the body; return which points touched it and its normals there."""

@@ -8,18 +8,21 @@ import pytest
 
 from hairpipe.data.hair import HairState
 from hairpipe.io.hdf5 import decode, encode
+from hairpipe.motion.ends import lead
+from hairpipe.motion.track import Track
+from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.air.wind import Gusts, Shielding, Wind
 from hairpipe.sim.scene import Air, BodyContact, Collisions, Scene, Scheme, StepControl, Stiction, StrainLimit
 
 
 class Ball:
-    """A ball that goes along x; a MovingSurface."""
+    """A ball that goes along x from a place on that axis; a MovingSurface."""
 
-    def __init__(self, speed):
-        self.speed = speed
+    def __init__(self, speed, begins=0.05):
+        self.speed, self.begins = speed, begins
 
     def probe(self, points, seconds, out):
-        away = points - [0.05 + self.speed * seconds, -0.06, -0.0333]
+        away = points - [self.begins + self.speed * seconds, -0.06, -0.0333]
         far = np.linalg.norm(away, axis=1)
         near = far - 0.04 < out.distance
         out.distance[near] = far[near] - 0.04
@@ -45,14 +48,14 @@ EVERYTHING = Scene(
 def tuft(scene, straight):
     """Run a tuft for so many frames; give its states."""
 
-    def run(frames, how=EVERYTHING, speed=0.5, state=None):
+    def run(frames, how=EVERYTHING, bodies=(Ball(0.5),), state=None):  # noqa: B008 (it has no state)
         roots = np.random.default_rng(7).normal(scale=2e-3, size=(12, 3)) * [1, 0, 1]
         shot = scene([straight(0.1, 12, [1, 0.2 * k / 12, 0.1]) + root for k, root in enumerate(roots)])
         shot.scene = how
         shot.state = state or shot.state
         states = []
         for _ in range(frames):
-            states.append(shot.run(1 / 24, [Ball(speed)]).state)
+            states.append(shot.run(1 / 24, bodies).state)
         return states
 
     return run
@@ -63,10 +66,10 @@ def as_bytes(state):
 
 
 @pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="needs two threads")
-def test_threads_change_no_bit(tuft):
+def test_threads_change_no_bit(tuft, threads):
     found = []
-    for threads in (1, 2):
-        numba.set_num_threads(threads)
+    for count in (1, 2):
+        threads(count)
         found.append([as_bytes(state) for state in tuft(3)])
     assert found[0] == found[1]
 
@@ -89,11 +92,27 @@ def test_nothing_is_flung_about_by_any_scheme(tuft, value, solver):
 
 
 def test_what_is_absent_changes_nothing(tuft):
-    """A body out of reach, stiction and collisions of hair too far apart to meet, and wind that has no drag."""
-    alone = tuft(2, Scene(air=Air(2.0), strain=StrainLimit(), steps=StepControl(longest=1 / 120)), speed=50.0)
+    """A body out of reach, and stiction and collisions of hair too far apart to meet."""
+    alone = tuft(2, Scene(air=Air(2.0), strain=StrainLimit(), steps=StepControl(longest=1 / 120)), bodies=())
     far = replace(EVERYTHING, stiction=Stiction(reach=1e-6, release=2e-6), collisions=Collisions(thickness=1.1e-6))
-    met = tuft(2, replace(far, wind=None, contact=BodyContact(thickness=1e-6)), speed=50.0)
+    met = tuft(2, replace(far, wind=None, contact=BodyContact(thickness=1e-6)), bodies=[Ball(0.0, 5.0)])
     np.testing.assert_allclose(met[0].positions, alone[0].positions, atol=1e-9)
+
+
+def test_ends_that_are_led_are_where_they_are_led(scene, straight):
+    """Also those of hair that is drawn out farther than its strain limit, into a body and into other hair."""
+    shot = scene([straight(0.1, 12, [1, 0, 0.1 * k]) for k in range(4)])
+    groom, offsets = shot.hair.groom, shot.hair.layout.offsets
+    drawn = Track((0.0, 0.125), ((0.0, 0.0, 0.0), (0.006, 0.0, 0.0)))
+    still, ball = Track(), Ball(0.0)
+    shot.state = start(shot.hair, lead(groom, 0.0, still, None, drawn, None), EVERYTHING)
+    for frame in range(4):
+        leads = tuple(lead(groom, time / 24, still, None, drawn, None) for time in (frame, frame + 1))
+        shot.state = advance_frame(shot.hair, shot.state, leads, [ball], 1 / 24, EVERYTHING)
+        for at, motions in ((offsets[:-1], leads[1].roots), (offsets[1:] - 1, leads[1].tips)):
+            led = np.einsum("sij,sj->si", motions[:, :, :3], groom.points[at]) + motions[:, :, 3]
+            np.testing.assert_allclose(shot.axis[at], led, atol=1e-12)
+    assert np.linalg.norm(np.diff(shot.axis[:13], axis=0), axis=1).min() > 1.02 * 0.1 / 12
 
 
 def test_steps_are_shorter_where_hair_would_pass_through_hair(tuft):

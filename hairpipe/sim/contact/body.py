@@ -7,7 +7,7 @@ import numpy as np
 from hairpipe.levelset.moving import MovingSurface, Probe, Sweep
 from hairpipe.sim.contact.drape import drape
 from hairpipe.sim.contact.folds import Turns, add_heights
-from hairpipe.sim.contact.hold import FREE, TOUCHES, Touch, hold, judge, resume, stop_normals
+from hairpipe.sim.contact.hold import FREE, STIFF, TOUCHES, Touch, hold, judge, resume, stop_normals
 from hairpipe.sim.contact.project import Motion, farthest, project
 from hairpipe.sim.contact.sight import Sight
 from hairpipe.sim.contact.squeeze import give_way
@@ -119,17 +119,21 @@ class BodyContacts:
         stop_normals(self._touch, speeds, change)
         return change
 
-    def hold_where_it_is(self, who: np.ndarray, normals: np.ndarray, speeds: np.ndarray, masses: np.ndarray) -> None:
-        """Keep the normal velocity of points who, (P,) bool, through the next solves, and let go of the others.
+    def hold_normals(self, who: np.ndarray, normals: np.ndarray, masses: np.ndarray, dt: float) -> None:
+        """Give points who, (P,) bool, the body's velocity along normals in the next solves, and let go of the others.
 
-        This is how the paper's velocity solve has it; friction has acted before.
+        This is how the paper's velocity solve has it, in a step of dt [s]; friction has acted before.
         """
         touch = self._touch
-        touch.state[:] = np.where(who & np.isfinite(masses), TOUCHES, 0)
+        touch.state[:] = np.where(who & np.isfinite(masses), TOUCHES, FREE)
         touch.grip[:] = 0.0
         touch.normal[:] = normals
-        touch.target[:] = speeds
-        touch.rate[:] = 0.0
+        touch.target[:] = self._sight.probe.velocity
+        touch.rate[:] = np.where(touch.state == TOUCHES, STIFF * masses / dt, 0.0)
+
+    def let_go(self) -> None:
+        """Hold nothing, until points are looked at again."""
+        self._touch.state[:] = FREE
 
     def correct(
         self, before: np.ndarray, after: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, dt: float

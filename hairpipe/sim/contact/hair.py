@@ -69,7 +69,7 @@ class HairContacts:
         self._reach = max((reach for reach, _ in sought), default=0.0)
         self._never = reduce(common, [keys for _, keys in sought]) if sought else np.empty(0, np.int64)
 
-    def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray) -> None:
+    def begin(self, points: np.ndarray, speeds: np.ndarray) -> None:
         """Look around at the start of a step: connections break and are made, contacts are found."""
         if self.stiction is not None:
             self.connections = release(self.connections, points, self.stiction.release)

@@ -32,23 +32,25 @@ def _draw_in(x, p, parent, inverse_rest, limit):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def limit_strain(x: np.ndarray, inverse_lengths: np.ndarray, shape: Shape, tolerance: float) -> None:
-    """Shorten every segment of a block of strands that is stretched by more than the tolerance, in place.
+def limit_strain(x: np.ndarray, inverse_lengths: np.ndarray, shape: Shape, limit: float) -> None:
+    """Shorten every segment of a block of strands that is stretched beyond the limit, in place.
 
     x                positions [m], (particles, 3, W)
     inverse_lengths  of the springs, see the model, (particles, springs, W)
+    limit            length over that at rest, of all strands or lanes with that of each
     """
     for p in range(shape.clamped, x.shape[0]):
         parent = p - 1 if p % shape.stride else p - shape.stride
-        _draw_in(x, p, parent, load(inverse_lengths, (parent, p - parent - 1)), 1.0 + tolerance)
+        _draw_in(x, p, parent, load(inverse_lengths, (parent, p - parent - 1)), limit)
 
 
 @njit(cache=True, parallel=True)
-def limit_all(model, x, tolerance):  # noqa: ANN001, ANN201
+def limit_all(model, x, limits):  # noqa: ANN001, ANN201
     """Limit the strain of all hair, in place.
 
-    x  positions [m], (rows, 3, W)
+    x       positions [m], (rows, 3, W)
+    limits  length over that at rest, of every strand, (blocks, W)
     """
     for block in prange(len(model.first) - 1):
         rows = slice(model.first[block], model.first[block + 1])
-        limit_strain(x[rows], model.inverse_lengths[rows], shape_of(model), tolerance)
+        limit_strain(x[rows], model.inverse_lengths[rows], shape_of(model), load(limits, (np.int64(block),)))

@@ -37,12 +37,13 @@ class NineSteps(ABC):
         x, v, dt = motion.x.copy(), motion.v, step.dt
         around.begin(motion, step)
         v_star = self.solve(motion, step, around, x, dt / 2, 0.5, step.time)  # 1
-        around.limit_velocity(x, v_star, dt)  # 2
+        around.limit_velocity(x, v_star, step)  # 2
         around.repel(x, v_star, step, elastic=True)  # 3
         motion.x[:] = x + dt * v_star  # 4
         around.collide(motion.x, v, x, step)  # 5
         around.cross(motion.x, v, x, step)  # 6
         motion.v[:] = self.velocity(motion, step, around, x)  # 7, 8
+        around.let_go()
         around.repel(motion.x, motion.v, step, elastic=False)  # 9
 
     @abstractmethod
