@@ -39,12 +39,19 @@ def start(hair: Hair, lead: Lead, scene: Scene) -> HairState:
     gravity = gravity_of(scene).astype(hair.layout.dtype)
     if scene.sag_free is None:
         tensions = np.zeros_like(hair.model.inverse_lengths)
-        accelerations = gravity[:, None] - scene.air.drag * velocities
+        accelerations = _at_first(gravity[:, None], velocities, scene)
         return HairState(positions, velocities, accelerations, tensions, tensions[:0], *AT_FIRST)
     stance = stand(hair.model, hair.layout, hair.groom.ids, positions, gravity, scene.sag_free)
     pull = np.where(stance.rests[:, None], 0.0, gravity[:, None])
-    accelerations = pull - scene.air.drag * velocities
+    accelerations = _at_first(pull, velocities, scene)
     return HairState(stance.positions, velocities, accelerations, stance.tensions, stance.inverse_lengths, *AT_FIRST)
+
+
+def _at_first(pull: np.ndarray, velocities: np.ndarray, scene: Scene) -> np.ndarray:
+    """Find accelerations by still air beside a pull [m/s^2]; NaN, not known, in wind, which nothing has felt yet."""
+    if scene.wind is not None:
+        return np.full_like(velocities, np.nan)
+    return pull - scene.air.drag * velocities
 
 
 def advance_frame(

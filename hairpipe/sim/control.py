@@ -185,7 +185,7 @@ def _strain_rate(first, inverse_lengths, stride, x, v):  # noqa: ANN001, ANN202
     """Find the largest rate of strain of an edge on the axis [1/s]."""
     fastest = 0.0
     for block in range(len(first) - 1):
-        for p in range(first[block], first[block + 1] - stride):
+        for p in range(first[block], first[block + 1] - stride, stride):
             for lane in range(x.shape[2]):
                 length, closing = 0.0, 0.0
                 for c in range(3):

@@ -305,23 +305,6 @@ def _convert(builder, value, before, after):  # noqa: ANN001, ANN202
 
 
 @intrinsic
-def load_from(typingctx, array, index):  # noqa: ANN001, ANN201
-    """The lanes that begin at array[index], anywhere in the last axis of two; the array is in C order."""
-    lanes = _lanes_of(array)
-
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
-        view = context.make_array(sig.args[0])(context, builder, args[0])
-        axes = zip(cgutils.unpack_tuple(builder, args[1]), sig.args[1], strict=True)
-        row, place = (context.cast(builder, i, t, types.intp) for i, t in axes)
-        start = builder.mul(row, cgutils.unpack_tuple(builder, view.shape)[1], flags=["nsw"])
-        pointer = builder.gep(view.data, [builder.add(start, place, flags=["nsw"])], inbounds=True)
-        vector = builder.bitcast(pointer, lanes.vector.as_pointer())
-        return builder.load(vector, align=lanes.dtype.bitwidth // 8, typ=lanes.vector)
-
-    return signature(lanes, array, index), emit
-
-
-@intrinsic
 def store(typingctx, array, index, value):  # noqa: ANN001, ANN201
     """Write lanes, or a number to all of them, to array[index], index a tuple of all axes but the last."""
     lanes = _expect_common(_lanes_of(array), value)

@@ -18,6 +18,7 @@ from typing import Literal
 from warnings import warn
 
 from hairpipe.data import Groom
+from hairpipe.errors import BadInput
 from hairpipe.sim.control import highest_frequency
 from hairpipe.sim.hair import Contents, Hair, ModelName, make_hair
 from hairpipe.sim.material import Material
@@ -42,12 +43,15 @@ def hair_in(
 ) -> Hair:
     """Build the model of a groom's strands in the precision asked for, or in the one that is enough for the scene.
 
-    BadInput as for `make_hair`. A warning says where single precision was chosen, and where it was asked for and is not
-    safe.
+    BadInput as for `make_hair`, and where single precision was asked for and cannot do. A warning says where it was
+    chosen, and where it was asked for and is not safe.
 
     bodies  that hair may touch are there
     first   frame of a shot: the one that warns
     """
+    if asked == "single" and scene.sag_free is not None:
+        said = "a start without sag cannot be found in single precision"
+        raise BadInput(said, where="precision", right='"automatic" or "double"')
     if asked == "double":
         return make_hair(groom, material, name, construction)
     needs = needs_double(scene, bodies)

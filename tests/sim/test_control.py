@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.control import Pace, Travel, next_step
+from hairpipe.sim.control import Pace, StrainRate, Travel, next_step
 from hairpipe.sim.motion import Motion
 from hairpipe.sim.roots import Path
 
@@ -31,6 +31,17 @@ def step(hair, body, distance=0.02):
 @pytest.mark.parametrize(("hair", "body", "steps"), [(0.0, 0.0, 1), (0.4, 0.1, 1), (1.2, 0.1, 3), (0.1, 1.9, 4)])
 def test_neither_hair_nor_a_body_goes_farther_than_it_may(hair, body, steps):
     assert step(hair, body) == pytest.approx(FRAME / steps)
+
+
+def test_strain_rate_is_that_of_edges_on_the_axis(scene, straight):
+    shot = scene([straight(0.1, 4, (1.0, 0.0, 0.0))])
+    model, stride = shot.hair.model, shot.hair.layout.shape.stride
+    motion = Motion(*(array.copy() for array in (shot.state.positions, *3 * (np.zeros_like(shot.state.positions),))))
+    motion.v[1] = [[5.0], [0.0], [0.0]]  # a perturbed particle: edges to it turn hair, and are none of the axis
+    limit, path = StrainRate(model, 0.1), Path(*2 * (np.zeros((1, 2, 3, 8)),), FRAME)
+    assert stride == 2 and limit.longest(motion, path, 0.0) == np.inf
+    motion.v[-1, 0] = 2.0
+    assert limit.longest(motion, path, 0.0) == pytest.approx(0.1 * (0.1 / 4) / 2.0)
 
 
 def settle(crossed, step=FRAME, most=FRAME, part=0.01, steps=100):

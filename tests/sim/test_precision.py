@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hairpipe.errors import BadInput
 from hairpipe.sim.advance import start
 from hairpipe.sim.control import highest_frequency
 from hairpipe.sim.hair import make_hair
@@ -98,3 +99,11 @@ def test_the_limit_is_a_number_of_explicit_steps_whatever_hair_is_made_of(swing)
     groom = swing("double", 10, 1 / 240).hair.groom
     light, heavy = (highest_frequency(make_hair(groom, Material(density=d)).model) for d in (1000.0, 4000.0))
     np.testing.assert_allclose(light / heavy, 2.0, rtol=1e-9)
+
+
+def test_it_is_refused_for_a_start_without_sag(swing):
+    shot = swing("double", 6, 1 / 240)
+    shot.scene = replace(shot.scene, sag_free=SagFree())
+    with pytest.raises(BadInput, match="cannot be found in single precision"):
+        choose("single", shot)
+    assert of(choose("automatic", shot)) == "double"

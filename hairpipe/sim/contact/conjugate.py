@@ -109,7 +109,10 @@ def _size(masses, x):  # noqa: ANN001, ANN202
                 square = np.float64(x[k, 0]) ** 2 + np.float64(x[k, 1]) ** 2 + np.float64(x[k, 2]) ** 2
                 moving[chunk] += masses[k] * square
                 still[chunk] += masses[k] * STILL * STILL
-    return max(moving.sum(), still.sum())
+    total, least = 0.0, 0.0
+    for chunk in range(chunks):
+        total, least = total + moving[chunk], least + still[chunk]
+    return max(total, least)
 
 
 @njit(cache=True, parallel=True)

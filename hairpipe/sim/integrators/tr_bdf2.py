@@ -74,7 +74,9 @@ class TrBdf2:
         _add(motion.a, -1 / h, second)
         lost = everywhere(model, x, 0.0)
         if overstrained_lanes(model, x, _LOST, lost):
-            self._do_again(model, motion, x0, v0, lost, step, around)
+            kick = self._do_again(model, motion, x0, v0, lost, step, around)
+            _take_kick(model, first, 0.0, lost)
+            _take_kick(model, second, kick, lost)
         changed = around.end(motion, x0, step)
         forget(model, motion.a, around.shocked(x))
         return _sum(_sum(first, second), changed)
@@ -88,10 +90,12 @@ class TrBdf2:
         lost: np.ndarray,
         step: Step,
         around: Surroundings,
-    ) -> None:
+    ) -> np.ndarray | float:
         """Do the step of lost strands, (blocks, W), by backward Euler with the tension of the present stretch.
 
         x0, v0  where it began [m], [m/s], (rows, 3, W)
+
+        Returns the change of velocity by contact, see `Surroundings.solve`.
         """
         robust = self.rule._replace(form=_MULTIPLIER, guard=np.inf, iterations=1)
         again = Motion(copied(x0), np.zeros_like(v0), np.empty_like(x0), np.zeros_like(motion.T))
@@ -101,12 +105,19 @@ class TrBdf2:
         kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
         again.a[:] = (again.v - v0 - kick) / step.dt
         _take(model, motion, again, lost, "xvaT")
+        return kick
 
 
 def _add(out: np.ndarray, weight: float, kick: np.ndarray | float) -> None:
     """Add what contact made so many times, in place; see `Surroundings.solve`."""
     if isinstance(kick, np.ndarray):
         combine_all(out, 1.0, out, weight, kick)
+
+
+def _take_kick(model: Network | Chain, out: np.ndarray | float, kick: np.ndarray | float, who: np.ndarray) -> None:
+    """Take over what contact made of some strands, (blocks, W), in place."""
+    if isinstance(out, np.ndarray):
+        np.copyto(out, kick, where=rows_of(model, who != 0.0))
 
 
 def _sum(one: np.ndarray | float, other: np.ndarray | float) -> np.ndarray | float:

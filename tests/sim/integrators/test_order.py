@@ -59,5 +59,9 @@ def test_the_default_is_accurate_at_its_step():
 
 
 def test_order_is_fitted_to_errors_that_are_neither_lost_nor_rounding():
-    steps = np.array([1e-1, 1e-2, 1e-3, 1e-4, 1e-5])
-    assert order_of(steps, np.array([90.0, 1e1, 1e-1, 1e-3, 7e-3])[:3]) != order_of(steps, 7.0 * steps)
+    steps = np.array([1.0, 0.3, 0.1, 0.03, 0.01, 1e-4])
+    errors = 15.0 * steps**1.7
+    assert order_of(steps[1:-1], errors[1:-1]) == pytest.approx(1.7)
+    errors[0], errors[-1] = 90.0, 7e-3
+    assert order_of(steps, errors) == pytest.approx(1.7)
+    assert np.isnan(order_of(steps[:3], np.array([90.0, 5.0, 1.0])))
