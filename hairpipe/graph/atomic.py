@@ -5,6 +5,7 @@ A process that is killed in between leaves a temporary file that carries its pro
 
 import itertools
 import os
+import re
 import shutil
 import socket
 import time
@@ -12,10 +13,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-HOST = "".join(letter for letter in socket.gethostname() if letter.isalnum()) or "host"
+HOST = re.sub(r"[^A-Za-z0-9]", "", socket.gethostname()) or "host"
 STALE = 24 * 3600.0
 """Age after which a temporary file of another machine is taken for left over [s]."""
 
+_NAME = re.compile(r"([A-Za-z0-9]+)-(\d+)-\d+\.tmp")
+"""Of a temporary file: machine, process, number."""
 _counter = itertools.count()
 
 
@@ -71,12 +74,12 @@ def sweep(folder: Path) -> int:
 
 
 def is_left_over(path: Path) -> bool:
-    """Whether the process that made a temporary file is gone, as far as this machine can tell."""
-    host, _, rest = path.name.partition("-")
-    if host != HOST:
-        return time.time() - path.stat().st_mtime > STALE
-    number = rest.partition("-")[0]
-    return number.isdigit() and not is_running(int(number))
+    """Whether a file is a temporary one of ours, and the process that made it gone, as far as this machine can tell."""
+    name = _NAME.fullmatch(path.name)
+    if name is None:
+        return False
+    host, process = name.groups()
+    return not is_running(int(process)) if host == HOST else time.time() - path.stat().st_mtime > STALE
 
 
 def is_running(process: int) -> bool:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib.machinery import ModuleSpec
+from importlib.util import spec_from_file_location
 from pathlib import Path
 
 from hairpipe.graph.canonical import digest, digest_bytes
@@ -40,10 +41,13 @@ class Code:
 
 
 class CodeReader:
-    """Digests the code behind modules; every file is read once and analysed only when its bytes are new."""
+    """Digests the code behind modules; every file is read once and analysed only when its bytes are new.
 
-    def __init__(self, remember: Remember) -> None:
-        self._remember = remember
+    folder  of node types: whose files come first, as they do when they are loaded
+    """
+
+    def __init__(self, remember: Remember, folder: Path | None = None) -> None:
+        self._remember, self._folder = remember, folder
         self._sources: dict[str, Source | None] = {}
         self._specs: dict[str, ModuleSpec | None] = {}
 
@@ -53,6 +57,15 @@ class CodeReader:
         parts = {name: source.digest for name in first_party if (source := self._source(name)) is not None}
         parts |= {f"{name} (version)": version(name) for name in sorted({*ALWAYS, *foreign})}
         return Code(digest("code", parts), parts)
+
+    def kernel_sources(self, module: str) -> dict[str, str]:
+        """Digests of the modules of others behind one, by name; none where not one of them compiles anything."""
+        first_party = [name for name in self._closure(module)[0] if name.partition(".")[0] != "hairpipe"]
+        known = {name: source for name in first_party if (source := self._source(name)) is not None}
+        compiles = any(
+            target.partition(".")[0] == "numba" for source in known.values() for target, *_ in source.imports
+        )
+        return {name: source.digest for name, source in known.items()} if compiles else {}
 
     def own_digest(self, module: str) -> str:
         """Digest a first-party module without what it imports."""
@@ -130,8 +143,13 @@ class CodeReader:
             above = self._spec(parent) if parent else None
             path = above.submodule_search_locations if above else None
             missing = bool(parent) and path is None
-            self._specs[module] = None if missing else find_spec(module, path)
+            self._specs[module] = self._beside(module) or (None if missing else find_spec(module, path))
         return self._specs[module]
+
+    def _beside(self, module: str) -> ModuleSpec | None:
+        """Find a module in the folder of node types, whatever else on the path has its name."""
+        path = self._folder / f"{module}.py" if self._folder and module.isidentifier() else None
+        return spec_from_file_location(module, path) if path and path.is_file() else None
 
 
 def find_spec(module: str, path: list[str] | None) -> ModuleSpec | None:

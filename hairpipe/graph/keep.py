@@ -3,6 +3,7 @@
 import json
 import time
 from collections.abc import Callable, Iterable, Iterator, Set
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -43,13 +44,18 @@ def items(store: Store) -> Iterator[Item]:
     """Iterate over all results in a store, unordered; damaged records are left out."""
     for path in (store.root / "actions").glob("??/*.json"):
         record = store.record(path.stem)
-        if record:
-            yield Item(record, path.stat().st_mtime, record.size)
+        with suppress(FileNotFoundError):  # another process may clean, too
+            if record:
+                yield Item(record, path.stat().st_mtime, record.size)
 
 
 def objects(store: Store) -> dict[str, int]:
     """Sizes of all objects in a store by name [bytes]."""
-    return {path.name: path.stat().st_size for path in (store.root / "objects").glob("??/*")}
+    sizes = {}
+    for path in (store.root / "objects").glob("??/*"):
+        with suppress(FileNotFoundError):  # a run that is under way lets go of states
+            sizes[path.name] = path.stat().st_size
+    return sizes
 
 
 def usage(store: Store) -> dict[str, tuple[int, int]]:
@@ -68,11 +74,11 @@ def verify(store: Store, check_value: CheckValue) -> list[str]:
     """Read every record and object; remove and name those that are damaged, so that they are computed again."""
     damaged = []
     for path in (store.root / "actions").glob("??/*.json"):
-        if store.record(path.stem) is None:
+        if store.record(path.stem) is None and path.exists():
             damaged.append(f"actions/{path.name}")
     for name in objects(store):
         path = store.object_path(name)
-        if not is_whole(path, check_value):
+        if not is_whole(path, check_value) and path.exists():
             store.remove(path)
             damaged.append(f"objects/{name}")
     return damaged

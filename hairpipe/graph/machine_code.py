@@ -4,12 +4,12 @@ So each state of the sources has a folder of its own, and a helper that was edit
 """
 
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
 import hairpipe
-from hairpipe.graph.canonical import digest, digest_bytes
+from hairpipe.graph.canonical import digest
 from hairpipe.graph.code import ALWAYS, CodeReader, version
 
 WITHOUT_KERNELS = ("cli", "graph", "tune")
@@ -18,18 +18,16 @@ KEPT = 4
 """States of the sources whose kernels are kept: enough to go back and forth between two versions."""
 
 
-def kernel_folder(parent: Path, reader: CodeReader, more_sources: Path | None = None) -> Path:
+def kernel_folder(parent: Path, reader: CodeReader, nodes: Iterable[str] = ()) -> Path:
     """Give the folder, below a parent, for kernels of the sources as they are now, and remove the oldest ones.
 
-    more_sources  folder of node types that are not ours
+    nodes  modules of the node types that are used: they, or what they import, may have kernels that are not ours
     """
     ours = {module: reader.own_digest(module) for module in kernel_modules()}
     ours |= {f"{name} (version)": version(name) for name in ALWAYS}
-    theirs = (
-        {path.name: digest_bytes("file", path.read_bytes()) for path in sorted(more_sources.glob("*.py"))}
-        if more_sources
-        else {}
-    )
+    theirs: dict[str, str] = {}
+    for module in nodes:
+        theirs |= reader.kernel_sources(module)
     folder = parent / digest("kernels", [ours, theirs])[:24]
     with suppress(OSError):
         others = sorted(parent.iterdir(), key=lambda other: other.stat().st_mtime, reverse=True)

@@ -9,7 +9,7 @@ import signal
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -54,12 +54,13 @@ class Member:
 class Pool:
     """Up to `jobs` narrow workers, and a wide one with `jobs` threads.
 
-    hello    what every worker is told first: store, codec, folder of node types
+    hello  what every worker is told first: store, codec, folder of node types
+    nodes  modules of the node types that they will load
     """
 
-    def __init__(self, store: Path, codec: str, folder: Path, jobs: int) -> None:
+    def __init__(self, store: Path, codec: str, folder: Path, jobs: int, nodes: Iterable[str]) -> None:
         self.hello = {"store": str(store), "codec": codec, "folder": str(folder), "memory": MEMORY}
-        self.jobs = jobs
+        self.jobs, self.nodes = jobs, sorted(set(nodes))
         self.members: list[Member] = []
 
     @cached_property
@@ -68,7 +69,7 @@ class Pool:
         store = Store(Path(self.hello["store"]))
         told = os.environ.get("NUMBA_CACHE_DIR")
         parent = Path(told, "hairpipe") if told else store.root / "kernels"
-        return kernel_folder(parent, CodeReader(store.remember), Path(self.hello["folder"]))
+        return kernel_folder(parent, CodeReader(store.remember, Path(self.hello["folder"])), self.nodes)
 
     @property
     def busy(self) -> list[Member]:

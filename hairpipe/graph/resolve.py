@@ -92,7 +92,7 @@ class Resolver:
         return (self.graph.path.parent / file).absolute()
 
     def _read_codes(self) -> dict[str, Code]:
-        reader = CodeReader(self.store.remember)
+        reader = CodeReader(self.store.remember, self.graph.folder)
         codes = {}
         for node in self.graph.nodes.values():
             codes[node.name] = reader.code_of(node.type.module)

@@ -38,7 +38,8 @@ class Scheduler:
         self.resolver = Resolver(graph, store, frames)
         self.thinner = Thinner(self.resolver)
         self.selected = frozenset(frames)
-        self.pool = Pool(store.root, options.codec, graph.folder, options.jobs)
+        modules = [node.type.module for node in graph.nodes.values()]
+        self.pool = Pool(store.root, options.codec, graph.folder, options.jobs, modules)
         self.locks = KeyLocks(store.root / "lock")
         self.queue = Queue(graph)
         self.agenda: deque[Task] = deque()

@@ -5,6 +5,7 @@ with all its states. The last but one is there for the case that the last is fou
 """
 
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from functools import cached_property
 
 from hairpipe.graph.graph import Node
@@ -70,6 +71,7 @@ def others(record: Record) -> set[str]:
 def held(store: Store) -> Iterator[str]:
     """Name the objects that any record of the store holds so."""
     for path in (store.root / "actions").glob("??/*.json"):
-        record = read_record(path.read_text(encoding="utf-8", errors="replace"))
-        if record:
-            yield from others(record)
+        with suppress(FileNotFoundError):  # cleaned away by another process
+            record = read_record(path.read_text(encoding="utf-8", errors="replace"))
+            if record:
+                yield from others(record)

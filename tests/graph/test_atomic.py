@@ -31,9 +31,13 @@ def test_sweep_takes_what_the_dead_left_and_spares_the_living(tmp_path):
         "elsewhere-1-0.tmp": True,
         f"{HOST}-x-0.tmp": True,
         "other": True,
+        "notes.tmp": True,
+        "render-2-final.tmp": True,
     }
     for name in names:
         (tmp_path / name).write_text("")
+    for name in ("notes.tmp", "render-2-final.tmp"):
+        os.utime(tmp_path / name, (0, 0))  # however old, they are somebody else's
     (tmp_path / f"{HOST}-{dead.pid}-1.tmp").mkdir()
     old = tmp_path / "elsewhere-2-0.tmp"
     old.write_text("")

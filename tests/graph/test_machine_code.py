@@ -1,6 +1,9 @@
 """A kernel folder stands for one state of the sources."""
 
 import os
+import sys
+
+import pytest
 
 from hairpipe.graph.code import CodeReader
 from hairpipe.graph.machine_code import KEPT, kernel_folder, kernel_modules
@@ -14,17 +17,37 @@ def test_kernels_are_found_where_they_stand():
     assert not any(name.startswith("hairpipe.graph") for name in found)
 
 
-def test_an_edit_anywhere_gives_another_folder_and_an_undo_the_old_one(tmp_path):
+@pytest.fixture
+def studio(tmp_path, monkeypatch):
+    """A node whose kernel calls one of a library of the user's, and a node without any."""
+    library = tmp_path / "studio"
+    library.mkdir()
+    (library / "__init__.py").write_text("")
+    (library / "helper.py").write_text("from numba import njit\n@njit\ndef twice(x):\n    return 2 * x\n")
     nodes = tmp_path / "nodes"
     nodes.mkdir()
-    helper = nodes / "helper.py"
-    helper.write_text("x = 1\n")
-    first = kernel_folder(tmp_path / "kernels", READER, nodes)
-    assert kernel_folder(tmp_path / "kernels", READER, nodes) == first
-    helper.write_text("x = 2\n")
-    assert kernel_folder(tmp_path / "kernels", READER, nodes) != first
-    helper.write_text("x = 1\n")
-    assert kernel_folder(tmp_path / "kernels", READER, nodes) == first
+    (nodes / "double_hair.py").write_text("from studio.helper import twice\n")
+    (nodes / "name_hair.py").write_text("NAME = 'hair'\n")
+    monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
+    return tmp_path
+
+
+def folder_of(studio, *nodes):
+    return kernel_folder(studio / "kernels", CodeReader(lambda name, make: make(), studio / "nodes"), nodes)
+
+
+def test_an_edit_anywhere_gives_another_folder_and_an_undo_the_old_one(studio):
+    helper = studio / "studio" / "helper.py"
+    text, first = helper.read_text(), folder_of(studio, "double_hair")
+    assert folder_of(studio, "double_hair") == first != folder_of(studio)
+    helper.write_text(text.replace("2 * x", "x + x"))
+    assert folder_of(studio, "double_hair") != first
+    helper.write_text("# a comment\n" + text)
+    assert folder_of(studio, "double_hair") == first
+
+
+def test_nodes_that_compile_nothing_share_the_kernels_of_all(studio):
+    assert folder_of(studio, "name_hair") == folder_of(studio)
 
 
 def test_old_folders_go(tmp_path):
