@@ -14,7 +14,7 @@ from hairpipe.bench.shares import shares_of
 from hairpipe.graph.load import load_graph
 from hairpipe.graph.replay import Replay
 from hairpipe.graph.store import Store
-from hairpipe.sim.models import network
+from hairpipe.sim.models import chain, network
 
 
 class Printed(NamedTuple):
@@ -36,6 +36,8 @@ STILL, SETTLING, FRAMES = 12, 5, 3
 """Frames that are left out, in which the head hardly moves yet; that hair gets to fall and be thrown; that count."""
 HAIR = "hair"
 """Name of the node in all graphs."""
+SHAPES = {"network": network.SHAPE, "chain": chain.SHAPE}
+"""Of strands, by the model that the node names."""
 
 
 class Row(NamedTuple):
@@ -93,6 +95,7 @@ def measure_scene(say: Callable[[str], None], name: str, path: Path, store: Stor
         shares = shares_of(lambda given=arguments: replay.advance(given))
         found.append((time.perf_counter() - begun, shares))
     seconds, shares = sorted(found, key=lambda case: case[0])[FRAMES // 2]
-    particles = sum(network.SHAPE.count(int(count)) for count in segments)
+    shape = SHAPES[graph.nodes[HAIR].settings["model"]]
+    particles = sum(shape.count(int(count)) for count in segments)
     memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return Row(name, len(segments), particles, seconds, shares, memory, PRINTED.get(name))

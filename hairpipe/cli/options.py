@@ -2,11 +2,11 @@
 
 GRAPH        run plan explain graph get tune; --graph in nodes
 TARGET       explain get
---set        run plan explain graph get tune
+--set        run plan explain graph get tune bench
 --frames     run plan explain
 --to         run plan graph
---cache      run plan explain get tune cache
---json       all that read
+--cache      run plan explain get tune cache bench
+--json       run plan explain nodes tune cache bench
 """
 
 import os

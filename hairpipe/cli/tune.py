@@ -1,6 +1,7 @@
 """`hairpipe tune`: what of a model a scene needs."""
 
 import json
+import shlex
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -78,6 +79,7 @@ def tune(
     tolerance, or the check is beyond it, 2 bad input, 130 interrupted.
     """
     from hairpipe.cli.shipped import find_graph
+    from hairpipe.graph.like import written_out
     from hairpipe.graph.load import read_edited
     from hairpipe.graph.store import Store
     from hairpipe.tune import report
@@ -86,7 +88,7 @@ def tune(
     from hairpipe.tune.tuning import Task, chosen_tables
     from hairpipe.tune.tuning import tune as find
 
-    text = read_edited(find_graph(graph), overrides)
+    text = written_out(read_edited(find_graph(graph), overrides))
     make_folder(cache)
     store = Store(cache)
     task = Task(text, node, store, tolerance, runner(store, quiet), budget, check)
@@ -97,11 +99,12 @@ def tune(
         sys.exit(INTERRUPTED)
     fragment = None
     if tuned.choice.parts is not None:
-        command = f"hairpipe tune {graph} --node {node} --tolerance {str(tolerance).replace(' ', '')}"
+        words = ["hairpipe", "tune", graph, "--node", node, "--tolerance", str(tolerance).replace(" ", "")]
+        command = shlex.join(words + [word for pair in overrides.items() for word in ("--set", "=".join(pair))])
         tables = changed_tables(text.tables, chosen_tables(task, tuned.choice.parts))
         fragment = write_toml(tables, report.comment(tuned, command))
     if output and fragment is not None:
-        output.write_text(fragment, encoding="ascii")
+        output.write_text(fragment, encoding="utf-8")
     if as_json:
         click.echo(json.dumps(report.document(tuned, fragment), indent=2))
     else:

@@ -14,6 +14,7 @@ from types import ModuleType
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.declare import NodeType
+from hairpipe.graph.fields import fields_of
 from hairpipe.graph.settings import nearest
 
 ENTRY_POINTS = "hairpipe.nodes"
@@ -90,4 +91,8 @@ def declared_in(module: ModuleType, name: str) -> NodeType:
     found = getattr(getattr(module, name, None), "__node__", None)
     if not isinstance(found, NodeType) or found.module != module.__name__:
         raise BadInput(f"{module.__file__} declares no node", right=f"@node(...) def {name}(...), named as its file")
+    try:
+        fields_of(found)
+    except TypeError as error:
+        raise BadInput(str(error), where=module.__file__, right="numbers, texts, choices, files, groups") from None
     return found

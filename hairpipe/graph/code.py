@@ -62,10 +62,8 @@ class CodeReader:
         """Digests of the modules of others behind one, by name; none where not one of them compiles anything."""
         first_party = [name for name in self._closure(module)[0] if name.partition(".")[0] != "hairpipe"]
         known = {name: source for name in first_party if (source := self._source(name)) is not None}
-        compiles = any(
-            target.partition(".")[0] == "numba" for source in known.values() for target, *_ in source.imports
-        )
-        return {name: source.digest for name, source in known.items()} if compiles else {}
+        imported = {target.partition(".")[0] for source in known.values() for target, *_ in source.imports}
+        return {name: source.digest for name, source in known.items()} if "numba" in imported else {}
 
     def own_digest(self, module: str) -> str:
         """Digest a first-party module without what it imports."""

@@ -27,7 +27,7 @@ def settings(old: dict[str, Any], new: dict[str, Any], label: str) -> Iterator[s
     """Compare settings by name, groups field by field; of a file, say that its bytes changed."""
     for name in sorted(old.keys() | new.keys()):
         before, after = old.get(name), new.get(name)
-        if before == after and type(before) is type(after):
+        if json.dumps(before) == json.dumps(after):
             continue
         if is_file(before) and is_file(after):
             yield f"contents of the file of {label}{name}"
@@ -45,7 +45,7 @@ def inputs(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
             continue
         if before is None or after is None:
             yield f"input {name} {'connected' if before is None else 'disconnected'}"
-        elif isinstance(before, list) and isinstance(before[0], list):
+        elif is_range(before) and is_range(after):
             yield f"input {name} {frames(dict(before), dict(after))}"
         else:
             yield f"input {name}"
@@ -76,6 +76,11 @@ def code(old: dict[str, str], new: dict[str, str]) -> Iterator[str]:
 def is_file(value: Any) -> bool:
     """Whether a keyed setting is a file."""
     return isinstance(value, dict) and value.keys() == {"file", "suffix"}
+
+
+def is_range(value: Any) -> bool:
+    """Whether what went into a socket is a range of frames."""
+    return isinstance(value, list) and isinstance(value[0], list)
 
 
 def is_group(value: Any) -> TypeGuard[dict[str, Any]]:

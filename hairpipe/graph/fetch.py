@@ -18,7 +18,7 @@ def fetch(graph: Graph, store: Store, task: Task, output: str | None = None, cod
     output  of a node with several; without one, the only one or the first
     """
     found = explain(graph, store, task)
-    if found.record is None or found.entry.status != "cached":
+    if found.record is None:
         raise BadInput(f"'{task}' has not been computed", where=graph.path, right=f"hairpipe run --to {task.node}")
     outputs = graph.nodes[task.node].type.outputs
     name = next(iter(outputs)) if output is None else output

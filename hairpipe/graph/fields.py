@@ -119,7 +119,8 @@ def is_value(kind: Any) -> bool:
     if get_origin(kind) is Annotated:
         return is_value(get_args(kind)[0])
     if get_origin(kind) is tuple:
-        return all(is_value(item) for item in get_args(kind) if item is not Ellipsis)
+        # Files are keyed by their bytes, one by one.
+        return all(is_value(item) and item is not Path for item in get_args(kind) if item is not Ellipsis)
     return kind in KINDS or get_origin(kind) is Literal
 
 

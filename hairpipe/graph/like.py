@@ -15,6 +15,12 @@ OWN = frozenset({"like", "without", "publish", "checkpoint"})
 Table = dict[str, Any]
 
 
+def written_out(text: GraphText) -> GraphText:
+    """Return a graph file in which nobody is like another; BadInput as for `write_out`."""
+    tables = {name: table for name, table in text.tables.items() if isinstance(table, dict)}
+    return text.edited(text.tables | write_out(text, tables))
+
+
 def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
     """Return tables in which nobody is like another: those that were have all of it written out. Pure.
 

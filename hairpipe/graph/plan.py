@@ -8,6 +8,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.differences import differences
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.key import Parts, action_key
+from hairpipe.graph.reach import end, ending_note
 from hairpipe.graph.record import Record
 from hairpipe.graph.resolve import Resolver
 from hairpipe.graph.store import Store
@@ -100,8 +101,10 @@ class Planner:
         parts = self.resolver.parts(task)
         key = action_key(parts)
         record = self.resolver.find(task, key)
+        if record is None and self.store.recall(ending_note(key)) is not None and end(self.resolver, task):
+            return Entry(task, "run", "it diverged, and what came before was used", key)
         if record is None:
-            return Entry(task, "run", next(iter(self.reasons(task, parts))), key)
+            return Entry(task, "run", next(iter(self.reasons(task, parts)), "its key differs"), key)
         results[task] = record
         return Entry(task, "cached", "", key)
 

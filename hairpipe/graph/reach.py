@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from hairpipe.graph.canonical import digest
 from hairpipe.graph.resolve import Resolver
 from hairpipe.graph.tasks import Task
 
@@ -15,6 +16,11 @@ class Ending(NamedTuple):
 
     lost: frozenset[Task]
     takers: frozenset[Task]
+
+
+def ending_note(key: str) -> str:
+    """Name what the store notes of a task with this key that diverged, for a plan, which runs nothing."""
+    return digest("ending", key)
 
 
 def end(resolver: Resolver, failed: Task) -> Ending | None:

@@ -41,6 +41,8 @@ class Replay:
         """Compute what so many frames from here on depend on."""
         needed = {edge.node for edge in self.graph.nodes[self.name].edges.values()}
         outcome = run(self.graph.upto(needed), self.store, range(self.frame, self.frame + frames))
+        if outcome.interrupted:
+            raise KeyboardInterrupt
         if outcome.failures:
             raise BadInput(f"'{self.name}' cannot be measured: {outcome.failures[0]}", where=self.graph.path)
 

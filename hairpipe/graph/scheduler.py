@@ -17,7 +17,7 @@ from hairpipe.graph.locks import KeyLocks
 from hairpipe.graph.pool import Lane, Pool
 from hairpipe.graph.publish import publish
 from hairpipe.graph.queue import Queue
-from hairpipe.graph.reach import end
+from hairpipe.graph.reach import end, ending_note
 from hairpipe.graph.record import Record, from_fields
 from hairpipe.graph.resolve import Resolver
 from hairpipe.graph.store import LostObject, Store
@@ -231,6 +231,7 @@ class Scheduler:
         ending = end(self.resolver, failure.task) if failure.kind == "diverged" else None
         if ending is not None:
             self.ended |= ending.lost
+            self.store.note(ending_note(self.keys[failure.task]), failure.message)
             self.report(Event("warning", failure.task, message=f"{failure.message}; what came before is used"))
             for task in ending.takers:
                 self.unmet[task] -= ending.lost

@@ -84,6 +84,9 @@ class Study:
         outcome = self._run(text, graph.upto(nodes), frames)
         if outcome.interrupted:
             raise Interrupted
+        for failure in outcome.failures:
+            if failure.kind not in ("node", "diverged"):  # a full disk says nothing about a model
+                raise BadInput(f"{text}: {failure}", where=self.text.path)
         return next((str(failure.message) for failure in outcome.failures), "")
 
     def _read(self, graph: Graph, name: str) -> Measured:

@@ -70,7 +70,7 @@ class Tuned:
 class Task:
     """What is to be tuned.
 
-    text     of the graph file
+    text     of the graph file, in which nobody is like another
     hair     node that simulates
     strands  of the sample
     """
@@ -91,6 +91,8 @@ def tune(task: Task, say: Callable[[str], None] = lambda line: None) -> Tuned:
     say  is told what is measured
     """
     graph = make_graph(task.text)
+    if len(graph.all_frames) < 2:
+        raise BadInput("one frame is no motion", where=task.text.place(), right="frames = [first, last] farther apart")
     parts = simplifications(graph, task.hair)
     total, motion = look_at(task, graph)
     sample = choose_sample(graph.all_frames, graph.fps, motion, total, task.strands)

@@ -98,3 +98,8 @@ def test_explain_gives_every_difference_and_the_key(shot):
     for task in (Task("move", None), Task("seed", 3), Task("move", 11), Task("moev", 1)):
         with pytest.raises(BadInput):
             explain(shot.load(), shot.store, task)
+
+
+def test_a_change_that_only_its_bits_show_has_a_reason_too(shot):
+    shot.run(move__step=0.0)
+    assert shot.plan(move__step=-0.0)["move@1"].reason == "setting step 0.0 -> -0.0"

@@ -2,6 +2,9 @@
 
 import pytest
 
+from hairpipe.graph.fetch import fetch
+from hairpipe.graph.tasks import Task
+
 BLOW_UP = '''"""A fold that diverges."""
 from numeral import Numeral
 from tally import numeral, tally
@@ -77,6 +80,14 @@ def test_a_second_run_tries_the_frame_that_failed_and_nothing_else(diverging):
     diverging.tally()
     assert diverging.run().exit_code == 0
     assert diverging.tally() == {"blow_up": 1}
+
+
+def test_a_plan_knows_what_was_reached_and_so_does_who_asks_for_it(diverging):
+    diverging.run()
+    plan = diverging.plan()
+    assert plan["wild@4"].status == "run" and "diverged" in plan["wild@4"].reason
+    assert plan["count"].status == plan["after"].status == "cached"
+    assert fetch(diverging.load(), diverging.store, Task("count", None)).value == 6000 + 6 + 3000 + 3
 
 
 def test_the_result_is_that_of_as_many_frames(diverging):

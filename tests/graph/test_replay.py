@@ -1,5 +1,7 @@
 """A scan that is measured does what a run does, and leaves no trace of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -26,3 +28,10 @@ def test_it_gives_what_a_run_gives_and_stores_nothing_of_it(shot):
 def test_what_does_not_go_from_frame_to_frame_is_refused(shot):
     with pytest.raises(BadInput, match="does not go from frame to frame"):
         Replay(shot.load(), shot.store, "move")
+
+
+def test_ctrl_c_while_it_is_prepared_is_ctrl_c(shot, monkeypatch):
+    outcome = replace(shot.run(to=["seed"]), interrupted=True)
+    monkeypatch.setattr("hairpipe.graph.replay.run", lambda *_: outcome)
+    with pytest.raises(KeyboardInterrupt):
+        Replay(shot.load(), shot.store, "sum").prepare(4)

@@ -139,8 +139,13 @@ def test_settings_of_other_kinds_are_refused():
     def odd(*, table: dict[str, int]) -> Path:
         """Odd."""
 
-    with pytest.raises(TypeError, match="neither a value nor a frozen dataclass"):
-        fields_of(odd.__node__)
+    @node(frames="once")
+    def files(*, pictures: tuple[Path, ...]) -> Path:
+        """Files, of which a key would hold the names alone."""
+
+    for declared in (odd, files):
+        with pytest.raises(TypeError, match="neither a value nor a frozen dataclass"):
+            fields_of(declared.__node__)
 
 
 def test_nearest_name_or_all_of_them():

@@ -7,6 +7,15 @@ import pytest
 from click.testing import CliRunner
 
 from hairpipe.cli.entry import commands
+from hairpipe.errors import BadInput
+from hairpipe.graph.events import Failure, Outcome
+from hairpipe.graph.like import written_out
+from hairpipe.graph.load import read_edited
+from hairpipe.graph.store import Store
+from hairpipe.graph.tasks import Task as GraphTask
+from hairpipe.tune.quantity import Tolerance
+from hairpipe.tune.sampling import choose_sample
+from hairpipe.tune.study import Study
 
 SCENE = """schema = 1
 frames = [1, 8]
@@ -62,3 +71,36 @@ def test_a_tolerance_that_says_nothing_is_bad_input(scene):
     command = ["tune", str(scene), "--node", "hair", "--tolerance", "2"]
     result = CliRunner().invoke(commands, command, prog_name="hairpipe")
     assert result.exit_code == 2 and "'2' has no unit" in result.stderr
+
+
+def test_a_node_that_is_like_another_is_tuned_as_it_is_written_out(scene):
+    """The same hair, so that everything is known already; a path that is not English, and a setting that is changed."""
+    tune(scene, "--tolerance", "20mm")
+    other = scene.parent / "é.toml"
+    bare = SCENE.replace("[hair]", "[first]").replace("[hair.stiction]", "[first.stiction]")
+    other.write_text(bare + '[hair]\nlike = "first"\n', encoding="utf-8")
+    found, said = tune(
+        other, "--tolerance", "20mm", "--set", "hair.model=chain", "-o", str(scene.parent / "é_tuned.toml")
+    )
+    assert said.count("measuring") == 0 and found["kept"]
+    assert "--set hair.model=chain" in (scene.parent / "é_tuned.toml").read_text(encoding="utf-8")
+
+
+def test_one_frame_is_refused(scene):
+    (scene.parent / "still.toml").write_text(SCENE.replace("frames = [1, 8]", "frames = [1, 1]"))
+    command = ["tune", str(scene.parent / "still.toml"), "--node", "hair", "--tolerance", "2mm"]
+    result = CliRunner().invoke(commands, command, prog_name="hairpipe")
+    assert result.exit_code == 2 and "one frame is no motion" in result.stderr
+
+
+def test_a_full_disk_says_nothing_about_a_model(scene):
+    text = written_out(read_edited(scene, {}))
+
+    def full(*_) -> Outcome:
+        failure = Failure(GraphTask("hair", 3), "disk", "No space left on device")
+        return Outcome(0, 0, 0, (failure,), (), {}, False)
+
+    sample = choose_sample(range(1, 9), 24.0, None, 8, 8)
+    study = Study(text, "hair", Store(scene.parent / "cache"), sample, 8, Tolerance(0.02, "m"), full)
+    with pytest.raises(BadInput, match="hair@3: No space left"):
+        study.measure([])

@@ -20,7 +20,7 @@ from hairpipe.io.usd.skeleton import (
     skin_at_rest,
     still_skeleton,
 )
-from hairpipe.io.usd.stage import numbers, open_stage, place, shown, usd_faults
+from hairpipe.io.usd.stage import numbers, open_alone, place, shown, usd_faults
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Piece:
 def read(path: Path, prim: str | None) -> Body:
     """Read the visible meshes at or under a prim as one body; see `hairpipe.io.usd.read.read_body`."""
     with usd_faults(path):
-        stage = open_stage(path)
+        stage = open_alone(path)
         meshes = [UsdGeom.Mesh(p) for p in shown(stage, UsdGeom.Mesh, prim)]
         bindings = find_bindings(stage)
         rigs = _read_rigs([bindings[mesh.GetPath()] for mesh in meshes if mesh.GetPath() in bindings])

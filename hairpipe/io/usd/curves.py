@@ -6,7 +6,7 @@ import numpy as np
 from pxr import UsdGeom
 
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.stage import location, move, numbers, open_stage, place, shown, usd_faults
+from hairpipe.io.usd.stage import location, move, numbers, open_alone, place, shown, usd_faults
 
 STEPS = 8  # chords per span of a cubic that does not pass through its points: off the curve by 1/64 of its sagitta
 BSPLINE = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
@@ -16,7 +16,7 @@ BEZIER = np.array([[1, 0, 0, 0], [-3, 3, 0, 0], [3, -6, 3, 0], [-1, 3, -3, 1.0]]
 def read(path: Path, prim: str | None) -> tuple[np.ndarray, np.ndarray]:
     """Read the visible curves at or under a prim; see `hairpipe.io.usd.read.read_curves`."""
     with usd_faults(path):
-        stage = open_stage(path)
+        stage = open_alone(path)
         strands = [s for p in shown(stage, UsdGeom.BasisCurves, prim) for s in _read_strands(UsdGeom.BasisCurves(p))]
     if not strands:
         raise BadInput("the curves have no points", where=path, right="at least one curve")

@@ -25,6 +25,20 @@ def open_stage(path: Path) -> Usd.Stage:
         return Usd.Stage.Open(str(path))
 
 
+def open_alone(path: Path) -> Usd.Stage:
+    """Open the file as a stage that is all in it: what it is composed of elsewhere could change without its doing so.
+
+    Raises BadInput as `open_stage` does, and if there are other files.
+    """
+    stage = open_stage(path)
+    files = {Path(layer.realPath.partition("[")[0]).resolve() for layer in stage.GetUsedLayers() if layer.realPath}
+    others = sorted(file.name for file in files - {path.resolve()})
+    if others:
+        what = f"it is composed of other files, among them {others[0]}, whose changes nothing would notice"
+        raise BadInput(what, where=path, right="one file, as usdcat --flatten makes it")
+    return stage
+
+
 def check_file(path: Path) -> None:
     """Raise BadInput unless the path is a file that may be read and has the suffix of a USD file."""
     right = "a file that ends in " + ", ".join(SUFFIXES)
