@@ -48,9 +48,9 @@ EVERYTHING = Scene(
 def tuft(scene, straight):
     """Run a tuft for so many frames; give its states."""
 
-    def run(frames, how=EVERYTHING, bodies=(Ball(0.5),), state=None):  # noqa: B008 (it has no state)
-        roots = np.random.default_rng(7).normal(scale=2e-3, size=(12, 3)) * [1, 0, 1]
-        shot = scene([straight(0.1, 12, [1, 0.2 * k / 12, 0.1]) + root for k, root in enumerate(roots)])
+    def run(frames, how=EVERYTHING, bodies=(Ball(0.5),), state=None, strands=12):  # noqa: B008 (it has no state)
+        roots = np.random.default_rng(7).normal(scale=2e-3, size=(strands, 3)) * [1, 0, 1]
+        shot = scene([straight(0.1, 12, [1, 0.2 * k / strands, 0.1]) + root for k, root in enumerate(roots)])
         shot.scene = how
         shot.state = state or shot.state
         states = []
@@ -66,11 +66,12 @@ def as_bytes(state):
 
 
 @pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="needs two threads")
-def test_threads_change_no_bit(tuft, threads):
+@pytest.mark.parametrize(("frames", "strands"), [(3, 12), (1, 400)], ids=["few strands", "many chunks of points"])
+def test_threads_change_no_bit(tuft, threads, frames, strands):
     found = []
     for count in (1, 2):
         threads(count)
-        found.append([as_bytes(state) for state in tuft(3)])
+        found.append([as_bytes(state) for state in tuft(frames, strands=strands)])
     assert found[0] == found[1]
 
 
