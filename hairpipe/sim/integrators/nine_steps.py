@@ -9,8 +9,9 @@
 v* moves the hair and is thrown away. Solves are implicit as the spring form says, linearised where the
 positions are known. The authors' archived code has full backward Euler at x^n+1 for 7 and 8, the other choice here.
 
-Steps 3, 5, 6 and 9 are those of `sim/contact/`; what touched the body in 5 has its normal component held in 7. Wind and
-stiction are among the forces of 1 and 7.
+Steps 3, 5, 6 and 9 are those of `sim/contact/`; what touched the body in 5 has its normal component held in 7. So hair
+that rests has no velocity into the body when it comes to 5, and friction there, which is as much as that is taken away,
+slows what hair moves in a step and not its velocity. Wind and stiction are among the forces of 1 and 7.
 """
 
 from abc import ABC, abstractmethod
