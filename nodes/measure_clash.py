@@ -28,7 +28,7 @@ def measure_clash(
 ) -> Table:
     """Depth, stretch, speed and what failed, of 32 strands that a bar is driven through and back.
 
-    Flung are those faster than twice the converged run, which is such a table, too.
+    Flung are those faster than twice the converged run and 1 m/s more, which is such a table, too.
 
     contact     with the bar; without, there is none
     strain      how far a segment may be stretched; without, as far as its springs let it

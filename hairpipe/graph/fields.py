@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
+from itertools import takewhile
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
@@ -156,9 +157,15 @@ def kind_text(kind: Any) -> str:
 
 
 def help_line(document: str, name: str) -> str:
-    """Find the line `name  text` of a docstring."""
-    match = re.search(rf"^\s*{re.escape(name)}\s{{2,}}(\S.*)$", document, re.MULTILINE)
-    return match[1].strip() if match else ""
+    """Find the line `name  text` of a docstring, with those that go on with it: they begin below its text."""
+    lines = iter(document.splitlines())
+    label = re.compile(rf"\s*{re.escape(name)}\s{{2,}}(?=\S)")
+    found = next(((line, match.end()) for line in lines if (match := label.match(line))), None)
+    if found is None:
+        return ""
+    first, indent = found
+    more = takewhile(lambda line: line.strip() and len(line) - len(line.lstrip()) == indent, lines)
+    return " ".join(line.strip() for line in (first[indent:], *more))
 
 
 def finite(value: Any) -> bool:

@@ -35,7 +35,7 @@ class BodyContact:
     friction       Coulomb coefficient
     thickness      distance kept from the surface, from the fifth particle on; one fifth of it at the first
     interpolation  of whole level sets between frames: two_sided as published, linear and one_sided beside it
-    folds          share of their shape that curls keep where a body presses on them; without, it presses them flat
+    folds          share of their shape that a body leaves to curls; without, they keep it by their springs alone
     """
 
     friction: Annotated[float, Ge(0.0)] = 0.3

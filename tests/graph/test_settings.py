@@ -8,7 +8,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graph import node
-from hairpipe.graph.fields import fields_of
+from hairpipe.graph.fields import fields_of, help_line
 from hairpipe.graph.settings import build_settings, check_settings, map_files, nearest
 from hairpipe.units import Fraction, Ge, Gt, Interval, Metres, Voxels
 
@@ -132,6 +132,21 @@ def test_description_tells_kind_unit_range_default_and_help():
     assert [inner.name for inner in fields["curl"].group] == ["radius", "axis", "paint"]
     assert fields["curl"].optional and fields["curl"].group[0].help == "of the helix"
     assert fields["file"].required
+
+
+def test_help_goes_on_over_lines_that_begin_below_it():
+    document = """What.
+
+    first    one, and
+             two
+    second   three
+    third    four
+
+             five
+    """
+    assert [help_line(document, name) for name in ("first", "second", "third", "irs")] == [
+        "one, and two", "three", "four", "",
+    ]  # fmt: skip
 
 
 def test_settings_of_other_kinds_are_refused():
