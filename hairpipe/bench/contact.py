@@ -73,7 +73,9 @@ def measure_contact(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
         for frame in range(sizes.settling):
             say(f"{segments:,} segments: frame {frame + 1} of {sizes.settling} before the first that counts")
             head.advance()
+        begun = head.state, head.frame
         for count in threads:
+            head.state, head.frame = begun
             say(f"{segments:,} segments: {sizes.frames} frames on {count} threads")
             numba.set_num_threads(count)
             try:

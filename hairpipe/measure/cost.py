@@ -41,7 +41,7 @@ def cost_table(
     frame  time from one frame to the next [s]
     cuts   frames at which the shot begins anew
     warm   frames that do not count: kernels are compiled, hair falls and meets what is in its way
-    timed  frames after those; of a shot with fewer, its last count
+    timed  frames after those; of a shot without any, its last one counts
 
     Seconds are those of the processor in this process, on one thread: what other processes do is not counted. A run
     that is no longer finite ends there. All is NaN where there is no frame to be timed.
@@ -52,6 +52,7 @@ def cost_table(
         seconds = list(_seconds(hair, around, scene, around.frames(first, 1 + warm + timed), frame, cuts))
     finally:
         numba.set_num_threads(threads)
+    seconds = seconds[min(warm, max(len(seconds) - 1, 0)) :]
     counted = seconds[-timed:] if seconds else [np.nan]
     counts = np.diff(hair.layout.offsets) - 1
     particles = sum(hair.layout.shape.count(int(count)) for count in counts)

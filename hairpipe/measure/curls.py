@@ -20,7 +20,7 @@ def measure_radii(hair: Mapping[int, Strands], fps: float) -> Table:
     first = hair[frames[0]]
     strands = list(zip(first.offsets, first.offsets[1:], strict=False))
     turns = [turn_of(first.points[begin:end].astype(float)) for begin, end in strands]
-    curled = [(range_, turn) for range_, turn in zip(strands, turns, strict=True) if turn < range_[1] - range_[0] - 1]
+    curled = [(range_, turn) for range_, turn in zip(strands, turns, strict=True) if turn <= range_[1] - range_[0] - 2]
     if not curled:
         raise BadInput("no strand makes a whole turn", where="hair", right="curls, at the first frame")
     radii = np.array(

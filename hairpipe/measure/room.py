@@ -20,7 +20,7 @@ def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[MovingSu
     bodies  at time zero
 
     The way out is followed along the normals, out of every body that it leads into, as far as twice the depth and the
-    room: pinched is what finds no place outside there.
+    room: pinched is what finds no place outside there. Nothing is pinched that gets deeper than bodies have normals.
     """
     places, pinched = points.copy(), np.ones(len(points), bool)
     reach = _FARTHEST * (depths + ROOM)
@@ -29,6 +29,8 @@ def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[MovingSu
         for body in bodies:
             body.probe(places, 0.0, probe)
         near = np.linalg.norm(places - points, axis=1) <= reach
-        pinched &= ~((probe.distance > _ENOUGH * ROOM) & near)
+        outside = (probe.distance > _ENOUGH * ROOM) & near
+        lost = (probe.distance < 0.0) & ~probe.normal.any(axis=1)
+        pinched &= ~(outside | lost)
         places += np.maximum(ROOM - probe.distance, 0.0)[:, None] * probe.normal
     return pinched

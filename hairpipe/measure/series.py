@@ -64,5 +64,6 @@ def event(
     seen = (table.numbers[x] >= first) & (table.numbers[x] <= last) & np.isfinite(table.numbers[y])
     along, values = table.numbers[x][seen], table.numbers[y][seen]
     found = period(along, values) if what == "period" else next(iter(crossings(along, values, level)), np.nan)
-    row = (f"{what} of {y}", x, found, theory, 100.0 * (found / theory - 1.0))
+    error = 100.0 * (found / theory - 1.0) if theory else np.nan
+    row = (f"{what} of {y}", x, found, theory, error)
     return table_of_rows(("event", "along", "measured", "theory", "error [%]"), [row])

@@ -43,6 +43,7 @@ def measure(hair: Mapping[int, Strands], fps: float, ends: Mapping[int, Ends] | 
     if ends is None:
         return table_of_rows(COLUMNS, rows)
     along = first.points[first.offsets[1:] - 1] - first.points[first.offsets[:-1]]
+    along = np.einsum("sji,sj->si", ends[frames[0]].roots[:, :, :3], along)
     angles = turns([ends[frame] for frame in frames], along)
     return table_of_rows((*COLUMNS, TURNED), [(*row, angle) for row, angle in zip(rows, angles.ravel(), strict=True)])
 
@@ -78,7 +79,7 @@ def bulge(points: np.ndarray) -> float:
 def turns(ends: Sequence[Ends], along: np.ndarray) -> np.ndarray:
     """Add up how far the tips have been turned against the roots [rad], (frames, S); less than half a turn a frame.
 
-    along  axis of every strand, (S, 3), of any length
+    along  axis of every strand as the groom put it, (S, 3), of any length
     """
     axes = along / np.linalg.norm(along, axis=1, keepdims=True)
     against = np.array([np.einsum("sji,sjk->sik", e.roots[:, :, :3], e.tips[:, :, :3]) for e in ends])

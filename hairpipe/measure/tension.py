@@ -8,6 +8,7 @@ import numpy as np
 from hairpipe.data import Groom, Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.models import chain, network
 
@@ -52,10 +53,13 @@ def turns(points: np.ndarray) -> np.ndarray:
 
 
 def layout_of(groom: Groom, state: HairState) -> Layout:
-    """Return the layout that a state is in: that of the model whose particles are as many."""
+    """Return the layout that a state is in, of the model with as many particles; BadInput where there is none."""
     dtype = state.positions.dtype
     layouts = [lay_out(groom.offsets, shape, dtype) for shape in (network.SHAPE, chain.SHAPE)]
-    return next(layout for layout in layouts if layout.first[-1] == len(state.positions))
+    found = next((layout for layout in layouts if layout.first[-1] == len(state.positions)), None)
+    if found is None:
+        raise BadInput("hair and groom are not the same strands", right="in.groom: the groom that is simulated")
+    return found
 
 
 def tensions(layout: Layout, state: HairState) -> list[tuple[int, np.ndarray, np.ndarray]]:

@@ -50,8 +50,11 @@ def trial_line(tuned: Tuned, trial: Trial) -> str:
     found, guess, unit = trial.measured, trial.guess.bound, tuned.tolerance.unit
     expected = f"{guess:.2g} %" if unit == "%" else f"{millimetres(guess)} mm"
     cost = "" if found.fault else f", {found.seconds:.3g} s/frame"
+    affordable = tuned.affordable.parts if tuned.affordable else None
     if trial.guess.parts == tuned.choice.parts:
         verdict = "taken"
+    elif trial.guess.parts == affordable:
+        verdict = "what the budget buys"
     else:
         verdict = "not taken, may be beyond" if found.bound > tuned.tolerance.value else "not taken, costs more"
     what = "; ".join(names_of(trial.guess.parts))

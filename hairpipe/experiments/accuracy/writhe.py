@@ -7,6 +7,7 @@ import numpy as np
 
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
 from hairpipe.experiments.accuracy.sample import Sample
 from hairpipe.experiments.accuracy.specimen import Specimen, straight_specimen
 from hairpipe.experiments.accuracy.statics import balance, motions, stiffness
@@ -41,6 +42,8 @@ def writhe_tables(sample: Sample, segments: Sequence[int]) -> tuple[Table, Table
         specimen = straight_specimen(sample, count)
         theory = buckling_twist(held_length(specimen), sample.material.bending, sample.material.torsion)
         states = list(stand(specimen, theory))
+        if not states:
+            raise BadInput(f"{count} segments do not stand straight without twist", right="springs that bend and twist")
         unit = states[0].stiffness
         way += [(count, state.twist / theory, state.stiffness / unit) for state in states]
         last, left = states[-1].twist, states[-1].stiffness / unit
@@ -50,9 +53,11 @@ def writhe_tables(sample: Sample, segments: Sequence[int]) -> tuple[Table, Table
 
 
 def stand(specimen: Specimen, theory: float) -> Iterator[State]:
-    """Twist a strand for as long as it stands straight and stable, the last steps by halves."""
+    """Twist a strand from none on for as long as it stands straight and stable, the last steps by halves."""
     now = standing(specimen, State(0.0, specimen.rest, 0.0), 0.0)
     step = theory / _STEPS
+    if now is not None:
+        yield now
     while now is not None and step > _FINEST * theory and now.twist < _BEYOND * theory:
         further = standing(specimen, now, now.twist + step)
         if further is None:

@@ -22,7 +22,8 @@ def cost_table(tables: Sequence[Table], schemes: Sequence[str]) -> Table:
     for scheme, table in zip(schemes, tables, strict=True):
         whose = list(zip(table["motion"], table["length [m]"], strict=True))
         for motion, length in dict.fromkeys(whose):
-            mine = [row for row, other in enumerate(whose) if other == (motion, length)]
+            ran = zip(whose, table["failed"], strict=True)
+            mine = [row for row, (other, how) in enumerate(ran) if other == (motion, length) and how != "not run"]
             steps, solves, errors = (
                 table.numbers[name][mine] for name in ("step [s]", "solves [1/s]", "tip error [% of length]")
             )

@@ -16,7 +16,6 @@ from hairpipe.sim.material import Material
 from hairpipe.sim.scene import Air, Scene, Scheme, StepControl
 
 FRAME = 1 / 24
-RESTING = "rest"
 COLUMNS = (
     "case",
     "value",
@@ -77,7 +76,7 @@ def _tried(
             state = advance_frame(hair, state, (None, None), (), FRAME, scene)
             last = stretch(hair, state.positions)
             largest = max(largest, last)
-    speed = float(np.abs(state.velocities).max())
+    speed = float(np.linalg.norm(state.velocities, axis=1).max())
     hanging = material.line_density * gravity * length / material.axial
     good = last < TRUE + hanging and speed < CALM
     outcome = "comes back" if good else "stays bent" if np.isfinite([last, speed]).all() else "not finite"
