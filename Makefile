@@ -13,9 +13,9 @@ menu:
 demo: $(VENV)/installed
 	$(VENV)/bin/hairpipe run graphs/demo.toml
 
-# Tests of one file need the same kernels: in one process they are compiled once.
+# Each process begins with a stretch of files that follow one another: tests of a file need the same kernels.
 test: $(VENV)/tested
-	$(RUN) pytest -n auto --dist loadfile -k 'not interrupt and not ctrl_c'
+	$(RUN) pytest -n auto --dist worksteal -k 'not interrupt and not ctrl_c'
 	$(RUN) pytest -k 'interrupt or ctrl_c'
 
 check: $(VENV)/tested

@@ -113,7 +113,8 @@ def test_ends_that_are_led_are_where_they_are_led(scene, straight):
         for at, motions in ((offsets[:-1], leads[1].roots), (offsets[1:] - 1, leads[1].tips)):
             led = np.einsum("sij,sj->si", motions[:, :, :3], groom.points[at]) + motions[:, :, 3]
             np.testing.assert_allclose(shot.axis[at], led, atol=1e-12)
-    assert np.linalg.norm(np.diff(shot.axis[:13], axis=0), axis=1).min() > 1.02 * 0.1 / 12
+    # The last segment is held as a whole; the others share what is drawn out.
+    assert np.linalg.norm(np.diff(shot.axis[:12], axis=0), axis=1).min() > 1.02 * 0.1 / 12
 
 
 def test_steps_are_shorter_where_hair_would_pass_through_hair(tuft):
