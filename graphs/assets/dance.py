@@ -6,14 +6,13 @@ No; yes, from the chest; circles; and no again, faster.
 from pathlib import Path
 
 import numpy as np
+from bust_clip import bust_clip, rise
 
-from hairpipe.body.bust import CROWN, JOINTS
 from hairpipe.data.clip import Clip
 from hairpipe.io.bvh_writing import write_bvh
 
 RATE = 60.0  # samples a second
 SECONDS = 10.4
-ROTATIONS = ("Yrotation", "Xrotation", "Zrotation")
 
 # Shares of every joint in yaw, nod and roll, and how late it takes part [s]: the chest leads, the head follows.
 SHARES = {
@@ -36,23 +35,10 @@ FADE = 0.4
 def make_clip() -> Clip:
     """Return the clip, in metres."""
     time = np.arange(round(SECONDS * RATE) + 1) / RATE
-    places = np.array(list(JOINTS.values()))
     _, nod, roll = head_angles(time).T
     sway = np.stack([1e-3 * roll, -2e-4 * np.abs(nod), 8e-4 * nod], axis=1)
-    columns = [places[0] + sway]
-    for *shares, late in SHARES.values():
-        columns.append(head_angles(time - late) * shares)
-    ends = np.full_like(places, np.nan)
-    ends[-1] = np.array(CROWN) - places[-1]
-    return Clip(
-        names=tuple(JOINTS),
-        parents=np.arange(-1, len(JOINTS) - 1, dtype=np.int32),
-        offsets=np.concatenate([places[:1], np.diff(places, axis=0)]),
-        ends=ends,
-        channels=(("Xposition", "Yposition", "Zposition", *ROTATIONS), ROTATIONS, ROTATIONS, ROTATIONS),
-        values=np.concatenate(columns, axis=1),
-        frame_time=1.0 / RATE,
-    )
+    turns = [head_angles(time - late) * shares for *shares, late in SHARES.values()]
+    return bust_clip(sway, turns, RATE)
 
 
 def head_angles(time: np.ndarray) -> np.ndarray:
@@ -63,12 +49,6 @@ def head_angles(time: np.ndarray) -> np.ndarray:
         phase = 2.0 * np.pi * often * (time - begin)
         angles += np.stack([yaw * np.sin(phase), nod * np.sin(phase), roll * np.cos(phase)], axis=1) * swell[:, None]
     return angles
-
-
-def rise(time: np.ndarray, first: float, last: float) -> np.ndarray:
-    """Return the step 6s^5 - 15s^4 + 10s^3 from 0 at `first` to 1 at `last`: no jump in the acceleration."""
-    share = np.clip((time - first) / (last - first), 0.0, 1.0)
-    return share**3 * (share * (6.0 * share - 15.0) + 10.0)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,8 @@ def name(request):
 
 
 @pytest.fixture
-def clip(name):
+def clip(name, monkeypatch):
+    monkeypatch.syspath_prepend(ASSETS)  # where a script finds what lies beside it
     spec = importlib.util.spec_from_file_location(name, ASSETS / f"{name}.py")
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
