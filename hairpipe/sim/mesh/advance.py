@@ -18,12 +18,12 @@ def begin(springs: Springs, points: np.ndarray, scene: Surroundings) -> ElasticS
     if scene.stir:
         random = np.random.default_rng(scene.stir.seed)
         velocities = scene.stir.speed * random.normal(size=(count, 3)) * springs.free
-    pull = np.zeros((count, 3))
-    if scene.slack == 0:
-        find_forces(pull, points, springs)
-    acceleration = (pull / springs.mass[:, None] - scene.gravity * np.array([0.0, 1.0, 0.0])) * springs.free
+    acting, pull = springs if scene.slack == 0 else _limp(springs), np.zeros((count, 3))
+    find_forces(pull, points, acting)
+    pull /= springs.mass[:, None]
+    acceleration = (pull - scene.gravity * np.array([0.0, 1.0, 0.0]) - scene.drag * velocities) * springs.free
     still = np.zeros(len(springs.pairs)), np.zeros(count)
-    energy = _energy(springs, points, velocities, scene)
+    energy = _energy(acting, points, velocities, scene)
     return ElasticState(0.0, points.copy(), velocities, acceleration, *still, energy)
 
 
@@ -36,7 +36,6 @@ def advance_frame(
 
     Raises BadInput where it does not stay finite.
     """
-    limp = springs._replace(pulls=0 * springs.pulls, presses=0 * springs.presses)
     body = Body(
         springs,
         state.positions,
@@ -49,17 +48,24 @@ def advance_frame(
         scene.gravity,
         scene.ground.friction if scene.ground else None,
     )
-    dt = frame / scene.steps
+    dt, limp = frame / scene.steps, _limp(springs)
     for step in range(scene.steps):
-        # Half a step of tolerance: times are sums.
-        body.springs = springs if state.time + (step + 0.5) * dt > scene.slack else limp
-        SCHEMES[scene.scheme](body, dt)
+        middle = state.time + (step + 0.5) * dt  # half a step of tolerance: times are sums
+        body.springs = springs if middle > scene.slack else limp
+        # The acceleration knows nothing of springs that begin to act now.
+        begins = 0.0 < scene.slack < middle <= scene.slack + dt
+        SCHEMES["backward_euler" if begins else scene.scheme](body, dt)
     time = state.time + frame
     lost = np.flatnonzero(~np.isfinite(body.x).all(axis=1))
     if len(lost):
         raise BadInput(f"particle {lost[0]} and {len(lost) - 1} more blew up before {time:.3f} s", right="more steps")
-    energy = _energy(springs, body.x, body.v, scene)
+    energy = _energy(body.springs, body.x, body.v, scene)
     return ElasticState(time, body.x, body.v, body.a, body.T, body.pressed, energy)
+
+
+def _limp(springs: Springs) -> Springs:
+    """Return springs that do nothing."""
+    return springs._replace(pulls=0 * springs.pulls, presses=0 * springs.presses)
 
 
 def _energy(springs: Springs, x: np.ndarray, v: np.ndarray, scene: Surroundings) -> np.ndarray:

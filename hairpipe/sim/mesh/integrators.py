@@ -17,7 +17,7 @@ def backward_euler(body: Body, dt: float) -> None:
     before = body.v
     held = run_stage(body, body.x, body.v, body.v, dt)
     body.a = (body.v - before) / dt
-    _land(body, held, dt)
+    _land(body, held, dt, dt)
 
 
 def tr_bdf2(body: Body, dt: float) -> None:
@@ -28,12 +28,12 @@ def tr_bdf2(body: Body, dt: float) -> None:
     xh, vh = w1 * body.x - w0 * x, w1 * body.v - w0 * v
     held = run_stage(body, xh, vh, body.v, h)
     body.a = (body.v - vh) / h
-    _land(body, held, h)
+    _land(body, held, h, dt)
 
 
-def _land(body: Body, held: np.ndarray, h: float) -> None:
+def _land(body: Body, held: np.ndarray, h: float, dt: float) -> None:
     if body.friction is not None:
-        land(body.x, body.v, body.pressed, held, body.springs.mass, h)
+        land(body.x, body.v, body.pressed, held, body.springs.mass, h, dt)
 
 
 SCHEMES: dict[Scheme, Callable[[Body, float], None]] = {"tr_bdf2": tr_bdf2, "backward_euler": backward_euler}

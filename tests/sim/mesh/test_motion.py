@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hairpipe.data import Solid
 from hairpipe.errors import BadInput
 from hairpipe.sim.mesh.advance import advance_frame, begin
 from hairpipe.sim.mesh.material import Rubber
@@ -60,6 +61,37 @@ def test_friction_stops_a_sliding_block_after_its_due_way(block, friction):
     way = (state.positions - resting.positions)[:, 0].mean()
     time = min(0.5, 3 / (friction * 9.81 + 1e-9))
     assert way == pytest.approx(3 * time - friction * 9.81 * time**2 / 2, rel=0.05)
+
+
+@pytest.mark.parametrize("scheme", ["backward_euler", "tr_bdf2"])
+def test_what_strikes_the_ground_is_braked_by_friction_times_its_momentum(scheme):
+    """A lone particle, no weight: mu m v_n is all that friction takes."""
+    scene = Surroundings(0.0, steps=100, ground=Ground(0.1), scheme=scheme)
+    alone = Solid(
+        np.array([[0.0, 1e-4, 0.0], [0.0, 9.0, 0.0], [1.0, 9.0, 0.0], [0.0, 9.0, 1.0]]), np.array([[0, 2, 1, 3]])
+    )
+    springs = solid_springs(alone, Rubber(1e-9, 1.0))
+    state = run(springs, alone.points, 1, scene, velocity=np.array([3.0, -1.0, 0.0]))
+    np.testing.assert_allclose(state.velocities[0], [2.9, 0.0, 0.0], rtol=5e-3, atol=1e-6)
+
+
+def test_springs_that_begin_to_act_do_all_their_work(block):
+    """A stretched block, slack for a frame: it then moves as one that was let go of by then, to second order."""
+    springs, moved = solid_springs(block, Rubber(100.0, 1.0, altitudes="none")), block.points * [1.02, 0.99, 1.0]
+
+    def end(frames, slack, steps):
+        return run(springs, moved, frames, Surroundings(0.0, steps=steps, slack=slack)).positions
+
+    exact = end(1, 0.0, 640)
+    assert np.abs(exact - moved).max() > 1e-3
+    errors = [np.abs(end(2, 1 / 24, steps) - exact).max() for steps in (20, 40)]
+    assert errors[0] < 0.01 * np.abs(exact - moved).max() and errors[1] < 0.4 * errors[0]
+
+
+def test_energy_of_slack_springs_is_not_counted(block):
+    springs = solid_springs(block, Rubber(100.0, 1.0))
+    state = run(springs, 1.1 * block.points, 1, Surroundings(0.0, slack=1.0))
+    assert state.energy[1] == 0.0
 
 
 def test_pinned_particles_stay(block):
