@@ -11,7 +11,9 @@ from hairpipe.sim.contact.pairs import Known, is_known
 CHUNK = 1024
 """Segments that one thread searches for at a time."""
 _ROOM = 16
-"""Pairs a segment that are made room for before they are counted."""
+"""Pairs a segment that are made room for at first."""
+_GROWTH = 2
+"""Of the room, for chunks for which it was not enough."""
 _GROUPS, _BUCKETS = 64, 1024
 """Parts of all pairs that are sorted at a time; parts by number of their first segment."""
 
@@ -19,25 +21,23 @@ _GROUPS, _BUCKETS = 64, 1024
 def gather_pairs(search: Callable[..., None], pieces: int) -> np.ndarray:
     """Let all chunks of so many pieces search, and list what they find, (n, 2) int32.
 
-    search  writes what some chunks (k,) find to `found`, that of chunk c from starts[c] to starts[c + 1] as far as
-            there is room, and how much there is to `counts`: search(chunks, starts, found, counts), in place
+    search  search(chunks, begins, found, counts, ends) writes what chunks (k,) find, each from one of its pieces on, to
+            rows of found, (k, room, 2), as far as there is room, how many that are to counts, and where to go on to
+            ends, (k,), in place; ends of CHUNK are those of chunks that are done
 
-    What there was no room for is searched for again.
+    What is dense goes on where it found no more room, with more of it.
     """
-    chunks = np.arange(-(-pieces // CHUNK))
-    starts = np.arange(len(chunks) + 1) * (_ROOM * CHUNK)
-    found, counts = np.empty((starts[-1], 2), np.int32), np.zeros(len(chunks), np.int64)
-    search(chunks, starts, found, counts)
-    ends = np.concatenate([[0], np.cumsum(counts)])
-    pairs = np.empty((ends[-1], 2), np.int32)
-    _collect(found, starts, counts, ends, pairs)
-    over = np.flatnonzero(counts > _ROOM * CHUNK)
-    if len(over):
-        starts = np.concatenate([[0], np.cumsum(counts[over])])
-        more, counts = np.empty((starts[-1], 2), np.int32), np.zeros(len(over), np.int64)
-        search(chunks[over], starts, more, counts)
-        for k, chunk in enumerate(over):
-            pairs[ends[chunk] : ends[chunk + 1]] = more[starts[k] : starts[k + 1]]
+    chunks, room, rounds = np.arange(-(-pieces // CHUNK)), _ROOM * CHUNK, []
+    begins, totals = np.zeros_like(chunks), np.zeros_like(chunks)
+    while len(chunks):
+        found, counts, ends = np.empty((len(chunks), room, 2), np.int32), np.zeros_like(chunks), np.empty_like(chunks)
+        search(chunks, begins, found, counts, ends)
+        rounds.append((chunks, totals[chunks], found, counts))
+        totals[chunks] += counts
+        chunks, begins, room = chunks[ends < CHUNK], ends[ends < CHUNK], _GROWTH * room
+    starts, pairs = np.cumsum(totals) - totals, np.empty((totals.sum(), 2), np.int32)
+    for chunks, before, found, counts in rounds:
+        _collect(found, counts, starts[chunks] + before, pairs)
     return pairs
 
 
@@ -53,11 +53,10 @@ def note(i: int, j: int, known: Known, found: np.ndarray, count: int) -> int:
 
 
 @njit(cache=True, parallel=True)
-def _collect(found, starts, counts, ends, pairs):  # noqa: ANN001, ANN202
+def _collect(found, counts, starts, pairs):  # noqa: ANN001, ANN202
     for c in prange(len(counts)):
-        if counts[c] <= starts[c + 1] - starts[c]:
-            for k in range(counts[c]):
-                pairs[ends[c] + k, 0], pairs[ends[c] + k, 1] = found[starts[c] + k, 0], found[starts[c] + k, 1]
+        for k in range(counts[c]):
+            pairs[starts[c] + k, 0], pairs[starts[c] + k, 1] = found[c, k, 0], found[c, k, 1]
 
 
 def in_order(pairs: np.ndarray, points: int) -> np.ndarray:

@@ -32,27 +32,31 @@ def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
 
 
 @njit(cache=True, parallel=True)
-def _search(few, many, same, known, chunks, starts, found, counts):  # noqa: ANN001, ANN202
+def _search(few, many, same, known, chunks, begins, found, counts, ends):  # noqa: ANN001, ANN202
     for k in prange(len(chunks)):
         room, near = np.empty(len(many.rows) + MOST_OPEN, np.int64), np.empty(LANES, np.int64)
-        out = found[starts[k] : starts[k + 1]]
-        counts[k] = _search_chunk(few, many, same, known, np.int64(chunks[k]), room, near, out)
+        first = np.int64(chunks[k]) * CHUNK
+        last, count = min(first + CHUNK, len(few.segments)), 0
+        piece = first + begins[k]
+        while piece < last:
+            more = _search_leaf(few, many, same, known, piece // LANES, room, near, found[k], count)
+            if more > found.shape[1]:
+                break
+            count, piece = more, piece + LANES
+        counts[k], ends[k] = count, piece - first if piece < last else CHUNK
 
 
 @inlined
-def _search_chunk(few, many, same, known, chunk, room, near, found):  # noqa: ANN001, ANN202
-    """Write what leaves of a chunk may meet, in the same tree at them or after them, to found; count it."""
-    count = 0
-    leaves = CHUNK // LANES
-    for leaf in range(chunk * leaves, min((chunk + 1) * leaves, len(few.rows))):
-        for k in range(find_leaves(many, few.boxes, box_of(few, leaf), leaf if same else 0, room)):
-            _compare(few, leaf, many, room[k], same and leaf == room[k], near)
-            for lane in range(LANES):
-                i = few.segments[leaf * LANES + lane]
-                while near[lane] != 0:
-                    j = many.segments[room[k] * LANES + lowest(near[lane])]
-                    near[lane] &= near[lane] - 1
-                    count += note(i, j, known, found, count)
+def _search_leaf(few, many, same, known, leaf, room, near, found, count):  # noqa: ANN001, ANN202
+    """Write what a leaf may meet, in the same tree at it or after it, to found behind `count` others; count on."""
+    for k in range(find_leaves(many, few.boxes, box_of(few, leaf), leaf if same else 0, room)):
+        _compare(few, leaf, many, room[k], same and leaf == room[k], near)
+        for lane in range(LANES):
+            i = few.segments[leaf * LANES + lane]
+            while near[lane] != 0:
+                j = many.segments[room[k] * LANES + lowest(near[lane])]
+                near[lane] &= near[lane] - 1
+                count += note(i, j, known, found, count)
     return count
 
 
