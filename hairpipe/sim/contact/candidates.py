@@ -14,7 +14,7 @@ from hairpipe.sim.contact.pairs import picked
 from hairpipe.sim.contact.swept import Neighbourhood, neighbourhood, swept_pairs, swept_pairs_of
 
 _MANY = 0.125
-"""Part of all points; the pairs of more segments than that cost as much to list as all, which lasts longer."""
+"""Part of all points; the pairs of more segments than that are listed with all others, which lasts longer."""
 
 
 @dataclass(eq=False)
@@ -52,9 +52,10 @@ class Candidates:
         if len(segments) > _MANY * len(ends):
             self._list_all(ends)
         else:
-            fresh = swept_pairs_of(self._around, segments, self.before, ends, self.ignored)
-            self.pairs = np.concatenate([picked(self._all, ~_among(self._all, touched)), fresh])
+            # An end that is not far is where it was: else it might go on by half the reach, again and again.
             self._listed = np.where(far[:, None], ends, self._sorted)
+            fresh = swept_pairs_of(self._around, segments, self.before, self._listed, self.ignored)
+            self.pairs = np.concatenate([picked(self._all, ~_among(self._all, touched)), fresh])
 
     def of(self, points: np.ndarray) -> np.ndarray:
         """Give the pairs with one of the points that are marked, (P,) bool."""

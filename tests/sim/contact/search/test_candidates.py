@@ -82,3 +82,20 @@ def test_nothing_is_listed_again_for_small_moves(brute, listed):
 def test_points_are_in_the_segments_they_bound():
     marked = np.array([False, True, False, False, True, False, True])
     assert touched_by(marked, np.array([0, 3, 7], np.int32)).tolist() == [True, True, False, True, True, True, False]
+
+
+def test_an_end_that_goes_on_by_half_the_reach_is_not_lost():
+    """One end leaves, the other goes to and fro within half the reach, and so does what they may meet."""
+    offsets = np.arange(33, dtype=np.int32) * 2
+    before = np.repeat(100.0 * np.arange(1, 33)[:, None] * [1.0, 0.0, 0.0], 2, axis=0)
+    before[1::2] += [0.0, 10.0, 0.0]
+    before[0], before[1] = [-5.0, 0.0, 0.0], [5.0, 0.0, 0.0]
+    before[2], before[3] = [4.9, -5.0, 3.0], [4.9, 5.0, 3.0]
+    after = before.copy()
+    after[2:4, 2] = 0.97
+    candidates, ends = Candidates(before, after, offsets, 1.0, None), after.copy()
+    for here, there in ((-0.49, 0.97), (0.49, 0.48)):
+        ends[0], ends[1], ends[2:4, 2] = [-5.6, 0.0, 0.0], [5.0, 0.0, here], there
+        candidates.renew(ends)
+    assert np.array_equal(crossings(before, ends, np.array([[0, 2]], np.int32)).segments, [[0, 2]])
+    assert [0, 2] in candidates.pairs.tolist()
