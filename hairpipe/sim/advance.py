@@ -13,7 +13,7 @@ from hairpipe.sim.control import limits_of, next_step, pace_of
 from hairpipe.sim.hair import Hair
 from hairpipe.sim.integrators.catalogue import gravity_of, integrator_of
 from hairpipe.sim.motion import Motion, Step
-from hairpipe.sim.roots import Path, hold, place
+from hairpipe.sim.roots import Path, follow, hold, place
 from hairpipe.sim.sag_free import stand
 from hairpipe.sim.scene import Scene
 
@@ -42,6 +42,7 @@ def start(hair: Hair, lead: Lead, scene: Scene) -> HairState:
         accelerations = _at_first(gravity[:, None], velocities, scene)
         return HairState(positions, velocities, accelerations, tensions, tensions[:0], *AT_FIRST)
     stance = stand(hair.model, hair.layout, hair.groom.ids, positions, gravity, scene.sag_free)
+    velocities = follow(lead, hair.groom, stance.positions, hair.layout)
     pull = np.where(stance.rests[:, None], 0.0, gravity[:, None])
     accelerations = _at_first(pull, velocities, scene)
     return HairState(stance.positions, velocities, accelerations, stance.tensions, stance.inverse_lengths, *AT_FIRST)

@@ -7,7 +7,7 @@ import numpy as np
 from hairpipe.data import Ends, Groom, Mesh
 from hairpipe.data.hair import HairState
 from hairpipe.sim.layout import Layout
-from hairpipe.sim.roots import carry, motion_of_roots
+from hairpipe.sim.roots import carry, follow, motion_of_roots
 
 
 def carry_state(
@@ -17,33 +17,28 @@ def carry_state(
 
     before, after  what leads the roots on both sides of the cut
 
-    With the motion x = R X + t of a root before the cut and R_, t_ after it, and Q = R_ R^T,
+    With the motion x = R X + t of a root before the cut and R_, t_ after it, Q = R_ R^T, and the velocities u and u_
+    of what goes rigidly with the root at x before it and at x_ after it,
 
-        x_ = Q (x - t) + t_,   v_ = Q (v - R' X - t') + R_' X + t_',   a_ = Q a
+        x_ = Q (x - t) + t_,   v_ = Q (v - u) + u_,   a_ = Q a
 
     so that the shape of a strand and its motion against the root are what they were. Tensions, and all else that does
     not point anywhere, stay. No time passes. Gravity does not turn along: hair that hung falls from where it is.
     """
-    here, here_rate = motion_of_roots(before, groom)
-    there, there_rate = motion_of_roots(after, groom)
-    back = here[:, :, :3].transpose(0, 2, 1)
-    turn = there[:, :, :3] @ back
-    gain = (there_rate[:, :, :3] - turn @ here_rate[:, :, :3]) @ back
-    still = np.zeros((len(turn), 3))
-    moved = _with(turn, there[:, :, 3] - _apply(turn, here[:, :, 3]))
-    gained = _with(gain, there_rate[:, :, 3] - _apply(turn, here_rate[:, :, 3]) - _apply(gain, here[:, :, 3]))
+    here, _ = motion_of_roots(before, groom)
+    there, _ = motion_of_roots(after, groom)
+    turn = there[:, :, :3] @ here[:, :, :3].transpose(0, 2, 1)
+    shift = there[:, :, 3] - np.einsum("sij,sj->si", turn, here[:, :, 3])
+    turned, moved = _with(turn, np.zeros_like(shift)), _with(turn, shift)
     strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
+    against = state.velocities - follow(before, groom, state.positions, layout)
+    positions = carry(moved, state.positions, strands)
     return replace(
         state,
-        positions=carry(moved, state.positions, strands),
-        velocities=carry(_with(turn, still), state.velocities, strands) + carry(gained, state.positions, strands),
-        accelerations=carry(_with(turn, still), state.accelerations, strands),
+        positions=positions,
+        velocities=carry(turned, against, strands) + follow(after, groom, positions, layout),
+        accelerations=carry(turned, state.accelerations, strands),
     )
-
-
-def _apply(matrices: np.ndarray, vectors: np.ndarray) -> np.ndarray:
-    """Multiply a matrix with a vector for every strand, (S, 3, 3) and (S, 3)."""
-    return np.einsum("sij,sj->si", matrices, vectors)
 
 
 def _with(turn: np.ndarray, shift: np.ndarray) -> np.ndarray:

@@ -97,10 +97,14 @@ class Root:
 
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Shorten the rest of the frame until the ends keep to the distance."""
-        left, here, count = path.frame - time, path.ends(time), 1
-        while _largest((path.ends(time + left / count) - here).reshape(-1, *here.shape[2:])) > self.distance:
+        left, count = path.frame - time, 1
+        while self._farthest(path.way(time, time + left / count)) > self.distance:
             count += 1
         return left / count
+
+    @staticmethod
+    def _farthest(way: np.ndarray) -> float:
+        return _largest(way.reshape(-1, *way.shape[2:]))
 
 
 @dataclass(eq=False)

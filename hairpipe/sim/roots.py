@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.data import Ends, Groom, Mesh
-from hairpipe.groom.binding import root_frames
+from hairpipe.errors import BadInput
+from hairpipe.groom.binding import name_strands, root_frames
 from hairpipe.sim.layout import Layout
 
 _INSTANT = 1e-5  # [s]; velocities of root frames are differences over this time, the body moving in a straight line
@@ -47,6 +48,12 @@ class Path:
             + s**2 * (s - 1) * self.frame * self.end.velocities
         )
         return found.astype(self.start.positions.dtype, copy=False)
+
+    def way(self, start: float, end: float) -> np.ndarray:
+        """Find how far held particles go from one time to another [s], 0 where they are free [m]; shape as `ends`."""
+        way, clamped = self.ends(end) - self.ends(start), self.start.positions.shape[1] // 2
+        way[:, clamped:] *= self.held[:, None, None] if len(self.held) else 0.0
+        return way
 
     @property
     def held(self) -> np.ndarray:
@@ -104,8 +111,17 @@ def place(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layo
     return carry(places, rest, strands), carry(rates, rest, strands)
 
 
+def follow(lead: Mesh | Ends | None, groom: Groom, x: np.ndarray, layout: Layout) -> np.ndarray:
+    """Find the velocities [m/s] of particles at x [m], both (rows, 3, W), that go rigidly with their roots."""
+    places, rates = motion_of_roots(lead, groom)
+    spin = rates[:, :, :3] @ places[:, :, :3].transpose(0, 2, 1)
+    drift = rates[:, :, 3] - np.einsum("sij,sj->si", spin, places[:, :, 3])
+    strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
+    return carry(np.concatenate([spin, drift[:, :, None]], axis=2), x, strands)
+
+
 def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layout) -> Held:
-    """Find the held particles at a frame; arguments as for `place`."""
+    """Find the held particles at a frame; arguments as for `place`. BadInput where both ends are one segment."""
     clamped = layout.shape.clamped
     shape = (layout.blocks, clamped, 3, layout.width)
     strands = np.repeat(layout.strands, clamped, axis=0)
@@ -119,7 +135,13 @@ def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layou
             ]
         )
     positions, velocities = (np.concatenate(both, axis=1) for both in zip(*ends, strict=True))
-    return Held(positions, velocities, _held_tips(lead, layout))
+    tips = _held_tips(lead, layout)
+    if len(tips):
+        short = layout.strands[(tips > 0.0) & (np.diff(layout.first) < 2 * clamped)[:, None]]
+        if len(short):
+            strands = name_strands(groom.ids[np.unique(short)])
+            raise BadInput(f"strands of one segment are led at both ends: {strands}", right="two segments or more")
+    return Held(positions, velocities, tips)
 
 
 def _tips(lead: Mesh | Ends | None) -> tuple[np.ndarray | None, np.ndarray | None]:

@@ -5,8 +5,8 @@ From x, always at rest, a step of backward Euler as long as it helps, linearised
     (M / h^2 + K) dx = f(x) + M g,   x += dx
 
 As h grows it becomes Newton's method, with a K that is never indefinite, so the energy falls. h grows as the forces
-left fall and shrinks as they rise, and no particle moves farther than half a segment at once. Every strand has its own
-h and stops by itself, so that the others do not matter.
+left fall and shrinks as they rise, and no particle moves farther than half a segment along an axis at once. Every
+strand has its own h and stops by itself, so that the others do not matter.
 
 Source: Kelley and Keyes, Convergence Analysis of Pseudo-Transient Continuation, 1998.
 """
@@ -29,12 +29,12 @@ from hairpipe.sim.rows import fill
 from hairpipe.sim.stage import set_tensions
 
 STILL = 1e-7
-"""Forces left on a particle, over the mass of its strand, where it is called at rest [m/s^2]: 1e-8 of its weight."""
+"""Forces left on a particle along an axis, over the mass of its strand, at rest [m/s^2]: 1e-8 of its weight."""
 _MOST_STEPS = 2000
 _START = 24.0
 """1 / h of the first step [1/s]."""
 _FURTHEST = 0.5
-"""Way of a particle in one step, over the length of a segment."""
+"""Way of a particle along an axis in one step, over the length of a segment."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Settled:
 
     positions  [m], (rows, 3, W)
     tensions   of their springs [N], (rows, springs, W)
-    left       largest force left over the mass of a strand [m/s^2], (blocks, W)
+    left       largest component of a force left, over the mass of a strand [m/s^2], (blocks, W)
     """
 
     positions: np.ndarray

@@ -44,7 +44,7 @@ class Rule(NamedTuple):
 
     form        a SpringForm
     damping     of the springs, a fraction of critical damping
-    guard       strain of an edge at the guess beyond which its strand restarts from where the stage began, in two
+    guard       strain of an edge at the guess beyond which its strand restarts as the stage began, at its root, in two
                 iterations; inf: never
     iterations  of Newton's method a stage
     gravity     [m/s^2], (3,)
@@ -193,11 +193,12 @@ def _guess(model, block, x, v, xh, ends, held, h, guard):  # noqa: ANN001, ANN20
 
 @inlined
 def _restart(model, block, x, v, xh, before, ends, held, h, bad):  # noqa: ANN001, ANN202
-    """Place the lanes that are bad where the stage began."""
+    """Place the lanes that are bad as the stage began, along with their roots."""
     clamped = shape_of(model).clamped
     for p in range(clamped, x.shape[0]):
         for c in range(3):
-            store(x, (p, c), select(bad, load(before, (p, c)), load(x, (p, c))))
+            along = load(ends, (clamped - 1, c)) - load(before, (clamped - 1, c))
+            store(x, (p, c), select(bad, load(before, (p, c)) + along, load(x, (p, c))))
             store(v, (p, c), select(bad, (load(x, (p, c)) - load(xh, (p, c))) / h, load(v, (p, c))))
     _place_ends(x, v, xh, ends, held, block, clamped, h)
 
@@ -284,10 +285,14 @@ def _carry(model, block, x, v, T, xh, before, began, ends, held, h, span, bad, r
     count, reach = x.shape[0], shape_of(model).reach
     A, b = np.empty((count, row_size(reach), x.shape[2]), x.dtype), np.empty(x.shape, x.dtype)
     moved, speeds, tensions = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty(T.shape, T.dtype)
-    copy(moved, before)
     copy(tensions, T)
-    fill(speeds, 0.0)
-    _place_ends(moved, speeds, before, ends, held, block, shape_of(model).clamped, span)
+    clamped = shape_of(model).clamped
+    for p in range(count):
+        for c in range(3):
+            along = load(ends, (clamped - 1, c)) - load(before, (clamped - 1, c))
+            store(moved, (p, c), load(before, (p, c)) + along)
+            store(speeds, (p, c), along / span)
+    _place_ends(moved, speeds, before, ends, held, block, clamped, span)
     set_form(model, block, moved, tensions, rule)
     nothing = np.empty((0, 9, x.shape[2]), x.dtype)
     _assemble(model, A, b, moved, speeds, began, tensions, nothing, block, held, span, rule)

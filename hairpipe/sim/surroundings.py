@@ -38,7 +38,7 @@ class Stage:
 
     xh, vh   explicit parts of position and velocity, (rows, 3, W)
     before   positions where the stage began, same shape
-    began    velocities there, same shape; may be the guess
+    began    velocities there, same shape; the guess, or what drag and friction go by where the guess is at rest
     ends     held particles at its end, (blocks, 2 clamped, 3, W)
     held     see `Step`
     h        weight of the end, for every strand [s], (blocks, W)
@@ -96,13 +96,13 @@ class Surroundings:
         """Look around at the start of a step."""
         self._hold_tips(step.held)
         if self.wind is not None or self.body is not None or self.hair is not None:
-            points = self._points(motion.x)
+            points, speeds = self._points(motion.x), self._points(motion.v)
             if self.wind is not None:
                 self.wind.begin(points, self.layout.offsets)
             if self.body is not None:
-                self.body.begin(points, step.time)
+                self.body.begin(points, speeds, self._masses, step.time)
             if self.hair is not None:
-                self.hair.begin(points, self._points(motion.v))
+                self.hair.begin(points, speeds)
 
     def _hold_tips(self, held: np.ndarray) -> None:
         """Let nothing move the last segments of strands whose tip is held, (blocks, W): all of a frame is."""
@@ -133,12 +133,13 @@ class Surroundings:
         again, marked = who, np.empty(len(self._masses), np.bool_)
         points_of(self._axis, who, marked)
         points, speeds, kick = self._points(x), self._points(v), np.zeros((len(self._masses), 3))
+        felt = speeds if stage.began is v else self._points(stage.began)
         if self.body is not None and not stage.held_normals:
             self.body.foresee(points, stage.time, marked)
         for left in reversed(range(rule.iterations + _PASSES)):
             newton = left >= _PASSES
             points_of(self._axis, again, marked)
-            outer = self._surround(points, speeds, stage, again, marked, x, anew=newton)
+            outer = self._surround(points, speeds, felt, stage, again, marked, x, anew=newton)
             b = self._solve_once(x, v, T, stage, rule, outer, again, coupled=newton and together)
             if self.hair is not None:
                 change = self._room("change", points)
@@ -148,6 +149,7 @@ class Surroundings:
             update_stages(self.model, x, v, T, b, again, stage.h, rule)
             gather(self._axis, again, x, points)
             gather(self._axis, again, v, speeds)
+            felt = speeds
             wrong = self._judge(points, speeds, stage, marked) * who
             again = who if left > _PASSES else wrong
             if not again.any():
@@ -158,6 +160,7 @@ class Surroundings:
         self,
         points: np.ndarray,
         speeds: np.ndarray,
+        felt: np.ndarray,
         stage: Stage,
         who: np.ndarray,
         marked: np.ndarray,
@@ -168,6 +171,7 @@ class Surroundings:
         """Return what acts on particles of strands who, (blocks, W), and their points marked; see `sim/outer.py`.
 
         points, speeds  where that is linearised [m], [m/s], (P, 3)
+        felt            velocities that drag, friction and what begins to touch go by [m/s], (P, 3)
         anew            what strands do to each other, too; else it is what solves since then have made of it
         """
         push, damping = self._room("push", points), self._room("damping", points, 6)
@@ -176,14 +180,14 @@ class Surroundings:
         received = push[:0] if self.hair is None else self._room("received", points)
         clear(marked, push, damping)
         if self.wind is not None:
-            self.wind.forces(points, speeds, self.layout.offsets, self.began + stage.time, marked, push, damping)
+            self.wind.forces(points, felt, self.layout.offsets, self.began + stage.time, marked, push, damping)
         if self.body is not None:
             held = np.zeros_like(marked) if stage.held_normals else marked
             self.body.hold(points, speeds, self._masses, weights, held, push, damping)
         own = np.empty((0, 6), np.float32), np.empty((0, 6), np.float32)
         if self.hair is not None:
             if anew:
-                self.hair.linearise(points, speeds, self._masses, weights, stage.span, marked)
+                self.hair.linearise(points, speeds, felt, self._masses, weights, stage.span, marked)
             self.hair.impulses(marked, received)
             own = self.hair.own
         outer = self._room("outer", like[:: self._axis.stride], self._rows)

@@ -68,7 +68,7 @@ def _energy(scene):
     """Kinetic energy and weight above the hanging position; the springs' share is small in a swing."""
     mass = scene.hair.model.mass[:, 0][3:]
     x, v = scene.state.positions[3:, :, 0], scene.state.velocities[3:, :, 0]
-    hanging = scene.hair.rest[1, 1, 0] - np.linalg.norm(scene.hair.rest[3:, :, 0] - scene.hair.rest[1, :, 0], axis=1)
+    hanging = scene.hair.rest[2, 1, 0] - np.linalg.norm(scene.hair.rest[3:, :, 0] - scene.hair.rest[2, :, 0], axis=1)
     return np.sum(mass * (0.5 * np.sum(v**2, axis=1) + G * (x[:, 1] - hanging)))
 
 

@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.control import Pace, StrainRate, Travel, next_step
+from hairpipe.errors import BadInput
+from hairpipe.motion.ends import lead
+from hairpipe.motion.track import Track
+from hairpipe.sim.control import Courant, Pace, Root, StrainRate, Travel, highest_frequency, next_step
 from hairpipe.sim.motion import Motion
-from hairpipe.sim.roots import Path
+from hairpipe.sim.roots import Path, hold
 
 FRAME = 1 / 24
 
@@ -42,6 +45,38 @@ def test_strain_rate_is_that_of_edges_on_the_axis(scene, straight):
     assert stride == 2 and limit.longest(motion, path, 0.0) == np.inf
     motion.v[-1, 0] = 2.0
     assert limit.longest(motion, path, 0.0) == pytest.approx(0.1 * (0.1 / 4) / 2.0)
+
+
+def held_at(shot, time, **tip):
+    """The ends of a shot's hair, both carried along x at 2.4 m/s, the tip until it is let go of."""
+    course = Track((0.0, 1.0), move=((0.0, 0.0, 0.0), (2.4, 0.0, 0.0)), ease="linear")
+    ends = lead(shot.hair.groom, time, course, None, course, tip.get("release"))
+    return hold(ends, shot.hair.groom, shot.hair.rest, shot.hair.layout)
+
+
+@pytest.mark.parametrize("release", [None, 0.5 + FRAME / 2])
+@pytest.mark.parametrize("place", [0.0, 5.0])
+def test_held_ends_go_as_far_as_they_may_wherever_they_are(scene, straight, release, place):
+    """A tenth of a metre in a frame; a tip that is let go of in it asks for no step at all."""
+    shot = scene([np.add(straight(0.1, 4, (1.0, 0.0, 0.0)), [0.0, place, 0.0])])
+    path = Path(*(held_at(shot, 0.5 + k * FRAME, release=release) for k in (0, 1)), FRAME)
+    assert len(path.start.tips) and bool(path.held.any()) == (release is None)
+    assert FRAME / Root(0.0101).longest(None, path, 0.0) == pytest.approx(10.0)
+
+
+def test_a_segment_is_not_led_at_both_ends(scene, straight):
+    with pytest.raises(BadInput, match="one segment"):
+        held_at(scene([straight(0.1, 4, (1.0, 0.0, 0.0)), straight(0.1, 1, (1.0, 0.0, 0.0))]), 0.0)
+
+
+def test_courant_number_is_in_explicit_steps(scene, straight):
+    class Loose:
+        def stiffest_connections(self):
+            return 0.0
+
+    model = scene([straight(0.1, 4, (1.0, 0.0, 0.0))]).hair.model
+    fastest = highest_frequency(model)
+    assert Courant(4.0, fastest**2, Loose()).longest(None, None, 0.0) == pytest.approx(4.0 / fastest)
 
 
 def settle(crossed, step=FRAME, most=FRAME, part=0.01, steps=100):

@@ -144,6 +144,19 @@ def test_what_cannot_stand_may_settle_first(sag_free, straight):
     assert np.sqrt(np.mean(np.sum(moved**2, axis=1))) < 1e-6
 
 
+def test_what_has_settled_begins_with_the_body(sag_free, straight, triangle):
+    """About the plumb line: what hangs under its root goes with it, and does not fly as what it was groomed would."""
+    s = sag_free([straight(0.3, 25, OUT)], SagFree(unstable="settle"))
+    middle = triangle().points.mean(0)
+    turning = triangle(velocities=np.cross([0.0, 5.0, 0.0], triangle().points))
+    state = start(s.hair, turning, s.scene)
+    np.testing.assert_allclose(state.positions, s.state.positions, atol=1e-12)
+    speeds = np.linalg.norm(s.hair.layout.axis(state.velocities), axis=1)
+    expected = np.linalg.norm(np.cross([0.0, 5.0, 0.0], s.axis), axis=1)
+    np.testing.assert_allclose(speeds, expected, atol=1e-5)
+    assert np.abs(s.axis[-1] - middle)[0] < 0.1
+
+
 def test_what_cannot_stand_may_be_refused(sag_free, straight):
     with pytest.raises(BadInput, match=r"1 of 2 strands cannot stand.*: strands 1"):
         sag_free([straight(0.1, 25, OUT), straight(0.3, 25, OUT)], SagFree(unstable="refuse"))

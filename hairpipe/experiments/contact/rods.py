@@ -78,6 +78,7 @@ def system(pile: Pile, law: Collisions, dt: float) -> tuple[sparse.csr_matrix, n
         contacts,
         predicted,
         pile.velocities,
+        pile.velocities,
         masses,
         law,
         np.full(len(predicted), dt),

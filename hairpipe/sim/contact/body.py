@@ -67,12 +67,12 @@ class BodyContacts:
         self._kept = give_way(points, time, self.surfaces, probe, self.thickness, self._wanted)
         return probe
 
-    def begin(self, points: np.ndarray, time: float) -> None:
-        """Note where points begin a step."""
+    def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float) -> None:
+        """Note where points begin a step, and how fast."""
         probe = self.look(points, time, self._everyone)
         self._begun = probe.distance.copy()
         self._touch.shocked[:] = False
-        resume(self._touch, probe, self._kept)
+        resume(self._touch, probe, speeds, self._kept, masses)
 
     def foresee(self, points: np.ndarray, time: float, who: np.ndarray) -> None:
         """Look where a prediction leads points who, (P,) bool, at the end of a stage."""

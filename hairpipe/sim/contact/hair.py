@@ -105,6 +105,7 @@ class HairContacts:
         self,
         points: np.ndarray,
         speeds: np.ndarray,
+        felt: np.ndarray,
         masses: np.ndarray,
         weights: np.ndarray,
         span: float,
@@ -112,17 +113,16 @@ class HairContacts:
     ) -> None:
         """Linearise what strands do to each other at a prediction; see `couplings.py` for weights, (P,), and span.
 
+        felt  velocities that contacts and their friction go by [m/s], (P, 3); see `repulsion.py`
         who  points of strands that are solved, (P,) bool; what the others do to each other is left out
         """
         couplings, stuck = couplings_at(self._places), len(self.connections.segments)
-        state = points, speeds, masses
         if self.stiction is not None:
-            linearise_connections(
-                self.connections, *state, self.stiction, weights, span, who, part_of(couplings, 0, stuck)
-            )
+            rest = part_of(couplings, 0, stuck)
+            linearise_connections(self.connections, points, speeds, masses, self.stiction, weights, span, who, rest)
         if self._contacts is not None and self._coupled is not None:
             rest = part_of(couplings, stuck, len(couplings.acts))
-            linearise_contacts(self._contacts, *state, self._coupled, weights, span, who, rest)
+            linearise_contacts(self._contacts, points, speeds, felt, masses, self._coupled, weights, span, who, rest)
         self._sides, self._change = sides_of(couplings, self._incidence), None
 
     @property

@@ -16,7 +16,9 @@ begins to touch or to slide, a strand is solved again, from where the solve befo
 
 A point that begins to touch is solved for without friction first: that solve knows its load and how fast it slides.
 Had it to stick first, the hair between it and the root would be strained by all that it should have slid, and pressed
-on the body by the tension of that: hair which a bar met at 1 m/s was flung away with 6 m/s. And what slides around a
+on the body by the tension of that: hair which a bar met at 1 m/s was flung away with 6 m/s. What lies still at the
+beginning of a frame, for which nothing is remembered, sticks: without friction, if only for one solve, it would creep.
+And what slides around a
 body is held though a prediction, which goes straight, leads it off the surface: let go of and caught again in every
 stage it would need all the passes that there are, and forget its friction.
 
@@ -37,6 +39,7 @@ FREE, TOUCHES, MET = 0, 1, 2
 STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less than 5 um in a step of 1/240 s
 _NEAR = 1e-5  # [m]; what touches is held up to this far outside, and what is free is caught from this far inside
 _ROUGH = 1.5  # friction that comes out so many times too great is solved again; what is less is mended by and by
+_STILL = 1e-3  # [m/s]; what is slower against the body begins a frame sticking
 _TURNED = 0.9  # cosine between normals; what turns farther in a step is a shock
 _PUSH_OUT = 0.5  # [m/s]; for points that begin deeper than _DEEP
 _DEEP = 1e-3  # [m]
@@ -72,23 +75,25 @@ class Touch(NamedTuple):
 
 
 @njit(cache=True, parallel=True)
-def resume(touch: Touch, probe: Probe, thickness: np.ndarray) -> None:
+def resume(touch: Touch, probe: Probe, v: np.ndarray, thickness: np.ndarray, mass: np.ndarray) -> None:
     """Let points touch that begin a step on the body, in place: what rests on it did so before, which is no shock.
 
-    probe  of the body there; thickness [m], (P,), 0 where points are held by the root
+    probe  of the body there; v  velocities [m/s], (P, 3); the others as for `hold`
     """
-    for chunk in prange((len(thickness) + _CHUNK - 1) // _CHUNK):
-        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(thickness))):
-            if touch.state[i] == FREE:
-                _resume(touch, probe, i, thickness[i])
+    for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
+        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(v))):
+            if touch.state[i] == FREE and mass[i] < np.inf:
+                _resume(touch, probe, i, v, thickness[i])
 
 
 @inlined
-def _resume(touch, probe, i, thickness):  # noqa: ANN001, ANN202
+def _resume(touch, probe, i, v, thickness):  # noqa: ANN001, ANN202
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
-    if thickness > 0.0 and probe.distance[i] < thickness + _NEAR and nx * nx + ny * ny + nz * nz > 0.5:
-        touch.state[i] = MET
-        touch.grip[i], touch.rate[i] = 0.0, 0.0
+    if probe.distance[i] < thickness + _NEAR and nx * nx + ny * ny + nz * nz > 0.5:
+        sticks = _slip(probe, i, v) < _STILL
+        touch.state[i] = TOUCHES if sticks else MET
+        # As strong as what holds the normal: `_aim` makes it the c_n of the stage.
+        touch.grip[i] = touch.rate[i] = 1.0 if sticks else 0.0
         touch.normal[i, 0], touch.normal[i, 1], touch.normal[i, 2] = nx, ny, nz
 
 
@@ -144,8 +149,14 @@ def _aim(touch, probe, i, v, begun, thickness, mass, h):  # noqa: ANN001, ANN202
 @inlined
 def _lead(probe, i, v, h):  # noqa: ANN001, ANN202
     """Return how far outside point i is still held: a straight way leads it off a body that it slides around."""
+    return _NEAR + h * _slip(probe, i, v)
+
+
+@inlined
+def _slip(probe, i, v):  # noqa: ANN001, ANN202
+    """Return how fast point i goes against the body [m/s]."""
     ux, uy, uz = v[i, 0] - probe.velocity[i, 0], v[i, 1] - probe.velocity[i, 1], v[i, 2] - probe.velocity[i, 2]
-    return _NEAR + h * np.sqrt(ux * ux + uy * uy + uz * uz)
+    return np.sqrt(ux * ux + uy * uy + uz * uz)
 
 
 @inlined

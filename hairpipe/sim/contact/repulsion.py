@@ -15,6 +15,9 @@ ever reverses it; one that stays creeps, at less than `CREEP` while it holds. N 
 or, if that is more, what would stop the two segments if they were alone: the first is right for hair at rest, where the
 second ignores the stack above, and the second for impacts.
 
+Where the solve is linearised at rest (backward Euler, the paper's half steps) that says nothing of how fast hair is,
+and u_t in b, N and what begins to act go by where the velocity felt so far would lead.
+
 A contact acts if it would push at the prediction, or did so in the step before: it is let go one step late. Decided by
 the prediction alone, which does not know the forces to come, a contact at rest that trembles falls by h^2 g before it
 is caught again, half its thickness, and a stack sinks through itself (`graphs/experiments/stack.toml`).
@@ -45,6 +48,7 @@ def linearise(
     contacts: Contacts,
     points: np.ndarray,
     velocities: np.ndarray,
+    felt: np.ndarray,
     masses: np.ndarray,
     collisions: Collisions,
     weights: np.ndarray,
@@ -56,6 +60,7 @@ def linearise(
     those between hairs that are not asked for.
 
     points, velocities  at the prediction [m], [m/s], (points, 3)
+    felt                velocities that friction, loads and what begins to act go by [m/s], same shape
     masses              of the points, inf where they are held [kg], (points,)
     weights             h, of the end of the stage [s], (points,)
     span                t, of time, that the stage covers [s]
@@ -64,11 +69,11 @@ def linearise(
     """
     stiffness, viscosity = collisions.stiffness, collisions.stiffness * RELAXATION
     law = (collisions.thickness, stiffness, viscosity, collisions.friction)
-    _linearise(out, contacts, points, velocities, masses, law, weights, span, who)
+    _linearise(out, contacts, points, velocities, felt, masses, law, weights, span, who)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, contacts, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
+def _linearise(out, contacts, points, velocities, felt, masses, law, weights, span, who):  # noqa: ANN001, ANN202
     thickness, stiffness, viscosity, friction = law
     segments, fractions = contacts.segments, contacts.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
@@ -79,15 +84,16 @@ def _linearise(out, contacts, points, velocities, masses, law, weights, span, wh
             continue
         n = (contacts.normals[i, 0], contacts.normals[i, 1], contacts.normals[i, 2])
         overlap = thickness - dot(n, between(points, segments, fractions, i))
-        u = between(velocities, segments, fractions, i)
-        un = dot(n, u)
-        force = stiffness * overlap - viscosity * un
-        if np.isfinite(force) and (contacts.loads[i] > 0.0 or (overlap > 0.0 and force > 0.0)):
-            ut, w = minus(u, scaled(un, n)), inverse_mass(masses, segments, fractions, i)
-            h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
-            along = span * (h * stiffness + viscosity)
-            limit = friction * max(contacts.loads[i], force / (1.0 + along * w))
-            across = min(span * limit / max(np.sqrt(dot(ut, ut)) - limit * span * w, CREEP), _FIRMEST / w)
+        u, coming = between(velocities, segments, fractions, i), between(felt, segments, fractions, i)
+        un, closing = dot(n, u), dot(n, coming)
+        h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
+        ahead = overlap - h * (closing - un)
+        force, load = stiffness * overlap - viscosity * un, stiffness * ahead - viscosity * closing
+        if np.isfinite(force) and (contacts.loads[i] > 0.0 or (ahead > 0.0 and load > 0.0)):
+            ut, slip = minus(u, scaled(un, n)), minus(coming, scaled(closing, n))
+            w, along = inverse_mass(masses, segments, fractions, i), span * (h * stiffness + viscosity)
+            limit = friction * max(contacts.loads[i], load / (1.0 + along * w))
+            across = min(span * limit / max(np.sqrt(dot(slip, slip)) - limit * span * w, CREEP), _FIRMEST / w)
             acts[i] = True
             exerted[i, ALONG], exerted[i, ACROSS] = along, across
             for c in range(3):

@@ -35,7 +35,7 @@ class NineSteps(ABC):
 
     def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
-        x, v, dt = motion.x.copy(), motion.v, step.dt
+        x, v, before, dt = motion.x.copy(), motion.v, motion.v.copy(), step.dt
         around.begin(motion, step)
         v_star = self.solve(motion, step, around, x, dt / 2, 0.5, step.time)  # 1
         around.limit_velocity(x, v_star, step)  # 2
@@ -46,6 +46,7 @@ class NineSteps(ABC):
         motion.v[:] = self.velocity(motion, step, around, x)  # 7, 8
         around.let_go()
         around.repel(motion.x, motion.v, step, elastic=False)  # 9
+        np.divide(motion.v - before, dt, out=motion.a)
 
     @abstractmethod
     def velocity(self, motion: Motion, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:

@@ -95,13 +95,22 @@ class TrBdf2:
 
         x0, v0  where it began [m], [m/s], (rows, 3, W)
 
+        It is linearised where they would be if they went along with their roots; the others are where they have come.
+
         Returns the change of velocity by contact, see `Surroundings.solve`.
         """
         robust = self.rule._replace(form=_MULTIPLIER, guard=np.inf, iterations=1)
-        again = Motion(copied(x0), np.zeros_like(v0), np.empty_like(x0), np.zeros_like(motion.T))
+        again = Motion(copied(x0), copied(motion.v), np.empty_like(x0), np.zeros_like(motion.T))
         set_all_tensions(model, again.x, again.T)
+        ends, who = step.ends(1.0), rows_of(model, lost != 0.0)
+        root = model.shape.clamped - 1
+        along = (ends[:, root] - x0[model.first[:-1] + root]) / step.dt
+        np.copyto(again.v, np.repeat(along, np.diff(model.first), axis=0), where=who)
+        xh, began = motion.x - step.dt * motion.v, copied(motion.v)
+        np.copyto(xh, x0, where=who)
+        np.copyto(began, v0, where=who)
         weights = everywhere(model, x0, step.dt)
-        stage = Stage(x0, v0, x0, v0, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
+        stage = Stage(xh, v0, x0, began, ends, step.held, weights, step.time + step.dt, step.dt)
         kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
         again.a[:] = (again.v - v0 - kick) / step.dt
         _take(model, motion, again, lost, "xvaT")

@@ -47,6 +47,40 @@ class Post:
         pass
 
 
+@dataclass
+class Slope:
+    """The half space below a plane through a point that falls towards +z; a MovingSurface."""
+
+    point: np.ndarray
+    slope: float
+    speed: float = 0.0
+
+    def probe(self, points, seconds, out):
+        normal = np.array([0.0, 1.0, self.slope]) / np.hypot(1.0, self.slope)
+        distance = (points - self.point) @ normal
+        near = distance < out.distance
+        out.distance[near], out.normal[near], out.velocity[near] = distance[near], normal, 0.0
+
+    def sweep(self, before, after, start, end, thickness, out):
+        pass
+
+
+@pytest.mark.parametrize(("slope", "sticks"), [(0.25, True), (0.6, False)])
+def test_hair_lies_on_a_slope_or_slides_however_often_there_is_a_frame(scene, straight, slope, sticks):
+    """Friction of 0.5. Nothing is remembered of contact from frame to frame."""
+    ways = []
+    for fps in (24.0, 4.0):
+        shot = scene([straight(0.1, 20, [1, 0, 0])], model="chain", fps=fps)
+        shot.scene = Scene(9.81, Air(8.0), BodyContact(0.5, 0.0), steps=StepControl(1 / 96))
+        before = shot.axis
+        shot.run(1.0, [Slope(before[0] - [0.0, 1e-6, 0.0], slope)])
+        ways.append(np.linalg.norm(shot.axis[-1] - before[-1]))
+    if sticks:
+        assert max(ways) < 5e-5
+    else:
+        assert min(ways) > 0.01 and ways[0] == pytest.approx(ways[1], rel=0.25)
+
+
 def settled(shot, body, friction, seconds, thickness=1e-4):
     """Run hair on a body; give the tension of the edge at its root, the mean over the last tenth of the time [N]."""
     shot.scene = Scene(9.81, Air(40.0), BodyContact(friction, thickness), steps=StepControl(1 / 480))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.models.lattice import CLAMPED
-from hairpipe.sim.scene import Scheme, StepControl
+from hairpipe.sim.scene import Collisions, Scheme, StepControl, Stiction
 
 
 @pytest.mark.parametrize("step", [1 / 1920, 1 / 240, 1 / 24])
@@ -28,6 +28,27 @@ def test_a_strand_out_of_reach_of_the_scheme_leaves_its_neighbour_alone(scene, s
     calm.scene, wild.scene = replace(calm.scene, steps=steps), replace(wild.scene, steps=steps)
     wild.state.positions[CLAMPED:, :, 1] += np.random.default_rng(5).normal(scale=0.02, size=(20, 3))
     np.testing.assert_array_equal(wild.run(1 / 24).axis[:11], calm.run(1 / 24).axis[:11])
+
+
+@pytest.mark.parametrize(("stretched", "guarded"), [(1.3, False), (1.0, True)])
+@pytest.mark.parametrize("touching", [False, True])
+def test_what_is_beyond_the_scheme_goes_with_its_head(scene, straight, triangle, touching, stretched, guarded):
+    """A step at rest and one at 2 m/s end alike, for a strand that is done again or foretold too far, and beside it."""
+    tuft = [straight(0.1, 10, [1, -0.3, 0]) + np.array([0.0, 0.0, 4e-4 * k]) for k in range(3)]
+    ends = []
+    for speed in (np.zeros(3), np.array([0.0, 0.0, 2.0])):
+        s = scene(tuft, fps=96.0)
+        limits = {"steps": StepControl(longest=1 / 96, travel=1.0, root=1.0), "strain": None}
+        hair = {"stiction": Stiction(1e-3, 3e-3), "collisions": Collisions(3e-4)} if touching else {}
+        s.scene = replace(s.scene, **limits, **hair)
+        x, v = s.state.positions, s.state.velocities
+        x[CLAMPED:, :, 1] = x[2, :, 1] + stretched * (x[CLAMPED:, :, 1] - x[2, :, 1])
+        v += speed[:, None]
+        v[-6:, 1, 1] += 8.0 * guarded
+        s.body = triangle(velocities=np.tile(speed, (3, 1)))
+        after = triangle(triangle().points + speed / 96, np.tile(speed, (3, 1)))
+        ends.append(s.run(1 / 96, body=lambda after=after: after).axis - speed / 96)
+    np.testing.assert_allclose(ends[1], ends[0], atol=1e-6)
 
 
 def test_a_step_done_again_keeps_nothing_that_memory_held_before(scene, straight, monkeypatch):
