@@ -71,3 +71,14 @@ def blend(weights: Vector, a: Vector, b: Vector, c: Vector) -> Vector:
 def flattened(a: Vector, normal: Vector) -> Vector:
     """Return the part of a across a unit normal."""
     return minus(a, times(dot(a, normal), normal))
+
+
+@njit(cache=True)
+def any_across(a: Vector) -> Vector:
+    """Return a vector across a, and across the axis that is least along it; zero where a is."""
+    x, y, z = np.abs(a[0]), np.abs(a[1]), np.abs(a[2])
+    if x <= y and x <= z:
+        return (0.0, -a[2], a[1])
+    if y <= z:
+        return (a[2], 0.0, -a[0])
+    return (-a[1], a[0], 0.0)

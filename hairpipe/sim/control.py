@@ -109,14 +109,14 @@ class Root:
 
 @dataclass(eq=False)
 class Pace:
-    """Steps so short that few segments have to be kept from passing through others.
+    """Steps so short that few segments have to be kept from passing through each other.
 
     What the solve of a step does not see, since it is linear and contact in it is soft, is put right after it, by
     moving the points of two segments. That stretches their strands, by the square of what they move in a step, and the
     next solve has them cross again. Hair that got into this packs ever more densely: at 1/96 s throughout, 10,000 hairs
     in a vigorous shake jam, and cost twice as much (README, "The paper's scenes").
 
-    part  of all segments that may be kept so in a step
+    part  pairs a segment that may be kept so in a step
     most  of time in a step, where there are no such segments [s]
     step  longest that is allowed now [s]
     """
@@ -130,7 +130,7 @@ class Pace:
         return self.step
 
     def follow(self, dt: float, crossed: float) -> None:
-        """Take note of the part of all segments that a step of dt [s] had to keep from passing through others.
+        """Take note of the pairs a segment that a step of dt [s] had to keep from passing through each other.
 
         In packed hair it goes about with dt^1.5. Steps get longer slowly, lest they go up and down.
         """

@@ -102,8 +102,8 @@ class StepControl:
     travel       a particle moves at most this far in a step, and so does a body: what is pushed farther is stretched
     strain_rate  an edge changes its length by at most this fraction of it in a step; 0.1 in the authors' code
     courant      so many times what an explicit step could be; 4 and 10 in the authors' code
-    crossings    part of all segments that may have to be kept from passing through others in a step; with more, steps
-                 get shorter, down to a quarter of the longest
+    crossings    pairs of segments a segment that may have to be kept from passing through each other in a step; with
+                 more, steps get shorter, down to a quarter of the longest
     """
 
     longest: Annotated[Seconds, Interval(gt=1e-6, le=1.0)] = 1 / 240

@@ -314,7 +314,7 @@ class Surroundings:
 
     @property
     def crossed(self) -> float:
-        """Part of all segments that the last step had to keep from passing through others."""
+        """Pairs a segment that the last step had to keep from passing through each other."""
         return 0.0 if self.hair is None else self.hair.crossed
 
     def repel(self, x: np.ndarray, v: np.ndarray, step: Step, *, elastic: bool) -> None:

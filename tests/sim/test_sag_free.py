@@ -149,7 +149,8 @@ def test_what_has_settled_begins_with_the_body(sag_free, straight, triangle):
     s = sag_free([straight(0.3, 25, OUT)], SagFree(unstable="settle"))
     middle = triangle().points.mean(0)
     turning = triangle(velocities=np.cross([0.0, 5.0, 0.0], triangle().points))
-    state = start(s.hair, turning, s.scene)
+    with pytest.warns(UserWarning, match="settle"):
+        state = start(s.hair, turning, s.scene)
     np.testing.assert_allclose(state.positions, s.state.positions, atol=1e-12)
     speeds = np.linalg.norm(s.hair.layout.axis(state.velocities), axis=1)
     expected = np.linalg.norm(np.cross([0.0, 5.0, 0.0], s.axis), axis=1)

@@ -72,9 +72,20 @@ def test_shaken_hair_stays_within_the_tolerance_at_every_step(scene, straight, t
 
 
 def test_resting_hair_has_no_hidden_velocity(scene, straight):
-    """The published limit, the rest length itself, lets the velocity that is kept fall freely: 7.8 m/s after 0.9 s."""
-    hanging = scene([straight(0.3, 50, [0, -1, 0])], Material(softening=1000.0))
-    assert np.abs(hanging.run(2.0).state.velocities).max() < 0.01
+    """The published limit, the rest length itself, lets the velocity that is kept fall freely: 7.8 m/s after 0.9 s.
+
+    The weight stretches this hair by 1.8 % at its root, or by 3.9 %; let go of it would swing to twice that.
+    """
+    speeds = []
+    for young in (2.1e9, 1e9):
+        hanging = scene([straight(0.3, 20, [0, -1, 0])], Material(young=young, softening=1e4), drag=10.0)
+        assert hanging.scene.strain.tolerance == 0.02
+        free = scene([straight(0.3, 20, [0, -1, 0])], Material(young=young, softening=1e4), drag=10.0)
+        free.scene = replace(free.scene, strain=None)
+        lengths = np.linalg.norm(np.diff(free.run(1 / 24).axis, axis=0), axis=1)
+        assert lengths.max() > 1.02 * 0.3 / 20
+        speeds.append(np.abs(hanging.run(2.0).state.velocities).max())
+    assert speeds[0] < 0.01 < 0.1 < speeds[1]
 
 
 def test_the_limit_takes_little_momentum_from_a_default_strand(scene, straight):

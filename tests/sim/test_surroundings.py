@@ -97,7 +97,11 @@ def test_what_is_absent_changes_nothing(tuft):
     alone = tuft(2, Scene(air=Air(2.0), strain=StrainLimit(), steps=StepControl(longest=1 / 120)), bodies=())
     far = replace(EVERYTHING, stiction=Stiction(reach=1e-6, release=2e-6), collisions=Collisions(thickness=1.1e-6))
     met = tuft(2, replace(far, wind=None, contact=BodyContact(thickness=1e-6)), bodies=[Ball(0.0, 5.0)])
-    np.testing.assert_allclose(met[0].positions, alone[0].positions, atol=1e-9)
+    for one, other in zip(met, alone, strict=True):
+        np.testing.assert_allclose(one.positions, other.positions, atol=1e-9)
+        np.testing.assert_allclose(one.velocities, other.velocities, atol=1e-7)
+        np.testing.assert_allclose(one.accelerations, other.accelerations, atol=1e-4)
+        assert one.pace == other.pace and not len(one.stuck)
 
 
 def test_ends_that_are_led_are_where_they_are_led(scene, straight):

@@ -14,8 +14,9 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
+from hairpipe.body.vectors import any_across, unit
 from hairpipe.sim.contact.pairs import Pairs
-from hairpipe.sim.forces.vectors import cross, dot, minus, plus, scaled
+from hairpipe.sim.forces.vectors import cross, dot, minus, scaled
 from hairpipe.sim.scene import Collisions
 
 REACH = 2.0
@@ -136,22 +137,7 @@ def normal_of(x, v, segments, fractions, i):  # noqa: ANN001, ANN201
     ss = dot(speed, speed)
     if ss > 1e-12:
         return scaled(-1.0 / np.sqrt(ss), speed)
-    return _any_normal(a)
-
-
-@inlined
-def _any_normal(a):  # noqa: ANN001, ANN202
-    """Unit vector normal to a; to x where a is zero."""
-    x, y, z = abs(a[0]), abs(a[1]), abs(a[2])
-    n = (0.0, -a[2], a[1])
-    if y <= x and y <= z:
-        n = (a[2], 0.0, -a[0])
-    elif z <= x:
-        n = (-a[1], a[0], 0.0)
-    nn = dot(n, n)
-    if nn > 0.0:
-        return scaled(1.0 / np.sqrt(nn), n)
-    return plus(n, (0.0, 1.0, 0.0))
+    return unit(any_across(a), (0.0, 1.0, 0.0))
 
 
 @njit(cache=True, parallel=True, error_model="numpy")

@@ -1,9 +1,7 @@
 """The direction in which two segments that met must be kept apart."""
 
-import numpy as np
-
 from hairpipe.body.inlined import inlined
-from hairpipe.body.vectors import Vector, cross, dot, flattened, length, minus, mix, times, unit
+from hairpipe.body.vectors import Vector, any_across, cross, dot, flattened, length, minus, mix, times, unit
 from hairpipe.sim.contact.encounter import Encounter
 
 _PARALLEL = 1e-8
@@ -29,17 +27,6 @@ def crossing_normal(pair: Encounter, time: float, s: float, t: float) -> Vector:
         along = A if dot(A, A) >= dot(C, C) else C
         normal = flattened(approach, unit(along, (0.0, 0.0, 0.0)))
         if length(normal) <= _PARALLEL * length(approach) or length(normal) == 0.0:
-            normal = _any_across(along)
+            normal = any_across(along)
     normal = unit(normal, (0.0, 0.0, 1.0))
     return normal if dot(normal, approach) >= 0.0 else times(-1.0, normal)
-
-
-@inlined
-def _any_across(a: Vector) -> Vector:
-    """Return a vector across a, from the axis that is least along it."""
-    x, y, z = np.abs(a[0]), np.abs(a[1]), np.abs(a[2])
-    if x <= y and x <= z:
-        return (0.0, -a[2], a[1])
-    if y <= z:
-        return (a[2], 0.0, -a[0])
-    return (-a[1], a[0], 0.0)

@@ -43,7 +43,8 @@ def drape(
     wrong = np.ones(strands[-1] + 1, bool)
     for turn in range(_ROUNDS):
         keep_lengths(after, normals, masses, moved)
-        chosen = np.flatnonzero(wrong[strands] & (moved != after).any(axis=1))
+        looked = np.flatnonzero(wrong[strands])
+        chosen = looked[(moved[looked] != after[looked]).any(axis=1)]
         probe, kept = look(moved[chosen], chosen)
         aim = np.minimum(kept, most[chosen])
         short = aim - probe.distance

@@ -29,7 +29,7 @@ from hairpipe.sim.contact.sweep import sweep
 from hairpipe.sim.scene import Collisions, Stiction
 
 _TOLERANCE = 6e-2
-"""Of what coupling changes, see `conjugate.solve`: contact that is unequal from step to step hides what is left."""
+"""Of what a solve moves points by, see `conjugate.solve`: contact that is unequal from step to step hides the rest."""
 
 
 @dataclass(eq=False)
@@ -41,7 +41,7 @@ class HairContacts:
     collisions   what is pushed away; None: hair passes through hair
     connections  that there are at the moment
     at_rest      keys of pairs that do not stick, and of those that do not collide, because the groom has them so near
-    crossed      part of all segments that the last step had to keep from passing through others
+    crossed      pairs a segment that the last step had to keep from passing through each other
     """
 
     offsets: np.ndarray

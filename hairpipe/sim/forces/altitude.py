@@ -21,7 +21,7 @@ from numba import njit
 from hairpipe.body.inlined import inlined
 from hairpipe.sim.forces.collinear import collinear, nothing, off_the_line
 from hairpipe.sim.forces.symmetric import outer
-from hairpipe.sim.forces.vectors import cross, dot, plus, scaled
+from hairpipe.sim.forces.vectors import cross, difference, dot, plus, scaled
 from hairpipe.sim.lanes import any_lane, load, maximum, select, sqrt
 
 
@@ -93,11 +93,6 @@ def shortest_altitude(u, v, w, rest):  # noqa: ANN001, ANN201
 
 
 @inlined
-def _between(x, p, q):  # noqa: ANN001, ANN202
-    return load(x, (q, 0)) - load(x, (p, 0)), load(x, (q, 1)) - load(x, (p, 1)), load(x, (q, 2)) - load(x, (p, 2))
-
-
-@inlined
 def _candidates(values, p):  # noqa: ANN001, ANN202
     first = load(values, (p, 0)), load(values, (p, 1)), load(values, (p, 2)), load(values, (p, 3))
     return (*first, load(values, (p, 4)), load(values, (p, 5)), load(values, (p, 6)))
@@ -114,7 +109,7 @@ def linearise_altitude(x, p, k, inverse_heights, h, hh):  # noqa: ANN001, ANN201
     inverse_heights  signed 1 / h0 of the seven candidates [1/m], 0 where none acts, (particles, 7, W)
     h                step [s]; hh  its square, or 0 for a spring that is not implicit [s^2]
     """
-    u, v, w = _between(x, p, p + 1), _between(x, p, p + 2), _between(x, p, p + 3)
+    u, v, w = difference(x, p, p + 1), difference(x, p, p + 2), difference(x, p, p + 3)
     weights, n, height, inverse_rest = shortest_altitude(u, v, w, _candidates(inverse_heights, p))
     f = -h * k * (height * inverse_rest - 1.0)
     # A force on the strain h / h0 - 1: its sign follows the rest height, its stiffness does not.

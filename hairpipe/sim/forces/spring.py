@@ -13,21 +13,16 @@ above a few milliseconds.
 
 from hairpipe.body.inlined import inlined
 from hairpipe.sim.forces.symmetric import outer
-from hairpipe.sim.forces.vectors import dot, scaled
+from hairpipe.sim.forces.vectors import difference, dot, scaled
 from hairpipe.sim.lanes import load, maximum, sqrt
 
 _SMALLEST = 1e-12  # [m]; a segment shorter than this has no direction and gets no force
 
 
 @inlined
-def _difference(x, p, q):  # noqa: ANN001, ANN202
-    return load(x, (q, 0)) - load(x, (p, 0)), load(x, (q, 1)) - load(x, (p, 1)), load(x, (q, 2)) - load(x, (p, 2))
-
-
-@inlined
 def _direction(x, p, q):  # noqa: ANN001, ANN202
     """Unit vector from p to q, length [m] and its inverse."""
-    span = _difference(x, p, q)
+    span = difference(x, p, q)
     length = maximum(sqrt(dot(span, span)), _SMALLEST)
     inverse = 1.0 / length
     return scaled(inverse, span), length, inverse
@@ -50,7 +45,7 @@ def linearise_spring(x, v, T, p, offset, k, inverse_rest, c, h, hh):  # noqa: AN
     h             step [s]; hh  its square, or 0 for a spring that is not implicit [s^2]
     """
     d, length, inverse = _direction(x, p, p + offset)
-    closing = dot(d, _difference(v, p, p + offset))
+    closing = dot(d, difference(v, p, p + offset))
     f = h * (k * (inverse_rest * length - 1.0) + c * closing)
     t = hh * maximum(load(T, (p, offset - 1)), 0.0) * inverse
     xx, xy, xz, yy, yz, zz = outer(hh * k * inverse_rest + h * c - t, d)
@@ -64,7 +59,7 @@ def multiplier(x, dx, p, offset, k, inverse_rest):  # noqa: ANN001, ANN201
     x   where the system was linearised [m]; dx  what it was moved by [m]; both (particles, 3, W)
     """
     d, length, _ = _direction(x, p, p + offset)
-    return k * (inverse_rest * (length + dot(d, _difference(dx, p, p + offset))) - 1.0)
+    return k * (inverse_rest * (length + dot(d, difference(dx, p, p + offset))) - 1.0)
 
 
 @inlined

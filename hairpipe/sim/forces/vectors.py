@@ -1,6 +1,7 @@
 """Vectors as tuples of three lanes."""
 
 from hairpipe.body.inlined import inlined
+from hairpipe.sim.lanes import load
 
 
 @inlined
@@ -31,3 +32,9 @@ def scaled(s, a):  # noqa: ANN001, ANN201
 def minus(a, b):  # noqa: ANN001, ANN201
     """a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@inlined
+def difference(x, p, q):  # noqa: ANN001, ANN201
+    """x_q - x_p of an array (rows, 3, W)."""
+    return load(x, (q, 0)) - load(x, (p, 0)), load(x, (q, 1)) - load(x, (p, 1)), load(x, (q, 2)) - load(x, (p, 2))

@@ -2,18 +2,12 @@
 
 import numpy as np
 
-
-def area_vectors(points: np.ndarray, fours: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients of six times the volume of fours of particles, and that volume: (t, 4, 3) [m^2] and (t,) [m^3]."""
-    a, b, c, d = (points[fours[:, i]] for i in range(4))
-    n1, n2, n3 = np.cross(c - a, d - a), np.cross(d - a, b - a), np.cross(b - a, c - a)
-    n0 = np.negative(n1 + n2 + n3)
-    return np.stack([n0, n1, n2, n3], axis=1), np.sum(n1 * (b - a), axis=1)
+from hairpipe.sim.tetrahedra import altitude_vectors, area_vectors
 
 
 def volumes(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
     """Signed volumes [m^3], (t,)."""
-    return area_vectors(points, tetrahedra)[1] / 6
+    return area_vectors(points[tetrahedra])[1] / 6
 
 
 LONGEST = 4.0
@@ -22,9 +16,8 @@ LONGEST = 4.0
 
 def altitudes(points: np.ndarray, fours: np.ndarray) -> np.ndarray:
     """Signed lengths of the seven altitudes [m], (t, 7), as in `sim/forces/altitude.py`, none too long."""
-    area, volume = area_vectors(points, fours)
-    candidates = np.concatenate([area, area[:, [1, 1, 2]] + area[:, [2, 3, 3]]], axis=1)
-    sizes = np.linalg.norm(candidates, axis=2)
+    areas, volume = area_vectors(points[fours])
+    sizes = np.linalg.norm(altitude_vectors(areas), axis=2)
     return volume[:, None] / np.maximum(sizes, sizes.max(axis=1, keepdims=True) / LONGEST)
 
 

@@ -13,6 +13,7 @@ from hairpipe.errors import BadInput
 from hairpipe.sim.material import Material
 from hairpipe.sim.models import lattice
 from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.tetrahedra import altitude_vectors, area_vectors
 
 _PROBED = 20  # segments the response is measured over: the lattice repeats twice, so directions average out
 _MARGIN = 3  # segments left at either end
@@ -137,9 +138,9 @@ def _hessian(particles: np.ndarray, constants: np.ndarray) -> np.ndarray:
                 span = particles[i + offset] - particles[i]
                 length = np.linalg.norm(span)
                 _add_outer(hessian, [i, i + offset], np.array([-1.0, 1.0]), span / length, k / length)
-    area, volume = (values[0] for values in lattice.area_vectors(particles[None]))
+    area, volume = (values[0] for values in area_vectors(lattice.tetrahedra(particles[None])))
     for i in range(count - 3 if altitude else 0):
-        candidates = np.concatenate([area[i], area[i, [1, 1, 2]] + area[i, [2, 3, 3]]])
+        candidates = altitude_vectors(area[i])
         size = np.linalg.norm(candidates, axis=1)
         best = np.argmax(size)
         weights = area[i] @ candidates[best] / size[best] ** 2

@@ -29,6 +29,7 @@ We differ from the paper:
 import numpy as np
 
 from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.tetrahedra import altitude_vectors, area_vectors
 
 CLAMPED = 3
 REVERSAL = 5
@@ -106,16 +107,9 @@ def rest_lengths(particles: np.ndarray) -> np.ndarray:
     return lengths
 
 
-def area_vectors(particles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gradients of six times the volume of each tetrahedron of four particles in a row, and that volume.
-
-    returns  ((s, p-3, 4, 3) [m^2], (s, p-3) [m^3]); the volume may have either sign
-    """
-    a, b, c, d = (particles[:, i : particles.shape[1] - 3 + i] for i in range(4))
-    n1 = np.cross(c - a, d - a)
-    n2 = np.cross(d - a, b - a)
-    n3 = np.cross(b - a, c - a)
-    return np.stack([np.negative(n1 + n2 + n3), n1, n2, n3], axis=2), np.sum(n1 * (b - a), axis=2)
+def tetrahedra(particles: np.ndarray) -> np.ndarray:
+    """Every four particles in a row [m], (s, p-3, 4, 3)."""
+    return np.stack([particles[:, i : particles.shape[1] - 3 + i] for i in range(4)], axis=2)
 
 
 def rest_heights(particles: np.ndarray) -> np.ndarray:
@@ -123,10 +117,8 @@ def rest_heights(particles: np.ndarray) -> np.ndarray:
 
     h = 6V / |N|; N is the area vector of a face (four) or u x v of two opposite edges (three), Sec. 3.1.
     """
-    area, volume = area_vectors(particles)
-    pairs = area[:, :, [1, 1, 2]] + area[:, :, [2, 3, 3]]
-    candidates = np.concatenate([area, pairs], axis=2)
+    areas, volume = area_vectors(tetrahedra(particles))
     heights = np.zeros((*particles.shape[:2], 7))
-    size = np.linalg.norm(candidates, axis=3)
+    size = np.linalg.norm(altitude_vectors(areas), axis=3)
     np.divide(volume[:, :, None], size, out=heights[:, :-3], where=size > 0)
     return heights

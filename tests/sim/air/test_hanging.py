@@ -8,6 +8,7 @@ from scipy.optimize import root_scalar
 
 from hairpipe.sim.air.wind import Coefficients, Wind
 from hairpipe.sim.material import Material
+from hairpipe.sim.scene import Scheme, StepControl
 
 SOFT = Material(young=1e7, softening=1.0)
 WEIGHT = SOFT.line_density * 9.81
@@ -16,6 +17,31 @@ WEIGHT = SOFT.line_density * 9.81
 def cylinder(speed):
     re = 1.2 * SOFT.diameter * speed / 1.8e-5
     return 0.5 * 1.2 * SOFT.diameter * speed**2 * (1.18 + 6.8 / re**0.89 + 1.96 / re**0.5)
+
+
+def fallen(scene, straight, scheme, wind, step=1 / 1920):
+    """The way of the tip of a hair that is let go of from the horizontal, after an eighth of a second."""
+    s = scene([straight(0.1, 10, [1, 0, 0])], SOFT)
+    s.scene = replace(s.scene, wind=wind, scheme=scheme, steps=StepControl(step), strain=None)
+    before = s.axis[-1]
+    return np.linalg.norm(s.run(0.125).axis[-1] - before)
+
+
+@pytest.mark.parametrize(
+    "scheme",
+    [
+        Scheme("bdf2"),
+        Scheme("backward_euler", "printed"),
+        Scheme("nine_steps", "printed", "trapezoid"),
+        Scheme("nine_steps", "printed", "full_step"),
+    ],
+)
+def test_still_air_brakes_what_falls_in_every_scheme(scene, straight, scheme):
+    """Also where a solve begins with hair at rest, by which its drag must not go."""
+    still = Wind((0.0, 0.0, 0.0))
+    braked, free = fallen(scene, straight, Scheme(), still), fallen(scene, straight, Scheme(), None)
+    assert braked < 0.8 * free
+    assert fallen(scene, straight, scheme, still) == pytest.approx(braked, rel=0.01)
 
 
 @pytest.mark.parametrize(
