@@ -10,12 +10,15 @@ from typing import Any
 import click
 
 from hairpipe import __version__
-from hairpipe.cli.wording import Unheard, nearest, say
+from hairpipe.cli.wording import Unheard, say
 from hairpipe.errors import BadInput
+from hairpipe.graph.wording import nearest
 
 COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "tune", "cache", "usd", "bench", "version")
 """Modules of this package; each defines the command of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
+ERRORS = 2
+"""Number of the stream for errors, by convention of all systems."""
 COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)"; zsh and fish work the same way.'
 
 
@@ -80,8 +83,20 @@ def commands() -> None:
     """
 
 
+def open_errors() -> None:
+    """Send errors to nowhere where there is no stream for them: a file that is opened would get its number.
+
+    What is said would then be written into that file, and what workers print, too.
+    """
+    if sys.stderr is None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), ERRORS)
+        os.set_inheritable(ERRORS, True)  # where the file got that number at once, dup2 has done nothing
+        sys.stderr = os.fdopen(ERRORS, "w")
+
+
 def main() -> None:
     """Run the command line of this process."""
+    open_errors()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a file name may be no text

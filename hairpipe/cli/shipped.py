@@ -6,8 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hairpipe.cli.wording import nearest
 from hairpipe.errors import BadInput
+from hairpipe.graph.wording import nearest
 
 if TYPE_CHECKING:
     from hairpipe.graph.graph import Graph, Node

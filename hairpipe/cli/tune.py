@@ -1,6 +1,7 @@
 """`hairpipe tune`: what of a model a scene needs."""
 
 import json
+import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -12,6 +13,7 @@ import click
 from hairpipe.cli import options
 from hairpipe.cli.run import make_folder
 from hairpipe.cli.wording import say, shown, table
+from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
     from hairpipe.graph.events import Event, Outcome
@@ -37,6 +39,19 @@ def read_budget(ctx: click.Context, param: click.Parameter, text: str | None) ->
     return None if text is None else read_seconds(text)
 
 
+def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -> Path | None:
+    """Read where to write, and refuse what cannot be written before hours are spent on it."""
+    if path is None:
+        return None
+    path = path.resolve()
+    if path.exists() and not path.is_file():
+        raise BadInput("is no file", where=path, right="the name of a file")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        what = "cannot be written to" if path.parent.is_dir() else "no such folder"
+        raise BadInput(what, where=path.parent, right="-o FILE in a folder that can be written to")
+    return path
+
+
 @click.command()
 @options.graph
 @click.option(
@@ -51,7 +66,7 @@ def read_budget(ctx: click.Context, param: click.Parameter, text: str | None) ->
 )
 @click.option("--budget", metavar="5s", callback=read_budget, help="For a frame: say what error it buys.")
 @click.option("--check", is_flag=True, help="Measure the choice on other strands and frames, too.")
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="File for the settings.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), callback=read_output, help="File for the settings.")
 @options.overrides
 @options.cache
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing of the runs.")
@@ -79,6 +94,7 @@ def tune(
     tolerance, or the check is beyond it, 2 bad input, 130 interrupted.
     """
     from hairpipe.cli.shipped import find_graph
+    from hairpipe.graph.atomic import write_text
     from hairpipe.graph.like import written_out
     from hairpipe.graph.load import read_edited
     from hairpipe.graph.store import Store
@@ -103,16 +119,17 @@ def tune(
         command = shlex.join(words + [word for pair in overrides.items() for word in ("--set", "=".join(pair))])
         tables = changed_tables(text.tables, chosen_tables(task, tuned.choice.parts))
         fragment = write_toml(tables, report.comment(tuned, command))
-    if output and fragment is not None:
-        output.write_text(fragment, encoding="utf-8")
     if as_json:
         click.echo(json.dumps(report.document(tuned, fragment), indent=2))
     else:
         rows = table(report.rows(tuned), report.ALIGN)
         parts = (report.header(tuned), [rows], report.trial_lines(tuned), report.conclusion(tuned))
         click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
-        if fragment is not None:
-            click.echo(f"settings: {shown(output)}" if output else f"\n{fragment}", nl=output is not None)
+        if fragment is not None and not output:
+            click.echo(f"\n{fragment}", nl=False)
+    if output and fragment is not None:  # last: should the disk be full, what was found has been said
+        write_text(output, fragment)
+        click.echo(f"settings: {shown(output)}", err=as_json)
     sys.exit(0 if tuned.kept else 1)
 
 

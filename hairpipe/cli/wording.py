@@ -1,6 +1,5 @@
 """Numbers, names and tables as people read them."""
 
-import difflib
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,12 +20,6 @@ def say(line: str) -> None:
         raise Unheard from None
     except OSError:
         pass  # a full disk under a log is no reason to end a run
-
-
-def nearest(name: str, known: Sequence[str]) -> str:
-    """Suggest the known name closest to a misspelt one, else all of them."""
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    return f"did you mean '{close[0]}'?" if close else "known: " + ", ".join(known)
 
 
 def table(rows: Sequence[Sequence[str]], align: str) -> str:

@@ -8,6 +8,7 @@ import importlib.metadata
 import importlib.util
 import pkgutil
 import sys
+from contextlib import redirect_stdout
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -15,7 +16,8 @@ from types import ModuleType
 from hairpipe.errors import BadInput
 from hairpipe.graph.declare import NodeType
 from hairpipe.graph.fields import fields_of
-from hairpipe.graph.settings import nearest
+from hairpipe.graph.lookup import enter, leads_to
+from hairpipe.graph.wording import nearest
 
 ENTRY_POINTS = "hairpipe.nodes"
 
@@ -23,14 +25,12 @@ ENTRY_POINTS = "hairpipe.nodes"
 class Catalogue:
     """Node types by name.
 
-    folder  whose files are node types too and come first; its modules are imported under their bare names
+    folder  whose files are node types too, and come first as such; imports by their bare names look there last
     """
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = folder if folder is not None and folder.is_dir() else None
         self._known: dict[str, NodeType] = {}
-        if self.folder and str(self.folder) not in sys.path:
-            sys.path.append(str(self.folder))
 
     def names(self) -> list[str]:
         """List the node types there are, without importing them."""
@@ -45,18 +45,24 @@ class Catalogue:
         return self._known[name]
 
     def _load(self, name: str) -> ModuleType:
-        path = self.folder / f"{name}.py" if self.folder and name.isidentifier() else None
         try:
-            if path and path.is_file():
-                return load_file(name, path)
-            package = next((p for p in packages() if name in modules_in(p)), None)
-            if package is None:
-                raise BadInput(f"no node type '{name}'", right=nearest(name, self.names()))
-            return importlib.import_module(f"{package}.{name}")
+            with redirect_stdout(sys.stderr):  # what a file prints when it is imported is no result of ours
+                return self._import(name)
         except BadInput:
             raise
         except Exception as error:  # whatever a file of nodes raises when it is imported
             raise BadInput(f"node type '{name}' cannot be loaded: {type(error).__name__}: {error}") from error
+
+    def _import(self, name: str) -> ModuleType:
+        if self.folder:
+            enter(self.folder)
+            path = self.folder / f"{name}.py"
+            if name.isidentifier() and path.is_file():
+                return load_file(name, path)
+        package = next((p for p in packages() if name in modules_in(p)), None)
+        if package is None:
+            raise BadInput(f"no node type '{name}'", right=nearest(name, self.names()))
+        return importlib.import_module(f"{package}.{name}")
 
 
 @cache
@@ -69,19 +75,21 @@ def packages() -> list[str]:
 def modules_in(package: str) -> list[str]:
     """List the public modules of a package; none where it cannot be imported."""
     try:
-        paths = importlib.import_module(package).__path__
+        with redirect_stdout(sys.stderr):
+            paths = importlib.import_module(package).__path__
     except Exception:  # a broken package of somebody else does not take ours along
         return []
     return [module.name for module in pkgutil.iter_modules(paths) if not module.name.startswith("_")]
 
 
 def load_file(name: str, path: Path) -> ModuleType:
-    """Import a file as a top-level module, also where another folder's file of that name came before."""
+    """Import a file as a top-level module; one that an import of its name does not lead to is known to nobody else."""
     spec = importlib.util.spec_from_file_location(name, path)
     if name in sys.stdlib_module_names or spec is None or spec.loader is None:
         raise BadInput(f"{path.name} hides a module of Python", right="another file name")
     module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
+    if leads_to(name, path):
+        sys.modules[name] = module
     spec.loader.exec_module(module)
     return module
 

@@ -1,27 +1,32 @@
 """The code a node depends on: its module and, transitively, the first-party modules it imports.
 
 Imports inside functions count; comments, docstrings and layout do not. `from package import name` leads to the module
-that binds the name, not to everything else the package gathers. The engine itself does not count: it promises not to
-change values.
+that binds the name, not to everything else the package gathers, as long as it is certain which one binds it; `import
+package.module` leads to both, since both can be used. The engine itself does not count: it promises not to change
+values.
 """
 
 import importlib.metadata
 import json
+import pkgutil
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_file_location
 from pathlib import Path
 
+from hairpipe.errors import BadInput
 from hairpipe.graph.canonical import digest, digest_bytes
-from hairpipe.graph.source import FORMAT, Source, read_source
+from hairpipe.graph.lookup import HOUSE, enter, find_spec, is_namespace, leads_to
+from hairpipe.graph.source import FORMAT, STAR, Source, noted_source, read_source
 
 ENGINE = "hairpipe.graph"
 ALWAYS = ("numpy", "scipy", "numba")
 DISTRIBUTIONS = {"pxr": "usd-core", "PIL": "pillow", "openvdb": "bpy"}
 INSTALLED = ("site-packages", "dist-packages")
+NO_VERSION = "none"
 
 Remember = Callable[[str, Callable[[], str]], str]
 """Gives the text remembered under a name, or computes and keeps it."""
@@ -43,7 +48,7 @@ class Code:
 class CodeReader:
     """Digests the code behind modules; every file is read once and analysed only when its bytes are new.
 
-    folder  of node types: whose files come first, as they do when they are loaded
+    folder  of node types: a node's own file is in it, whatever else has its name; imports look there last
     """
 
     def __init__(self, remember: Remember, folder: Path | None = None) -> None:
@@ -60,9 +65,9 @@ class CodeReader:
 
     def kernel_sources(self, module: str) -> dict[str, str]:
         """Digests of the modules of others behind one, by name; none where not one of them compiles anything."""
-        first_party = [name for name in self._closure(module)[0] if name.partition(".")[0] != "hairpipe"]
+        first_party = [name for name in self._closure(module)[0] if name.partition(".")[0] != HOUSE]
         known = {name: source for name in first_party if (source := self._source(name)) is not None}
-        imported = {target.partition(".")[0] for source in known.values() for target, *_ in source.imports}
+        imported = {target.partition(".")[0] for source in known.values() for target, _ in source.imports}
         return {name: source.digest for name, source in known.items()} if "numba" in imported else {}
 
     def own_digest(self, module: str) -> str:
@@ -74,36 +79,66 @@ class CodeReader:
 
     def _closure(self, module: str) -> tuple[list[str], set[str]]:
         """Walk the imports: first-party modules in name order, and names of foreign distributions."""
+        if self._folder:
+            enter(self._folder)
         found: set[str] = set()
         foreign: set[str] = set()
-        queue = [module]
+        queue = [self._own(module)]
         while queue:
             name = queue.pop()
             if name in found or name == ENGINE or name.startswith(ENGINE + "."):
                 continue
             source = self._source(name)
-            if source is None:
+            if source is not None:
+                found.add(name)
+                queue.extend(self._imported(name, source))
+            elif not is_namespace(self._spec(name)):
                 foreign |= {name.partition(".")[0]} - sys.stdlib_module_names
-                continue
-            found.add(name)
-            queue.extend(self._imported(name, source))
         return sorted(found), foreign
 
-    def _imported(self, module: str, source: Source) -> Iterator[str]:
-        """Name the modules behind each import of a first-party module."""
-        for target, name, _ in source.imports:
-            target = self._absolute(module, target)
-            yield target if name is None else self._binder(target, name, set())
-
-    def _binder(self, module: str, name: str, seen: set[str]) -> str:
-        """Find the module behind `from module import name`: a submodule, or where a re-export leads."""
-        source = self._source(module)
-        if source is None or name == "*" or name in source.defines or module in seen:
+    def _own(self, module: str) -> str:
+        """Name the file of a node in the folder, by a name of its own where an import of it leads elsewhere."""
+        path = self._folder / f"{module}.py" if self._folder and module.isidentifier() else None
+        if path is None or not path.is_file() or leads_to(module, path):
             return module
-        for target, original, local in source.imports:
-            if local == name and original not in (None, "*"):
-                return self._binder(self._absolute(module, target), original, seen | {module})
-        return f"{module}.{name}" if self._spec(f"{module}.{name}") else module
+        name = f"{path.parent.name}/{module}"
+        self._specs[name] = spec_from_file_location(module, path)
+        return name
+
+    def _imported(self, module: str, source: Source) -> set[str]:
+        """Name the modules behind the imports of a first-party module."""
+        found: set[str] = set()
+        for target, name in source.imports:
+            target = self._absolute(module, target)
+            found |= {target} if name is None else self._binders(target, name, frozenset())
+        return found
+
+    def _binders(self, module: str, name: str, seen: frozenset[str]) -> set[str]:
+        """Find the modules that may be behind `from module import name`: a submodule, and what binds the name.
+
+        A re-export is followed where it is the only way in which the name is bound; else the module itself counts,
+        with all it imports.
+        """
+        if not module:  # a relative import outside of a package, which fails
+            return set()
+        source = self._source(module)
+        if name == STAR:
+            return {module} | (self._submodules(module) if source and "__all__" in source.binds else set())
+        found = {f"{module}.{name}"} if self._spec(f"{module}.{name}") else set()
+        if source is None:
+            return found or {module}
+        lead = source.binds.get(name)
+        if lead and module not in seen:
+            return found | self._binders(self._absolute(module, lead[0]), lead[1], seen | {module})
+        if found and source.binds.keys().isdisjoint({name, STAR, "__getattr__"}):
+            return found
+        return found | {module}
+
+    def _submodules(self, module: str) -> set[str]:
+        """Name the modules right within a package: a star import takes those that `__all__` lists."""
+        spec = self._spec(module)
+        paths = spec.submodule_search_locations if spec else None
+        return {f"{module}.{inner.name}" for inner in pkgutil.iter_modules(paths)} if paths else set()
 
     def _absolute(self, module: str, target: str) -> str:
         """Resolve the leading dots of a relative import."""
@@ -124,15 +159,19 @@ class CodeReader:
         return self._sources[module]
 
     def _read(self, path: Path) -> Source:
-        data = path.read_bytes()
-
-        def analyse() -> str:
-            source = read_source(data, str(path))
-            return json.dumps([source.digest, sorted(source.defines), source.imports])
-
-        name = digest_bytes("source", FORMAT.encode() + b"\0" + data)
-        code, defines, imports = json.loads(self._remember(name, analyse))
-        return Source(code, frozenset(defines), tuple((m, n, local) for m, n, local in imports))
+        """Analyse a file; of one that is no source, all that can be said is its bytes."""
+        try:
+            data = path.read_bytes()
+            if path.suffix != ".py":
+                return Source(digest_bytes("compiled", data), {}, ())
+            name = digest_bytes("source", FORMAT.encode() + b"\0" + data)
+            return noted_source(self._remember(name, lambda: read_source(data, str(path)).note))
+        except SyntaxError as error:
+            raise BadInput(f"cannot be read: {error.msg}", where=f"{path}:{error.lineno or 1}") from None
+        except OSError as error:
+            raise BadInput(f"cannot be read: {error.strerror}", where=path) from None
+        except (ValueError, RecursionError) as error:
+            raise BadInput(f"cannot be read: {error}", where=path) from None
 
     def _spec(self, module: str) -> ModuleSpec | None:
         """Find a module without importing it or the packages above it."""
@@ -141,27 +180,17 @@ class CodeReader:
             above = self._spec(parent) if parent else None
             path = above.submodule_search_locations if above else None
             missing = bool(parent) and path is None
-            self._specs[module] = self._beside(module) or (None if missing else find_spec(module, path))
+            self._specs[module] = None if missing else find_spec(module, path)
         return self._specs[module]
-
-    def _beside(self, module: str) -> ModuleSpec | None:
-        """Find a module in the folder of node types, whatever else on the path has its name."""
-        path = self._folder / f"{module}.py" if self._folder and module.isidentifier() else None
-        return spec_from_file_location(module, path) if path and path.is_file() else None
-
-
-def find_spec(module: str, path: list[str] | None) -> ModuleSpec | None:
-    """Ask every finder for a module, as an import would."""
-    found = (finder.find_spec(module, path, None) for finder in sys.meta_path if hasattr(finder, "find_spec"))
-    return next((spec for spec in found if spec is not None), None)
 
 
 def is_first_party(module: str, spec: ModuleSpec) -> bool:
-    """Whether a module is ours or the user's: Python source that is neither stdlib nor an installed library."""
+    """Whether a module is ours or the user's: a file that is neither stdlib nor of an installed distribution."""
     top = module.partition(".")[0]
-    if not spec.origin or not spec.origin.endswith(".py") or top in sys.stdlib_module_names:
+    if not spec.has_location or not spec.origin or top in sys.stdlib_module_names:
         return False
-    return top == "hairpipe" or not any(folder in Path(spec.origin).parts for folder in INSTALLED)
+    installed = any(folder in Path(spec.origin).parts for folder in INSTALLED)
+    return top == HOUSE or not installed or version(top) == NO_VERSION
 
 
 @cache
@@ -170,4 +199,11 @@ def version(name: str) -> str:
     try:
         return importlib.metadata.version(DISTRIBUTIONS.get(name, name))
     except importlib.metadata.PackageNotFoundError:
-        return "none"
+        found = providers().get(name, []) if find_spec(name, None) else []
+        return ", ".join(f"{other} {importlib.metadata.version(other)}" for other in sorted(set(found))) or NO_VERSION
+
+
+@cache
+def providers() -> Mapping[str, list[str]]:
+    """Distributions by the top-level modules they provide; it reads what all of them say of themselves, so once."""
+    return importlib.metadata.packages_distributions()

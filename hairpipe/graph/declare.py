@@ -46,16 +46,12 @@ class SettingField:
     annotation: Any
     default: Any
 
-    @property
-    def required(self) -> bool:
-        """Whether the graph file has to give it."""
-        return self.default is inspect.Parameter.empty
-
 
 @dataclass(frozen=True, eq=False)
 class NodeType:
     """All that a signature declares.
 
+    returns         as declared, a NamedTuple where there are several outputs
     state           output that a scan receives back as `previous`
     asks_time       names of its parameters that take the time, and
     asks_workspace  a folder to write in
@@ -67,6 +63,7 @@ class NodeType:
     sockets: dict[str, Socket]
     settings: dict[str, SettingField]
     outputs: dict[str, type]
+    returns: type
     state: str | None
     asks_time: tuple[str, ...]
     asks_workspace: tuple[str, ...]
@@ -74,6 +71,12 @@ class NodeType:
     def socket(self, plug: str) -> Socket:
         """Find the socket that an edge is plugged into."""
         return self.sockets[plug.partition(".")[0]]
+
+    def by_output(self, result: Any) -> dict[str, Any]:
+        """Name the outputs in what a call returned; TypeError where it is not of the declared type."""
+        if not isinstance(result, self.returns):
+            raise TypeError(f"returned a {type(result).__name__}, declared {self.returns.__name__}")
+        return {SINGLE: result} if SINGLE in self.outputs else result._asdict()
 
     @property
     def module(self) -> str:
@@ -121,6 +124,7 @@ def read_signature(function: Callable[..., Any], mode: Mode) -> NodeType:
         sockets={p.name: read_socket(p, hints[p.name], mode, refuse) for p in inputs if p.name not in special},
         settings=read_settings(parameters, hints, refuse),
         outputs=outputs,
+        returns=hints["return"],
         state=read_state(mode, hints if "previous" in special else {}, outputs, refuse),
         asks_time=tuple(name for name in special if hints[name] is Time),
         asks_workspace=tuple(name for name in special if hints[name] is Workspace),

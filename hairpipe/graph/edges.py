@@ -7,7 +7,7 @@ from typing import Any
 from hairpipe.errors import BadInput
 from hairpipe.graph.declare import SINGLE, NodeType
 from hairpipe.graph.graph import Edge, Node
-from hairpipe.graph.settings import nearest
+from hairpipe.graph.wording import brief, nearest
 
 Place = Callable[[Sequence[str]], str]
 
@@ -15,7 +15,7 @@ Place = Callable[[Sequence[str]], str]
 def read_edges(given: Any, node_type: NodeType, place: Place) -> dict[str, Edge]:
     """Read the table `in`: socket to "node" or "node.output", or to a list of those where the socket takes many."""
     if not isinstance(given, dict):
-        raise BadInput(f"in = {str(given)[:60]!r} is no table", where=place(["in"]), right='in.body = "node"')
+        raise BadInput(f"in = {brief(given)} is no table", where=place(["in"]), right='in.body = "node"')
     edges = {}
     for name, value in given.items():
         where = place(["in", name])
@@ -25,7 +25,7 @@ def read_edges(given: Any, node_type: NodeType, place: Place) -> dict[str, Edge]
         sources = value if socket.many and isinstance(value, list) else [value]
         if not sources or not all(isinstance(source, str) for source in sources):
             right = '"node" or "node.output"' + ", or a list of those" * socket.many
-            raise BadInput(f"in.{name} = {str(value)[:60]}", where=where, right=right)
+            raise BadInput(f"in.{name} = {brief(value)}", where=where, right=right)
         plugs = [f"{name}.{number}" for number in range(len(sources))] if socket.many else [name]
         edges |= {plug: Edge(*source.partition(".")[::2]) for plug, source in zip(plugs, sources, strict=True)}
     for socket in node_type.sockets.values():
@@ -51,9 +51,12 @@ def connect(nodes: dict[str, Node], place: Callable[[str, Sequence[str]], str]) 
 
 
 def check_edge(node: Node, plug: str, edge: Edge, source: Node, where: str) -> Edge:
-    """Check output, type and frames of one edge; an output that is not named is the only one that fits."""
+    """Check output, type and frames of one edge; an output that is not named is the only one that fits.
+
+    A value is built of exactly the fields of the type that the socket takes: one of a derived type does not fit.
+    """
     socket = node.type.socket(plug)
-    fitting = [output for output, kind in source.type.outputs.items() if issubclass(kind, socket.type)]
+    fitting = [output for output, kind in source.type.outputs.items() if kind is socket.type]
     if edge.output and edge.output not in source.type.outputs:
         right = nearest(edge.output, [output for output in source.type.outputs if output != SINGLE])
         raise BadInput(f"in.{plug}: '{source.name}' has no output '{edge.output[:60]}'", where=where, right=right)

@@ -7,7 +7,7 @@ import tomllib
 from typing import Any
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.settings import nearest
+from hairpipe.graph.wording import nearest
 
 Tables = dict[str, Any]
 
@@ -41,5 +41,5 @@ def parse_value(text: str) -> Any:
     """Read a value from the command line: TOML where it parses, else the text as it stands."""
     try:
         return tomllib.loads(f"value = {text}")["value"]
-    except (tomllib.TOMLDecodeError, RecursionError):
+    except (ValueError, RecursionError):  # no TOML, or a number of thousands of digits
         return text

@@ -6,10 +6,10 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.events import CODEC
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.plan import explain
-from hairpipe.graph.settings import nearest
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.tasks import Task
 from hairpipe.graph.values import Values, codec_named
+from hairpipe.graph.wording import nearest
 
 
 def fetch(graph: Graph, store: Store, task: Task, output: str | None = None, codec: str = CODEC) -> Any:

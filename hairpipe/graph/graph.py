@@ -10,7 +10,9 @@ from typing import Any, NamedTuple
 from hairpipe.errors import BadInput
 from hairpipe.graph.canonical import digest_bytes
 from hairpipe.graph.declare import NodeType
-from hairpipe.graph.settings import nearest
+from hairpipe.graph.fields import fields_of
+from hairpipe.graph.settings import map_files
+from hairpipe.graph.wording import nearest
 
 FRAME_MARK = re.compile("#+")
 
@@ -58,18 +60,27 @@ class Graph:
 
     frames  first and last, both included
     fps     frames per second [1/s]
-    folder  of node types that belong to this graph, beside its file; it need not exist
+    taken   outputs that some node takes; of the whole graph, also where this is a part of it
     """
 
     path: Path
     frames: tuple[int, int]
     fps: float
     nodes: dict[str, Node]
+    taken: frozenset[Edge]
 
     @property
     def folder(self) -> Path:
         """Folder of node types that belong to this graph; it need not exist."""
         return self.path.parent / "nodes"
+
+    def file(self, given: str) -> Path:
+        """Where a file lies that a setting names."""
+        return (self.path.parent / given).absolute()
+
+    def settings(self, node: Node) -> dict[str, Any]:
+        """Settings as a node is called with: files by absolute path."""
+        return map_files(fields_of(node.type), node.settings, lambda _, file: str(self.file(file)))
 
     @property
     def all_frames(self) -> range:

@@ -73,8 +73,10 @@ def usage(store: Store) -> dict[str, tuple[int, int]]:
 def verify(store: Store, check_value: CheckValue) -> list[str]:
     """Read every record and object; remove and name those that are damaged, so that they are computed again."""
     damaged = []
+    onlooker = Store(store.root, read_only=True)  # a store that may write removes a damaged record as it reads it
     for path in (store.root / "actions").glob("??/*.json"):
-        if store.record(path.stem) is None and path.exists():
+        if onlooker.record(path.stem) is None and path.exists():
+            store.remove(path)
             damaged.append(f"actions/{path.name}")
     for name in objects(store):
         path = store.object_path(name)

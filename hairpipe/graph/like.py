@@ -7,7 +7,7 @@ from typing import Any
 from hairpipe.errors import BadInput
 from hairpipe.graph.fields import SHORTHAND
 from hairpipe.graph.read import GraphText
-from hairpipe.graph.settings import nearest
+from hairpipe.graph.wording import brief, nearest
 
 OWN = frozenset({"like", "without", "publish", "checkpoint"})
 """Keys that say nothing of what a node computes: they are its own, and never taken over."""
@@ -39,23 +39,29 @@ def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
         raise BadInput(f"like each other: {' -> '.join(reversed(circle))}", where=where, right=right) from None
     written: dict[str, Table] = {}
     for name in order:
-        table = tables[name]
-        if not bases[name] and "without" in table:
+        if not bases[name] and "without" in tables[name]:
             where, right = text.place(name, ["without"]), 'like = "node"'
             raise BadInput("without, in a node that is like no other", where=where, right=right)
         base = {key: value for base in bases[name] for key, value in written[base].items() if key not in OWN}
-        for dotted in left_out(text, name, table, base):
-            base = without(base, dotted.split("."))
-        own = {key: value for key, value in table.items() if key not in ("like", "without")}
-        written[name] = merged(base, own)
+        try:
+            written[name] = stated(text, name, tables[name], base)
+        except RecursionError:  # a dotted key of a thousand names
+            raise BadInput("nested too deeply", where=text.place(name)) from None
     return written
+
+
+def stated(text: GraphText, name: str, table: Table, base: Table) -> Table:
+    """Lay what a node states over its base, without what it leaves out of that."""
+    for dotted in left_out(text, name, table, base):
+        base = without(base, dotted.split("."))
+    return merged(base, {key: value for key, value in table.items() if key not in ("like", "without")})
 
 
 def base_of(text: GraphText, name: str, tables: dict[str, Table]) -> str:
     """Read which node one is like."""
     base, where = tables[name]["like"], text.place(name, ["like"])
     if not isinstance(base, str):
-        raise BadInput(f"like = {str(base)[:60]} is no name of a node", where=where, right='like = "node"')
+        raise BadInput(f"like = {brief(base)} is no name of a node", where=where, right='like = "node"')
     if base not in tables:
         right = nearest(base, [other for other in tables if other != name])
         raise BadInput(f"like: no node '{base[:60]}'", where=where, right=right)
@@ -66,7 +72,7 @@ def left_out(text: GraphText, name: str, table: Table, base: Table) -> Sequence[
     """Read what a node leaves out of its base: dotted names, all of which are there."""
     given, where = table.get("without", []), text.place(name, ["without"])
     if not isinstance(given, list) or not all(isinstance(dotted, str) for dotted in given):
-        raise BadInput(f"without = {str(given)[:60]}", where=where, right='a list of names, as ["stiction", "in.body"]')
+        raise BadInput(f"without = {brief(given)}", where=where, right='a list of names, as ["stiction", "in.body"]')
     known = list(dotted_names(base))
     for dotted in given:
         if dotted not in known:

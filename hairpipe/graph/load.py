@@ -16,7 +16,8 @@ from hairpipe.graph.frameset import MOST_FRAMES
 from hairpipe.graph.graph import FRAME_MARK, Graph, Node
 from hairpipe.graph.like import write_out
 from hairpipe.graph.read import GraphText, read_graph_text
-from hairpipe.graph.settings import check_settings, map_files, nearest
+from hairpipe.graph.settings import check_settings, map_files
+from hairpipe.graph.wording import brief, nearest
 
 SCHEMA = 1
 KEYS = ("schema", "frames", "fps")
@@ -55,14 +56,15 @@ def make_graph(text: GraphText) -> Graph:
     nodes = connect(nodes, text.place)
     check_publish(nodes, text)
     frames = read_frames(text)
-    return Graph(path, frames, read_fps(text), {name: nodes[name] for name in sort_nodes(nodes, path)})
+    taken = frozenset(edge for node in nodes.values() for edge in node.edges.values())
+    return Graph(path, frames, read_fps(text), {name: nodes[name] for name in sort_nodes(nodes, path)}, taken)
 
 
 def check_header(text: GraphText) -> None:
     """Check the bare keys of a graph file, `schema` first."""
     schema = text.tables.get("schema")
     if schema != SCHEMA or isinstance(schema, bool):
-        what = "no schema" if schema is None else f"schema = {schema!r} is unknown"
+        what = "no schema" if schema is None else f"schema = {brief(schema)} is unknown"
         raise BadInput(what, where=text.place(None, ["schema"]), right=f"schema = {SCHEMA}")
     for key, value in text.tables.items():
         if key not in KEYS and not isinstance(value, dict):
@@ -76,11 +78,11 @@ def read_frames(text: GraphText) -> tuple[int, int]:
     right = f"frames = [first, last], whole numbers, first <= last, at most {MOST_FRAMES}"
     place = text.place(None, ["frames"])
     if not isinstance(frames, list) or len(frames) != 2 or any(type(f) is not int for f in frames):
-        what = "no frames" if frames is None else f"frames = {str(frames)[:60]} is no range"
+        what = "no frames" if frames is None else f"frames = {brief(frames)} is no range"
         raise BadInput(what, where=place, right=right)
     first, last = frames
     if not 0 <= last - first < MOST_FRAMES or abs(first) > 10**9:
-        raise BadInput(f"frames = {str(frames)[:60]} is no range", where=place, right=right)
+        raise BadInput(f"frames = {brief(frames)} is no range", where=place, right=right)
     return first, last
 
 
@@ -88,7 +90,7 @@ def read_fps(text: GraphText) -> float:
     """Read `fps`."""
     fps = text.tables.get("fps")
     if not isinstance(fps, (int, float)) or isinstance(fps, bool) or not 0.01 <= fps <= 100_000:
-        what = "no fps" if fps is None else f"fps = {str(fps)[:60]} is no frame rate"
+        what = "no fps" if fps is None else f"fps = {brief(fps)} is no frame rate"
         raise BadInput(what, where=text.place(None, ["fps"]), right="fps = 24; a number in 1/s, 0.01 to 100000")
     return float(fps)
 
@@ -99,7 +101,7 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Cata
         raise BadInput(f"'{name[:60]}' is no name of a node", where=text.place(name), right=NAME)
     type_name = table.get("type")
     if not isinstance(type_name, str):
-        what = "no type" if type_name is None else f"type = {str(type_name)[:60]} is no text"
+        what = "no type" if type_name is None else f"type = {brief(type_name)} is no text"
         raise BadInput(what, where=text.place(name, ["type"]), right='type = "...", see `hairpipe nodes`')
     try:
         node_type = catalogue.find(type_name)
@@ -138,7 +140,7 @@ def read_publish(publish: Any, folder: Path, node_type: NodeType, where: str) ->
     if list(node_type.outputs.values()).count(File) != 1:
         raise BadInput(f"{node_type.name} has no file to publish", where=where, right="a node whose output is a File")
     if not isinstance(publish, str) or not publish.strip("/.") or "\0" in publish or publish.endswith("/"):
-        raise BadInput(f"publish = {str(publish)[:60]!r} is no path", where=where, right='"../out/shot.####.usd"')
+        raise BadInput(f"publish = {brief(publish)} is no path", where=where, right='"../out/shot.####.usd"')
     path = (folder / publish).resolve()
     marks = len(FRAME_MARK.findall(path.name))
     if "#" in str(Path(publish).parent) or marks > 1:
@@ -156,7 +158,7 @@ def read_checkpoint(table: dict[str, Any], node_type: NodeType, where: str) -> i
         raise BadInput(f"{node_type.name} keeps no state", where=where, right="checkpoint belongs to a scan")
     if type(checkpoint) is not int or checkpoint < 1:
         right = "a whole number >= 1: every n-th frame's state is kept"
-        raise BadInput(f"checkpoint = {str(checkpoint)[:60]}", where=where, right=right)
+        raise BadInput(f"checkpoint = {brief(checkpoint)}", where=where, right=right)
     return checkpoint
 
 

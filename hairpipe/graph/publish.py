@@ -5,27 +5,48 @@ import json
 import os
 from pathlib import Path
 
+from hairpipe.errors import BadInput
 from hairpipe.graph.atomic import replacing
 from hairpipe.graph.canonical import hasher
 from hairpipe.graph.fingerprint import CHUNK, fingerprint
 from hairpipe.graph.record import Output
 from hairpipe.graph.store import LostObject, Store
+from hairpipe.graph.tasks import Task
 
 
-def publish(store: Store, output: Output, path: Path) -> bool:
-    """Copy a file, and those beside it, to a path; returns whether anything had to be written.
+class Publisher:
+    """Publishes the files of one run, and remembers whose lie where: nobody overwrites another's."""
 
-    Raises LostObject where the store no longer has it whole, OSError where it cannot be written there.
-    """
+    def __init__(self, store: Store) -> None:
+        self.store = store
+        self.placed: dict[Path, tuple[Task, str]] = {}
+
+    def publish(self, task: Task, output: Output, path: Path) -> bool:
+        """Copy a file, and those beside it, to a path; returns whether anything had to be written.
+
+        Raises BadInput, and writes nothing, where another task has published other bytes; LostObject where the store no
+        longer has it whole; OSError where it cannot be written there.
+        """
+        files = files_of(self.store, output, path)
+        for place, name in files.items():
+            other, there = self.placed.get(place, (task, name))
+            if other != task and there != name:
+                what = f"'{other}' has published another file there"
+                raise BadInput(what, where=place, right="a folder of its own to publish in")
+        self.placed |= {place: (task, name) for place, name in files.items()}
+        return any([copy_object(self.store, name, place) for place, name in files.items()])
+
+
+def files_of(store: Store, output: Output, path: Path) -> dict[Path, str]:
+    """Name the objects of a file that is published to a path, by where each goes; those beside the file come first."""
     if not output.parts:
-        return copy_object(store, output.object, path)
+        return {path: output.object}
     try:
         listing = json.loads(store.object_path(output.object).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         store.remove(store.object_path(output.object))
         raise LostObject(output.object) from None
-    beside = [copy_object(store, part, path.parent / name) for name, part in listing["companions"].items()]
-    return any([*beside, copy_object(store, listing["path"], path)])
+    return {path.parent / name: part for name, part in listing["companions"].items()} | {path: listing["path"]}
 
 
 def copy_object(store: Store, name: str, path: Path) -> bool:

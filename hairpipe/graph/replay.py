@@ -4,14 +4,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.declare import SINGLE
+from hairpipe.graph.arguments import build_arguments, name_inputs
 from hairpipe.graph.events import CODEC
 from hairpipe.graph.fetch import fetch
-from hairpipe.graph.frames import Frames, Pair, Time
+from hairpipe.graph.frames import Time
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.memory import keep_freed
 from hairpipe.graph.run import run
-from hairpipe.graph.settings import build_settings
 from hairpipe.graph.store import Store
 from hairpipe.graph.tasks import Source, Task, inputs_of
 
@@ -48,37 +47,27 @@ class Replay:
 
     def arguments(self) -> dict[str, Any]:
         """Build what the node is given at this frame."""
-        node, sources = self.graph.nodes[self.name], inputs_of(self.graph, self._task, tuple(self.graph.all_frames))
-        built: dict[str, Any] = {}
-        for name, socket in node.type.sockets.items():
-            seen = tuple(self._seen(sources.get(plug), socket.view) for plug in socket.plugs(node.edges))
-            built[name] = (seen or None) if socket.many else seen[0]
-        built |= {name: Time(self.frame, self.graph.fps) for name in node.type.asks_time}
-        return built | {"previous": self._state} | build_settings(node.type, node.settings)
+        node, frames = self.graph.nodes[self.name], tuple(self.graph.all_frames)
+        sources = name_inputs(node.type, inputs_of(self.graph, Task(self.name, self.frame), frames), frames, itself)
+        when = Time(self.frame, self.graph.fps)
+        return build_arguments(node.type, sources, self.graph.settings(node), when, None, self._load)
 
     def advance(self, arguments: dict[str, Any]) -> Any:
         """Evaluate the node at this frame with its arguments, and go on to the next."""
         node = self.graph.nodes[self.name]
         result = node.type.function(**arguments)
-        outputs = {SINGLE: result} if SINGLE in node.type.outputs else result._asdict()
         assert node.type.state is not None
-        self._state = outputs[node.type.state]
+        self._state = node.type.by_output(result)[node.type.state]
         self.frame += 1
         return result
 
-    @property
-    def _task(self) -> Task:
-        return Task(self.name, self.frame)
-
-    def _seen(self, sources: list[Source] | None, view: str) -> Any:
-        """Read what a socket sees."""
-        if sources is None:
-            return None
-        if view == "frames":
-            known = {source.task.frame: source for source in sources}
-            return Frames(tuple(self.graph.all_frames), lambda frame: self._value(known[frame]))
-        values = [self._value(source) for source in sources]
-        return Pair(*values) if view == "pair" else values[0]
-
-    def _value(self, source: Source) -> Any:
+    def _load(self, source: Source, kind: type) -> Any:
+        """Read a value from the store, or take the node's own of the frame before."""
+        if source.task.node == self.name:
+            return self._state
         return fetch(self.graph, self.store, source.task, source.output, self.codec)
+
+
+def itself(source: Source) -> Source:
+    """Name a value by where it comes from."""
+    return source

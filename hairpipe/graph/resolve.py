@@ -4,10 +4,11 @@ from pathlib import Path
 from typing import Any
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.arguments import Named, name_inputs
 from hairpipe.graph.code import Code, CodeReader
 from hairpipe.graph.fields import fields_of
 from hairpipe.graph.fingerprint import fingerprint, stamp_of
-from hairpipe.graph.graph import Graph, Node
+from hairpipe.graph.graph import Edge, Graph, Node
 from hairpipe.graph.key import Parts, key_parts
 from hairpipe.graph.record import Record
 from hairpipe.graph.settings import map_files
@@ -32,7 +33,6 @@ class Resolver:
         self.codes = self._read_codes()
         self.files = {node.name: self._file_stamps(node) for node in graph.nodes.values()}
         self._settings = {node.name: self._key_settings(node) for node in graph.nodes.values()}
-        self._shown = {edge for _, _, edge in graph.consumers()}
 
     def parts(self, task: Task) -> Parts:
         """What the key of a task is made of; all that it needs must be established."""
@@ -41,21 +41,9 @@ class Resolver:
         code = self.codes[node.name].digest
         return key_parts(node.type.name, code, self._settings[node.name], self.objects(task), time)
 
-    def objects(self, task: Task) -> dict[str, Any]:
-        """Names of the objects that go into a task, by where they are plugged in and in the shape of the view."""
-        node, inputs = self.graph.nodes[task.node], self.tasks[task]
-        objects: dict[str, Any] = {}
-        for socket in node.type.sockets.values():
-            for plug in socket.plugs(inputs):
-                found = [self.object(source) for source in inputs.get(plug, ())]
-                if socket.view in ("frames", "reached") and found:
-                    whole = socket.view == "frames"
-                    objects[plug] = [list(pair) for pair in zip(self.frames, found, strict=whole)]
-                else:
-                    objects[plug] = (found if socket.view == "pair" else found[0]) if found else None
-        if node.type.state is not None:
-            objects["previous"] = next((self.object(source) for source in inputs.get("previous", ())), None)
-        return objects
+    def objects(self, task: Task) -> Named:
+        """Names of the objects that go into a task."""
+        return name_inputs(self.graph.nodes[task.node].type, self.tasks[task], self.frames, self.object)
 
     def object(self, source: Source) -> str:
         """Name of the object that a source has given."""
@@ -66,14 +54,13 @@ class Resolver:
         return self.frames[0] if task.frame is None else task.frame
 
     def find(self, task: Task, key: str) -> Record | None:
-        """Find the result of a task in the store, whole as far as it is needed."""
-        without = self.thinnable(self.graph.nodes[task.node]) if task not in self.demanded else None
-        return self.store.find(key, without=without)
+        """Find the result of a task in the store; the state to go on from may have gone, unless somebody demands it."""
+        return self.store.find(key, without=None if task in self.demanded else state_of(self.graph.nodes[task.node]))
 
     def thinnable(self, node: Node) -> str | None:
         """The output of a scan that only serves to go on from: it may be thinned away. None where it is looked at."""
-        state = node.type.state
-        return None if state is None or len(node.type.outputs) == 1 or (node.name, state) in self._shown else state
+        state = state_of(node)
+        return None if state is None or Edge(node.name, state) in self.graph.taken else state
 
     def missing(self, task: Task) -> set[Task]:
         """Tasks whose objects a task needs but which the store no longer has."""
@@ -83,13 +70,6 @@ class Resolver:
             if not all(self.store.has(name, size) for name, size in ((output.object, output.size), *output.parts)):
                 gone.add(source.task)
         return gone
-
-    def settings(self, node: Node) -> dict[str, Any]:
-        """Settings as the node is called with: files by absolute path."""
-        return map_files(fields_of(node.type), node.settings, lambda _, file: str(self._path(file)))
-
-    def _path(self, file: str) -> Path:
-        return (self.graph.path.parent / file).absolute()
 
     def _read_codes(self) -> dict[str, Code]:
         reader = CodeReader(self.store.remember, self.graph.folder)
@@ -104,7 +84,7 @@ class Resolver:
 
         def by_content(_: str, file: str) -> dict[str, str]:
             try:
-                return {"file": fingerprint(self._path(file), self.store), "suffix": Path(file).suffix.lower()}
+                return {"file": fingerprint(self.graph.file(file), self.store), "suffix": Path(file).suffix.lower()}
             except OSError as error:
                 raise BadInput(f"{file} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
 
@@ -113,5 +93,10 @@ class Resolver:
     def _file_stamps(self, node: Node) -> dict[str, list[int]]:
         """Stamps of a node's input files, taken before they are digested."""
         paths: list[Path] = []
-        map_files(fields_of(node.type), node.settings, lambda _, file: paths.append(self._path(file)))
+        map_files(fields_of(node.type), node.settings, lambda _, file: paths.append(self.graph.file(file)))
         return {str(path): stamp_of(path) for path in paths}
+
+
+def state_of(node: Node) -> str | None:
+    """The output of a scan that is there to go on from, beside another one to look at."""
+    return node.type.state if len(node.type.outputs) > 1 else None

@@ -8,6 +8,7 @@ from collections import Counter, defaultdict, deque
 from contextlib import suppress
 from typing import Any
 
+from hairpipe.errors import BadInput
 from hairpipe.graph.atomic import sweep
 from hairpipe.graph.events import Event, Failure, Kind, Options, Outcome, Report
 from hairpipe.graph.files import File
@@ -15,7 +16,7 @@ from hairpipe.graph.graph import Graph
 from hairpipe.graph.key import action_key
 from hairpipe.graph.locks import KeyLocks
 from hairpipe.graph.pool import Lane, Pool
-from hairpipe.graph.publish import publish
+from hairpipe.graph.publish import Publisher
 from hairpipe.graph.queue import Queue
 from hairpipe.graph.reach import end, ending_note
 from hairpipe.graph.record import Record, from_fields
@@ -37,6 +38,7 @@ class Scheduler:
         self.graph, self.store, self.options, self.report = graph, store, options, report
         self.resolver = Resolver(graph, store, frames)
         self.thinner = Thinner(self.resolver)
+        self.publisher = Publisher(store)
         self.selected = frozenset(frames)
         modules = [node.type.module for node in graph.nodes.values()]
         self.pool = Pool(store.root, options.codec, graph.folder, options.jobs, modules)
@@ -154,7 +156,7 @@ class Scheduler:
             "frame": task.frame,
             "type": node.type.name,
             "parts": parts,
-            "settings": self.resolver.settings(node),
+            "settings": self.graph.settings(node),
             "inputs": parts["inputs"],
             "time": {"frame": self.resolver.frame_of(task), "fps": self.graph.fps},
             "files": self.resolver.files[node.name],
@@ -214,13 +216,16 @@ class Scheduler:
             if path.parent not in self.swept:
                 self.swept.add(path.parent)
                 sweep(path.parent)
-            if publish(self.store, record.outputs[name], path):
+            if self.publisher.publish(task, record.outputs[name], path):
                 self.report(Event("published", task, message=str(path)))
             self.published.append(str(path))
         except LostObject:
             if self.may_retry(task):
+                self.resolver.demanded.add(task)
                 self.agenda.append(task)
             return False
+        except BadInput as error:
+            self.fail(Failure(task, "publish", f"cannot publish to {error}"))
         except OSError as error:
             message = f"cannot publish to {path}: {error.strerror or error}"
             self.fail(Failure(task, "publish", message))

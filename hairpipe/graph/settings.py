@@ -1,23 +1,22 @@
 """Settings: checked once when the graph is read, plain values afterwards, Python objects when a node is called."""
 
 import dataclasses
-import difflib
 import json
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_origin
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.declare import NodeType
 from hairpipe.graph.fields import Field, fields_of, finite
+from hairpipe.graph.wording import cut, nearest
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
     from pydantic_core import ErrorDetails
 
 Plain = dict[str, Any]
-MOST_SHOWN = 60
 Place = Callable[[Sequence[str]], str]
 """Says where in which file the setting with these names stands."""
 
@@ -59,9 +58,18 @@ def build(field: Field, value: Any) -> Any:
         return None
     if field.group:
         return field.base(**{inner.name: build(inner, value[inner.name]) for inner in field.group})
-    if get_origin(field.base) is tuple:
-        return tuple(value)
-    return Path(value) if field.base is Path else value
+    return build_plain(field.base, value)
+
+
+def build_plain(kind: Any, value: Any) -> Any:
+    """Turn one plain value that is no group into what a type says: tuples within tuples, too."""
+    if get_origin(kind) is Annotated:
+        return build_plain(get_args(kind)[0], value)
+    if get_origin(kind) is tuple:
+        items = get_args(kind)
+        kinds = items[:1] * len(value) if items[-1] is Ellipsis else items
+        return tuple(build_plain(inner, item) for inner, item in zip(kinds, value, strict=True))
+    return Path(value) if kind is Path else value
 
 
 def map_files(fields: Iterable[Field], plain: Plain, change: Callable[[str, str], Any], prefix: str = "") -> Plain:
@@ -126,15 +134,6 @@ def explain(error: "ErrorDetails", fields: tuple[Field, ...], place: Place) -> B
         return BadInput(f"unknown setting '{dotted}'", where=where, right=nearest(names[-1], [f.name for f in known]))
     if error["type"] == "missing" and len(names) == len(error["loc"]):
         return BadInput(f"setting '{dotted}' is missing", where=where, right=field and field.allowed)
-    given = json.dumps(error["input"], default=str)
+    given = cut(json.dumps(error["input"], default=str))
     fault = "is not allowed" if finite(error["input"]) else "is not a finite number"
-    given = given if len(given) <= MOST_SHOWN else given[:MOST_SHOWN] + "..."
     return BadInput(f"{dotted} = {given} {fault}", where=where, right=field.allowed if field else error["msg"])
-
-
-def nearest(name: str, known: Sequence[str]) -> str:
-    """Suggest the known names closest to a misspelt one."""
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    if close:
-        return f"did you mean '{close[0]}'?"
-    return "known: " + ", ".join(sorted(known)) if known else "there are none"

@@ -1,14 +1,23 @@
-"""What one Python source file is and needs: the digest of its code, the names it defines and the imports it makes."""
+"""What one Python source file is and needs: the digest of its code, the names it binds and the imports it makes."""
 
 import ast
+import json
 import sys
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 
 from hairpipe.graph.canonical import digest_bytes
 
-FORMAT = f"source 1, Python {sys.version_info.major}.{sys.version_info.minor}"
+FORMAT = f"source 2, Python {sys.version_info.major}.{sys.version_info.minor}"
 """Enters the name under which a finding is remembered: another Python prints another tree."""
+SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.Lambda)
+"""What is bound within these is not bound in the module."""
+STAR = "*"
+
+Lead = tuple[str, str]
+"""(module, name) of a `from module import name`; dots of a relative import still lead the module."""
 
 
 @dataclass(frozen=True)
@@ -16,14 +25,26 @@ class Source:
     """What matters of a source file.
 
     digest   of the syntax tree without comments, docstrings and layout
-    defines  names bound at the top level by anything but an import
-    imports  (module, name or None, local name): `from module import name as local`, `import module`;
-             dots of a relative import still lead the module
+    binds    names bound at module level, and where each leads: to (module, name) where a single `from module import
+             name`, which no condition stands above, binds it; else None. "*" stands for all that a star import binds
+    imports  (module, name) of `from module import name` and (module, None) of `import module`, anywhere in the file
     """
 
     digest: str
-    defines: frozenset[str]
-    imports: tuple[tuple[str, str | None, str], ...]
+    binds: dict[str, Lead | None]
+    imports: tuple[tuple[str, str | None], ...]
+
+    @property
+    def note(self) -> str:
+        """All of it as text."""
+        return json.dumps([self.digest, self.binds, self.imports])
+
+
+def noted_source(note: str) -> Source:
+    """Take a source back out of its note."""
+    code, binds, imports = json.loads(note)
+    leads = {name: (lead[0], lead[1]) if lead else None for name, lead in binds.items()}
+    return Source(code, leads, tuple((module, name) for module, name in imports))
 
 
 @cache
@@ -38,7 +59,7 @@ def read_source(data: bytes, name: str) -> Source:
         imports += imports_of(statement)
         strip_docstring(statement)
     text = ast.dump(tree, annotate_fields=False)
-    return Source(digest_bytes("source", text.encode()), frozenset(definitions(tree)), tuple(imports))
+    return Source(digest_bytes("source", text.encode()), bindings(tree), tuple(imports))
 
 
 def strip_docstring(statement: ast.AST) -> None:
@@ -49,19 +70,55 @@ def strip_docstring(statement: ast.AST) -> None:
             del body[0]
 
 
-def imports_of(statement: ast.AST) -> list[tuple[str, str | None, str]]:
-    """List the imports that a statement makes."""
+def imports_of(statement: ast.AST) -> list[tuple[str, str | None]]:
+    """List the imports that a statement makes; `import a.b` gives a too, which is what it binds."""
     if isinstance(statement, ast.Import):
-        return [(alias.name, None, alias.asname or alias.name) for alias in statement.names]
+        return [(name, None) for alias in statement.names for name in reachable(alias)]
     if isinstance(statement, ast.ImportFrom):
-        module = "." * statement.level + (statement.module or "")
-        return [(module, alias.name, alias.asname or alias.name) for alias in statement.names]
+        return [(origin(statement), alias.name) for alias in statement.names]
     return []
 
 
-def definitions(tree: ast.Module) -> set[str]:
-    """Collect the names that a module binds itself."""
-    named = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    names = {node.name for node in tree.body if isinstance(node, named)}
-    stored = (node for statement in tree.body if not isinstance(statement, named) for node in ast.walk(statement))
-    return names | {node.id for node in stored if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+def reachable(alias: ast.alias) -> list[str]:
+    """List the modules that can be used after `import a.b`: a and a.b; after `import a.b as c` it is a.b alone."""
+    parts = alias.name.split(".")
+    return [alias.name] if alias.asname else [".".join(parts[:depth]) for depth in range(1, len(parts) + 1)]
+
+
+def origin(statement: ast.ImportFrom) -> str:
+    """Write the module of `from module import ...`, with its dots."""
+    return "." * statement.level + (statement.module or "")
+
+
+def bindings(tree: ast.Module) -> dict[str, Lead | None]:
+    """Map each name that a module binds to where it leads, as in `Source.binds`."""
+    counts = Counter(name for item in outside_functions(tree) if (name := bound_by(item)))
+    counts.update(name for item in ast.walk(tree) if isinstance(item, ast.Global) for name in item.names)
+    leads = {
+        alias.asname or alias.name: (origin(statement), alias.name)
+        for statement in tree.body
+        if isinstance(statement, ast.ImportFrom)
+        for alias in statement.names
+    }
+    clear = STAR not in counts  # a star import may bind any name anew
+    return {name: leads.get(name) if clear and count == 1 else None for name, count in counts.items()}
+
+
+def outside_functions(tree: ast.Module) -> Iterator[ast.AST]:
+    """Walk a module, under its conditions too but not into functions and classes."""
+    queue: list[ast.AST] = [tree]
+    while queue:
+        item = queue.pop()
+        yield item
+        if not isinstance(item, SCOPES):
+            queue.extend(ast.iter_child_nodes(item))
+
+
+def bound_by(item: ast.AST) -> str | None:
+    """Name what a part of the syntax tree binds, or unbinds: by itself, without the parts within."""
+    if isinstance(item, ast.Name):
+        return None if isinstance(item.ctx, ast.Load) else item.id
+    if isinstance(item, ast.alias):
+        return item.asname or item.name.partition(".")[0]
+    name = getattr(item, "name", None) or getattr(item, "rest", None)  # def, class, except, case
+    return name if isinstance(name, str) else None

@@ -17,6 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from hairpipe.graph.atomic import sweep, write_text
+from hairpipe.graph.canonical import digest
 from hairpipe.graph.record import Record, read_record, write_record
 
 
@@ -101,12 +102,12 @@ class Store:
                 path.unlink(missing_ok=True)
 
     def recall(self, name: str) -> str | None:
-        """Give the text noted under a name; None where there is none that can be read."""
+        """Give the text noted under a name; None where there is none, or one that is damaged."""
         try:
-            note = json.loads((self.root / "notes" / name[:2] / name).read_text(encoding="utf-8"))["note"]
+            note = json.loads((self.root / "notes" / name[:2] / name).read_text(encoding="utf-8"))
+            return note["note"] if note["digest"] == digest("note", [name, note["note"]]) else None
         except (OSError, ValueError, KeyError, TypeError):
             return None
-        return note if isinstance(note, str) else None
 
     def remember(self, name: str, make: Callable[[], str]) -> str:
         """Give the text noted under a name, or make and note it."""
@@ -120,8 +121,9 @@ class Store:
         """Note a text under a name."""
         if not self.read_only:
             path = self.root / "notes" / name[:2] / name
+            whole = {"note": text, "digest": digest("note", [name, text])}
             with suppress(OSError):  # a note saves time and nothing else, and one that is damaged is none
-                write_text(path, json.dumps({"note": text}), self.temporary, lasting=False)
+                write_text(path, json.dumps(whole), self.temporary, lasting=False)
 
     def latest(self, graph: str, node: str) -> dict[str, str]:
         """Keys of the latest results of a node, by frame as text ("" for the shot)."""

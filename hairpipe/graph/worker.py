@@ -22,15 +22,15 @@ from pathlib import Path
 from typing import Any
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.arguments import build_arguments
 from hairpipe.graph.atomic import temporary_name
 from hairpipe.graph.catalogue import Catalogue
-from hairpipe.graph.declare import SINGLE, NodeType
+from hairpipe.graph.declare import NodeType
 from hairpipe.graph.files import Workspace
 from hairpipe.graph.fingerprint import stamp_of
-from hairpipe.graph.frames import Frames, Pair, Reached, Time
+from hairpipe.graph.frames import Time
 from hairpipe.graph.memory import keep_freed
 from hairpipe.graph.record import Output, Record
-from hairpipe.graph.settings import build_settings
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.values import Values, codec_named
 
@@ -70,7 +70,10 @@ class Worker:
         """Evaluate a job and add its record to the store."""
         node_type = self.catalogue.find(job["type"])
         with workspace(self.store, node_type.asks_workspace) as folder:
-            arguments = self._arguments(node_type, job, folder)
+            when = Time(job["time"]["frame"], job["time"]["fps"])
+            arguments = build_arguments(
+                node_type, job["inputs"], job["settings"], when, folder and Workspace(folder), self.values.get
+            )
             begun, worked = time.perf_counter(), time.process_time()
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
@@ -96,38 +99,9 @@ class Worker:
         self.store.add(record)
         return record
 
-    def _arguments(self, node_type: NodeType, job: Job, folder: Path | None) -> dict[str, Any]:
-        """Build the arguments of a node: sockets, what it asks of the engine, settings."""
-        arguments: dict[str, Any] = {}
-        for name, socket in node_type.sockets.items():
-            plugs = socket.plugs(job["inputs"])
-            seen = tuple(self._input(job["inputs"].get(plug), socket.view, socket.type) for plug in plugs)
-            arguments[name] = (seen or None) if socket.many else seen[0]
-        for name in node_type.asks_time:
-            arguments[name] = Time(job["time"]["frame"], job["time"]["fps"])
-        for name in node_type.asks_workspace:
-            assert folder is not None
-            arguments[name] = Workspace(folder)
-        if node_type.state is not None:
-            state = job["inputs"]["previous"]
-            arguments["previous"] = state and self.values.get(state, node_type.outputs[node_type.state])
-        return arguments | build_settings(node_type, job["settings"])
-
-    def _input(self, given: Any, view: str, kind: type) -> Any:
-        """Read what a socket sees."""
-        if given is None:
-            return None
-        if view == "now":
-            return self.values.get(given, kind)
-        if view == "pair":
-            return Pair(*(self.values.get(name, kind) for name in given))
-        names = dict(given)
-        seen = Reached if view == "reached" else Frames
-        return seen(tuple(names), lambda frame: self.values.get(names[frame], kind))
-
     def _put(self, node_type: NodeType, result: Any, folder: Path | None) -> dict[str, Output]:
         """Write the outputs of a node."""
-        results = {SINGLE: result} if SINGLE in node_type.outputs else result._asdict()
+        results = node_type.by_output(result)
         return {name: self.values.put(results[name], kind, folder) for name, kind in node_type.outputs.items()}
 
 

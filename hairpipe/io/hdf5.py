@@ -1,8 +1,9 @@
 """Values on disk: any frozen dataclass of arrays and scalars as an HDF5 file, and its digest.
 
 A value is taken apart into a tree: None, bool, int, float, str, tuple of str, numpy array, or a dict of such by name.
-Dataclasses and NamedTuples become dicts of their fields. The file holds names and data, never a class or code; what is
-read is built into the type that the reader expects. Equal trees give equal digests and, with one h5py, equal bytes.
+Dataclasses and NamedTuples become dicts of their fields. The tree of a value at hand and that of its file are the same,
+down to the order of names. The file holds names and data, never a class or code; what is read is built into the type
+that the reader expects. Equal trees give equal digests and, with one h5py, equal bytes.
 
 A dict is a group, an array a contiguous dataset, a text or a tuple of texts a dataset of fixed-length UTF-8; None and
 numbers are attributes of their group. The format is that of HDF5 1.10, which guards its own structure by checksums, so
@@ -24,7 +25,7 @@ from hairpipe.errors import BadInput
 
 T = TypeVar("T")
 Tree = Any
-"""None, bool, int, float, str, tuple of str, C-ordered little-endian array, or dict of trees by name."""
+"""None, bool, int, float, str, tuple of str, C-ordered little-endian array, or dict of trees, sorted by name."""
 
 DIGEST_BYTES = 20
 FORMAT = ("v110", "v110")
@@ -61,12 +62,17 @@ def take_apart(value: Any, name: str = "value") -> Tree:
     if isinstance(value, tuple) and (names := getattr(value, "_fields", None)) is not None:
         return take_apart(dict(zip(names, value, strict=True)), name)
     if isinstance(value, dict):
-        return {checked_text(key, name): take_apart(item, f"{name}.{key}") for key, item in value.items()}
+        return ordered({checked_text(key, name): take_apart(item, f"{name}.{key}") for key, item in value.items()})
     if isinstance(value, np.ndarray):
         return plain_array(value, name)
     if isinstance(value, tuple):
         return tuple(checked_text(item, name) for item in value)
     return plain_scalar(value, name)
+
+
+def ordered(tree: dict[str, Tree]) -> dict[str, Tree]:
+    """Put a dict in the order of its names, the only one that a file keeps."""
+    return {name: tree[name] for name in sorted(tree)}
 
 
 def plain_array(array: np.ndarray, name: str) -> np.ndarray:
@@ -114,11 +120,14 @@ def digest_tree(tree: Tree) -> str:
 
 
 def leaves(tree: Tree, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Tree]]:
-    """Walk a tree in the order of its names; a dict comes before what it holds, as the list of its names."""
-    if isinstance(tree, dict):
-        yield path, tuple(sorted(tree))
-        for name in sorted(tree):
-            yield from leaves(tree[name], (*path, name))
+    """Walk a tree in order; a dict comes before what it holds, as the list of its names.
+
+    One that is empty comes as itself: an empty list would be a tuple of no texts.
+    """
+    if isinstance(tree, dict) and tree:
+        yield path, tuple(tree)
+        for name, item in tree.items():
+            yield from leaves(item, (*path, name))
     else:
         yield path, tree
 
@@ -138,8 +147,8 @@ def write_entry(group: h5py.Group, name: str, tree: Tree) -> None:
     """Write a tree under a name."""
     if isinstance(tree, dict):
         inner = group.create_group(escape(name))
-        for key in sorted(tree):
-            write_entry(inner, key, tree[key])
+        for key, item in tree.items():
+            write_entry(inner, key, item)
     elif isinstance(tree, np.ndarray):
         group.create_dataset(escape(name), data=tree, track_times=False)
     elif isinstance(tree, str | tuple):
@@ -178,7 +187,7 @@ def read_group(group: h5py.Group, size: int) -> dict[str, Tree]:
             tree[unescape(name)] = read_dataset(item, size)
         else:
             raise ValueError(f"{name} is neither a group nor an array")
-    return tree
+    return ordered(tree)
 
 
 def read_dataset(dataset: h5py.Dataset, size: int) -> Tree:

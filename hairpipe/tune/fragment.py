@@ -46,10 +46,15 @@ def inline(value: Any) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(inline, value))}]"
     if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=True)
+        return quoted(value)
     return str(value).lower() if isinstance(value, bool) else repr(value)
 
 
 def key(name: str) -> str:
     """Write a name, quoted where it has to be."""
-    return name if BARE.fullmatch(name) else json.dumps(name)
+    return name if BARE.fullmatch(name) else quoted(name)
+
+
+def quoted(text: str) -> str:
+    """Write a text: as in JSON, but TOML knows no surrogate pairs and wants DEL escaped."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -69,6 +70,14 @@ def test_a_full_disk_under_the_output_is_one_message():
     with Path("/dev/full").open("w") as full:
         process = subprocess.run([*START, "nodes"], stdout=full, stderr=subprocess.PIPE, text=True)
     assert (process.returncode, process.stderr) == (2, "hairpipe: No space left on device\n")
+
+
+def test_nobody_listening_to_errors_is_no_error(shot):
+    """Nothing that is opened meanwhile takes the place of the stream for errors: workers write there."""
+    command = shlex.join([*START, "run", "shot.toml", "-j1"])
+    process = subprocess.run(f"{command} 2>&-", shell=True, stdout=subprocess.PIPE, text=True)
+    assert process.returncode == 0 and "20 results computed" in process.stdout
+    assert (shot.parent / "cache" / "lock").read_bytes() == b""
 
 
 def complete(words: str, cwd=None) -> list[str]:

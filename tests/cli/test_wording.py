@@ -2,7 +2,7 @@
 
 import pytest
 
-from hairpipe.cli.wording import duration, nearest, plural, shown, size, table
+from hairpipe.cli.wording import duration, plural, shown, size, table
 
 
 @pytest.mark.parametrize(
@@ -39,11 +39,6 @@ def test_plurals():
 def test_columns_are_as_wide_as_their_widest_cell():
     assert table([("a", "1", "x"), ("long", "100", "")], "<><") == "a       1  x\nlong  100"
     assert table([], "<") == ""
-
-
-def test_the_nearest_name_or_all():
-    assert nearest("rnu", ["run", "plan"]) == "did you mean 'run'?"
-    assert nearest("zzz", ["run", "plan"]) == "known: run, plan"
 
 
 def test_paths_are_relative_within_the_current_folder_only(tmp_path, monkeypatch):

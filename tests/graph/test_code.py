@@ -1,10 +1,13 @@
 """Code digests: what of the source counts, and whose."""
 
+import importlib
 import sys
 
 import pytest
 
-from hairpipe.graph.code import CodeReader
+from hairpipe.errors import BadInput
+from hairpipe.graph import code
+from hairpipe.graph.code import CodeReader, version
 
 FILES = {
     "shop/__init__.py": "from shop.bread import bake\nfrom shop.milk import pour\nOPEN = 8\n",
@@ -14,7 +17,7 @@ FILES = {
     "shop/milk.py": "def pour():\n    return 2\n",
     "shop/till.py": "from shop import OPEN, milk\n",
     "shop/round.py": "from shop.about import x\n",
-    "shop/about.py": "import shop.round\nx = 1\n",
+    "shop/about.py": "from shop import round\nx = 1\n",
     "shop/all.py": "from shop.milk import *\n",
     "breakfast.py": '"""Eat."""\nfrom shop import bake\ndef breakfast():\n    """Serve."""\n    return bake()\n',
 }
@@ -103,9 +106,66 @@ def test_line_ends_do_not_count(shop):
 
 
 def test_versions_of_the_numeric_libraries_count(shop, monkeypatch):
-    from hairpipe.graph import code
-
     before = code_of("shop.milk").digest
     monkeypatch.setattr(code, "version", lambda name: "9.9" if name == "numba" else "1")
     assert code_of("shop.milk").digest != before
     assert {"numpy (version)", "scipy (version)", "numba (version)"} <= code_of("shop.milk").parts.keys()
+
+
+@pytest.fixture
+def installed(shop):
+    """A folder of installed libraries; what is said of them is not remembered beyond the test."""
+    folder = shop / "site-packages"
+    folder.mkdir()
+    sys.path.append(str(folder))
+    known = (version, code.providers)
+    yield folder
+    for each in known:
+        each.cache_clear()
+
+
+def install(folder, version):
+    """Install a library that is imported as `yawl` but called `PyYawl`."""
+    for old in folder.glob("*.dist-info"):
+        old.rename(folder / f"PyYawl-{version}.dist-info")
+    about = folder / f"PyYawl-{version}.dist-info"
+    about.mkdir(exist_ok=True)
+    (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: PyYawl\nVersion: {version}\n")
+    (about / "RECORD").write_text("yawl/__init__.py,,\n")
+    importlib.invalidate_caches()
+    code.version.cache_clear()
+    code.providers.cache_clear()
+
+
+def test_a_library_may_have_another_name_than_its_distribution(shop, installed):
+    (installed / "yawl").mkdir()
+    (installed / "yawl" / "__init__.py").write_text("x = 1\n")
+    (shop / "breakfast.py").write_text("import yawl\n")
+    install(installed, "1.0")
+    assert code_of("breakfast").parts["yawl (version)"] == "PyYawl 1.0"
+    install(installed, "1.1")
+    assert code_of("breakfast").parts["yawl (version)"] == "PyYawl 1.1"
+    assert version("no_such_library") == "none"
+
+
+def test_what_is_installed_without_a_version_counts_by_its_code(shop, installed):
+    (installed / "yawl.py").write_text("x = 1\n")
+    (shop / "breakfast.py").write_text("import yawl\n")
+    assert modules("breakfast") == {"breakfast", "yawl"}
+
+
+def test_distributions_are_asked_only_where_no_name_fits(monkeypatch):
+    monkeypatch.setattr(code, "providers", None)
+    version.cache_clear()
+    assert version("numpy") != "none" and version("no_such_library") == "none"
+
+
+@pytest.mark.parametrize(
+    ("data", "place", "said"),
+    [(b"x = 1\nif x\n", ":2: ", "expected ':'"), (b"x = '\xe9'\n", ":1: ", "utf-8"), (b"x = 1\0\n", "", "null byte")],
+)
+def test_a_file_that_python_cannot_read_is_named(shop, data, place, said):
+    (shop / "shop" / "wood.py").write_bytes(data)
+    with pytest.raises(BadInput, match=f"cannot be read: .*{said}") as caught:
+        code_of("breakfast")
+    assert str(caught.value).startswith(str(shop / "shop" / "wood.py") + place)

@@ -81,10 +81,13 @@ def test_verify_finds_and_removes_what_is_damaged(shot):
     shot.run()
     results = shot.results()
     assert verify(shot.store, digest_file) == []
+    record = next(shot.store.root.glob("actions/??/*.json"))
+    record.write_text("garbage")
     flip(shot.store.object_path(results["seed"][""]))
     truncate(shot.store.object_path(results["list"][""]))
     found = verify(shot.store, digest_file)
-    assert sorted(found) == sorted(f"objects/{results[name]['']}" for name in ("seed", "list"))
+    objects = [f"objects/{results[name]['']}" for name in ("seed", "list")]
+    assert sorted(found) == sorted([f"actions/{record.name}", *objects]) and not record.exists()
     shot.run()
     assert shot.results() == results
     assert verify(shot.store, digest_file) == []

@@ -1,5 +1,6 @@
 """Declarations: the signature says everything, and what it cannot say is refused where it stands."""
 
+import inspect
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,7 +53,7 @@ def test_signature_is_read_and_the_function_stays_callable():
     }
     assert found.outputs == {"mesh": Mesh, "state": State} and found.state == "state"
     assert (found.asks_time, found.asks_workspace) == (("when",), ("place",))
-    assert [(s.name, s.required) for s in found.settings.values()] == [("size", False), ("count", True)]
+    assert [s.default for s in found.settings.values()] == [2.0, inspect.Parameter.empty]
     mesh = Mesh()
     assert simulate(mesh, None, None, None, Time(1, 24.0), Path(), count=1).mesh is mesh
 

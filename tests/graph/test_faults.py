@@ -42,6 +42,12 @@ def test_other_branches_finish_with_keep_going(wrong, how, kind, code, said):
     assert (wrong.folder / "out" / "list.txt").exists()
 
 
+def test_a_plain_tuple_is_no_named_one(shot):
+    shot.edit("add_up.py", "return Added(", "return (")
+    (failure,) = shot.run().failures
+    assert str(failure) == "sum@1: TypeError: returned a tuple, declared Added"
+
+
 def test_without_keep_going_the_run_stops_and_keeps_what_it_has(wrong):
     outcome = wrong.run(jobs=1)
     assert len(outcome.failures) == 1 and outcome.exit_code == 1 and outcome.blocked > 0

@@ -34,6 +34,7 @@ SAME = {
         '[other]\ntype = "soften"\nin.number = "move"',
     ),
 }
+DEEP = "bent" + ".a" * 3000
 BAD = {
     "unknown": ('[other]\nlike = "moev"\n', ":21: [other]: like: no node 'moev'", "did you mean 'move'?"),
     "itself": ('[other]\nlike = "other"\n', ":21: [other]: like each other: other -> other", "written out"),
@@ -45,7 +46,17 @@ BAD = {
         "did you mean 'bent'?",
     ),
     "without publish": ('[other]\nlike = "list"\nwithout = ["publish"]\n', "'list' has no 'publish'", "known: "),
-    "without text": ('[other]\nlike = "seed"\nwithout = "bent"\n', ":22: [other]: without = bent", "a list of names"),
+    "without text": ('[other]\nlike = "seed"\nwithout = "bent"\n', ":22: [other]: without = 'bent'", "a list of names"),
+    "deep": (
+        f'[deep]\ntype = "make_seed"\n{DEEP} = 1\n[other]\nlike = "deep"\n{DEEP} = 2\n',
+        "[other]: nested too deeply",
+        "",
+    ),
+    "without deep": (
+        f'[deep]\ntype = "make_seed"\n{DEEP} = 1\n[other]\nlike = "deep"\nwithout = ["{DEEP}"]\n',
+        "[other]: nested too deeply",
+        "",
+    ),
     "without like": ('[other]\ntype = "make_seed"\nwithout = []\n', ":22: [other]: without", 'like = "node"'),
     "setting": ('[other]\nlike = "seed"\nvaleu = 3\n', ":22: [other] make_seed: unknown setting 'valeu'", "'value'?"),
     "base": (

@@ -17,6 +17,7 @@ SUM = MOVE + '[sum]\ntype = "add_up"\nin.number = "move"\n'
 LIST = SUM + '[list]\ntype = "write_list"\nin.numbers = "sum"\n'
 FULL = LIST + 'publish = "out/list.txt"\n[draw]\ntype = "draw_number"\nin.number = "sum.number"\npublish = "####.png"\n'
 
+HEXADECIMAL = "0x" + "f" * 5000
 BAD = {
     "empty": ("", "no schema", "schema = 1"),
     "schema": (SEED.replace("schema = 1", "schema = 9"), ":1: schema = 9", "schema = 1"),
@@ -80,7 +81,7 @@ BAD = {
     "publish mark": (FULL.replace("out/list", "out/####"), "does not fit write_list", "no ####"),
     "publish no mark": (FULL.replace("####.png", "a.png"), "does not fit draw_number", "####"),
     "publish folder": (FULL.replace("####.png", "####/a.png"), "frames go in one place", "####.png"),
-    "publish 3": (FULL.replace('"out/list.txt"', "3"), "publish = '3' is no path", ""),
+    "publish 3": (FULL.replace('"out/list.txt"', "3"), "publish = 3 is no path", ""),
     "publish dir": (FULL.replace("out/list.txt", "out/"), "is no path", ""),
     "publish graph": (FULL.replace("out/list.txt", "bad.toml"), "is the graph file", "a path of its own"),
     "publish twice": (
@@ -88,6 +89,11 @@ BAD = {
         "published by 'list' too",
         "a path of its own",
     ),
+    "schema of digits": (SEED.replace("schema = 1", f"schema = {HEXADECIMAL}"), ":1: schema = (too long", "schema = 1"),
+    "fps of digits": (SEED.replace("fps = 24", f"fps = {HEXADECIMAL}"), ":3: fps = (too long", "0.01 to"),
+    "frames of digits": (SEED.replace("10]", f"{HEXADECIMAL}]"), ":2: frames = (too long", "first <= last"),
+    "type of digits": (SEED.replace('"make_seed"', HEXADECIMAL), ":5: [seed]: type = (too long", ""),
+    "type deep": (SEED.replace("type", "type" + ".a" * 3000), ":5: [seed]: type = (too long", ""),
     "checkpoint": (SUM + "checkpoint = 0\n", ":12: [sum] add_up: checkpoint = 0", ">= 1"),
     "no scan": (SEED + "checkpoint = 3\n", ":6: [seed] make_seed: make_seed keeps no state", "a scan"),
 }
@@ -119,6 +125,18 @@ def test_a_value_per_frame_does_not_go_into_one_for_the_shot(shot):
         load_graph(write(shot, MOVE + '[copy]\ntype = "copy_seed"\nin.seed = "move"\n'))
 
 
+def test_a_value_of_a_derived_type_does_not_go_into_a_socket(shot):
+    """What a consumer gets is built of exactly the fields of its own type: it would fail when it is run."""
+    (shot.nodes / "count_seed.py").write_text(
+        "from dataclasses import dataclass\nfrom hairpipe.graph import node\nfrom numeral import Numeral\n"
+        "@dataclass(frozen=True)\nclass Counted(Numeral):\n    count: int\n"
+        '@node(frames="once")\ndef count_seed() -> Counted:\n    """Count."""\n'
+    )
+    text = '[count]\ntype = "count_seed"\n' + MOVE[len(SEED) :].replace('= "seed"', '= "count"')
+    with pytest.raises(BadInput, match=r"'count' gives Counted \(a node that gives Numeral\)"):
+        load_graph(write(shot, HEAD + text))
+
+
 def test_a_file_that_is_no_text(shot):
     for data, said in (
         (b"\xff\xfe\x00", ":1: not UTF-8"),
@@ -144,6 +162,7 @@ def test_overrides_are_typed_and_checked(shot):
     assert graph.nodes["seed"].settings == {"value": 4.0, "file": None, "bent": {"strength": 2.0}}
     for target, value in (
         ("seed.value", "x"),
+        ("seed.value", "9" * 5000),
         ("sead.value", "1"),
         ("seed", "1"),
         ("seed.", "1"),

@@ -36,6 +36,22 @@ def test_companions_lie_beside_their_file(shot):
     assert (shot.folder / "out" / "parts" / "sums.txt").exists() and outcome.evaluated == 0
 
 
+def test_nobody_overwrites_the_companion_of_another(shot):
+    """Two lists, each with its sums in a file of one name beside it: they go to one place only if they are the same."""
+    other = '[other]\ntype = "write_list"\nin.numbers = "{}"\nparts = true\npublish = "out/other.txt"\n'
+    chain = shot.path.read_text()
+    shot.path.write_text(chain + other.format("sum"))
+    assert shot.run(list__parts="true").exit_code == 0
+    shot.path.write_text(chain.replace('"sum"', '"move"').replace("parts = true", "") + other.format("sum"))
+    outcome = shot.run(list__parts="true", keep_going=True)
+    (failure,) = outcome.failures
+    first = "list" if str(failure.task) == "other" else "other"
+    assert failure.kind == "publish" and outcome.exit_code == 1
+    place = shot.folder / "out" / "parts" / "sums.txt"
+    assert failure.message.startswith(f"cannot publish to {place}: '{first}' has published another file there")
+    assert outcome.published == (str(shot.folder / "out" / f"{first}.txt"),)
+
+
 def test_companion_outside_of_its_folder_is_refused(shot):
     shot.edit("write_list.py", "parts/sums.txt", "../sums.txt")
     (failure,) = shot.run(list__parts="true").failures

@@ -9,7 +9,7 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graph import node
 from hairpipe.graph.fields import fields_of, help_line
-from hairpipe.graph.settings import build_settings, check_settings, map_files, nearest
+from hairpipe.graph.settings import build_settings, check_settings, map_files
 from hairpipe.units import Fraction, Ge, Gt, Interval, Metres, Voxels
 
 
@@ -163,7 +163,14 @@ def test_settings_of_other_kinds_are_refused():
             fields_of(declared.__node__)
 
 
-def test_nearest_name_or_all_of_them():
-    assert nearest("voxle", ["voxel", "band"]) == "did you mean 'voxel'?"
-    assert nearest("zzz", ["voxel", "band"]) == "known: band, voxel"
-    assert nearest("zzz", []) == "there are none"
+def test_tuples_in_tuples_are_tuples_too():
+    @node(frames="once")
+    def pairs(
+        *, given: tuple[tuple[str, float], ...] = (("a", 1.0),), axes: tuple[tuple[Metres, Metres], int] = ((0, 1), 2)
+    ) -> Path:
+        """Pairs."""
+
+    plain = check_settings(pairs.__node__, {"given": [["b", 2], ["c", 3]]}, lambda names: "here")
+    built = build_settings(pairs.__node__, plain)
+    assert built == {"given": (("b", 2.0), ("c", 3.0)), "axes": ((0.0, 1.0), 2)}
+    assert build_settings(pairs.__node__, check_settings(pairs.__node__, {}, str))["given"] == (("a", 1.0),)

@@ -18,8 +18,8 @@ def test_every_nth_state_and_the_last_are_kept(shot):
     assert shot.tally() == Counter(), "a thinned state is no miss while nobody needs it"
 
 
-def test_states_that_somebody_looks_at_stay(shot):
-    shot.path.write_text(shot.path.read_text().replace('in.numbers = "sum"', 'in.numbers = "move"'))
+def show_states(shot):
+    """Add a node that looks at the states of the scan."""
     source = (shot.nodes / "soften.py").read_text().replace("soften", "show_sum")
     source = source.replace("number: Pair[Numeral], other: Numeral | None = None", "sum: Sum")
     source = (
@@ -28,8 +28,40 @@ def test_states_that_somebody_looks_at_stay(shot):
     )
     (shot.nodes / "show_sum.py").write_text(source)
     shot.path.write_text(shot.path.read_text() + '[show]\ntype = "show_sum"\nin.sum = "sum"\n')
+
+
+def test_states_that_somebody_looks_at_stay(shot):
+    shot.path.write_text(shot.path.read_text().replace('in.numbers = "sum"', 'in.numbers = "move"'))
+    show_states(shot)
     assert shot.run().exit_code == 0
     assert kept(shot) == list(range(1, 11))
+
+
+def test_states_stay_though_the_run_does_not_reach_who_looks_at_them(shot):
+    show_states(shot)
+    shot.run()
+    shot.run(to=["sum"])
+    assert kept(shot) == list(range(1, 11))
+    shot.tally()
+    shot.run()
+    assert shot.tally() == Counter()
+
+
+def test_a_lost_state_is_computed_again_only_for_who_has_to_look_at_it(shot):
+    show_states(shot)
+    shot.run()
+    states = [shot.results()[f"sum@{frame}"]["state"] for frame in (5, 6)]
+    shot.tally()
+    for state in states:
+        shot.store.remove(shot.store.object_path(state))
+    assert {entry.status for entry in shot.plan().values()} == {"cached"}
+    shot.run()
+    assert shot.tally() == Counter(), "nothing has changed, and nobody looks"
+    shot.edit("show_sum.py", "sum.total", "2 * sum.total")
+    planned = [name for name, entry in shot.plan().items() if entry.status == "run"]
+    assert planned == ["sum@5", "sum@6", *(f"show@{frame}" for frame in range(1, 11))]
+    shot.run()
+    assert shot.tally()["add_up"] == 2 and kept(shot) == list(range(1, 11))
 
 
 def test_longer_range_goes_on_from_the_last_state(shot):

@@ -84,6 +84,18 @@ def test_every_kind_of_field_comes_back(tmp_path):
     assert isinstance(back.pair, Named) and isinstance(back.pair.left, Inner) and back.maybe is None
 
 
+def test_the_order_of_names_is_that_of_the_file(tmp_path):
+    given = {"b": np.ones(1), "c": 1, "a.": {"2": None, "1": "x"}, "a-": np.ones(1), "": ("y",)}
+    tree = hdf5.take_apart(given)
+    hdf5.write(tree, tmp_path / "a.h5")
+    assert str(hdf5.read(tmp_path / "a.h5")) == str(tree)
+    assert list(tree) == ["", "a-", "a.", "b", "c"] and list(tree["a."]) == ["1", "2"]
+
+
+def test_no_names_are_not_no_texts():
+    assert hdf5.digest_tree({"m": {}}) != hdf5.digest_tree({"m": ()})
+
+
 def test_equal_values_are_equal_bytes(tmp_path):
     for name in "ab":
         hdf5.encode(value(), tmp_path / name)

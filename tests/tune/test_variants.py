@@ -112,3 +112,8 @@ def test_a_fragment_says_the_same_as_the_tables_and_no_more(scene):
     fragment = tomllib.loads(write_toml(changed_tables(tables, after), "why\n\nand how"))
     assert fragment == {name: after[name] for name in ("surface", "groom", "hair")}
     assert "collisions" not in fragment["hair"] and fragment["groom"]["segments"] == 7
+
+
+def test_any_text_of_a_graph_can_be_written(scene):
+    texts = {"hair": {"type": "x", "file": '\U0001f9b1/é\x7f\t"\\', "\U0001f9b1\x7f": {"a.b": "ü"}}}
+    assert tomllib.loads(write_toml(texts, "why")) == texts

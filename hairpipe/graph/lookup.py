@@ -1,0 +1,75 @@
+"""Where an import leads, with the folder of node types last on Python's path: keys and workers look alike.
+
+It comes last so that no file of a user's takes the place of a library that our own code imports.
+"""
+
+import sys
+from importlib.machinery import ModuleSpec
+from pathlib import Path
+from types import ModuleType
+
+import hairpipe
+
+HOUSE = "hairpipe"
+
+_entered: list[str] = []
+
+
+def enter(folder: Path) -> None:
+    """Put a folder of node types on Python's path in place of the one before, whose modules are forgotten.
+
+    So graphs that are loaded one after the other may have helpers of the same name.
+    """
+    name = str(folder.absolute())
+    sys.path_importer_cache.pop(name, None)  # it may not have seen a file that has just been written
+    for other in [other for other in _entered if other != name]:
+        leave(other)
+    if name not in sys.path and folder.is_dir():
+        sys.path.append(name)
+        _entered.append(name)
+
+
+def leave(folder: str) -> None:
+    """Take a folder that was entered off Python's path, and forget what was imported from it by bare names."""
+    gone = {name for name, module in sys.modules.items() if "." not in name and lies_in(module, folder)}
+    for name in [name for name in sys.modules if name.partition(".")[0] in gone]:
+        del sys.modules[name]
+    sys.path[:] = [path for path in sys.path if path != folder]
+    _entered[:] = [other for other in _entered if other != folder]
+
+
+def lies_in(module: ModuleType, folder: str) -> bool:
+    """Whether a module is a file in a folder, or a package with files in it."""
+    known = vars(module) if isinstance(module, ModuleType) else {}
+    places = [known.get("__file__"), *(known.get("__path__") or ())]
+    return any(Path(place).is_relative_to(folder) for place in places if place)
+
+
+def find_spec(module: str, path: list[str] | None) -> ModuleSpec | None:
+    """Ask every finder for a module, as an import would."""
+    if module == HOUSE:  # imported already, whatever file of the folder has its name
+        return hairpipe.__spec__
+    found = (finder.find_spec(module, path, None) for finder in sys.meta_path if hasattr(finder, "find_spec"))
+    try:
+        return next((spec for spec in found if spec is not None), None)
+    except KeyError:  # of a namespace within a namespace, Python asks the outer one, which is not imported here
+        return namespace(module, path or [])
+
+
+def namespace(module: str, path: list[str]) -> ModuleSpec:
+    """Describe a module that is a folder, or several, without a file of its own."""
+    spec = ModuleSpec(module, None, is_package=True)
+    name = module.rpartition(".")[2]
+    spec.submodule_search_locations = [str(Path(place, name)) for place in path if Path(place, name).is_dir()]
+    return spec
+
+
+def leads_to(module: str, path: Path) -> bool:
+    """Whether an import of a top-level module leads to this file."""
+    spec = find_spec(module, None)
+    return spec is not None and spec.has_location and spec.origin is not None and path.samefile(spec.origin)
+
+
+def is_namespace(spec: ModuleSpec | None) -> bool:
+    """Whether a module is a folder without a file of its own."""
+    return spec is not None and spec.origin is None and spec.submodule_search_locations is not None
