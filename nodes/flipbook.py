@@ -17,11 +17,13 @@ def flipbook(
 ) -> File:
     """Animated WebP of all frames, at the speed of the shot, over and over; browsers open it.
 
+    Frames that the run leaves out are made up for: the one before them is shown for longer.
+
     scale    of the animation over the pictures
     quality  of the compression: higher is larger
     """
     from hairpipe.io.picture import write_webp
 
-    path, numbers = workspace / "film.webp", pictures.numbers
-    write_webp(path, len(numbers), lambda n: pictures[numbers[n]].path, fps=time.fps, scale=scale, quality=quality)
+    path = workspace / "film.webp"
+    write_webp(path, pictures.numbers, lambda n: pictures[n].path, fps=time.fps, scale=scale, quality=quality)
     return File(path)

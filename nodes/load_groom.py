@@ -23,7 +23,7 @@ def load_groom(
 
     A root off the skin stays where it is and moves with the closest place of the body.
 
-    file      .usd, .usda, .usdc, .usdz or .tfx
+    file      .usd, .usda, .usdc, .usdz or .tfx; curves of purpose guide are read where a stage has no others
     unit      of a .tfx file, which does not say; a USD file does
     up        axis of a .tfx file
     segments  of equal length, of every strand; as many as it has unless given

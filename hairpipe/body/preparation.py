@@ -18,7 +18,7 @@ def prepare(body: Body, *, unit: float, up: str, joint: str, scalp: Scalp | None
 
     unit   of the file [m]
     up     "y" or "z"
-    joint  name of the joint where there is only one: a body without a skeleton gets it
+    joint  name of the one joint that a body without a skeleton gets
     scalp  rule to paint map "scalp" by, or None
 
     Raises BadInput where the mesh is empty or broken; warns where its size is not that of a person or a head.
@@ -31,9 +31,7 @@ def prepare(body: Body, *, unit: float, up: str, joint: str, scalp: Scalp | None
             f"the body is {size:.3g} m large: is unit = {unit:g} (metres in one unit of the file)?", stacklevel=2
         )
     if not body.skeleton.names:
-        body = rig_rigidly(body)
-    if len(body.skeleton.names) == 1:
-        body = replace(body, skeleton=replace(body.skeleton, names=(joint,)))
+        body = rig_rigidly(body, joint)
     return body if scalp is None else replace(body, maps={**body.maps, "scalp": paint_scalp(body, scalp)})
 
 
@@ -78,13 +76,16 @@ def transform(body: Body, matrix: np.ndarray) -> Body:
     return replace(body, mesh=replace(body.mesh, points=body.mesh.points @ matrix.T), skeleton=skeleton)
 
 
-def rig_rigidly(body: Body) -> Body:
-    """Return the body carried as a whole by one joint at the middle of its vertices, its tip at their top. Pure."""
+def rig_rigidly(body: Body, joint: str) -> Body:
+    """Return the body carried as a whole by one joint at the middle of its vertices, its tip at their top. Pure.
+
+    joint  its name
+    """
     points = body.mesh.points
     rest = np.eye(4)[None].copy()
     rest[0, :3, 3] = points.mean(axis=0)
     tip = points.mean(axis=0) * (1.0, 0.0, 1.0) + (0.0, points[:, 1].max(), 0.0)
-    skeleton = Skeleton(("root",), np.array([-1], np.int32), rest, tip[None])
+    skeleton = Skeleton((joint,), np.array([-1], np.int32), rest, tip[None])
     return replace(
         body, skeleton=skeleton, joints=np.zeros((len(points), 1), np.int32), weights=np.ones((len(points), 1))
     )

@@ -58,12 +58,16 @@ def build_box(size: Vector, centre: Vector) -> Mesh:
 
 
 def join(meshes: tuple[Mesh, ...]) -> Mesh:
-    """Return several meshes as one, each in its own place; those that do not say how they move stand still."""
+    """Return several meshes as one, each in its own place.
+
+    Those that do not say how they move stand still; those without texture coordinates have 0 where others have some.
+    """
     firsts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
-    still = all(mesh.velocities is None for mesh in meshes)
-    speeds = [mesh.rates for mesh in meshes]
+    still, bare = all(mesh.velocities is None for mesh in meshes), all(mesh.uv is None for mesh in meshes)
+    coordinates = [np.zeros((len(m.triangles), 3, 2), np.float32) if m.uv is None else m.uv for m in meshes]
     return Mesh(
         np.concatenate([mesh.points for mesh in meshes]),
         np.concatenate([mesh.triangles + first for mesh, first in zip(meshes, firsts, strict=False)]).astype(np.int32),
-        None if still else np.concatenate(speeds),
+        None if still else np.concatenate([mesh.rates for mesh in meshes]),
+        None if bare else np.concatenate(coordinates),
     )

@@ -1,6 +1,6 @@
 """Pictures as PNG, and many of them as one animated WebP."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 
@@ -19,51 +19,54 @@ def write_png(path: Path, picture: np.ndarray) -> None:
 
 
 def write_webp(
-    path: Path, count: int, picture: Callable[[int], Path], *, fps: float, scale: float, quality: int
+    path: Path, frames: Sequence[int], picture: Callable[[int], Path], *, fps: float, scale: float, quality: int
 ) -> None:
-    """Write an animation that repeats for ever; one picture is in memory at a time.
+    """Write an animation that repeats for ever, at the speed of the shot; one picture is in memory at a time.
+
+    A picture is shown until the next frame is due where frames are left out, the last one as long as the shortest.
 
     WebP, since every browser plays it in full colour: the 256 colours of GIF break a soft backdrop into bands, and
     APNG, which is lossless, is ten times as large.
 
-    count    of the pictures
-    picture  file of picture i, all of one size; BadInput names the first that is no picture or has another size
-    fps      pictures shown per second [1/s]
+    frames   their numbers, ascending
+    picture  file of a frame, all of one size; BadInput names the first that is no picture or has another size
+    fps      frames of the shot per second [1/s]
     scale    size of the animation over that of the pictures
     quality  0..100 of the lossy compression
     """
-    if count < 1:
+    if not frames:
         raise BadInput("no pictures to show", right="at least one frame")
-    moments = [round(1000.0 * n / fps) for n in range(count + 1)]
+    shortest = min((after - before for before, after in pairwise(frames)), default=1)
+    moments = [round(1000.0 * (n - frames[0]) / fps) for n in (*frames, frames[-1] + shortest)]
     durations = [max(1, after - before) for before, after in pairwise(moments)]
-    reel = Reel(count, picture, scale)
+    reel = Reel(frames, picture, scale)
     reel.save(path, "WEBP", save_all=True, duration=durations, loop=0, quality=quality, method=EFFORT)
 
 
 class Reel(Image.Image):
     """An image of many frames that reads a frame's file when it is wound to it, as Pillow's encoders do one by one."""
 
-    def __init__(self, count: int, picture: Callable[[int], Path], scale: float) -> None:
+    def __init__(self, frames: Sequence[int], picture: Callable[[int], Path], scale: float) -> None:
         super().__init__()
-        self.n_frames = count
-        self._picture, self._scale = picture, scale
+        self.n_frames = len(frames)
+        self._numbers, self._picture, self._scale = frames, picture, scale
         self._frame = -1
         self.seek(0)
 
     def seek(self, frame: int) -> None:
-        """Wind to a frame."""
+        """Wind to a frame, counted from 0."""
         if frame == self._frame:
             return
-        image = read_picture(self._picture(frame))
+        image = read_picture(self._picture(self._numbers[frame]))
         size = (max(1, round(image.width * self._scale)), max(1, round(image.height * self._scale)))
         if frame > 0 and size != self._size:
-            where, right = f"picture {frame + 1}", f"{self.width} x {self.height} pixels"
+            where, right = f"frame {self._numbers[frame]}", f"{self.width} x {self.height} pixels"
             raise BadInput("not of the size of the first", where=where, right=right)
         shown = image.resize(size, Image.Resampling.LANCZOS) if size != image.size else image
         self.im, self._mode, self._size, self._frame = shown.im, shown.mode, size, frame
 
     def tell(self) -> int:
-        """Return the frame it is wound to."""
+        """Return the frame it is wound to, counted from 0."""
         return self._frame
 
 

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numba
@@ -10,6 +11,7 @@ import numpy as np
 from hairpipe.data import BodyParts, Ends, LevelSet, Mesh, Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
 from hairpipe.sim.advance import leads_of
 from hairpipe.sim.hair import Hair
 from hairpipe.sim.scene import Scene
@@ -27,9 +29,19 @@ class Around(NamedTuple):
     parts: Sequence[Mapping[int, BodyParts]]
 
     def frames(self, first: int, count: int) -> list[int]:
-        """List frames, at most so many of those there are; they are counted on from the first where nothing moves."""
+        """List frames, at most so many of those there are; they are counted on from the first where nothing moves.
+
+        Raises BadInput where one is left out among them.
+        """
         known = [some for some in (self.body, self.ends, *self.surfaces, *self.parts) if some is not None]
-        return list(known[0])[:count] if known else list(range(first, first + count))
+        if not known:
+            return list(range(first, first + count))
+        frames = list(known[0])[:count]
+        for before, after in pairwise(frames):
+            if after != before + 1:
+                what = f"no frames between {before} and {after}, and a simulation goes from frame to frame"
+                raise BadInput(what, where="frames", right=f"{count} of them in a row")
+        return frames
 
 
 def cost_table(
@@ -44,7 +56,8 @@ def cost_table(
     timed  frames after those; of a shot without any, its last one counts
 
     Seconds are those of the processor in this process, on one thread: what other processes do is not counted. A run
-    that is no longer finite ends there. All is NaN where there is no frame to be timed.
+    that is no longer finite ends there. All is NaN where there is no frame to be timed. Raises BadInput where a frame
+    is left out among those.
     """
     threads = numba.get_num_threads()
     numba.set_num_threads(1)

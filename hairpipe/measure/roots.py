@@ -11,20 +11,28 @@ from hairpipe.data.table import table_of_columns
 def measure_root_motion(groom: Groom, leads: Mapping[int, Mesh | Ends], fps: float) -> Table:
     """Return a row for every frame: root mean square, over the strands, of speed and acceleration of the roots.
 
-    Differences between frames: v = (x(f+1) - x(f-1)) / 2 dt, a = (x(f+1) - 2 x(f) + x(f-1)) / dt^2; beyond its ends
-    the motion goes on at constant speed.
+    leads  at the frames of the run, ascending; some may be left out
     """
     frames = list(leads)
     places = np.array([root_places(groom, leads[frame]) for frame in frames])
-    before = np.concatenate([2.0 * places[:1] - places[1:2], places[:-1]]) if len(frames) > 1 else places
-    after = np.concatenate([places[1:], 2.0 * places[-1:] - places[-2:-1]]) if len(frames) > 1 else places
+    rates, accelerations = differences(places, np.array(frames))
     return table_of_columns(
-        {
-            "frame": frames,
-            "speed [m/s]": rms((after - before) * fps / 2.0),
-            "acceleration [m/s^2]": rms((after - 2.0 * places + before) * fps**2),
-        }
+        {"frame": frames, "speed [m/s]": rms(rates * fps), "acceleration [m/s^2]": rms(accelerations * fps**2)}
     )
+
+
+def differences(values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first and the second derivative of values (n, ...) at ascending places (n,), by central differences.
+
+    They need not be evenly spaced: a parabola through three neighbours has these derivatives in the middle one. Beyond
+    both ends values go on in a straight line, and a single one stays what it is.
+    """
+    first, second = np.zeros_like(values), np.zeros_like(values)
+    if len(at) > 1:
+        first = np.gradient(values, at, axis=0)
+        slopes = np.diff(values, axis=0).T / np.diff(at)
+        second[1:-1] = (2.0 * np.diff(slopes) / (at[2:] - at[:-2])).T
+    return first, second
 
 
 def root_places(groom: Groom, lead: Mesh | Ends) -> np.ndarray:

@@ -71,6 +71,13 @@ def test_a_body_without_a_skeleton_gets_one_joint():
     assert body.skeleton.tips[0, 1] == 1.0
 
 
+def test_the_one_joint_of_a_skeleton_keeps_its_name():
+    body, skeleton = make_body(), make_body().skeleton
+    single = Skeleton(("hips",), skeleton.parents[:1], skeleton.rest[:1], skeleton.tips[:1])
+    body = replace(body, skeleton=single, joints=body.joints[:, :1], weights=np.ones((5, 1)))
+    assert prepare(body, **DEFAULTS).skeleton.names == ("hips",)
+
+
 @pytest.mark.parametrize(("unit", "size"), [(10.0, "10 m"), (0.001, "0.001 m")])
 def test_giants_and_specks_are_told(unit, size):
     with pytest.warns(UserWarning, match=f"{size} large: is unit = "):

@@ -54,6 +54,14 @@ def test_joined_meshes_keep_their_places_and_velocities():
     np.testing.assert_array_equal(both.points[both.triangles[12:]], moving.points[moving.triangles])
 
 
+def test_joined_meshes_keep_their_texture_coordinates():
+    bare = SHAPES["box"][0]
+    uv = np.random.default_rng(3).random((12, 3, 2)).astype(np.float32)
+    both = join((bare, Mesh(bare.points, bare.triangles, uv=uv)))
+    assert join((bare, bare)).uv is None and both.uv is not None and both.uv.dtype == np.float32
+    np.testing.assert_array_equal(both.uv, np.concatenate([0 * uv, uv]))
+
+
 def test_what_has_no_shape_is_refused():
     with pytest.raises(BadInput, match="no length"):
         build_cylinder(0.05, 0.2, False, 96, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))

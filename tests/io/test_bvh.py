@@ -185,6 +185,26 @@ def test_writing_and_reading_gives_the_clip_back(tmp_path):
     assert_is_plain(read_bvh(tmp_path / "again.bvh"))
 
 
+def test_branches_in_any_order_keep_their_channels(tmp_path):
+    """Both arms come before both hands, as in a clip put together level by level; a file goes down each arm."""
+    names, turns = ("hips", "left", "right", "left hand", "right hand"), ("Zrotation", "Xrotation")
+    clip = Clip(
+        names=names,
+        parents=np.array([-1, 0, 0, 1, 2], np.int32),
+        offsets=np.arange(15.0).reshape(5, 3),
+        ends=np.full((5, 3), np.nan),
+        channels=(("Yposition", *turns), ("Xrotation",), ("Zrotation",), turns, ("Yrotation",)),
+        values=np.arange(16.0).reshape(2, 8),
+        frame_time=0.04,
+    )
+    write_bvh(tmp_path / "clip.bvh", clip)
+    again = read_bvh(tmp_path / "clip.bvh")
+    assert again.names == ("hips", "left", "left hand", "right", "right hand")
+    assert dict(zip(again.names, again.channels, strict=True)) == dict(zip(names, clip.channels, strict=True))
+    np.testing.assert_array_equal(again.values, clip.values[:, [0, 1, 2, 3, 5, 6, 4, 7]])
+    np.testing.assert_array_equal(again.parents, [-1, 0, 1, 0, 3])
+
+
 def test_a_clip_is_read_again_only_where_its_file_changed(tmp_path):
     path = tmp_path / "clip.bvh"
     path.write_text(PLAIN)

@@ -29,7 +29,7 @@ def files(tmp_path: Path) -> list[Path]:
 
 def write(files: list[Path], path: Path, *, fps: float = 24.0, scale: float = 1.0) -> Path:
     """Write all files as an animation."""
-    write_webp(path, len(files), files.__getitem__, fps=fps, scale=scale, quality=80)
+    write_webp(path, range(len(files)), files.__getitem__, fps=fps, scale=scale, quality=80)
     return path
 
 
@@ -53,16 +53,35 @@ def test_the_film_shows_every_picture_in_order(files: list[Path], tmp_path: Path
             assert np.asarray(film.convert("RGB"))[20, 5 * n + 3].min() > 200
 
 
-@pytest.mark.parametrize("fps", [24.0, 23.976, 30.0, 120.0])
-def test_the_film_lasts_as_long_as_its_frames(files: list[Path], tmp_path: Path, fps: float) -> None:
-    with Image.open(write(files, tmp_path / "film.webp", fps=fps)) as film:
-        lasts = 0.0
+def durations(path: Path) -> list[int]:
+    """How long every picture is shown [ms]."""
+    found = []
+    with Image.open(path) as film:
         for n in range(film.n_frames):
             film.seek(n)
             film.load()
-            lasts += film.info["duration"]
+            found.append(film.info["duration"])
+    return found
+
+
+@pytest.mark.parametrize("fps", [24.0, 23.976, 30.0, 120.0])
+def test_the_film_lasts_as_long_as_its_frames(files: list[Path], tmp_path: Path, fps: float) -> None:
     # whole milliseconds, without a drift
-    assert lasts == pytest.approx(7 * 1000.0 / fps, abs=0.6)
+    assert sum(durations(write(files, tmp_path / "film.webp", fps=fps))) == pytest.approx(7 * 1000.0 / fps, abs=0.6)
+
+
+@pytest.mark.parametrize(("frames", "shown"), [((1, 3, 5), [100, 100, 100]), ((8, 9, 12), [50, 150, 50])])
+def test_frames_that_are_left_out_are_waited_for(
+    files: list[Path], tmp_path: Path, frames: tuple[int, ...], shown: list[int]
+) -> None:
+    by_frame = dict(zip(frames, files, strict=False))
+    write_webp(tmp_path / "film.webp", frames, by_frame.__getitem__, fps=20.0, scale=1.0, quality=80)
+    assert durations(tmp_path / "film.webp") == shown
+
+
+def test_one_picture_is_a_film(files: list[Path], tmp_path: Path) -> None:
+    with Image.open(write(files[:1], tmp_path / "film.webp")) as film:
+        assert film.n_frames == 1 and film.size == (60, 40)
 
 
 def test_the_film_can_be_smaller(files: list[Path], tmp_path: Path) -> None:
@@ -80,7 +99,7 @@ def test_one_picture_is_open_at_a_time(files: list[Path], tmp_path: Path) -> Non
             files[n - 1].unlink()
         return files[n]
 
-    write_webp(tmp_path / "film.webp", 7, ask, fps=24.0, scale=1.0, quality=80)
+    write_webp(tmp_path / "film.webp", range(7), ask, fps=24.0, scale=1.0, quality=80)
     assert asked == [*range(7), 0]
 
 
@@ -105,7 +124,7 @@ def test_a_missing_picture_is_named(files: list[Path], tmp_path: Path) -> None:
 
 def test_pictures_of_different_sizes_are_refused(files: list[Path], tmp_path: Path) -> None:
     write_png(files[5], picture(0, (30, 60)))
-    with pytest.raises(BadInput, match="picture 6: not of the size of the first"):
+    with pytest.raises(BadInput, match="frame 5: not of the size of the first"):
         write(files, tmp_path / "film.webp")
 
 

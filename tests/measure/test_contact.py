@@ -46,6 +46,21 @@ def test_what_is_deeper_than_a_body_has_normals_is_not_pinched(sphere):
     assert table["deepest [mm]"][1] == pytest.approx(20.0)
 
 
+def test_what_began_inside_counts_once_it_was_outside_as_a_whole(sphere):
+    """Two free points in a ball: one comes out, then the other, then one goes in again."""
+    ball = bake(sphere(0.05), 0.0025, 8.0)
+    values = {}
+    for frame, (first, second) in enumerate([(0.045, 0.04), (0.06, 0.04), (0.06, 0.07), (0.047, 0.07)]):
+        points = np.array([[1.0, 0, 0], [first, 0, 0], [second, 0, 0]], np.float32)
+        values[frame] = Strands(points, 0 * points, np.array([0, 3], np.int32), 8e-5)
+    frames = tuple(values)
+    surface = Frames(frames, dict.fromkeys(frames, ball).__getitem__)
+    table = measure_contact(Frames(frames, values.__getitem__), (surface,), None, Time(0, 24.0))
+    assert table["points not yet out"].tolist() == [2, 1, 0, 0] and table["points inside"].tolist() == [0, 0, 0, 1]
+    assert table["not yet out [mm]"] == pytest.approx([10.0, 10.0, 0.0, 0.0], abs=0.1)
+    assert table["deepest [mm]"] == pytest.approx([0.0, 0.0, 0.0, 3.0], abs=0.1)
+
+
 def test_what_is_pinched_counts_apart(sphere):
     """In the lens where two balls overlap by 20 mm there is no room; on the far side of one there is."""
     left, right = (bake(sphere(0.05, (x, 0.0, 0.0)), 0.0025, 8.0) for x in (-0.04, 0.04))

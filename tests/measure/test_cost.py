@@ -7,8 +7,10 @@ import pytest
 from hairpipe.nodes.simulate_hair import simulate_hair
 from hairpipe.nodes.time_hair import time_hair
 
+from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
+from hairpipe.measure.cost import Around
 from hairpipe.motion.ends import lead
 from hairpipe.motion.track import Track
 from hairpipe.sim.scene import StepControl
@@ -43,3 +45,10 @@ def test_a_shot_of_few_frames_is_timed_as_far_as_it_goes(count):
     shot = Frames(tuple(range(5, 5 + count)), lambda frame: lead(GROOM, frame / 24, Track(), None, None, None))
     table = time_hair(GROOM, None, None, None, shot, Time(5, 24.0), warm=4, timed=8)
     assert table["frames timed"].tolist() == [count - 1]
+
+
+def test_frames_that_are_left_out_are_refused_where_they_would_be_timed():
+    shot = Frames((5, 6, 9), lambda frame: lead(GROOM, frame / 24, Track(), None, None, None))
+    assert Around(None, shot, (), ()).frames(5, 2) == [5, 6]
+    with pytest.raises(BadInput, match=r"no frames between 6 and 9.*\(4 of them in a row\)"):
+        time_hair(GROOM, None, None, None, shot, Time(5, 24.0), warm=1, timed=2)

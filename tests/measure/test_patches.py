@@ -1,12 +1,14 @@
 """Distances patch by patch, and how the roots move."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from hairpipe.data import Ends, Mesh, Strands
+from hairpipe.data import Ends, Groom, Mesh, Strands
 from hairpipe.errors import BadInput
+from hairpipe.graph import Frames
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.patches import measure_patches
 from hairpipe.measure.roots import measure_root_motion
@@ -57,3 +59,36 @@ def test_roots_on_a_wheel_have_its_speed_and_acceleration():
     assert table["speed [m/s]"][1:-1] == pytest.approx(0.3 * rate, rel=1e-3)
     assert table["acceleration [m/s^2]"][1:-1] == pytest.approx(0.3 * rate**2, rel=1e-3)
     assert table["acceleration [m/s^2]"][[0, -1]] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.fixture
+def falling() -> tuple[Groom, Callable[[int], Ends]]:
+    """A groom whose roots are 2 t^2 high, at 25 frames a second."""
+    groom = lay_strands(2, 0.1, SEGMENTS, (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), None, 0.0)
+    still = lead(groom, 0.0, Track(), None, None, None)
+
+    def at(frame: int) -> Ends:
+        roots = still.roots.copy()
+        roots[:, 1, 3] += 2.0 * (frame / 25.0) ** 2
+        return replace(still, roots=roots)
+
+    return groom, at
+
+
+@pytest.mark.parametrize("frames", [(1, 3, 5, 7), (1, 2, 5, 6, 11)])
+def test_steps_between_frames_may_be_of_any_length(falling, frames):
+    """Central differences know a parabola exactly; at the ends it goes on in a straight line."""
+    groom, at = falling
+    table = measure_root_motion(groom, Frames(frames, at), 25.0)
+    ends = [4.0 * (one + other) / 2 / 25.0 for one, other in (frames[:2], frames[-2:])]
+    assert table["frame"].tolist() == list(frames)
+    assert table["speed [m/s]"] == pytest.approx([ends[0], *(4.0 * f / 25.0 for f in frames[1:-1]), ends[1]])
+    assert table["acceleration [m/s^2]"] == pytest.approx([0.0, *[4.0] * (len(frames) - 2), 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("frames", [(7,), (7, 9)])
+def test_roots_of_one_frame_stand_still_and_those_of_two_go_straight(falling, frames):
+    groom, at = falling
+    table = measure_root_motion(groom, Frames(frames, at), 25.0)
+    assert table["speed [m/s]"] == pytest.approx([0.0] if len(frames) == 1 else [4.0 * 8 / 25.0] * 2)
+    assert (table["acceleration [m/s^2]"] == 0.0).all()

@@ -13,6 +13,23 @@ def test_an_obj_file_becomes_a_body_of_one_joint(tmp_path):
     np.testing.assert_allclose(body.mesh.points, [[0, 0, 0], [1, 0, 0], [0, 1, 0]], atol=1e-12)
 
 
+def test_a_usd_file_without_a_skeleton_becomes_a_body_of_one_joint(tmp_path):
+    (tmp_path / "a.usda").write_text(
+        """#usda 1.0
+        (metersPerUnit = 1)
+        def Mesh "triangle"
+        {
+            point3f[] points = [(0, 1, 0), (1, 1, 0), (1, 2, 0)]
+            int[] faceVertexCounts = [3]
+            int[] faceVertexIndices = [0, 1, 2]
+        }
+        """
+    )
+    body = load_body(file=tmp_path / "a.usda", joint="skull")
+    assert body.skeleton.names == ("skull",)
+    np.testing.assert_allclose(body.skeleton.rest[0, :3, 3], [2 / 3, 4 / 3, 0], atol=1e-7)
+
+
 def test_a_missing_file_is_told(tmp_path):
     with pytest.raises(BadInput, match=r"none\.obj"):
         load_body(file=tmp_path / "none.obj")

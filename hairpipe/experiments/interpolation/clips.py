@@ -4,7 +4,6 @@ Every n-th frame of a clip is a key; the frames between are the truth, and are n
 """
 
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -40,7 +39,7 @@ def clip_table(rest: Mesh, clip: Clip, stride: int, dt: float) -> Table:
     """Tabulate the distance that points of the true skin have, for every time between two keys.
 
     rest    the skin at rest: what is hidden there, such as the mouth, is hidden all through
-    stride  frames from one key to the next; fewer where there are fewer frames
+    stride  frames from one key to the next, of those that there are; fewer where there are fewer frames
     dt      time between frames [s]
 
     Time is counted in keys. "baked then" is a level set baked at the very time: nothing but the samples' own error.
@@ -49,16 +48,18 @@ def clip_table(rest: Mesh, clip: Clip, stride: int, dt: float) -> Table:
     stride = max(1, min(stride, len(numbers) - 1))
     found: dict[tuple[str, float], list[tuple[np.ndarray, np.ndarray]]] = {}
     sites = outer_sites(rest, clip.surfaces[numbers[0]])
-    for first, last in pairwise(numbers[::stride]):
-        surfaces = surfaces_between(clip, first, last, stride * dt)
-        for number in range(first, last + 1):
-            then, a = clip.surfaces[number], (number - first) / stride
+    for begin in range(0, len(numbers) - stride, stride):
+        first, last = numbers[begin], numbers[begin + stride]
+        seconds = (last - first) * dt
+        surfaces = surfaces_between(clip, first, last, seconds)
+        for number in numbers[begin : begin + stride + 1]:
+            then, a = clip.surfaces[number], (number - first) / (last - first)
             points = site_points(clip.skins[number], sites)
             baked = moving_field(then, then, 1.0, Interpolation.linear)
             near = misses(baked, points, 0.0, np.inf)[0] < OUTER * then.voxel
             for name, surface in (surfaces | {"baked then": baked}).items():
                 band = then.voxel * then.half_width
-                off = misses(surface, points[near], a * stride * dt, band)
+                off = misses(surface, points[near], a * seconds, band)
                 found.setdefault((name, a), []).append(off)
     return table_of_rows(
         COLUMNS, [row(*key, *map(np.concatenate, zip(*offs, strict=True))) for key, offs in found.items()]

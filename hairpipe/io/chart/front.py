@@ -50,18 +50,18 @@ def draw_front(
 ) -> None:
     """Draw a point for every row, and write a PNG; BadInput where there is no such column, or nothing to draw.
 
-    What failed is a cross where it is, or at the edge where that is too far away.
+    What failed is a cross where it is, or at the edge where that is too far away. What is 0 is at the lower edge.
 
     joined  series whose points a line joins, in the order of the table
     size    of the picture [px]
     """
     check_columns(table, columns, [columns.x, columns.y, columns.front])
-    x, y, names = table.numbers[columns.x], table.numbers[columns.y], list(table[columns.label])
-    failed = texts(table, columns.failed)
-    good = np.array([not text for text in failed]) & (x > 0) & (y > 0) & np.isfinite(x) & np.isfinite(y)
+    x, y = table.numbers[columns.x], table.numbers[columns.y]
+    names, failed = texts(table, columns.label), texts(table, columns.failed)
+    good = np.array([not text for text in failed]) & (x >= 0) & (y >= 0) & np.isfinite(x) & np.isfinite(y)
     if not good.any():
         raise BadInput("no variant has a cost and an error", right="one that does not fail")
-    low, high = limits_of(x[(x > 0) & np.isfinite(x)], y[good])
+    low, high = limits_of(x[np.isfinite(x)], y[good])
     places = np.stack([clipped(x, low[0], high[0]), clipped(y, low[1], high[1])], axis=1)
     groups = list(dict.fromkeys(texts(table, columns.series)))
     with sheet(path, *size) as (axes,):
@@ -88,13 +88,17 @@ def draw_front(
 
 
 def texts(table: Table, name: str) -> list[str]:
-    """Return a column of texts; one in which nothing is written may count as one of numbers, if it has no rows."""
+    """Return a column as texts."""
     return [str(value) for value in table[name]]
 
 
 def limits_of(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest and the highest x and y of the axes: room around costs and the errors of what did not fail."""
-    low, high = np.log([x.min(), y.min()]), np.log([x.max(), y.max()])
+    """Return the lowest and the highest x and y of the axes: room around costs and the errors of what did not fail.
+
+    Those that are not more than 0 have no place on a scale of logarithms; around 1 there is room where no other is.
+    """
+    known = [np.log(values[values > 0.0]) if (values > 0.0).any() else np.zeros(1) for values in (x, y)]
+    low, high = np.array([(values.min(), values.max()) for values in known]).T
     room = MARGIN * np.maximum(high - low, 1.0)
     return np.exp(low - room), np.exp(high + room)
 
@@ -127,6 +131,6 @@ def draw_line(axes: Axes, points: np.ndarray) -> None:
 def draw_group(axes: Axes, points: np.ndarray, look: Look) -> Line2D:
     """Draw the points of a group, (n, 2), in the order of the table; return its key."""
     axes.plot(*points.T, linestyle=look.line, linewidth=0.8, alpha=0.5, color=look.colour, zorder=2)
-    dots = {"marker": look.marker, "markersize": 6, "color": look.colour, "markeredgecolor": "white"}
+    dots = {"marker": look.marker, "markersize": 6, "color": look.colour, "markeredgecolor": "white", "clip_on": False}
     axes.plot(*points.T, linestyle="", zorder=4, **dots)
     return Line2D([], [], linestyle=look.line, label=look.name, **dots)

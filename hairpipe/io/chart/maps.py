@@ -12,12 +12,15 @@ from matplotlib.colors import Colormap, LogNorm
 from matplotlib.patches import Rectangle
 
 from hairpipe.data import Table
+from hairpipe.errors import BadInput
 from hairpipe.io.chart.lines import check_columns
 from hairpipe.io.chart.sheet import INK, sheet
 
 COLOUR_MAP = "YlGnBu_r"
 FAILED, NOT_RUN = "#d9482b", "not run"
 FONT = 6.5
+EXACT = 1e-6
+"""How far one over a whole number may be off, over itself."""
 
 
 def draw_maps(
@@ -34,17 +37,21 @@ def draw_maps(
     title: str = "",
     size: tuple[int, int] = (2400, 1500),
 ) -> None:
-    """Draw a cell for every row of a table, and write a PNG; BadInput where there is no such column.
+    """Draw a cell for every row of a table, and write a PNG.
 
     panels   column of texts: a panel for each
     x        column of numbers, ascending to the right; y  column of texts, from the bottom up in the order of the table
     value    column of numbers that colours the cells, on a scale of logarithms
     marks    column of texts, several parted by commas: their first letters are written into a cell, which is red then;
              "not run" leaves it hatched
-    limits   of the colours
+    limits   of the colours, more than 0 and ascending
     columns  of panels
+
+    Raises BadInput where there is no such column, or the limits do not ascend.
     """
     check_columns(table, [panels, x, y, value, marks], [x, value])
+    if not 0.0 < limits[0] < limits[1]:
+        raise BadInput(f"limits = {list(limits)}", right="a number above 0, and a larger one")
     names, xs, ys = (
         list(dict.fromkeys(table[panels])),
         sorted(set(table.numbers[x].tolist())),
@@ -113,5 +120,7 @@ def shortest(value: float) -> str:
 
 
 def spoken(value: float) -> str:
-    """Write a step as people say it: one over a whole number where it is less than one."""
-    return f"1/{round(1 / value)}" if 0 < value < 1 else f"{value:g}"
+    """Write a step as people say it: one over a whole number where it is that and less than one."""
+    if 0 < value < 1 and abs(value * round(1 / value) - 1) < EXACT:
+        return f"1/{round(1 / value)}"
+    return f"{value:g}"

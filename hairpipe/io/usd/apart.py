@@ -47,9 +47,15 @@ def work_apart(work: Callable[..., Result], path: Path, *arguments: Any) -> Resu
     return result
 
 
-def limit_memory() -> None:
-    """Let this process have no more than MEMORY of its own, mapped files not counted."""
-    resource.setrlimit(resource.RLIMIT_DATA, (MEMORY, MEMORY))
+def limit_memory() -> int:
+    """Let this process have no more than MEMORY of its own, or less where it may not; return how much [bytes].
+
+    Mapped files are not counted.
+    """
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    most = MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard)
+    resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+    return most
 
 
 def _main() -> None:
@@ -57,7 +63,7 @@ def _main() -> None:
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not end up in the answer
         work, path, arguments = pickle.load(sys.stdin.buffer)
-        limit_memory()
+        most = limit_memory()
         with warnings.catch_warnings(record=True) as warned:
             warnings.simplefilter("always", UserWarning)
             try:
@@ -65,7 +71,8 @@ def _main() -> None:
             except BadInput as fault:
                 result = fault
             except MemoryError:
-                result = BadInput(f"takes more than {MEMORY >> 30} GiB of memory", where=path, right="a smaller file")
+                what = f"takes more than {most / 2**30:.2g} GiB of memory"
+                result = BadInput(what, where=path, right="a smaller file")
         pickle.dump((result, [w.message for w in warned if w.category is UserWarning]), out)
 
 

@@ -18,7 +18,6 @@ from hairpipe.io.usd.skeleton import (
     read_influences,
     read_rig,
     skin_at_rest,
-    still_skeleton,
 )
 from hairpipe.io.usd.stage import numbers, open_alone, place, shown, usd_faults
 
@@ -45,10 +44,9 @@ def read(path: Path, prim: str | None) -> Body:
         rigs = _read_rigs([bindings[mesh.GetPath()] for mesh in meshes if mesh.GetPath() in bindings])
         pieces = [_read_piece(mesh, bindings.get(mesh.GetPath()), rigs) for mesh in meshes]
     mesh = _merge_meshes([piece.painted.mesh for piece in pieces])
-    skeleton = join_rigs(list(rigs.values())) if rigs else still_skeleton(mesh.points)
-    joints = _stack([piece.joints for piece in pieces])
-    weights = _stack([piece.weights for piece in pieces])
-    return Body(mesh, skeleton, joints, weights, _merge_maps([piece.painted for piece in pieces]))
+    joints, weights = _stack([piece.joints for piece in pieces]), _stack([piece.weights for piece in pieces])
+    maps = _merge_maps([piece.painted for piece in pieces])
+    return Body(mesh, join_rigs(list(rigs.values())), joints, weights, maps)
 
 
 def _read_rigs(bindings: Sequence[Binding]) -> dict[Sdf.Path, Rig]:
@@ -65,11 +63,11 @@ def _read_piece(mesh: UsdGeom.Mesh, binding: Binding | None, rigs: dict[Sdf.Path
     if binding is None:
         if rigs:
             warnings.warn(f"{mesh.GetPath()} is bound to no skeleton; it follows the first joint", stacklevel=2)
-        painted = read_mesh(mesh, points, place(mesh.GetPrim()))
-        return Piece(painted, np.zeros((len(points), 1), np.int32), np.ones((len(points), 1)))
+        painted, k = read_mesh(mesh, points, place(mesh.GetPrim())), min(len(rigs), 1)
+        return Piece(painted, np.zeros((len(points), k), np.int32), np.ones((len(points), k)))
     rig = rigs[binding.skeleton.GetPrim().GetPath()]
     joints, weights = read_influences(rig, binding.skinning, len(points))
-    painted = read_mesh(mesh, skin_at_rest(rig, binding.skinning, points), rig.matrix)
+    painted = read_mesh(mesh, skin_at_rest(rig, binding.skinning, points, joints, weights), rig.matrix)
     return Piece(painted, joints, weights)
 
 

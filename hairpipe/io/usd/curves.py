@@ -17,7 +17,8 @@ def read(path: Path, prim: str | None) -> tuple[np.ndarray, np.ndarray]:
     """Read the visible curves at or under a prim; see `hairpipe.io.usd.read.read_curves`."""
     with usd_faults(path):
         stage = open_alone(path)
-        strands = [s for p in shown(stage, UsdGeom.BasisCurves, prim) for s in _read_strands(UsdGeom.BasisCurves(p))]
+        prims = [UsdGeom.BasisCurves(p) for p in shown(stage, UsdGeom.BasisCurves, prim, guides=True)]
+        strands = [strand for curves in prims for strand in _read_strands(curves)]
     if not strands:
         raise BadInput("the curves have no points", where=path, right="at least one curve")
     offsets = np.cumsum([0] + [len(strand) for strand in strands]).astype(np.int32)

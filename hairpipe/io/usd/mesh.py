@@ -12,6 +12,7 @@ from hairpipe.io.polygons import triangulate
 from hairpipe.io.usd.stage import checked, location, move, numbers
 
 PER_VERTEX = (UsdGeom.Tokens.vertex, UsdGeom.Tokens.varying)
+SKINNING = "skel:"  # what the names of joint indices and weights begin with
 SCALARS = (Sdf.ValueTypeNames.FloatArray, Sdf.ValueTypeNames.DoubleArray, Sdf.ValueTypeNames.HalfArray)
 
 
@@ -86,8 +87,9 @@ def _read_uv(prim: UsdGeom.Mesh, vertices: np.ndarray, n: int) -> np.ndarray | N
 
 def _read_maps(prim: UsdGeom.Mesh, n: int) -> dict[str, np.ndarray]:
     primvars = UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues()
-    painted = [p for p in primvars if p.GetInterpolation() in PER_VERTEX and p.GetTypeName() in SCALARS]
-    return {p.GetPrimvarName(): _read_map(p, n) for p in painted if p.GetElementSize() == 1}
+    scalars = [p for p in primvars if p.GetInterpolation() in PER_VERTEX and p.GetTypeName() in SCALARS]
+    painted = [p for p in scalars if p.GetElementSize() == 1 and not p.GetPrimvarName().startswith(SKINNING)]
+    return {p.GetPrimvarName(): _read_map(p, n) for p in painted}
 
 
 def _read_map(primvar: UsdGeom.Primvar, n: int) -> np.ndarray:

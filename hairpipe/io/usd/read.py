@@ -13,8 +13,8 @@ def read_body(path: Path, prim: str | None = None) -> Body:
     """Read the meshes of a stage as one body at rest, with the UsdSkel skeletons that move them.
 
     Polygons become triangles. Float primvars on vertices become maps, `st` texture coordinates; invisible meshes and
-    those of purpose proxy are left out. Bound meshes stand in the rest pose of their skeleton, others where they are
-    at the earliest time; without any skeleton the one joint "root" moves everything.
+    those of purpose proxy or guide are left out. Bound meshes stand in the rest pose of their skeleton, others where
+    they are at the earliest time; without any skeleton the body has no joints.
 
     prim  path of a mesh or of what contains the meshes; the whole stage if not given
 
@@ -26,6 +26,7 @@ def read_body(path: Path, prim: str | None = None) -> Body:
 def read_curves(path: Path, prim: str | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Read all BasisCurves of a stage at the earliest time as strands, root first.
 
+    Invisible curves and those of purpose proxy are left out; those of purpose guide, too, where there are others.
     Linear and Catmull-Rom curves pass through their points, which are returned as they are; B-spline and Bezier
     curves are evaluated.
 

@@ -44,6 +44,8 @@ class Rig:
 def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
     """Return the binding of every mesh that a skeleton moves.
 
+    A skeleton is handed down to all that is under its root: what says no joints to follow is not moved by it.
+
     Raises BadInput if the joints of a skeleton are no tree.
     """
     cache, found, predicate = UsdSkel.Cache(), {}, Usd.TraverseInstanceProxies()
@@ -52,7 +54,8 @@ def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
         if root and cache.Populate(root, predicate):
             for binding in cache.ComputeSkelBindings(root, predicate):
                 query = _query(cache, binding.GetSkeleton())
-                found |= {skin.GetPrim().GetPath(): Binding(query, skin) for skin in binding.GetSkinningTargets()}
+                skins = [skin for skin in binding.GetSkinningTargets() if skin.HasJointInfluences()]
+                found |= {skin.GetPrim().GetPath(): Binding(query, skin) for skin in skins}
     return found
 
 
@@ -102,11 +105,23 @@ def _rigid(matrix: np.ndarray, joints: np.ndarray, where: str) -> np.ndarray:
     return world
 
 
-def skin_at_rest(rig: Rig, skinning: UsdSkel.SkinningQuery, points: np.ndarray) -> np.ndarray:
-    """Return the points (n, 3) of a bound mesh in the skeleton's space at its rest pose, (n, 3) float64."""
+def skin_at_rest(
+    rig: Rig, skinning: UsdSkel.SkinningQuery, points: np.ndarray, joints: np.ndarray, weights: np.ndarray
+) -> np.ndarray:
+    """Return the points (n, 3) of a bound mesh in the skeleton's space at its rest pose, (n, 3) float64.
+
+    joints, weights  as `read_influences` returns them: those of the file need not sum to 1
+    """
     moved = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(points, np.float32))
-    if not skinning.ComputeSkinnedPoints(rig.skin, moved, REST):
-        raise BadInput("cannot be skinned", where=location(skinning.GetPrim()), right="influences that fit the points")
+    influences = (
+        Vt.IntArray.FromNumpy(np.ascontiguousarray(joints - rig.first, np.int32).ravel()),
+        Vt.FloatArray.FromNumpy(np.ascontiguousarray(weights, np.float32).ravel()),
+        joints.shape[1],
+    )
+    method, bind = skinning.GetSkinningMethod(), skinning.GetGeomBindTransform(REST)
+    if not UsdSkel.SkinPoints(method, bind, rig.skin, *influences, moved):
+        right = "classicLinear or dualQuaternion"
+        raise BadInput(f"cannot be skinned by the method {method}", where=location(skinning.GetPrim()), right=right)
     return np.array(moved, np.float64)
 
 
@@ -144,14 +159,18 @@ def _joint_order(rig: Rig, skinning: UsdSkel.SkinningQuery, where: str) -> np.nd
 
 
 def join_rigs(rigs: Sequence[Rig]) -> Skeleton:
-    """Put the joints of several rigs into one skeleton, named by the last part of their path where that is unique."""
+    """Put the joints of rigs into one skeleton, named by the last part of their path where that is unique.
+
+    No rigs make a skeleton without joints.
+    """
     tokens = [token for rig in rigs for token in rig.joints]
     leaves = [token.rpartition("/")[2] for token in tokens]
     names = [leaf if leaves.count(leaf) == 1 else token for leaf, token in zip(leaves, tokens, strict=True)]
     names = [name if names.count(name) == 1 else f"{name}#{i}" for i, name in enumerate(names)]
-    parents = np.concatenate([np.where(rig.parents < 0, -1, rig.parents + rig.first) for rig in rigs])
-    rest = np.concatenate([rig.rest for rig in rigs])
-    return Skeleton(tuple(names), parents.astype(np.int32), rest, find_tips(parents, rest[:, :3, 3]))
+    shifted = [np.where(rig.parents < 0, -1, rig.parents + rig.first) for rig in rigs]
+    parents = np.concatenate([np.empty(0, np.int32), *shifted]).astype(np.int32)
+    rest = np.concatenate([np.empty((0, 4, 4)), *(rig.rest for rig in rigs)])
+    return Skeleton(tuple(names), parents, rest, find_tips(parents, rest[:, :3, 3]))
 
 
 def find_tips(parents: np.ndarray, origins: np.ndarray) -> np.ndarray:
@@ -164,9 +183,3 @@ def find_tips(parents: np.ndarray, origins: np.ndarray) -> np.ndarray:
         elif parent >= 0:
             tips[joint] = 2 * origins[joint] - origins[parent]
     return tips
-
-
-def still_skeleton(points: np.ndarray) -> Skeleton:
-    """Return a skeleton of the one joint "root" at the origin, its tip as high as the highest of the points (n, 3)."""
-    tip = np.array([[0.0, points[:, 1].max(), 0.0]])
-    return Skeleton(("root",), np.array([-1], np.int32), np.eye(4)[None], tip)

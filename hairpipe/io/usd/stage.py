@@ -12,6 +12,7 @@ from hairpipe.errors import BadInput
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 LINE = 160  # characters of a message of OpenUSD that are shown
+RENDERED = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)  # purposes
 Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
 
 
@@ -107,18 +108,22 @@ def move(matrix: np.ndarray, points: np.ndarray) -> np.ndarray:
     return points @ matrix[:3, :3].T + matrix[:3, 3]
 
 
-def shown(stage: Usd.Stage, schema: type, prim: str | None) -> list[Usd.Prim]:
-    """Return the prims of a schema, in order of the stage, that are neither invisible nor stand-ins (purpose proxy).
+def shown(stage: Usd.Stage, schema: type, prim: str | None, *, guides: bool = False) -> list[Usd.Prim]:
+    """Return the visible prims of a schema that a renderer draws (purpose default or render), in order of the stage.
 
-    prim  only those at or under this path
+    prim    only those at or under this path
+    guides  those of purpose guide will do where there are no others
 
     Raises BadInput if there is no such prim, or none of the schema.
     """
     root = stage.GetPseudoRoot() if prim is None else _prim_at(stage, prim)
-    found = [p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if p.IsA(schema) and _is_shown(p)]
+    visible = [p for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if p.IsA(schema) and _is_visible(p)]
+    found = [p for p in visible if _purpose(p) in RENDERED]
+    if guides and not found:
+        found = [p for p in visible if _purpose(p) == UsdGeom.Tokens.guide]
     if not found:
         under = "" if prim is None else f" at or under {prim}"
-        right = f"a prim of the type {schema.__name__}"
+        right = f"a prim of the type {schema.__name__} and the purpose {' or '.join(RENDERED)}"
         raise BadInput(f"no visible {schema.__name__}{under}", where=stage_path(stage), right=right)
     return found
 
@@ -131,10 +136,12 @@ def _prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
     return found
 
 
-def _is_shown(prim: Usd.Prim) -> bool:
-    image = UsdGeom.Imageable(prim)
-    visible = image.ComputeVisibility(Usd.TimeCode.EarliestTime()) != UsdGeom.Tokens.invisible
-    return visible and image.ComputePurpose() != UsdGeom.Tokens.proxy
+def _is_visible(prim: Usd.Prim) -> bool:
+    return UsdGeom.Imageable(prim).ComputeVisibility(Usd.TimeCode.EarliestTime()) != UsdGeom.Tokens.invisible
+
+
+def _purpose(prim: Usd.Prim) -> str:
+    return UsdGeom.Imageable(prim).ComputePurpose()
 
 
 def numbers(attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:

@@ -6,7 +6,7 @@ from PIL import Image
 
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.io.chart.front import Columns, draw_front
+from hairpipe.io.chart.front import Columns, draw_front, limits_of
 from hairpipe.io.chart.labels import Box, candidates
 
 NAMES = ["case", "group", "seconds", "error [%]", "failed", "front"]
@@ -17,6 +17,7 @@ ROWS = [
     ("wild", "scheme", 5e-3, 900.0, "stretched at frame 3", 0),
     ("lost", "scheme", 2e-3, np.nan, "not finite at frame 2", 0),
 ]
+FAILED = np.array([217, 72, 43])
 COLUMNS = Columns("seconds", "error [%]", "case", "group", "failed", "front")
 
 
@@ -38,16 +39,36 @@ def test_every_point_shows_and_bytes_repeat(tmp_path):
 
 
 def test_what_failed_is_red_and_does_not_stretch_the_axes(tmp_path):
-    failed = np.array([217, 72, 43])
     drawn(tmp_path / "a.png", ROWS)
     drawn(tmp_path / "b.png", ROWS[:3])
-    counts = []
-    for name in "ab":
-        with Image.open(tmp_path / f"{name}.png") as image:
-            counts.append(np.sum(np.abs(np.asarray(image)[:, :, :3].astype(int) - failed).sum(axis=2) < 10))
-    assert counts[0] > 100 and counts[1] == 0
+    assert red_in(tmp_path / "a.png") > 100 and red_in(tmp_path / "b.png") == 0
     nearer = [*ROWS[:3], (*ROWS[3][:3], 9e7, *ROWS[3][4:]), ROWS[4]]
     assert drawn(tmp_path / "b.png", nearer) == (tmp_path / "a.png").read_bytes()
+
+
+def red_in(path):
+    """Count the pixels in the colour of what failed."""
+    with Image.open(path) as image:
+        return np.sum(np.abs(np.asarray(image)[:, :, :3].astype(int) - FAILED).sum(axis=2) < 10)
+
+
+def test_what_is_exact_has_not_failed(tmp_path):
+    exact = ("exact", "step", 1e-1, 0.0, "", 1)
+    plain, shown = (drawn(tmp_path / name, rows) for name, rows in (("a.png", ROWS[:3]), ("b.png", [*ROWS[:3], exact])))
+    assert shown != plain and red_in(tmp_path / "b.png") == 0
+    drawn(tmp_path / "b.png", [exact])
+    assert red_in(tmp_path / "b.png") == 0
+
+
+def test_zeros_do_not_stretch_the_axes():
+    low, high = limits_of(np.array([0.0, 1e-3, 1e-1]), np.array([2.0, 0.0, 8.0]))
+    assert (low > (5e-4, 1.0)).all() and (low < (1e-3, 2.0)).all() and (high > (1e-1, 8.0)).all()
+
+
+def test_names_may_be_numbers(tmp_path):
+    numbered = [(n, *row[1:]) for n, row in enumerate(ROWS)]
+    written = [(str(n), *row[1:]) for n, row in enumerate(ROWS)]
+    assert drawn(tmp_path / "a.png", numbered) == drawn(tmp_path / "b.png", written)
 
 
 def test_what_cannot_be_drawn_is_said(tmp_path):

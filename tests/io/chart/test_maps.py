@@ -17,9 +17,9 @@ ROWS = [
 ]
 
 
-def drawn(path, rows, **changes):
+def drawn(path, rows, limits=(0.01, 100.0), **changes):
     columns = {"panels": "case", "x": "step [s]", "y": "motion", "value": "error [%]", "marks": "failed"}
-    draw_maps(path, table_of_rows(NAMES, rows), **columns | changes, limits=(0.01, 100.0), columns=2, size=(900, 500))
+    draw_maps(path, table_of_rows(NAMES, rows), **columns | changes, limits=limits, columns=2, size=(900, 500))
     return path.read_bytes()
 
 
@@ -38,8 +38,15 @@ def test_a_column_that_is_not_there_is_named(tmp_path):
         drawn(tmp_path / "a.png", ROWS, y="violence")
 
 
+@pytest.mark.parametrize("limits", [(100.0, 0.01), (1.0, 1.0), (0.0, 1.0)])
+def test_limits_that_do_not_ascend_are_refused(tmp_path, limits):
+    with pytest.raises(BadInput, match=r"limits = \["):
+        drawn(tmp_path / "a.png", ROWS, limits)
+
+
 def test_steps_are_said_as_people_say_them():
-    assert [spoken(step) for step in (1 / 24, 1e-4, 1.0)] == ["1/24", "1/10000", "1"]
+    assert [spoken(step) for step in (1 / 24, 1e-4, 0.5, 1.0)] == ["1/24", "1/10000", "1/2", "1"]
+    assert [spoken(share) for share in (0.7, 0.6, 0.4, 0.3, 0.15)] == ["0.7", "0.6", "0.4", "0.3", "0.15"]
 
 
 def test_numbers_fit_into_a_cell():

@@ -2,6 +2,8 @@
 
 import json
 import os
+import subprocess
+import sys
 import warnings
 from pathlib import Path
 
@@ -42,6 +44,22 @@ def test_a_fault_of_ours_is_no_bad_input() -> None:
 def test_a_work_that_takes_all_memory_is_bad_input(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="takes more than 4 GiB of memory"):
         work_apart(bytearray, 1 << 40)
+
+
+def test_a_limit_of_the_caller_is_kept() -> None:
+    """With 2 GiB at most allowed, work is done with that."""
+    script = """
+import os, resource
+from pathlib import Path
+from hairpipe.io.usd.apart import work_apart
+
+resource.setrlimit(resource.RLIMIT_DATA, (2 << 30, 2 << 30))
+print(work_apart(os.path.join, Path("a"), "b"))
+work_apart(bytearray, 1 << 40)
+"""
+    child = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert child.stdout == "a/b\n"
+    assert "BadInput: 1099511627776: takes more than 2 GiB of memory" in child.stderr
 
 
 def test_a_death_is_bad_input(tmp_path: Path) -> None:

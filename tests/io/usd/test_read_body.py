@@ -41,7 +41,7 @@ def test_stands_in_metres_with_y_up(new_stage, saved, up: str, scale: float) -> 
     expected = np.stack([x, y, z] if up == "Y" else [x, z, -y], axis=1)
     np.testing.assert_allclose(body.mesh.points, expected, rtol=0, atol=1e-6)
     assert volume(body.mesh) == pytest.approx(8 * scale**3)
-    assert body.skeleton.names == ("root",) and (body.weights == 1).all() and (body.joints == 0).all()
+    assert body.skeleton.names == () and body.weights.shape == body.joints.shape == (8, 0)
 
 
 def test_takes_the_transform_of_the_earliest_time(new_stage, saved) -> None:
@@ -109,9 +109,10 @@ def test_merges_all_that_is_shown_and_takes_one_prim_on_request(new_stage, saved
     second = cube(stage, "/char/second")
     second.AddTranslateOp().Set(Gf.Vec3d(5, 0, 0))
     UsdGeom.PrimvarsAPI(second).CreatePrimvar("scalp", TYPES.FloatArray, TOKENS.vertex).Set([1.0] * 8)
-    cube(stage, "/char/first")
+    cube(stage, "/char/first").CreatePurposeAttr(TOKENS.render)
     cube(stage, "/char/hidden").MakeInvisible()
     cube(stage, "/char/proxy").CreatePurposeAttr(TOKENS.proxy)
+    cube(stage, "/char/guide").CreatePurposeAttr(TOKENS.guide)
     path = saved(stage)
     both, one = read(path, None), read(path, "/char/first")
     assert len(both.mesh.points) == 16 and volume(both.mesh) == pytest.approx(16)
@@ -141,6 +142,7 @@ def wrong_type(mesh: UsdGeom.Mesh, name: str) -> None:
 
 BROKEN = {
     "no mesh": (lambda stage: UsdGeom.Xform.Define(stage, "/body"), "no visible Mesh"),
+    "guides": (bent(lambda m: m.CreatePurposeAttr(TOKENS.guide)), "no visible Mesh (a prim of the type Mesh and"),
     "no points": (bent(lambda m: m.CreatePointsAttr([])), "no points"),
     "NaN": (
         bent(lambda m: m.CreatePointsAttr([Gf.Vec3f(0)] * 7 + [Gf.Vec3f(0, np.nan, 0)])),

@@ -112,6 +112,18 @@ def test_takes_the_earliest_time(new_stage, saved) -> None:
     assert (read(saved(stage), None)[0] == 1).all()
 
 
+def test_takes_guides_only_where_there_is_nothing_else(new_stage, saved) -> None:
+    stage, (guide, hair, proxy) = new_stage(), wild(4, 7, 3)
+    curves(stage, [guide], path="/groom/guides").CreatePurposeAttr(TOKENS.guide)
+    curves(stage, [proxy], path="/groom/proxy").CreatePurposeAttr(TOKENS.proxy)
+    np.testing.assert_allclose(read(saved(stage), None)[0], guide, atol=1e-7)
+    curves(stage, [hair], path="/groom/hair").CreatePurposeAttr(TOKENS.render)
+    np.testing.assert_allclose(read(saved(stage), None)[0], hair, atol=1e-7)
+    np.testing.assert_allclose(read(saved(stage), "/groom/guides")[0], guide, atol=1e-7)
+    with pytest.raises(BadInput, match="no visible BasisCurves at or under /groom/proxy"):
+        read(saved(stage), "/groom/proxy")
+
+
 BROKEN: dict[str, tuple[Callable[[Usd.Stage], object], str]] = {
     "none": (lambda s: UsdGeom.Xform.Define(s, "/groom"), "no visible BasisCurves"),
     "empty": (lambda s: curves(s, []), "the curves have no points"),

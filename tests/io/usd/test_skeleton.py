@@ -130,6 +130,49 @@ def test_weights_are_normalised_and_a_bare_vertex_follows_the_root(new_stage, sa
     assert body.joints[3, 0] == 0 and body.weights[3, 0] == 1
 
 
+@pytest.mark.parametrize("method", ["classicLinear", "dualQuaternion"])
+def test_weights_of_any_sum_rest_where_those_of_sum_1_do(new_stage, saved, method: str) -> None:
+    rest = locals_of([at(*o, turn=-20 * (n + 1)) for n, o in enumerate(ORIGINS)])
+    joints, weights = np.stack([np.arange(N) % 4, np.arange(N) // 4], axis=1), np.tile([0.75, 0.25], (N, 1))
+    joints[3], weights[3] = 0, (1.0, 0.0)
+    points = []
+    for scale, bare in ((1.0, weights[3]), (2.0, np.zeros(2))):
+        stage = new_stage(name=f"{scale}.usda")
+        binding = UsdSkel.BindingAPI(character(stage, rest))
+        binding.CreateSkinningMethodAttr(method)
+        weights[3] = bare
+        binding.GetJointIndicesPrimvar().Set(joints.ravel().tolist())
+        binding.GetJointWeightsPrimvar().Set((scale * weights).ravel().tolist())
+        points.append(read(saved(stage), None).mesh.points)
+    pose = [Gf.Matrix4d(m) for m in stage.GetPrimAtPath("/char/skeleton").GetAttribute("restTransforms").Get()]
+    np.testing.assert_allclose(points[1], points[0], atol=1e-5)
+    binding.GetJointWeightsPrimvar().Set(np.vstack([weights[:3], [[1.0, 0.0]], weights[4:]]).ravel().tolist())
+    np.testing.assert_allclose(points[1], baked(stage, pose), atol=1e-5)
+
+
+def test_weights_are_no_map(new_stage, saved) -> None:
+    stage = new_stage()
+    binding = UsdSkel.BindingAPI(character(stage))
+    binding.CreateJointIndicesPrimvar(False, 1).Set([2] * N)
+    binding.CreateJointWeightsPrimvar(False, 1).Set([1.0] * N)
+    body = read(saved(stage), None)
+    assert not body.maps and (body.joints == 2).all()
+
+
+def test_a_mesh_without_joints_under_a_bound_root_follows_the_first(new_stage, saved) -> None:
+    stage = new_stage()
+    character(stage)
+    UsdSkel.BindingAPI(stage.GetPrimAtPath("/char")).CreateSkeletonRel().SetTargets(["/char/skeleton"])
+    hat = UsdGeom.Mesh.Define(stage, "/char/hat")
+    hat.CreatePointsAttr([Gf.Vec3f(n, 0, n * n) for n in range(3)])
+    hat.CreateFaceVertexCountsAttr([3])
+    hat.CreateFaceVertexIndicesAttr([0, 1, 2])
+    with pytest.warns(UserWarning, match="/char/hat is bound to no skeleton"):
+        body = read(saved(stage), None)
+    np.testing.assert_allclose(body.mesh.points[N:], [PLACE.Transform(Gf.Vec3d(n, 0, n * n)) for n in range(3)])
+    assert (body.joints[N:] == 0).all() and (body.weights[N:, 0] == 1).all() and len(body.skeleton.names) == 4
+
+
 def test_a_rigid_mesh_follows_its_joints_by_the_meshs_own_order(new_stage, saved) -> None:
     stage = new_stage()
     binding = UsdSkel.BindingAPI(character(stage))
@@ -169,6 +212,7 @@ BROKEN = {
     "flat bind": ("/char/skeleton", "bindTransforms", [Gf.Matrix4d(0)] * 4, "cannot be inverted"),
     "rest": ("/char/skeleton", "restTransforms", [Gf.Matrix4d(float("nan"))] * 4, "not finite"),
     "order": ("/char/skeleton", "joints", ["a/b", "a", "c", "d"], "no tree"),
+    "method": ("/char/mesh", "primvars:skel:skinningMethod", "bent", "cannot be skinned by the method bent"),
     "own joints": ("/char/mesh", "skel:joints", ["nobody"], "skel:joints names nobody"),
 }
 
@@ -177,7 +221,9 @@ BROKEN = {
 def test_refuses_broken_skeletons(new_stage, saved, prim: str, name: str, value: list, message: str) -> None:
     stage = new_stage()
     character(stage)
-    UsdSkel.BindingAPI(stage.GetPrimAtPath("/char/mesh")).CreateJointsAttr(JOINTS)
+    binding = UsdSkel.BindingAPI(stage.GetPrimAtPath("/char/mesh"))
+    binding.CreateJointsAttr(JOINTS)
+    binding.CreateSkinningMethodAttr()
     stage.GetPrimAtPath(prim).GetAttribute(name).Set(value)
     with pytest.raises(BadInput) as caught:
         read(saved(stage), None)
