@@ -97,8 +97,8 @@ class Root:
 
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Shorten the rest of the frame until the ends keep to the distance."""
-        left, count = path.frame - time, 1
-        while self._farthest(path.way(time, time + left / count)) > self.distance:
+        left, here, count = path.frame - time, path.ends(time), 1
+        while self._farthest(path.way(here, time + left / count)) > self.distance:
             count += 1
         return left / count
 

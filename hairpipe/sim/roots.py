@@ -49,9 +49,9 @@ class Path:
         )
         return found.astype(self.start.positions.dtype, copy=False)
 
-    def way(self, start: float, end: float) -> np.ndarray:
-        """Find how far held particles go from one time to another [s], 0 where they are free [m]; shape as `ends`."""
-        way, clamped = self.ends(end) - self.ends(start), self.start.positions.shape[1] // 2
+    def way(self, here: np.ndarray, time: float) -> np.ndarray:
+        """Find how far held particles are from here at a time [s], 0 where they are free [m]; shapes as `ends`."""
+        way, clamped = self.ends(time) - here, here.shape[1] // 2
         way[:, clamped:] *= self.held[:, None, None] if len(self.held) else 0.0
         return way
 

@@ -210,7 +210,7 @@ def run_stage(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):
     x, v     out: positions [m] and velocities [m/s] at the end, (particles, 3, W); in: v is the guess
     T        tensions of the springs [N], in: of the solve before, (particles, springs, W)
     xh, vh   explicit parts of position and velocity
-    before   positions at the start of the stage, where a strand restarts if the guess strains it too much
+    before   positions at the start of the stage; a strand that the guess strains too much restarts so, at its root
     ends     positions of the held particles at the end: those at the root, then those at the tip [m], (2 clamped, 3, W)
     held     1 where the tip is held, 0 where it is free, (blocks, W); no rows where all are free
     weights  h, of the end, for every strand [s], (blocks, W)
@@ -262,7 +262,7 @@ def guess_stages(model, x, v, T, xh, before, began, ends, held, weights, span, r
     began  velocities where the stage began [m/s], (rows, 3, W), which may be v itself
     span   that the stage covers [s]
 
-    A strand that this strains too much goes by itself, by backward Euler over the span from where the stage began: vh
+    A strand that this strains too much goes by itself, by backward Euler over the span from how the stage began: vh
     has the forces of the springs, which bore what touched the strand and would fling it without.
     """
     for block in prange(len(model.first) - 1):

@@ -38,7 +38,7 @@ class Stage:
 
     xh, vh   explicit parts of position and velocity, (rows, 3, W)
     before   positions where the stage began, same shape
-    began    velocities there, same shape; the guess, or what drag and friction go by where the guess is at rest
+    began    velocities there, same shape; the guess, or what drag and friction go by where the guess is another
     ends     held particles at its end, (blocks, 2 clamped, 3, W)
     held     see `Step`
     h        weight of the end, for every strand [s], (blocks, W)
@@ -171,7 +171,7 @@ class Surroundings:
         """Return what acts on particles of strands who, (blocks, W), and their points marked; see `sim/outer.py`.
 
         points, speeds  where that is linearised [m], [m/s], (P, 3)
-        felt            velocities that drag, friction and what begins to touch go by [m/s], (P, 3)
+        felt            velocities that drag and contact between hairs go by [m/s], (P, 3)
         anew            what strands do to each other, too; else it is what solves since then have made of it
         """
         push, damping = self._room("push", points), self._room("damping", points, 6)
@@ -262,7 +262,7 @@ class Surroundings:
             self.body.hold_normals(touched, normals, self._masses, step.dt)
 
     def let_go(self) -> None:
-        """Let the body hold nothing that it has held since `collide`."""
+        """Let the body hold nothing until `collide` finds what touches it, or a stage looks."""
         if self.body is not None:
             self.body.let_go()
 

@@ -6,9 +6,12 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.motion.ends import lead
 from hairpipe.motion.track import Track
-from hairpipe.sim.control import Courant, Pace, Root, StrainRate, Travel, highest_frequency, next_step
+from hairpipe.sim.control import Pace, Root, StrainRate, Travel, limits_of, next_step
+from hairpipe.sim.material import Material
 from hairpipe.sim.motion import Motion
 from hairpipe.sim.roots import Path, hold
+from hairpipe.sim.scene import StepControl
+from hairpipe.sim.surroundings import Surroundings
 
 FRAME = 1 / 24
 
@@ -70,13 +73,16 @@ def test_a_segment_is_not_led_at_both_ends(scene, straight):
 
 
 def test_courant_number_is_in_explicit_steps(scene, straight):
-    class Loose:
-        def stiffest_connections(self):
-            return 0.0
-
-    model = scene([straight(0.1, 4, (1.0, 0.0, 0.0))]).hair.model
-    fastest = highest_frequency(model)
-    assert Courant(4.0, fastest**2, Loose()).longest(None, None, 0.0) == pytest.approx(4.0 / fastest)
+    """The sum over the springs at a particle by hand; a chain has edges and no other springs along it."""
+    shot = scene([straight(0.1, 4, (1.0, 0.0, 0.0))], model="chain")
+    model, limits = (
+        shot.hair.model,
+        limits_of(StepControl(courant=4.0), shot.hair.model, Surroundings(shot.hair.model, shot.hair.layout)),
+    )
+    edge = 4.0 * Material().axial / (0.1 / 4)
+    masses = model.mass[model.shape.clamped :, 0]
+    fastest = np.sqrt((edge * np.array([2.0, 2.0, 2.0, 1.0]) / masses).max())
+    assert limits[-1].longest(None, None, 0.0) == pytest.approx(4.0 / fastest)
 
 
 def settle(crossed, step=FRAME, most=FRAME, part=0.01, steps=100):

@@ -16,11 +16,10 @@ begins to touch or to slide, a strand is solved again, from where the solve befo
 
 A point that begins to touch is solved for without friction first: that solve knows its load and how fast it slides.
 Had it to stick first, the hair between it and the root would be strained by all that it should have slid, and pressed
-on the body by the tension of that: hair which a bar met at 1 m/s was flung away with 6 m/s. What lies still at the
-beginning of a frame, for which nothing is remembered, sticks: without friction, if only for one solve, it would creep.
-And what slides around a
-body is held though a prediction, which goes straight, leads it off the surface: let go of and caught again in every
-stage it would need all the passes that there are, and forget its friction.
+on the body by the tension of that: hair which a bar met at 1 m/s was flung away with 6 m/s. But what lies still where a
+step begins, and of which nothing is remembered, as at a new frame, sticks: without friction, if only for one solve, it
+would creep. And what slides around a body is held though a prediction, which goes straight, leads it off the surface:
+let go of and caught again in every stage it would need all the passes that there are, and forget its friction.
 
 We differ from the paper, which moves positions first and holds the normals of what it moved in the velocity solve
 (equality, for a whole step): here nothing is stretched by being pushed, and friction and tension see each other, so
@@ -39,7 +38,7 @@ FREE, TOUCHES, MET = 0, 1, 2
 STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less than 5 um in a step of 1/240 s
 _NEAR = 1e-5  # [m]; what touches is held up to this far outside, and what is free is caught from this far inside
 _ROUGH = 1.5  # friction that comes out so many times too great is solved again; what is less is mended by and by
-_STILL = 1e-3  # [m/s]; what is slower against the body begins a frame sticking
+_STILL = 1e-3  # [m/s]; what is slower against the body, and not known to touch it, begins a step sticking
 _TURNED = 0.9  # cosine between normals; what turns farther in a step is a shock
 _PUSH_OUT = 0.5  # [m/s]; for points that begin deeper than _DEEP
 _DEEP = 1e-3  # [m]

@@ -89,7 +89,7 @@ def _linearise(out, contacts, points, velocities, felt, masses, law, weights, sp
         h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
         ahead = overlap - h * (closing - un)
         force, load = stiffness * overlap - viscosity * un, stiffness * ahead - viscosity * closing
-        if np.isfinite(force) and (contacts.loads[i] > 0.0 or (ahead > 0.0 and load > 0.0)):
+        if np.isfinite(force + load) and (contacts.loads[i] > 0.0 or (ahead > 0.0 and load > 0.0)):
             ut, slip = minus(u, scaled(un, n)), minus(coming, scaled(closing, n))
             w, along = inverse_mass(masses, segments, fractions, i), span * (h * stiffness + viscosity)
             limit = friction * max(contacts.loads[i], load / (1.0 + along * w))

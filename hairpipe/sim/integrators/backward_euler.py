@@ -28,8 +28,8 @@ class BackwardEuler:
     def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
         before, v0 = motion.x.copy(), motion.v.copy()
-        motion.v[:] = 0.0
         around.begin(motion, step)
+        motion.v[:] = 0.0
         weights = everywhere(model, v0, step.dt)
         stage = Stage(before, v0, before, v0, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
         kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)

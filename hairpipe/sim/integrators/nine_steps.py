@@ -37,6 +37,7 @@ class NineSteps(ABC):
         """Advance motion by step, in place."""
         x, v, before, dt = motion.x.copy(), motion.v, motion.v.copy(), step.dt
         around.begin(motion, step)
+        around.let_go()  # bodies hold only what step 5 has moved
         v_star = self.solve(motion, step, around, x, dt / 2, 0.5, step.time)  # 1
         around.limit_velocity(x, v_star, step)  # 2
         around.repel(x, v_star, step, elastic=True)  # 3

@@ -1,5 +1,7 @@
 """A body of springs from frame to frame."""
 
+from math import floor
+
 import numpy as np
 
 from hairpipe.data.elastic import ElasticState
@@ -9,6 +11,9 @@ from hairpipe.sim.mesh.integrators import SCHEMES
 from hairpipe.sim.mesh.network import Springs
 from hairpipe.sim.mesh.scene import Surroundings
 from hairpipe.sim.mesh.stage import Body
+
+_ROUNDING = 1e-6
+"""Of steps since springs act: times are sums."""
 
 
 def begin(springs: Springs, points: np.ndarray, scene: Surroundings) -> ElasticState:
@@ -50,10 +55,10 @@ def advance_frame(
     )
     dt, limp = frame / scene.steps, _limp(springs)
     for step in range(scene.steps):
-        middle = state.time + (step + 0.5) * dt  # half a step of tolerance: times are sums
-        body.springs = springs if middle > scene.slack else limp
+        since = floor((state.time - scene.slack) / dt + step + 1.5 + _ROUNDING)
+        body.springs = springs if since > 0 else limp
         # The acceleration knows nothing of springs that begin to act now.
-        begins = 0.0 < scene.slack < middle <= scene.slack + dt
+        begins = scene.slack > 0.0 and since == 1
         SCHEMES["backward_euler" if begins else scene.scheme](body, dt)
     time = state.time + frame
     lost = np.flatnonzero(~np.isfinite(body.x).all(axis=1))

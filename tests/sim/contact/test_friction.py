@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.material import Material
-from hairpipe.sim.scene import Air, BodyContact, Scene, StepControl
+from hairpipe.sim.scene import Air, BodyContact, Scene, Scheme, StepControl
 
 
 @dataclass
@@ -79,6 +79,29 @@ def test_hair_lies_on_a_slope_or_slides_however_often_there_is_a_frame(scene, st
         assert max(ways) < 5e-5
     else:
         assert min(ways) > 0.01 and ways[0] == pytest.approx(ways[1], rel=0.25)
+
+
+@pytest.mark.parametrize(
+    "scheme",
+    [
+        Scheme(),
+        Scheme("bdf2"),
+        Scheme("backward_euler", "printed"),
+        Scheme("nine_steps", "printed", "trapezoid"),
+        Scheme("nine_steps", "printed", "full_step"),
+    ],
+)
+def test_hair_and_what_it_lies_on_go_along_together(scene, straight, triangle, scheme):
+    """At 1 m/s as at rest, whatever a frame begins with."""
+    shot = scene([straight(0.1, 20, [1, 0, 0])], model="chain")
+    shot.scene = Scene(9.81, Air(0.0), BodyContact(0.5, 0.0), steps=StepControl(1 / 240), scheme=scheme)
+    before, speed = shot.axis, np.array([1.0, 0.0, 0.0])
+    shot.state.velocities[:] += speed[:, None]
+    shot.body = triangle(velocities=np.tile(speed, (3, 1)))
+    for frame in range(1, 7):
+        body = triangle(triangle().points + frame / 24 * speed, np.tile(speed, (3, 1)))
+        shot.run(1 / 24, [Floor(before[0, 1] - 1e-6, 1.0)], body=lambda body=body: body)
+    np.testing.assert_allclose(shot.axis - 0.25 * speed, before, atol=1e-4)
 
 
 def settled(shot, body, friction, seconds, thickness=1e-4):
