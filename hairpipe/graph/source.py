@@ -110,8 +110,16 @@ def outside_functions(tree: ast.Module) -> Iterator[ast.AST]:
     while queue:
         item = queue.pop()
         yield item
-        if not isinstance(item, SCOPES):
-            queue.extend(ast.iter_child_nodes(item))
+        queue.extend(evaluated_here(item) if isinstance(item, SCOPES) else ast.iter_child_nodes(item))
+
+
+def evaluated_here(scope: ast.AST) -> Iterator[ast.AST]:
+    """Give the parts of a function or class that are evaluated where it stands: all but its body and parameters."""
+    for name, value in ast.iter_fields(scope):
+        if isinstance(value, ast.arguments):
+            yield from filter(None, [*value.defaults, *value.kw_defaults])
+        elif name != "body":
+            yield from (part for part in (value if isinstance(value, list) else [value]) if isinstance(part, ast.AST))
 
 
 def bound_by(item: ast.AST) -> str | None:

@@ -37,10 +37,10 @@ class Thinner:
         spare: set[str] = set()
         for task, record in self.resolver.results.items():
             node = self.resolver.graph.nodes[task.node]
-            state = self.resolver.thinnable(node)
-            if state is not None:
-                goes = passed(task) and not is_checkpoint(node, task, self.resolver.graph.frames[0])
-                (spare if goes else kept).add(record.outputs[state].object)
+            if record.state is not None:
+                may_go = self.resolver.thinnable(node) is not None and passed(task)
+                goes = may_go and not is_checkpoint(node, task, self.resolver.graph.frames[0])
+                (spare if goes else kept).add(record.outputs[record.state].object)
         spare = {name for name in spare - kept if self.resolver.store.has(name)}
         if spare:
             held = self._held_before.union(*map(others, self.resolver.results.values()))

@@ -120,16 +120,16 @@ def digest_tree(tree: Tree) -> str:
 
 
 def leaves(tree: Tree, path: tuple[str, ...]) -> Iterator[tuple[tuple[str, ...], Tree]]:
-    """Walk a tree in order; a dict comes before what it holds, as the list of its names.
+    """Walk a tree in order; a dict comes before what it holds, as the tuple of its names.
 
-    One that is empty comes as itself: an empty list would be a tuple of no texts.
+    A tuple of no texts comes as a list: it is not a dict of no names.
     """
-    if isinstance(tree, dict) and tree:
+    if isinstance(tree, dict):
         yield path, tuple(tree)
         for name, item in tree.items():
             yield from leaves(item, (*path, name))
     else:
-        yield path, tree
+        yield path, [] if isinstance(tree, tuple) and not tree else tree
 
 
 def nbytes(tree: Tree) -> int:

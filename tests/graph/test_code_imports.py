@@ -36,6 +36,8 @@ def modules(name="bake", folder=None):
         "from fastlib import factor\nmatch 1:\n    case [*factor]:\n        pass\n",
         "from fastlib import factor\ndef slower():\n    global factor\n    factor = 1.0\n",
         "import fastlib as factor\n",
+        "from fastlib import factor\ndef slower(by=(factor := 1.0)):\n    pass\n",
+        "from fastlib import factor\n@print(factor := 1.0)\nclass Slower:\n    pass\n",
         "def __getattr__(name):\n    from fastlib import factor\n    return factor\n",
     ],
 )

@@ -37,6 +37,13 @@ def test_states_that_somebody_looks_at_stay(shot):
     assert kept(shot) == list(range(1, 11))
 
 
+def test_states_stay_though_another_scan_has_the_same(shot):
+    show_states(shot)
+    shot.path.write_text(shot.path.read_text() + '[twin]\nlike = "sum"\n')
+    assert shot.run().exit_code == 0
+    assert kept(shot) == list(range(1, 11))
+
+
 def test_states_stay_though_the_run_does_not_reach_who_looks_at_them(shot):
     show_states(shot)
     shot.run()

@@ -54,9 +54,13 @@ def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
         if root and cache.Populate(root, predicate):
             for binding in cache.ComputeSkelBindings(root, predicate):
                 query = _query(cache, binding.GetSkeleton())
-                skins = [skin for skin in binding.GetSkinningTargets() if skin.HasJointInfluences()]
+                skins = [skin for skin in binding.GetSkinningTargets() if _says_joints(skin)]
                 found |= {skin.GetPrim().GetPath(): Binding(query, skin) for skin in skins}
     return found
+
+
+def _says_joints(skin: UsdSkel.SkinningQuery) -> bool:
+    return bool(skin.GetJointIndicesPrimvar() or skin.GetJointWeightsPrimvar())
 
 
 def _query(cache: UsdSkel.Cache, skeleton: UsdSkel.Skeleton) -> UsdSkel.SkeletonQuery:
@@ -133,7 +137,7 @@ def read_influences(rig: Rig, skinning: UsdSkel.SkinningQuery, n: int) -> tuple[
     Raises BadInput if counts, indices or weights are out of range.
     """
     where = location(skinning.GetPrim())
-    influences = skinning.ComputeVaryingJointInfluences(n, REST)
+    influences = skinning.ComputeVaryingJointInfluences(n, REST) if skinning.HasJointInfluences() else None
     if influences is None:
         raise BadInput("jointIndices and jointWeights do not fit the points", where=where, right=f"{n} tuples")
     joints = np.array(influences[0], np.int64).reshape(n, -1)

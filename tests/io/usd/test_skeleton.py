@@ -228,3 +228,18 @@ def test_refuses_broken_skeletons(new_stage, saved, prim: str, name: str, value:
     with pytest.raises(BadInput) as caught:
         read(saved(stage), None)
     assert message in str(caught.value) and prim in str(caught.value)
+
+
+@pytest.mark.parametrize("spoil", ["size", "interpolation", "weights"])
+def test_refuses_joints_and_weights_that_do_not_go_together(new_stage, saved, spoil: str) -> None:
+    stage = new_stage()
+    character(stage)
+    binding = UsdSkel.BindingAPI(stage.GetPrimAtPath("/char/mesh"))
+    if spoil == "size":
+        binding.GetJointWeightsPrimvar().SetElementSize(1)
+    elif spoil == "interpolation":
+        binding.GetJointWeightsPrimvar().SetInterpolation("faceVarying")
+    else:
+        binding.GetPrim().RemoveProperty("primvars:skel:jointWeights")
+    with pytest.raises(BadInput, match="do not fit the points"):
+        read(saved(stage), None)
