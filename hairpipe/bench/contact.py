@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from hairpipe.bench.core import THREADS
-from hairpipe.bench.head import STEPS, grow_head
+from hairpipe.bench.head import STEPS, Head, grow_head
 from hairpipe.bench.machine import Machine, this_machine
 from hairpipe.bench.roofs import TRIAD, Roofs, measure_roofs
 from hairpipe.bench.shares import shares_of
@@ -72,14 +72,14 @@ def measure_contact(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
         head = grow_head(segments)
         for frame in range(sizes.settling):
             say(f"{segments:,} segments: frame {frame + 1} of {sizes.settling} before the first that counts")
-            head.advance()
+            head.advance(head.surroundings())
         begun = head.state, head.frame
         for count in threads:
             head.state, head.frame = begun
             say(f"{segments:,} segments: {sizes.frames} frames on {count} threads")
             numba.set_num_threads(count)
             try:
-                found = [_timed(head.advance) for _ in range(sizes.frames)]
+                found = [_timed(head) for _ in range(sizes.frames)]
             finally:
                 numba.set_num_threads(threads[-1])
             seconds, shares = sorted(found, key=lambda case: case[0])[len(found) // 2]
@@ -90,8 +90,9 @@ def measure_contact(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
     return Report(this_machine(), sizes, STEPS, roofs, cases)
 
 
-def _timed(work: Callable[[], object]) -> tuple[float, dict[str, float]]:
-    """Time some work, and its parts [s]."""
+def _timed(head: Head) -> tuple[float, dict[str, float]]:
+    """Simulate a frame; returns its time and that of its parts [s], without what other nodes of a graph make."""
+    frame = head.surroundings()
     begun = time.perf_counter()
-    shares = shares_of(work)
+    shares = shares_of(lambda: head.advance(frame))
     return time.perf_counter() - begun, shares

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,6 +30,19 @@ VOXEL, HALF_WIDTH, SMALLEST = 0.005, 8.0, 0.08
 """Of the level sets: spacing of samples [m], band [voxels], smallest part [m]."""
 
 
+class Frame(NamedTuple):
+    """What nodes before the hair make of a frame; at its begin and at its end.
+
+    begins  [s]
+    meshes  skin of the bust
+    parts   level sets of it
+    """
+
+    begins: float
+    meshes: tuple[Mesh, Mesh]
+    parts: tuple[BodyParts, BodyParts]
+
+
 @dataclass(eq=False)
 class Head:
     """A bust that turns to and fro, and its hair."""
@@ -38,12 +52,16 @@ class Head:
     state: HairState
     frame: int = 0
 
-    def advance(self) -> None:
+    def surroundings(self) -> Frame:
+        """Make what the next frame is simulated in."""
+        at = self.frame / FPS, (self.frame + 1) / FPS
+        before, after = (parts_at(self.bust, seconds) for seconds in at)
+        return Frame(at[0], (mesh_at(self.bust, at[0]), mesh_at(self.bust, at[1])), (before, after))
+
+    def advance(self, frame: Frame) -> None:
         """Simulate the next frame, in place."""
-        before, after = self.frame / FPS, (self.frame + 1) / FPS
-        body = moving_parts(*(parts_at(self.bust, t) for t in (before, after)), 1 / FPS)
-        leads = mesh_at(self.bust, before), mesh_at(self.bust, after)
-        self.state = advance_frame(self.hair, self.state, leads, [body], 1 / FPS, everything(), before)
+        body = moving_parts(*frame.parts, 1 / FPS)
+        self.state = advance_frame(self.hair, self.state, frame.meshes, [body], 1 / FPS, everything(), frame.begins)
         self.frame += 1
 
 
@@ -84,5 +102,5 @@ def mesh_at(bust: Body, seconds: float) -> Mesh:
 
 
 def parts_at(bust: Body, seconds: float) -> BodyParts:
-    """Return the parts of the bust at a time [s]; all are rigid, and baked once."""
+    """Return the parts of the bust at a time [s]; all are rigid: samples are baked once."""
     return bake_parts(bust, pose_at(bust, seconds), VOXEL, HALF_WIDTH, SMALLEST)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from hairpipe.data import BodyParts, LevelSet, Strands, Table
+from hairpipe.data.lengths import segment_lengths
 from hairpipe.data.table import table_of_rows
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.moving import MovingSurface, Probe
@@ -44,7 +45,7 @@ def measure_contacts(
     segment stretch  the largest, over the length in the first frame
     """
     frames = list(hair)
-    rest = lengths_of(hair[frames[0]])
+    rest = segment_lengths(hair[frames[0]].points, hair[frames[0]].offsets)
     rest[rest == 0.0] = np.inf
     rows: list[tuple[Any, ...]] = []
     late_strands: np.ndarray | None = None
@@ -66,7 +67,7 @@ def measure_contacts(
         left = (*left, 1e3 * depth[pinched].max(initial=0.0), np.count_nonzero(pinched))
         moving = np.delete(hair[frame].velocities.astype(float), hair[frame].offsets[:-1], axis=0)
         speed = np.linalg.norm(moving, axis=1).max(initial=0.0)
-        stretch = 100.0 * (lengths_of(hair[frame]) / rest - 1.0).max(initial=-1.0)
+        stretch = 100.0 * (segment_lengths(hair[frame].points, hair[frame].offsets) / rest - 1.0).max(initial=-1.0)
         rows.append(((frame - frames[0]) / fps, *deep, *left, speed, stretch))
     return table_of_rows(COLUMNS, rows)
 
@@ -93,9 +94,3 @@ def depths(hair: Strands, bodies: Sequence[MovingSurface]) -> np.ndarray:
 def free_points(hair: Strands) -> np.ndarray:
     """Return all points but the roots [m], (P - S, 3)."""
     return np.delete(hair.points.astype(float), hair.offsets[:-1], axis=0)
-
-
-def lengths_of(hair: Strands) -> np.ndarray:
-    """Return the lengths of all segments [m], (P - S,)."""
-    ways = np.linalg.norm(np.diff(hair.points.astype(float), axis=0), axis=1)
-    return np.delete(ways, hair.offsets[1:-1] - 1)

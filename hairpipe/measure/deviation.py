@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.data import Strands
+from hairpipe.data.lengths import strand_lengths
 from hairpipe.groom.shares import at_shares
 
 
@@ -47,7 +48,7 @@ def deviation(hair: Strands, reference: Strands, whose: np.ndarray | None = None
     points = hair.points.astype(float)
     with np.errstate(invalid="ignore", over="ignore"):
         away = np.linalg.norm(at_shares(points, hair.offsets, strand, index / segments[strand]) - true, axis=1)
-    lengths = _lengths(true, reference.points[reference.offsets[whose]].astype(float), first)
+    lengths = strand_lengths(reference.points, reference.offsets)[whose]
     lost = np.flatnonzero(~_is_finite(hair))
     kept = np.setdiff1d(np.arange(count), lost)
     if not len(kept):
@@ -57,13 +58,6 @@ def deviation(hair: Strands, reference: Strands, whose: np.ndarray | None = None
     shares = 100.0 * tips / lengths, 100.0 * wholes / lengths
     largest = float(np.maximum.reduceat(away, first)[kept].max())
     return Deviation(*(_rms(values[kept]) for values in (tips, wholes, *shares)), largest, lost)
-
-
-def _lengths(points: np.ndarray, roots: np.ndarray, first: np.ndarray) -> np.ndarray:
-    """Return the lengths of strands [m] from their roots, (S, 3), and all their other points, (n, 3)."""
-    before = np.concatenate([points[:1], points[:-1]])
-    before[first] = roots
-    return np.add.reduceat(np.linalg.norm(points - before, axis=1), first)
 
 
 def _is_finite(hair: Strands) -> np.ndarray:

@@ -5,9 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from hairpipe.data import BodyParts, Groom, LevelSet, Strands, Table
+from hairpipe.data.lengths import segment_lengths, strand_lengths
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.measure.contact import depths, lengths_of, still, still_parts
+from hairpipe.measure.contact import depths, still, still_parts
 from hairpipe.measure.deviation import deviation
 
 COLUMNS = (
@@ -42,7 +43,7 @@ def fidelity_table(
     bound    stretch of a segment, over its length in the first frame, beyond which hair has failed
     skip     frames at the beginning that do not count, other than for failures
 
-    energy   of motion and of weight, the mean over the strands; zero gravity leaves it out
+    energy   of motion and of weight, the mean over the strands, over m g L of the reference; zero gravity leaves it out
     deepest  point inside bodies at a frame; NaN without bodies
     failed   what happened at which frame, or nothing
     BadInput where strands do not correspond, or no frames are left.
@@ -55,9 +56,9 @@ def fidelity_table(
             found.append((*[np.inf] * 6, np.nan, np.nan))
             break
         now, reference = hair[frame], truth[frame]
-        rest = lengths_of(now) if rest is None else rest
+        rest = segment_lengths(now.points, now.offsets) if rest is None else rest
         with np.errstate(all="ignore"):
-            stretch = float((lengths_of(now) / rest).max(initial=0.0)) - 1.0
+            stretch = float((segment_lengths(now.points, now.offsets) / rest).max(initial=0.0)) - 1.0
             error = np.array(_errors(now, reference, whose, gravity))
         if stretch > bound and not failed:
             failed = f"stretched by more than {100 * bound:g} % at frame {frame}"
@@ -86,12 +87,15 @@ def _errors(
         away = deviation(hair, truth, whose)
     except ValueError as error:
         raise BadInput(f"hair and reference do not correspond: {error}", right="grooms, to know them by ids") from None
-    energy = _energies(hair, gravity) - _energies(truth, gravity)[slice(None) if whose is None else whose]
+    which = slice(None) if whose is None else whose
+    energy = (_heads(hair, gravity) - _heads(truth, gravity)[which]) / strand_lengths(truth.points, truth.offsets)[
+        which
+    ]
     return away.tip_percent, away.whole_percent, away.tip, away.whole, away.largest, float(np.mean(energy))
 
 
-def _energies(hair: Strands, gravity: float) -> np.ndarray:
-    """Return the energy of motion and weight of every strand, over m g L, (S,); zero without gravity.
+def _heads(hair: Strands, gravity: float) -> np.ndarray:
+    """Return the energy of motion and weight of every strand over its weight m g [m], (S,); zero without gravity.
 
     Mass is even along a strand: half of a segment's at either of its ends.
     """
@@ -102,8 +106,7 @@ def _energies(hair: Strands, gravity: float) -> np.ndarray:
     weights[starts] = weights[ends] = 0.5
     points, speeds = hair.points.astype(float), hair.velocities.astype(float)
     values = weights * (0.5 * np.sum(speeds**2, axis=1) / gravity + points[:, 1])
-    lengths = np.add.reduceat(lengths_of(hair), starts - np.arange(len(starts)))
-    return np.add.reduceat(values, starts) / (ends - starts) / lengths
+    return np.add.reduceat(values, starts) / (ends - starts)
 
 
 def matches(groom: Groom, other: Groom) -> np.ndarray:

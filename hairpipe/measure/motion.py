@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from hairpipe.data import Strands, Table
+from hairpipe.data.lengths import strand_lengths
 from hairpipe.data.table import table_of_rows
 
 COLUMNS = ("time [s]", "rms speed [mm/s]", "fastest [mm/s]", "longest stretch [%]", "mean height [mm]", "moved [mm]")
@@ -20,7 +21,7 @@ def measure_speeds(hair: Mapping[int, Strands], fps: float) -> Table:
     """
     frames = list(hair)
     first = previous = hair[frames[0]]
-    led, lengths, rows = first.offsets[:-1], strand_lengths(first), []
+    led, lengths, rows = first.offsets[:-1], strand_lengths(first.points, first.offsets), []
     for frame in frames:
         now = hair[frame]
         points, before = (np.delete(strands.points.astype(float), led, axis=0) for strands in (now, previous))
@@ -31,17 +32,10 @@ def measure_speeds(hair: Mapping[int, Strands], fps: float) -> Table:
                 (frame - frames[0]) / fps,
                 1e3 * np.sqrt(np.mean(speeds**2)),
                 1e3 * speeds.max(),
-                100.0 * (strand_lengths(now) / lengths - 1.0).max(),
+                100.0 * (strand_lengths(now.points, now.offsets) / lengths - 1.0).max(),
                 1e3 * points[:, 1].mean(),
                 1e3 * np.sqrt(np.mean(moved**2)),
             )
         )
         previous = now
     return table_of_rows(COLUMNS, rows)
-
-
-def strand_lengths(hair: Strands) -> np.ndarray:
-    """Return the length of every strand [m], (S,)."""
-    pieces = np.linalg.norm(np.diff(hair.points.astype(float), axis=0), axis=1)
-    pieces[hair.offsets[1:-1] - 1] = 0.0
-    return np.add.reduceat(pieces, hair.offsets[:-1])

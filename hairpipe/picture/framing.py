@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 
+from hairpipe.data.lengths import strand_lengths
 from hairpipe.picture.camera import Camera
 
 View = Literal["three_quarter", "front", "side", "back"]
@@ -65,14 +66,6 @@ def frame_hair(points: np.ndarray, offsets: np.ndarray) -> Framing:
     length = float(np.median(strand_lengths(points, offsets)))
     radius = max(1.6 * spread + 0.65 * length, 1e-3)
     return Framing(centre - [0.0, DROP * radius, 0.0], radius)
-
-
-def strand_lengths(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Arc length of every strand [m], (S,) float64."""
-    steps = np.zeros(len(points))
-    steps[:-1] = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    steps[offsets[1:] - 1] = 0.0
-    return np.add.reduceat(steps, offsets[:-1])
 
 
 def place_camera(shot: Shot, framing: Framing) -> Camera:

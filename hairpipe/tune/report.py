@@ -6,6 +6,7 @@ from typing import Any
 from hairpipe.tune.choosing import Choice, Combination, Trial, names, saves
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
+from hairpipe.tune.sampling import Sample
 from hairpipe.tune.tuning import Tuned, described
 
 HEADINGS = ("model", "tips [mm]", "[% of L]", "bound", "whole [mm]", "s/frame", "saves", "")
@@ -24,6 +25,8 @@ def header(tuned: Tuned) -> list[str]:
 
 def reference_line(steps: str, found: Measured) -> str:
     """Say how far the reference is converged."""
+    if found.fault:
+        return f"reference: {steps}; twice as long ones: {found.fault}"
     return (
         f"reference: {steps}; twice as long ones move its tips by {millimetres(found.tip)} mm ({found.percent:.2g} %)"
     )
@@ -41,8 +44,12 @@ def rows(tuned: Tuned) -> list[tuple[str, ...]]:
 
 def trial_lines(tuned: Tuned) -> list[str]:
     """Say what was tried together, what was expected of it and what came of it."""
-    trials = (*tuned.choice.trials, *(tuned.affordable.trials if tuned.affordable else ()))
-    return [trial_line(tuned, trial) for trial in trials]
+    return [trial_line(tuned, trial) for trial in trials(tuned)]
+
+
+def trials(tuned: Tuned) -> list[Trial]:
+    """List what was tried together, for the tolerance and for the budget."""
+    return [*tuned.choice.trials, *(tuned.affordable.trials if tuned.affordable else ())]
 
 
 def trial_line(tuned: Tuned, trial: Trial) -> str:
@@ -126,10 +133,17 @@ def check_lines(tuned: Tuned) -> list[str]:
     held = "the tolerance holds" if tuned.kept else f"beyond {tuned.tolerance}"
     own = shown(check.full, tuned.tolerance)
     return [
-        f"check: {described(check.sample, tuned.strands)}",
+        f"check: {described(check.sample, tuned.strands)}{shared(tuned.sample, check.sample)}",
         f"check: {reference_line(tuned.steps, check.reference)}",
         f"check: error {shown(check.chosen, tuned.tolerance)}; the graph as it is, {own}: {held}",
     ]
+
+
+def shared(sample: Sample, other: Sample) -> str:
+    """Say what another sample has in common with a first one."""
+    frames = len(set(sample.frames) & set(other.frames))
+    both = ["all strands"] * (sample.number == other.number) + [f"{frames} of the frames"] * (frames > 0)
+    return f"; as in the sample: {' and '.join(both)}" if both else ""
 
 
 def comment(tuned: Tuned, command: str) -> str:
@@ -146,10 +160,10 @@ def document(tuned: Tuned, fragment: str | None) -> dict[str, Any]:
         asdict(part) | plain(found) | {"verdict": why(tuned, Combination([part]), found)}
         for part, found in tuned.singles.items()
     ]
-    trials = [
+    combinations = [
         {"left_out": names_of(t.guess.parts), "guess": {"bound": t.guess.bound, "seconds": t.guess.seconds}}
         | plain(t.measured)
-        for t in tuned.choice.trials
+        for t in trials(tuned)
     ]
     check = tuned.check
     return {
@@ -160,7 +174,7 @@ def document(tuned: Tuned, fragment: str | None) -> dict[str, Any]:
         "reference": {"steps": tuned.steps} | plain(tuned.reference),
         "full": plain(tuned.full),
         "simplifications": singles,
-        "combinations": trials,
+        "combinations": combinations,
         "chosen": None if chosen is None else {"left_out": names_of(chosen)} | plain(tuned.choice.measured),
         "budget": tuned.budget,
         "affordable": tuned.affordable and described_choice(tuned.affordable),

@@ -1,6 +1,6 @@
 """What can be left out of a simulation of hair, as data: which settings of the graph say less than it does."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +12,8 @@ SEGMENTS = (0.75, 0.5, 0.33)
 FEWEST_SEGMENTS = 3
 STEPS = (2.0, 4.0, 8.0)
 """Factors on the lengths that bound a step."""
+FARTHEST = 1e3
+"""The largest way in a step that a graph can state [m]."""
 VOXELS = (1.5, 2.0, 3.0)
 """Factors on the spacing of level sets."""
 LARGEST_VOXEL = 0.1  # [m]
@@ -65,13 +67,14 @@ def of_precision(node: Node) -> Iterator[Simplification]:
 
 
 def of_segments(graph: Graph, node: Node) -> Iterator[Simplification]:
-    """Cut hair into fewer segments, where the groom comes from a node that has a setting for it."""
-    maker = next((n for n in above(graph, node.edges["groom"].node) if n.settings.get("segments")), None)
-    count = maker.settings["segments"] if maker else 0
-    fewer = dict.fromkeys(round(count * share) for share in SEGMENTS)
-    for level, segments in enumerate((n for n in fewer if FEWEST_SEGMENTS <= n < count), 1):
-        text = f"{segments} segments, not {count}"
-        yield Simplification("segments", level, text, ((f"{maker.name}.segments", segments),))  # type: ignore[union-attr]
+    """Cut hair into fewer segments, where its grooms come from nodes that have a setting for it."""
+    behind = above(graph, node.edges["groom"].node)
+    counts = {maker.name: maker.settings["segments"] for maker in behind if maker.settings.get("segments")}
+    fewest = min(counts.values(), default=0)
+    for level, share in enumerate((share for share in SEGMENTS if round(fewest * share) >= FEWEST_SEGMENTS), 1):
+        fewer = {name: round(count * share) for name, count in counts.items()}
+        text = f"{listed(fewer.values())} segments, not {listed(counts.values())}"
+        yield Simplification("segments", level, text, tuple((f"{name}.segments", n) for name, n in fewer.items()))
 
 
 def of_steps(graph: Graph, node: Node) -> Iterator[Simplification]:
@@ -84,10 +87,11 @@ def of_steps(graph: Graph, node: Node) -> Iterator[Simplification]:
 
 
 def scaled_steps(node: Node, factor: float, most: float = 1.0) -> tuple[tuple[str, float], ...]:
-    """Scale the lengths that bound a step [s, m, m], the first of them up to `most`."""
+    """Scale what bounds a step: `longest` [s] up to `most`, `root` and `travel` [m] up to what a graph can state."""
     steps = node.settings["steps"]
     values = {"longest": min(steps["longest"] * factor, most)}
-    values |= {name: steps[name] * factor for name in ("root", "travel")}
+    values |= {name: min(steps[name] * factor, FARTHEST) for name in ("root", "travel")}
+    values |= {name: steps[name] * factor for name in ("strain_rate", "courant") if steps[name] is not None}
     return tuple((f"{node.name}.steps.{name}", float(f"{value:.6g}")) for name, value in values.items())
 
 
@@ -107,6 +111,11 @@ def of_groups(node: Node) -> Iterator[Simplification]:
     for group, text in GROUPS:
         if node.settings[group] is not None:
             yield Simplification(group, 1, text, drops=(f"{node.name}.{group}",))
+
+
+def listed(counts: Iterable[int]) -> str:
+    """Write counts, equal ones once."""
+    return ", ".join(str(count) for count in dict.fromkeys(counts))
 
 
 def above(graph: Graph, name: str) -> Iterator[Node]:

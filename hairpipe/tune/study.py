@@ -85,7 +85,7 @@ class Study:
         if outcome.interrupted:
             raise Interrupted
         for failure in outcome.failures:
-            if failure.kind not in ("node", "diverged"):  # a full disk says nothing about a model
+            if failure.kind in ("disk", "crash", "publish"):  # which say nothing about a model
                 raise BadInput(f"{text}: {failure}", where=self.text.path)
         return next((str(failure.message) for failure in outcome.failures), "")
 

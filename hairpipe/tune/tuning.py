@@ -17,7 +17,7 @@ from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import STRANDS, Sample, choose_sample, other_sample
 from hairpipe.tune.simplifications import Simplification, simplifications
-from hairpipe.tune.study import FINEST, CarryOut, Interrupted, Study
+from hairpipe.tune.study import FINE, FINEST, CarryOut, Interrupted, Study
 from hairpipe.tune.variants import simplified, with_node
 
 ROOTS = "tune-roots"
@@ -25,7 +25,7 @@ ROOTS = "tune-roots"
 
 @dataclass(frozen=True)
 class Check:
-    """What was promised, on strands and frames that were not sampled.
+    """What was promised, on strands and frames that were not sampled, as far as the scene has others.
 
     reference  how far its tips moved when its steps were halved
     """
@@ -108,9 +108,8 @@ def tune(task: Task, say: Callable[[str], None] = lambda line: None) -> Tuned:
     if task.budget is not None and (choice.parts is None or choice.measured.seconds > task.budget):
         affordable = choose_within(full, singles, task.budget, study.measure, choice.trials)
     if task.check and choice.parts is not None:
-        check = checked(
-            task, other_sample(sample, graph.all_frames, graph.fps, motion, total), total, choice.parts, say
-        )
+        other = other_sample(sample, graph.all_frames, graph.fps, motion, total)
+        check = checked(task, other, total, choice.parts, say)
     steps = study.refined(FINEST).text
     return Tuned(total, sample, task.tolerance, reference, steps, full, singles, choice, task.budget, affordable, check)
 
@@ -119,7 +118,7 @@ def checked(task: Task, sample: Sample, total: int, parts: Combination, say: Cal
     """Measure the graph as it is and the choice on another sample."""
     study = study_of(task, sample, total)
     say(f"check: {described(sample, total)}")
-    return Check(sample, study.converged(), study.measure([]), study.measure(parts))
+    return Check(sample, study.measure([study.refined(FINE)]), study.measure([]), study.measure(parts))
 
 
 def study_of(task: Task, sample: Sample, total: int) -> Study:
@@ -150,8 +149,13 @@ def look_at(task: Task, graph: Graph) -> tuple[int, np.ndarray | None]:
     if outcome.failures:
         raise BadInput(str(outcome.failures[0]), where=task.text.path)
     results = Results(wanted, task.store, wanted.all_frames)
-    motion = np.asarray(results.value(ROOTS)["acceleration [m/s^2]"]) if leads else None
-    return len(results.value(groom).ids), motion
+    total = len(results.value(groom).ids)
+    if not leads:
+        return total, None
+    motion = np.array(results.value(ROOTS)["acceleration [m/s^2]"])
+    for cut in graph.node(task.hair).settings["cuts"]:  # nothing moves there: hair is carried over
+        motion[[place for place, frame in enumerate(graph.all_frames) if cut - 1 <= frame <= cut]] = 0.0
+    return total, motion
 
 
 def chosen_tables(task: Task, parts: Combination) -> Tables:

@@ -83,3 +83,16 @@ def test_strands_that_are_left_out_are_compared_by_ids():
     one.ids[:] = 7
     with pytest.raises(BadInput, match="no strand with id 7"):
         measure_fidelity(hair, truth, one, two, None, None)
+
+
+@pytest.mark.parametrize("height", [0.0, 1.65])
+def test_energy_does_not_depend_on_how_high_hair_is(height):
+    """A strand that is longer by 1 % all along hangs lower by half of that."""
+
+    def raised(long):
+        points = (hanging().points * [1.0, long, 1.0] + [0.0, height, 0.0]).astype(np.float32)
+        return Strands(points, np.zeros_like(points), np.array([0, 5], np.int32), 8e-5)
+
+    hair, truth = frames(Reached, *[raised(1.01)] * 2), frames(Frames, *[raised(1.0)] * 2)
+    table = measure_fidelity(hair, truth, None, None, None, None, gravity=G)
+    assert table["energy error [% of m g L]"][0] == pytest.approx(0.5, rel=1e-3)

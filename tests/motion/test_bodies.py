@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hairpipe.data import Mesh
 from hairpipe.motion.bodies import carried
 from hairpipe.motion.track import Track
 
@@ -22,3 +23,15 @@ def test_a_turn_is_about_a_place_in_space(box):
     turned = carried(box(), Track((0.0,), turn=(90.0,), axis=(0.0, 0.0, 1.0), pivot=(1.0, 0.0, 0.0)), 0.0)
     x, y, z = box().points.T
     np.testing.assert_allclose(turned.points, np.stack([1.0 - y, x - 1.0, z], axis=1), atol=1e-14)
+
+
+def test_a_mesh_that_moves_by_itself_goes_on_doing_so(box):
+    track = Track((0.0, 1.0), ((0.0, 0.0, 0.0), (0.3, -0.1, 0.2)), (0.0, 200.0), (1.0, 2.0, 0.5), (0.2, 0.0, 0.1))
+    still, speed = box(), np.array([2.0, -0.5, 0.3])
+
+    def at(time):
+        moving = Mesh(still.points + time * speed, still.triangles, np.tile(speed, (len(still.points), 1)))
+        return carried(moving, track, time)
+
+    now, before, after = (at(0.4 + t) for t in (0.0, -1e-6, 1e-6))
+    np.testing.assert_allclose(now.velocities, (after.points - before.points) / 2e-6, atol=1e-8)

@@ -77,6 +77,25 @@ def test_a_check_can_break_the_promise(error, kept):
     assert report.conclusion(checked)[-1].endswith("the tolerance holds" if kept else "beyond 2 mm")
 
 
+def test_a_check_says_what_it_shares_with_the_sample():
+    """Of few strands and frames there are no others; and a reference that fails takes nothing of the rest away."""
+    check = Check(Sample(96, 4, 0, 1001, 1020, 1031), failed("it blew up"), FULL, found(1.0, 2.4))
+    text = "\n".join(report.conclusion(replace(TUNED, check=check)))
+    assert "as in the sample: all strands and 5 of the frames" in text and "twice as long ones: it blew up" in text
+    other = replace(check, sample=Sample(96, 4, 1, 1040, 1052, 1063))
+    assert "as in the sample" not in "\n".join(report.conclusion(replace(TUNED, check=other)))
+
+
+def test_what_the_budget_tried_is_in_the_document():
+    tried = Trial(Guess(frozenset([DRY]), 7e-3, 1.0), found(7.0, 0.9))
+    bought = Choice(frozenset([DRY]), tried.measured, (tried,))
+    document = report.document(replace(TUNED, budget=1.0, affordable=bought), None)
+    assert [trial["left_out"] for trial in document["combinations"]] == [
+        ["10 segments, not 20", "no stiction"],
+        ["no stiction"],
+    ]
+
+
 def test_the_document_is_json():
     document = json.loads(json.dumps(report.document(TUNED, "fragment"), allow_nan=False))
     assert document["chosen"]["left_out"] == ["10 segments, not 20", "no stiction"]

@@ -7,15 +7,17 @@ import pytest
 from click.testing import CliRunner
 
 from hairpipe.cli.entry import commands
+from hairpipe.cli.tune import runner
 from hairpipe.errors import BadInput
 from hairpipe.graph.events import Failure, Outcome
 from hairpipe.graph.like import written_out
-from hairpipe.graph.load import read_edited
+from hairpipe.graph.load import make_graph, read_edited
 from hairpipe.graph.store import Store
 from hairpipe.graph.tasks import Task as GraphTask
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.sampling import choose_sample
 from hairpipe.tune.study import Study
+from hairpipe.tune.tuning import Task, look_at
 
 SCENE = """schema = 1
 frames = [1, 8]
@@ -91,6 +93,39 @@ def test_one_frame_is_refused(scene):
     command = ["tune", str(scene.parent / "still.toml"), "--node", "hair", "--tolerance", "2mm"]
     result = CliRunner().invoke(commands, command, prog_name="hairpipe")
     assert result.exit_code == 2 and "one frame is no motion" in result.stderr
+
+
+def test_what_a_scene_cannot_be_modelled_by_is_kept(scene):
+    """A chain is straight: the node that simulates refuses to be one for curls."""
+    curls = SCENE.replace("spacing", "curl = { radius = 0.01, pitch = 0.02 }\nspacing").replace('"chain"', '"network"')
+    path = scene.parent / "curls.toml"
+    path.write_text(curls.replace("[1, 8]", "[1, 3]").replace("segments = 5", "segments = 12"))
+    found, _ = tune(path, "--tolerance", "20mm")
+    (chain,) = (part for part in found["simplifications"] if part["axis"] == "model")
+    assert "a chain is straight at rest" in chain["fault"] and chain["verdict"].startswith("kept: ")
+    assert found["chosen"] is not None
+
+
+def test_a_cut_is_no_motion(scene):
+    """Hair is carried over it: it must not draw the sample to itself."""
+    led = SCENE.replace('in.groom = "groom"', 'in = { groom = "groom", ends = "hand" }\ncuts = [5]')
+    led += '[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n'
+    led += "roots = { times = [0.0, 0.125, 0.1666], move = [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [5.0, 0.0, 0.0]] }\n"
+    path = scene.parent / "cut.toml"
+    motions = []
+    for text in (led, led.replace("cuts = [5]", "")):
+        path.write_text(text)
+        written = written_out(read_edited(path, {}))
+        task = Task(
+            written,
+            "hair",
+            Store(scene.parent / "cache"),
+            Tolerance(0.02, "m"),
+            runner(Store(scene.parent / "cache"), True),
+        )
+        motions.append(look_at(task, make_graph(written))[1])
+    assert motions[1][3] > 1e3 and motions[1][4] > 1e3
+    assert not motions[0].any()
 
 
 def test_a_full_disk_says_nothing_about_a_model(scene):

@@ -9,7 +9,7 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graph.load import load_graph
 from hairpipe.tune.fragment import changed_tables, write_toml
-from hairpipe.tune.simplifications import simplifications
+from hairpipe.tune.simplifications import scaled_steps, simplifications
 from hairpipe.tune.variants import beside, simplified, with_node
 
 SCENE = """schema = 1
@@ -117,3 +117,28 @@ def test_a_fragment_says_the_same_as_the_tables_and_no_more(scene):
 def test_any_text_of_a_graph_can_be_written(scene):
     texts = {"hair": {"type": "x", "file": '\U0001f9b1/é\x7f\t"\\', "\U0001f9b1\x7f": {"a.b": "ü"}}}
     assert tomllib.loads(write_toml(texts, "why")) == texts
+
+
+def test_every_groom_behind_the_hair_gets_fewer_segments(scene):
+    joined = SCENE.replace('in = { groom = "groom"', 'in = { groom = "both"')
+    joined += '[beard]\ntype = "grow_groom"\nin.scalp = "head"\nsegments = 8\n'
+    joined += '[both]\ntype = "join_grooms"\nin.grooms = ["groom", "beard"]\n'
+    scene.write_text(joined)
+    parts = parts_by_axis(scene)["segments"]
+    assert [dict(part.puts) for part in parts] == [
+        {"groom.segments": 15, "beard.segments": 6},
+        {"groom.segments": 10, "beard.segments": 4},
+        {"groom.segments": 7, "beard.segments": 3},
+    ]
+    assert parts[1].text == "10, 4 segments, not 20, 8"
+
+
+def test_whatever_bounds_a_step_is_scaled_as_far_as_a_graph_can_state(scene):
+    scene.write_text(SCENE.replace("[hair.stiction]", "[hair.stiction]\n[hair.steps]\ncourant = 4.0\ntravel = 1e3"))
+    node = load_graph(scene).nodes["hair"]
+    assert dict(scaled_steps(node, 2.0)) == {
+        "hair.steps.longest": pytest.approx(1 / 120, rel=1e-5),
+        "hair.steps.root": 0.02,
+        "hair.steps.travel": 1e3,
+        "hair.steps.courant": 8.0,
+    }

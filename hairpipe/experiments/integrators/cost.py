@@ -41,11 +41,13 @@ def order_of(steps: np.ndarray, errors: np.ndarray) -> float:
 def solves_for(level: float, solves: np.ndarray, errors: np.ndarray) -> float:
     """Interpolate logarithms where the error comes below a level and stays there; the fewest solves where it always is.
 
-    NaN where the most solves leave more; an error that is not finite is more.
+    NaN where the most solves leave more, or nothing was run; an error that is not finite is more.
     """
     order = np.argsort(solves)
     solves, errors = solves[order], np.where(np.isfinite(errors[order]), errors[order], np.inf)
     above = np.flatnonzero(errors > level)
+    if not len(solves):
+        return np.nan
     if not len(above):
         return float(solves[0])
     last = above[-1]

@@ -1,0 +1,24 @@
+"""How long strands and their segments are."""
+
+import numpy as np
+
+
+def segment_lengths(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the lengths of all segments [m], strand after strand, (P - S,) float64.
+
+    points   root first, strand after strand [m], (P, 3)
+    offsets  strand s owns points offsets[s]:offsets[s+1], (S + 1,)
+    """
+    return np.delete(_ways(points), offsets[1:-1] - 1)
+
+
+def strand_lengths(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the length of every strand along its segments [m], (S,) float64; arguments as in `segment_lengths`."""
+    ways = _ways(points)
+    ways[offsets[1:-1] - 1] = 0.0
+    return np.add.reduceat(ways, offsets[:-1])
+
+
+def _ways(points: np.ndarray) -> np.ndarray:
+    """Return the distances from each point to the next [m], those from tips to roots among them."""
+    return np.linalg.norm(np.diff(points.astype(float), axis=0), axis=1)
