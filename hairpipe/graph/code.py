@@ -19,6 +19,7 @@ from pathlib import Path
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.canonical import digest, digest_bytes
+from hairpipe.graph.fingerprint import is_changed, stamp_of
 from hairpipe.graph.lookup import HOUSE, enter, find_spec, is_namespace, leads_to
 from hairpipe.graph.source import FORMAT, STAR, Source, noted_source, read_source
 
@@ -49,10 +50,12 @@ class CodeReader:
     """Digests the code behind modules; every file is read once and analysed only when its bytes are new.
 
     folder  of node types: a node's own file is in it, whatever else has its name; imports look there last
+    stamps  of the files that were read, by path, each taken before
     """
 
     def __init__(self, remember: Remember, folder: Path | None = None) -> None:
         self._remember, self._folder = remember, folder
+        self.stamps: dict[str, list[int]] = {}
         self._sources: dict[str, Source | None] = {}
         self._specs: dict[str, ModuleSpec | None] = {}
 
@@ -76,6 +79,10 @@ class CodeReader:
         if source is None:
             raise ValueError(f"{module} is not first-party")
         return source.digest
+
+    def is_outdated(self) -> bool:
+        """Whether a file that was read has been written to since."""
+        return any(is_changed(path, stamp) for path, stamp in self.stamps.items())
 
     def _closure(self, module: str) -> tuple[list[str], set[str]]:
         """Walk the imports: first-party modules in name order, and names of foreign distributions."""
@@ -161,6 +168,7 @@ class CodeReader:
     def _read(self, path: Path) -> Source:
         """Analyse a file; of one that is no source, all that can be said is its bytes."""
         try:
+            self.stamps.setdefault(str(path), stamp_of(path))
             data = path.read_bytes()
             if path.suffix != ".py":
                 return Source(digest_bytes("compiled", data), {}, ())

@@ -37,6 +37,14 @@ def stamp_of(path: Path) -> list[int]:
     return [status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns]
 
 
+def is_changed(path: str, stamp: list[int]) -> bool:
+    """Whether a file is not the one that was stamped, or has been written to since."""
+    try:
+        return stamp_of(Path(path)) != stamp
+    except OSError:
+        return True
+
+
 def digest_file(path: Path) -> str:
     """Digest the bytes of a file."""
     state = hasher("file")

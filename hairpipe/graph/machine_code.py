@@ -36,6 +36,12 @@ def kernel_folder(parent: Path, reader: CodeReader, nodes: Iterable[str] = ()) -
     return folder
 
 
+def clear_kernels(folder: Path) -> None:
+    """Remove the kernels in a folder; the folders in it stay, since another run may be about to write there."""
+    for path in folder.rglob("*.nb[ci]"):
+        path.unlink(missing_ok=True)
+
+
 def kernel_modules() -> Iterator[str]:
     """Name the modules of this package that hold kernels, may be called by one, or say where a name is from."""
     root = Path(hairpipe.__file__).parent

@@ -12,14 +12,12 @@ import sys
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cached_property
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, Literal
 
 from hairpipe.graph.code import CodeReader
-from hairpipe.graph.machine_code import kernel_folder
-from hairpipe.graph.store import Store
+from hairpipe.graph.machine_code import clear_kernels, kernel_folder
 from hairpipe.graph.tasks import Task
 
 Lane = Literal["narrow", "wide"]
@@ -54,22 +52,22 @@ class Member:
 class Pool:
     """Up to `jobs` narrow workers, and a wide one with `jobs` threads.
 
-    hello  what every worker is told first: store, codec, folder of node types
-    nodes  modules of the node types that they will load
+    hello    what every worker is told first: store, codec, folder of node types, stamps of the sources behind the keys
+    nodes    modules of the node types that they will load
+    reader   of the sources
+    kernels  folder for compiled kernels, in the store or where numba was told to keep its own; None before it is needed
     """
 
-    def __init__(self, store: Path, codec: str, folder: Path, jobs: int, nodes: Iterable[str]) -> None:
+    def __init__(
+        self, store: Path, codec: str, folder: Path, jobs: int, nodes: Iterable[str], reader: CodeReader
+    ) -> None:
         self.hello = {"store": str(store), "codec": codec, "folder": str(folder), "memory": MEMORY}
-        self.jobs, self.nodes = jobs, sorted(set(nodes))
-        self.members: list[Member] = []
-
-    @cached_property
-    def kernels(self) -> Path:
-        """Folder for compiled kernels, in the store or where numba was told to keep its own."""
-        store = Store(Path(self.hello["store"]))
+        self.hello["sources"] = reader.stamps
+        self.jobs, self.nodes, self.reader = jobs, sorted(set(nodes)), reader
         told = os.environ.get("NUMBA_CACHE_DIR")
-        parent = Path(told, "hairpipe") if told else store.root / "kernels"
-        return kernel_folder(parent, CodeReader(store.remember, Path(self.hello["folder"])), self.nodes)
+        self._parent = Path(told, "hairpipe") if told else store / "kernels"
+        self.kernels: Path | None = None
+        self.members: list[Member] = []
 
     @property
     def busy(self) -> list[Member]:
@@ -110,9 +108,12 @@ class Pool:
             member.process.wait()
             member.connection.close()
         self.members.clear()
+        if self.kernels is not None and self.reader.is_outdated():
+            clear_kernels(self.kernels)  # some may be compiled of what was edited meanwhile
 
     def _start(self, lane: Lane) -> Member:
         """Start a worker; its standard output goes to ours for errors, where it disturbs no result."""
+        self.kernels = self.kernels or kernel_folder(self._parent, self.reader, self.nodes)
         ours, theirs = socket.socketpair()
         with theirs:
             command = [sys.executable, "-c", BOOT.format(theirs.fileno()), json.dumps(sys.path)]

@@ -21,6 +21,7 @@ class Resolver:
 
     frames   that are asked for; more are evaluated where a scan needs them
     results  established so far, by task
+    reader   of the code behind the nodes
     """
 
     def __init__(self, graph: Graph, store: Store, frames: tuple[int, ...]) -> None:
@@ -30,6 +31,7 @@ class Resolver:
         self.tasks: dict[Task, Inputs] = unroll(graph, frames)
         self.results: dict[Task, Record] = {}
         self.demanded: set[Task] = set()
+        self.reader = CodeReader(store.remember, graph.folder)
         self.codes = self._read_codes()
         self.files = {node.name: self._file_stamps(node) for node in graph.nodes.values()}
         self._settings = {node.name: self._key_settings(node) for node in graph.nodes.values()}
@@ -72,10 +74,9 @@ class Resolver:
         return gone
 
     def _read_codes(self) -> dict[str, Code]:
-        reader = CodeReader(self.store.remember, self.graph.folder)
         codes = {}
         for node in self.graph.nodes.values():
-            codes[node.name] = reader.code_of(node.type.module)
+            codes[node.name] = self.reader.code_of(node.type.module)
             self.store.remember(codes[node.name].digest, lambda found=codes[node.name]: found.manifest)
         return codes
 

@@ -41,7 +41,7 @@ class Scheduler:
         self.publisher = Publisher(store)
         self.selected = frozenset(frames)
         modules = [node.type.module for node in graph.nodes.values()]
-        self.pool = Pool(store.root, options.codec, graph.folder, options.jobs, modules)
+        self.pool = Pool(store.root, options.codec, graph.folder, options.jobs, modules, self.resolver.reader)
         self.locks = KeyLocks(store.root / "lock")
         self.queue = Queue(graph)
         self.agenda: deque[Task] = deque()

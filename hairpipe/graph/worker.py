@@ -19,6 +19,7 @@ from contextlib import contextmanager
 from dataclasses import asdict
 from multiprocessing.connection import Connection
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from hairpipe.errors import BadInput
@@ -27,7 +28,7 @@ from hairpipe.graph.atomic import temporary_name
 from hairpipe.graph.catalogue import Catalogue
 from hairpipe.graph.declare import NodeType
 from hairpipe.graph.files import Workspace
-from hairpipe.graph.fingerprint import stamp_of
+from hairpipe.graph.fingerprint import is_changed
 from hairpipe.graph.frames import Time
 from hairpipe.graph.memory import keep_freed
 from hairpipe.graph.record import Output, Record
@@ -50,6 +51,8 @@ class Worker:
         self.store = Store(Path(hello["store"]))
         self.values = Values(self.store, codec_named(hello["codec"]), hello["memory"])
         self.is_orphan = is_orphan
+        self._unchecked: dict[str, list[int]] = hello["sources"]
+        self._checked: set[str] = set()
 
     def reply(self, job: Job) -> Reply:
         """Evaluate a job; whatever goes wrong is part of the reply."""
@@ -77,7 +80,10 @@ class Worker:
             begun, worked = time.perf_counter(), time.process_time()
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
-                result = node_type.function(**arguments)
+                try:
+                    result = node_type.function(**arguments)
+                finally:
+                    self._check_code(node_type)
             seconds, processor = time.perf_counter() - begun, time.process_time() - worked
             del arguments
             check_files(job)
@@ -99,6 +105,19 @@ class Worker:
         self.store.add(record)
         return record
 
+    def _check_code(self, node_type: NodeType) -> None:
+        """Refuse what came of a module that was edited before it was imported here: its key speaks of another one.
+
+        Nodes import within their functions, so that is looked at after each call, but once for each module.
+        """
+        new = sys.modules.keys() - self._checked
+        paths = {node_type.function.__code__.co_filename, *(file_of(sys.modules.get(name)) for name in new)}
+        for path in paths & self._unchecked.keys():
+            if is_changed(path, self._unchecked[path]):
+                raise BadInput("changed during the run", where=path, right="run again")
+            del self._unchecked[path]
+        self._checked |= new
+
     def _put(self, node_type: NodeType, result: Any, folder: Path | None) -> dict[str, Output]:
         """Write the outputs of a node."""
         results = node_type.by_output(result)
@@ -119,10 +138,16 @@ def workspace(store: Store, wanted: object) -> Iterator[Path | None]:
         shutil.rmtree(folder, ignore_errors=True)
 
 
+def file_of(module: ModuleType | None) -> str:
+    """Path of the file that a module was imported from; nothing of it is asked, for some import more when they are."""
+    known = vars(module) if isinstance(module, ModuleType) else {}
+    return known.get("__file__") or ""
+
+
 def check_files(job: Job) -> None:
     """Refuse a result whose input files were written to meanwhile: its key would lie."""
     for path, stamp in job["files"].items():
-        if stamp_of(Path(path)) != stamp:
+        if is_changed(path, stamp):
             raise BadInput("changed while it was read", where=path, right="run again when it is complete")
 
 

@@ -58,6 +58,24 @@ def test_without_keep_going_the_run_stops_and_keeps_what_it_has(wrong):
     assert (total["make_seed"], total["move_seed"], total["add_up"]) == (1, 5, 5)
 
 
+@pytest.mark.parametrize("file", ["numeral.py", "move_seed.py"])
+def test_what_came_of_code_edited_during_the_run_is_not_kept(shot, file):
+    """Keys are made of the code as it was, and nodes import late: within their functions, and once they are needed."""
+    text = (shot.nodes / file).read_text()
+
+    def edit(event):
+        if event.kind == "begun":
+            shot.edit(file, "value", "value")
+
+    outcome = shot.run(report=edit, keep_going=True)
+    places = {failure.message for failure in outcome.failures}
+    assert places == {f"{shot.nodes / file}: changed during the run (run again)"} and outcome.exit_code == 2
+    (shot.nodes / file).write_text(text)
+    shot.tally()
+    assert shot.run().exit_code == 0
+    assert shot.tally()["move_seed"] == 10
+
+
 def test_traceback_is_there_for_who_wants_it(wrong):
     (failure,) = wrong.run().failures
     assert "go_wrong.py" in failure.traceback and "go_wrong.py" not in failure.message

@@ -7,6 +7,7 @@ import pytest
 
 from hairpipe.graph.code import CodeReader
 from hairpipe.graph.machine_code import KEPT, kernel_folder, kernel_modules
+from hairpipe.graph.pool import Pool
 
 READER = CodeReader(lambda name, make: make())
 
@@ -60,3 +61,18 @@ def test_old_folders_go(tmp_path):
     left = {folder.name for folder in tmp_path.iterdir()}
     assert len(left) == KEPT
     assert left == {current.name, "state7", "state8", "state9"}
+
+
+@pytest.mark.parametrize("edited", [False, True])
+def test_kernels_go_that_may_be_of_code_edited_during_a_run(studio, edited):
+    reader = CodeReader(lambda name, make: make(), studio / "nodes")
+    reader.code_of("double_hair")
+    pool = Pool(studio, "json", studio / "nodes", 1, [], reader)
+    pool.kernels = studio / "kernels" / "state"
+    kernel = pool.kernels / "studio" / "helper.twice-3.py311.1.nbc"
+    kernel.parent.mkdir(parents=True)
+    kernel.write_bytes(b"machine code")
+    if edited:
+        (studio / "studio" / "helper.py").write_text("twice = float\n")
+    pool.close()
+    assert kernel.exists() != edited and kernel.parent.exists()
