@@ -99,8 +99,19 @@ def is_whole(path: Path, check_value: CheckValue) -> bool:
 
 
 def reached(store: Store, graphs: Iterable[Graph]) -> set[str]:
-    """Keys of the results that these graphs would find, over all their frames."""
-    return {entry.key for graph in graphs for entry in plan(graph, store) if entry.status == "cached" and entry.key}
+    """Keys of the results that these graphs would find, over all their frames.
+
+    The keys of those behind one that is missing are not known yet: their latest ones count, which will be found again
+    if it comes out as before.
+    """
+    keys: set[str] = set()
+    for graph in graphs:
+        latest = {name: store.latest(graph.name, name) for name in graph.nodes}
+        for entry in plan(graph, store):
+            node, frame = entry.task
+            known = None if entry.status == "cached" else latest[node].get("" if frame is None else str(frame))
+            keys.update(filter(None, (entry.key, known)))
+    return keys
 
 
 def clean(store: Store, *, keep: Set[str] = frozenset(), older: float = 0.0, size: int = 0) -> Swept:

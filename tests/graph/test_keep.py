@@ -33,6 +33,15 @@ def test_cleaning_keeps_what_a_graph_reaches(shot):
     assert shot.tally()["add_up"] == 10
 
 
+def test_cleaning_keeps_what_is_behind_a_result_that_is_missing(shot):
+    shot.run()
+    shot.store.remove(shot.store.object_path(shot.results()["seed"][""]))
+    assert clean(shot.store, keep=reached(shot.store, [shot.load()])).records == 0
+    shot.tally()
+    shot.run()
+    assert shot.tally() == {"make_seed": 1}
+
+
 def test_cleaning_by_age_and_size_takes_the_least_used_first(shot):
     shot.run()
     for item in items(shot.store):
