@@ -78,6 +78,22 @@ class Graph:
         """Where a file lies that a setting names."""
         return (self.path.parent / given).absolute()
 
+    def role(self, path: Path) -> str | None:
+        """Say what a file, by its resolved path, is to this graph where it is made of it; None for any other."""
+        if path.is_relative_to(self.folder.resolve()):
+            return "in the folder of its node types"
+        return self.files.get(path)
+
+    @cached_property
+    def files(self) -> dict[Path, str]:
+        """The graph file and the inputs of its nodes: what each is, by its resolved path."""
+        files = {self.path.resolve(): "the graph file"}
+        for node in self.nodes.values():
+            given: list[str] = []
+            map_files(fields_of(node.type), node.settings, lambda _, file, found=given: found.append(file))
+            files |= {self.file(file).resolve(): f"an input of '{node.name}'" for file in given}
+        return files
+
     def settings(self, node: Node) -> dict[str, Any]:
         """Settings as a node is called with: files by absolute path."""
         return map_files(fields_of(node.type), node.settings, lambda _, file: str(self.file(file)))

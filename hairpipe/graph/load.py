@@ -54,10 +54,11 @@ def make_graph(text: GraphText) -> Graph:
     if not nodes:
         raise BadInput("no nodes", where=path, right='a table such as [head] with type = "make_bust"')
     nodes = connect(nodes, text.place)
-    check_publish(nodes, text)
     frames = read_frames(text)
     taken = frozenset(edge for node in nodes.values() for edge in node.edges.values())
-    return Graph(path, frames, read_fps(text), {name: nodes[name] for name in sort_nodes(nodes, path)}, taken)
+    graph = Graph(path, frames, read_fps(text), {name: nodes[name] for name in sort_nodes(nodes, path)}, taken)
+    check_publish(graph, text)
+    return graph
 
 
 def check_header(text: GraphText) -> None:
@@ -162,19 +163,27 @@ def read_checkpoint(table: dict[str, Any], node_type: NodeType, where: str) -> i
     return checkpoint
 
 
-def check_publish(nodes: dict[str, Node], text: GraphText) -> None:
-    """Refuse two nodes that publish to one place, and a publish path that is an input of the graph."""
-    taken = {text.path.resolve(): "the graph file"}
-    for node in nodes.values():
-        inputs: list[str] = []
-        map_files(fields_of(node.type), node.settings, lambda _, file, found=inputs: found.append(file))
-        taken |= {(text.path.parent / file).resolve(): f"an input of '{node.name}'" for file in inputs}
-    for node in nodes.values():
-        if node.publish is not None:
-            if node.publish in taken:
-                where, right = text.place(node.name, ["publish"]), "a path of its own"
-                raise BadInput(f"publish: {node.publish} is {taken[node.publish]}", where=where, right=right)
-            taken[node.publish] = f"published by '{node.name}' too"
+def check_publish(graph: Graph, text: GraphText) -> None:
+    """Refuse two nodes that publish to one place, and a publish path that is a folder or that the graph is made of."""
+    taken: dict[Path, str] = {}
+    for node in graph.nodes.values():
+        if node.publish is None:
+            continue
+        frames = graph.all_frames if node.per_frame else [None]
+        path = next(iter(graph.files.keys() & map(node.publish_path, frames)), node.publish)
+        role = taken.get(path) or graph.role(path) or ("a folder" if is_folder(path) else None)
+        if role:
+            where, right = text.place(node.name, ["publish"]), "a path of its own"
+            raise BadInput(f"publish: {path} is {role}", where=where, right=right)
+        taken[node.publish] = f"published by '{node.name}' too"
+
+
+def is_folder(path: Path) -> bool:
+    """Whether a path leads to a folder; one that cannot be asked about does not."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
 
 
 def sort_nodes(nodes: dict[str, Node], path: Path) -> list[str]:

@@ -9,26 +9,30 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.atomic import replacing
 from hairpipe.graph.canonical import hasher
 from hairpipe.graph.fingerprint import CHUNK, fingerprint
+from hairpipe.graph.graph import Graph
 from hairpipe.graph.record import Output
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.tasks import Task
 
 
 class Publisher:
-    """Publishes the files of one run, and remembers whose lie where: nobody overwrites another's."""
+    """Publishes the files of one run, and remembers whose lie where: nobody overwrites another's, nor the graph's."""
 
-    def __init__(self, store: Store) -> None:
-        self.store = store
+    def __init__(self, store: Store, graph: Graph) -> None:
+        self.store, self.graph = store, graph
         self.placed: dict[Path, tuple[Task, str]] = {}
 
     def publish(self, task: Task, output: Output, path: Path) -> bool:
         """Copy a file, and those beside it, to a path; returns whether anything had to be written.
 
-        Raises BadInput, and writes nothing, where another task has published other bytes; LostObject where the store no
-        longer has it whole; OSError where it cannot be written there.
+        Raises BadInput, and writes nothing, where another task has published other bytes or the graph is made of what
+        is there; LostObject where the store no longer has it whole; OSError where it cannot be written there.
         """
         files = files_of(self.store, output, path)
         for place, name in files.items():
+            role = self.graph.role(place.resolve())
+            if role is not None:
+                raise BadInput(f"it is {role}", where=place, right="a folder of its own to publish in")
             other, there = self.placed.get(place, (task, name))
             if other != task and there != name:
                 what = f"'{other}' has published another file there"

@@ -38,7 +38,7 @@ class Scheduler:
         self.graph, self.store, self.options, self.report = graph, store, options, report
         self.resolver = Resolver(graph, store, frames)
         self.thinner = Thinner(self.resolver)
-        self.publisher = Publisher(store)
+        self.publisher = Publisher(store, graph)
         self.selected = frozenset(frames)
         modules = [node.type.module for node in graph.nodes.values()]
         self.pool = Pool(store.root, options.codec, graph.folder, options.jobs, modules, self.resolver.reader)

@@ -84,6 +84,7 @@ BAD = {
     "publish 3": (FULL.replace('"out/list.txt"', "3"), "publish = 3 is no path", ""),
     "publish dir": (FULL.replace("out/list.txt", "out/"), "is no path", ""),
     "publish graph": (FULL.replace("out/list.txt", "bad.toml"), "is the graph file", "a path of its own"),
+    "publish nodes": (FULL.replace("out/list.txt", "nodes/a.txt"), "in the folder of its node types", "a path of"),
     "publish twice": (
         FULL + '[two]\ntype = "write_list"\nin.numbers = "sum"\npublish = "./out/../out/list.txt"\n',
         "published by 'list' too",
@@ -114,6 +115,20 @@ def test_what_is_wrong_is_said_with_its_place(shot, name):
     message = str(caught.value)
     assert message.startswith(str(path)) and said in message and right in message, message
     assert len(message) < len(str(path)) + 500
+
+
+def test_nobody_publishes_a_frame_over_an_input(shot):
+    (shot.folder / "in").mkdir()
+    (shot.folder / "in" / "0007.txt").write_text("mine")
+    text = FULL.replace('"make_seed"', '"make_seed"\nfile = "in/0007.txt"').replace("####.png", "in/####.txt")
+    with pytest.raises(BadInput, match=r"in/0007\.txt is an input of 'seed'"):
+        load_graph(write(shot, text))
+
+
+def test_nobody_publishes_over_a_folder(shot):
+    (shot.folder / "out" / "list.txt").mkdir(parents=True)
+    with pytest.raises(BadInput, match=r"publish: .*out/list\.txt is a folder"):
+        load_graph(write(shot, FULL))
 
 
 def test_a_value_per_frame_does_not_go_into_one_for_the_shot(shot):

@@ -52,6 +52,15 @@ def test_nobody_overwrites_the_companion_of_another(shot):
     assert outcome.published == (str(shot.folder / "out" / f"{first}.txt"),)
 
 
+def test_a_companion_does_not_overwrite_an_input(shot):
+    mine = shot.folder / "out" / "parts" / "sums.txt"
+    mine.parent.mkdir(parents=True)
+    mine.write_text("mine")
+    (failure,) = shot.run(list__parts="true", seed__file="out/parts/sums.txt").failures
+    assert failure.kind == "publish" and f"{mine}: it is an input of 'seed'" in failure.message
+    assert mine.read_text() == "mine" and not (shot.folder / "out" / "list.txt").exists()
+
+
 def test_companion_outside_of_its_folder_is_refused(shot):
     shot.edit("write_list.py", "parts/sums.txt", "../sums.txt")
     (failure,) = shot.run(list__parts="true").failures
@@ -60,11 +69,11 @@ def test_companion_outside_of_its_folder_is_refused(shot):
 
 
 def test_place_that_cannot_be_written_is_named_and_the_result_kept(shot):
-    (shot.folder / "out" / "list.txt").mkdir(parents=True)
+    (shot.folder / "out").write_text("a file")
     outcome = shot.run()
     assert [(f.kind, str(f.task)) for f in outcome.failures] == [("publish", "list")]
-    assert "out/list.txt: Is a directory" in outcome.failures[0].message and outcome.exit_code == 1
-    (shot.folder / "out" / "list.txt").rmdir()
+    assert "out/list.txt: File exists" in outcome.failures[0].message and outcome.exit_code == 1
+    (shot.folder / "out").unlink()
     assert shot.run().evaluated == 0
     assert (shot.folder / "out" / "list.txt").is_file()
 
