@@ -1,7 +1,6 @@
 """OpenVDB files: the one place that loads OpenVDB's Python module, and what is written with it."""
 
 import hashlib
-import importlib
 import importlib.util
 from functools import cache
 from pathlib import Path
@@ -22,10 +21,12 @@ __all__ = ["Grid", "inspect", "module", "write"]
 def module() -> ModuleType:
     """Return OpenVDB's Python module: the installed one, the copy in Blender's wheel, or Debian's.
 
-    Raises BadInput where there is none that works with this numpy.
+    They are imported by statements, for keys to see. Raises BadInput where there is none that works with this numpy.
     """
     if importlib.util.find_spec("openvdb"):
-        return importlib.import_module("openvdb")
+        import openvdb  # pyright: ignore[reportMissingImports]
+
+        return openvdb
     blender = library_in_blender()
     if blender:
         return loaded("openvdb", blender)
@@ -33,7 +34,9 @@ def module() -> ModuleType:
         raise BadInput("OpenVDB's Python module is not installed", right="pip install 'hairpipe[vdb]'")
     if int(np.__version__.split(".")[0]) >= 2:
         raise BadInput("pyopenvdb crashes with numpy 2", right="pip install 'hairpipe[vdb]', or numpy < 2")
-    return importlib.import_module("pyopenvdb")
+    import pyopenvdb  # pyright: ignore[reportMissingImports]
+
+    return pyopenvdb
 
 
 def library_in_blender() -> Path | None:
