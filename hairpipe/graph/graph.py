@@ -1,5 +1,6 @@
 """A graph: nodes, the edges between them, a range of frames. Immutable and checked; `load.py` makes it."""
 
+import os
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -106,7 +107,7 @@ class Graph:
     @cached_property
     def name(self) -> str:
         """Stem of the file, with a mark that tells graphs of the same stem apart."""
-        return f"{self.path.stem}-{digest_bytes('graph', str(self.path.resolve()).encode())[:8]}"
+        return f"{self.path.stem}-{digest_bytes('graph', os.fsencode(self.path.resolve()))[:8]}"
 
     def node(self, name: str) -> Node:
         """Find a node; BadInput with the nearest name where there is none."""

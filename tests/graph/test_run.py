@@ -138,3 +138,11 @@ def test_warnings_are_given_again_on_hits(shot):
         shot.run(sum__warn=3, report=events.append)
         said = [(str(event.task), event.message) for event in events if event.kind == "warning"]
         assert said == [("sum@3", "a strand is too short")]
+
+
+def test_the_path_of_a_graph_need_not_be_text(shot):
+    folder = shot.folder / os.fsdecode(b"caf\xe9")
+    folder.mkdir()
+    shot.nodes, shot.path = shot.nodes.rename(folder / "nodes"), shot.path.rename(folder / "shot.toml")
+    assert shot.run().exit_code == 0 and (folder / "out" / "list.txt").exists()
+    assert {entry.status for entry in shot.plan().values()} == {"cached"}
