@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from hairpipe.errors import BadInput
 from hairpipe.graph.fingerprint import digest_file
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.plan import plan
@@ -15,7 +16,7 @@ from hairpipe.graph.store import Store
 from hairpipe.graph.values import set_name
 
 CheckValue = Callable[[Path], str]
-"""Gives the digest of the value in an object file; raises where there is none."""
+"""Gives the digest of the value in an object file; BadInput where there is none."""
 
 
 @dataclass(frozen=True)
@@ -87,14 +88,14 @@ def verify(store: Store, check_value: CheckValue) -> list[str]:
 
 
 def is_whole(path: Path, check_value: CheckValue) -> bool:
-    """Whether an object is what its name says."""
+    """Whether an object is what its name says; OSError or MemoryError where that cannot be found out."""
     try:
         if path.suffix == ".h5":
             return check_value(path) == path.stem
         if path.suffix == ".set":
             return set_name(json.loads(path.read_text(encoding="utf-8"))) == path.name
         return digest_file(path) == path.stem
-    except Exception:  # whatever a reader says about a damaged file
+    except (BadInput, FileNotFoundError, ValueError):
         return False
 
 

@@ -47,7 +47,7 @@ def files_of(store: Store, output: Output, path: Path) -> dict[Path, str]:
         return {path: output.object}
     try:
         listing = json.loads(store.object_path(output.object).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+    except (FileNotFoundError, ValueError):
         store.remove(store.object_path(output.object))
         raise LostObject(output.object) from None
     return {path.parent / name: part for name, part in listing["companions"].items()} | {path: listing["path"]}

@@ -84,7 +84,7 @@ class Values:
         return Output(name, size)
 
     def _read(self, name: str) -> Any:
-        """Read a tree and check its digest."""
+        """Read a tree and check its digest; what the system does not let be read is not damaged, and stays."""
         path = self.store.object_path(name)
         with suppress(FileNotFoundError, BadInput):
             tree = self.codec.read(path)
@@ -109,7 +109,7 @@ class Values:
         if name.endswith(".bin"):
             return File(self._checked(name))
         path = self.store.object_path(name)
-        with suppress(OSError, ValueError):
+        with suppress(FileNotFoundError, ValueError):
             listing = json.loads(path.read_text(encoding="utf-8"))
             if set_name(listing) == name:
                 parts = {label: self._checked(part) for label, part in listing["companions"].items()}
@@ -119,7 +119,7 @@ class Values:
     def _checked(self, name: str) -> Path:
         path = self.store.object_path(name)
         if name not in self._verified:
-            with suppress(OSError):
+            with suppress(FileNotFoundError):
                 if digest_file(path) + ".bin" == name:
                     self._verified.add(name)
         if name not in self._verified or not path.exists():

@@ -11,6 +11,8 @@ that a damaged file is refused rather than misread; the data is guarded by the d
 """
 
 import dataclasses
+import os
+import re
 import types
 from collections.abc import Iterator
 from functools import cache
@@ -33,6 +35,8 @@ NUMBERS = "biuf"
 """Kinds of numpy arrays that are stored: bool, integers with and without sign, floats."""
 ESCAPES = {"%": "%25", "/": "%2F", ".": "%2E"}
 """HDF5 reads / and . in a name as a path."""
+REFUSED = re.compile(r"errno = ([1-9]\d*)")
+"""How HDF5 says, in errors of any type, that it was refused by the system."""
 
 
 def encode(value: Any, path: Path) -> None:
@@ -161,12 +165,18 @@ def write_entry(group: h5py.Group, name: str, tree: Tree) -> None:
 
 
 def read(path: Path) -> Tree:
-    """Read a tree; BadInput where the file is no HDF5 value. Only its digest tells that all of it is as written."""
+    """Read a tree; BadInput where the file is no HDF5 value, OSError where the system does not let it be read.
+
+    Only its digest tells that all of it is as written.
+    """
     size = path.stat().st_size
     try:
         with h5py.File(path, "r", locking=False) as file:
             return read_group(file, size)["value"]
     except (OSError, KeyError, ValueError, TypeError, RuntimeError, OverflowError) as error:
+        refused = REFUSED.search(str(error))
+        if refused:
+            raise OSError(int(refused[1]), os.strerror(int(refused[1])), str(path)) from None
         raise BadInput(f"not a whole HDF5 value: {error}", where=path) from None
 
 

@@ -1,12 +1,19 @@
 """Damaged results: noticed when they are used, computed again, never an error."""
 
+import os
+import resource
 import struct
 from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
 
-from hairpipe.graph.keep import verify
+from hairpipe.graph import File
+from hairpipe.graph.keep import is_whole, verify
 from hairpipe.graph.store import Store
+from hairpipe.graph.values import Values
+from hairpipe.io import hdf5
 from hairpipe.io.hdf5 import digest_file
 
 
@@ -91,6 +98,39 @@ def test_verify_finds_and_removes_what_is_damaged(shot):
     shot.run()
     assert shot.results() == results
     assert verify(shot.store, digest_file) == []
+
+
+@pytest.fixture
+def no_more_files():
+    """Nothing can be opened any more."""
+    free = os.open(os.devnull, os.O_RDONLY)
+    os.close(free)
+    limits = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (free, limits[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_NOFILE, limits)
+
+
+@dataclass(frozen=True)
+class Number:
+    """A value."""
+
+    value: float
+
+
+HERE = Path(__file__)
+
+
+@pytest.mark.parametrize("value", [Number(1.0), File(HERE), File(HERE, {"beside": HERE})])
+def test_what_the_system_does_not_let_be_read_is_not_damaged(tmp_path, request, value):
+    store, kind = Store(tmp_path), type(value)
+    path = store.object_path(Values(store, hdf5, 0).put(value, kind, None).object)
+    request.getfixturevalue("no_more_files")
+    with pytest.raises(OSError, match="Too many open files"):
+        Values(store, hdf5, 0).get(path.name, kind)
+    with pytest.raises(OSError, match="Too many open files"):
+        is_whole(path, hdf5.digest_file)
+    assert path.exists()
 
 
 def test_store_is_remade_from_nothing_but_a_folder(shot):
