@@ -17,16 +17,26 @@ if TYPE_CHECKING:
 @click.command()
 @options.graph
 @options.target
+@options.frames
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="File to write.")
 @options.overrides
 @options.cache
-def get(graph: str, target: options.Target, output: Path, overrides: dict[str, str], cache: Path) -> None:
+def get(
+    graph: str,
+    target: options.Target,
+    frames: tuple[int, ...] | None,
+    output: Path,
+    overrides: dict[str, str],
+    cache: Path,
+) -> None:
     """Write a result to a file.
 
     HDF5 (.h5), NPZ (.npz), CSV (.csv) or USD (.usd, .usda, .usdc), by the suffix of the file.
 
     NODE@FRAME is the first output of a node at a frame, NODE.OUTPUT@FRAME another one. HDF5 and NPZ hold any value;
     CSV and USD what has points: meshes and hair. A result that is a file already is copied as it is.
+
+    A result that looks at all frames of a run is found by the --frames of that run.
     """
     from hairpipe.cli.shipped import open_graph
     from hairpipe.graph import File
@@ -35,8 +45,8 @@ def get(graph: str, target: options.Target, output: Path, overrides: dict[str, s
     from hairpipe.graph.tasks import Task
     from hairpipe.io.value import write_value
 
-    opened, store = open_graph(graph, overrides), Store(cache, read_only=True)
-    value = fetch(opened, store, Task(target.node, target.frame), target.output)
+    opened, store = open_graph(graph, overrides), Store(cache)
+    value = fetch(opened, store, Task(target.node, target.frame), target.output, frames)
     frame = opened.frames[0] if target.frame is None else target.frame
     if output.is_dir():
         raise BadInput("is a folder", where=output, right="the name of a file")

@@ -3,7 +3,7 @@
 GRAPH        run plan explain graph get tune; --graph in nodes
 TARGET       explain get
 --set        run plan explain graph get tune bench
---frames     run plan explain
+--frames     run plan explain get
 --to         run plan graph
 --cache      run plan explain get tune cache bench
 --json       run plan explain nodes tune cache bench

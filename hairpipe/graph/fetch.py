@@ -1,32 +1,43 @@
 """Looks up the value of a node at a frame, for whoever wants to see it."""
 
+from collections.abc import Iterable
 from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.events import CODEC
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.plan import explain
+from hairpipe.graph.resolve import state_of
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.tasks import Task
 from hairpipe.graph.values import Values, codec_named
 from hairpipe.graph.wording import nearest
 
 
-def fetch(graph: Graph, store: Store, task: Task, output: str | None = None, codec: str = CODEC) -> Any:
+def fetch(
+    graph: Graph,
+    store: Store,
+    task: Task,
+    output: str | None = None,
+    frames: Iterable[int] | None = None,
+    codec: str = CODEC,
+) -> Any:
     """Read a result from the store: a value of its type, or a File; BadInput where it has not been computed.
 
     output  of a node with several; without one, the only one or the first
+    frames  of the run that has computed it, all for None
     """
-    found = explain(graph, store, task)
+    found = explain(graph, store, task, frames)
     if found.record is None:
         raise BadInput(f"'{task}' has not been computed", where=graph.path, right=f"hairpipe run --to {task.node}")
-    outputs = graph.nodes[task.node].type.outputs
+    node = graph.nodes[task.node]
+    outputs = node.type.outputs
     name = next(iter(outputs)) if output is None else output
     if name not in outputs:
         raise BadInput(f"'{task.node}' has no output '{name}'", where=graph.path, right=nearest(name, list(outputs)))
     try:
         return Values(store, codec_named(codec), 0).get(found.record.outputs[name].object, outputs[name])
     except LostObject:
-        thinned = name == graph.nodes[task.node].type.state
-        right = "checkpoint = 1 in the graph file keeps every state" if thinned else "hairpipe run computes it again"
+        thinned = name == state_of(node)
+        right = "a run with checkpoint = 1 and another --cache" if thinned else "hairpipe run computes it again"
         raise BadInput(f"'{task}' is not in the store any more", where=store.root, right=right) from None

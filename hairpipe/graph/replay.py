@@ -65,7 +65,7 @@ class Replay:
         """Read a value from the store, or take the node's own of the frame before."""
         if source.task.node == self.name:
             return self._state
-        return fetch(self.graph, self.store, source.task, source.output, self.codec)
+        return fetch(self.graph, self.store, source.task, source.output, codec=self.codec)
 
 
 def itself(source: Source) -> Source:

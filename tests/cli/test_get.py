@@ -29,6 +29,23 @@ def test_a_file_brings_those_beside_it(shot, hairpipe):
     assert (shot.parent / "into" / "parts" / "sums.txt").is_file()
 
 
+@pytest.mark.parametrize("target", ["sum@2", "list"])
+def test_a_damaged_result_is_there_again_after_a_run(target, computed, hairpipe):
+    for path in computed.parent.glob("cache/objects/??/*"):
+        path.chmod(0o644)
+        path.write_bytes(bytes(path.stat().st_size))
+    result = hairpipe(f"get shot.toml {target} -o copy.h5")
+    assert result.exit_code == 2 and "hairpipe run computes it again" in result.stderr
+    hairpipe("run shot.toml -j1 -q")
+    assert hairpipe(f"get shot.toml {target} -o copy.h5").exit_code == 0
+
+
+def test_what_looks_at_the_frames_of_a_run_is_found_by_them(shot, hairpipe):
+    hairpipe("run shot.toml -j1 -q --frames 2-3")
+    assert hairpipe("get shot.toml list -o copy").exit_code == 2
+    assert hairpipe("get shot.toml list -o copy --frames 2-3").exit_code == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
