@@ -103,12 +103,12 @@ def plain_scalar(value: Any, name: str) -> Tree:
 
 
 def checked_text(value: Any, name: str) -> str:
-    """Refuse what is no text, or no text that HDF5 gives back as it was."""
+    """Return a plain text; refuse what is none, or none that HDF5 gives back as it was."""
     if not isinstance(value, str):
         raise TypeError(f"{name}: a {type(value).__name__} where only a text is stored")
     if "\0" in value:
         raise ValueError(f"{name}: {value!r} has a NUL in it")
-    return value
+    return str.__str__(value)  # a subclass may be shown, and so digested, as something else
 
 
 def digest_tree(tree: Tree) -> str:

@@ -3,6 +3,7 @@
 import dataclasses
 import random
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import NamedTuple
 
 import h5py
@@ -90,6 +91,18 @@ def test_the_order_of_names_is_that_of_the_file(tmp_path):
     hdf5.write(tree, tmp_path / "a.h5")
     assert str(hdf5.read(tmp_path / "a.h5")) == str(tree)
     assert list(tree) == ["", "a-", "a.", "b", "c"] and list(tree["a."]) == ["1", "2"]
+
+
+class Level(StrEnum):
+    """A text that shows itself as another."""
+
+    HIGH = "high"
+
+
+@pytest.mark.parametrize("value", [Level.HIGH, (Level.HIGH,), {Level.HIGH: 1}])
+def test_a_text_of_a_derived_type_is_the_text(tmp_path, value):
+    hdf5.encode(value, tmp_path / "v.h5")
+    assert hdf5.digest(value) == hdf5.digest_file(tmp_path / "v.h5")
 
 
 def test_no_names_are_not_no_texts():
