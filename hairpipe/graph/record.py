@@ -65,6 +65,7 @@ def read_record(text: str) -> Record | None:
 
 
 def from_fields(fields: dict[str, Any]) -> Record:
-    """Build a record from its fields as JSON gives them."""
+    """Build a record from its fields as JSON gives them; those that another version has added are left out."""
+    known = {name: value for name, value in fields.items() if name in Record.__dataclass_fields__}
     outputs = {name: Output(o[0], o[1], tuple(map(tuple, o[2]))) for name, o in fields["outputs"].items()}
-    return Record(**fields | {"outputs": outputs, "warnings": tuple(fields["warnings"])})
+    return Record(**known | {"outputs": outputs, "warnings": tuple(fields["warnings"])})

@@ -12,12 +12,22 @@ def test_a_record_is_read_as_it_was_written():
     assert read_record(write_record(RECORD)) == RECORD
 
 
-def test_a_record_of_an_older_version_lacks_the_seconds_of_the_processor():
+def of_another_version(change):
+    """Read a record with fields that were changed before it was written."""
     fields = json.loads(write_record(RECORD))
-    del fields["check"], fields["processor"]
+    del fields["check"]
+    change(fields)
     text = json.dumps(fields, separators=(",", ":"))
-    found = read_record(f'{text[:-1]}{MARK}{digest_bytes("record", text.encode())}"}}')
+    return read_record(f'{text[:-1]}{MARK}{digest_bytes("record", text.encode())}"}}')
+
+
+def test_a_record_of_an_older_version_lacks_the_seconds_of_the_processor():
+    found = of_another_version(lambda fields: fields.pop("processor"))
     assert found is not None and found.processor is None and found.seconds == 1.5
+
+
+def test_a_record_of_a_newer_version_is_read_but_for_what_is_new():
+    assert of_another_version(lambda fields: fields.update(memory=7)) == RECORD
 
 
 def test_a_record_with_a_changed_byte_is_none():
