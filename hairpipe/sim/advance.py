@@ -9,6 +9,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.errors import BadInput
 from hairpipe.levelset.moving import MovingSurface
 from hairpipe.sim.catalogue import surroundings_of
+from hairpipe.sim.contact.segments import LostPoints
 from hairpipe.sim.control import limits_of, next_step, pace_of
 from hairpipe.sim.hair import Hair
 from hairpipe.sim.integrators.catalogue import gravity_of, integrator_of
@@ -70,6 +71,8 @@ def advance_frame(
     bodies  that hair does not pass through
     frame   time between them [s]
     began   time of the shot at the previous frame [s]
+
+    Raises ArithmeticError, naming strands, where what strands do to each other cannot be found as they are not finite.
     """
     model = hair.model if not len(state.inverse_lengths) else hair.model._replace(inverse_lengths=state.inverse_lengths)
     arrays = (state.positions, state.velocities, state.accelerations, state.tensions)
@@ -81,7 +84,10 @@ def advance_frame(
     time = 0.0
     while time < frame * (1 - 1e-9):
         dt = next_step(limits, motion, path, time)
-        integrator.advance(model, motion, Step(path, time, dt), around)
+        try:
+            integrator.advance(model, motion, Step(path, time, dt), around)
+        except LostPoints as lost:
+            raise _lost(hair, lost.points) from None
         pace.follow(dt, around.crossed)
         time += dt
     stuck = around.hair.connections if around.hair is not None else (state.stuck, state.stuck_at)
@@ -93,7 +99,12 @@ def strands_of(hair: Hair, state: HairState) -> Strands:
     points, velocities = hair.layout.axis(state.positions), hair.layout.axis(state.velocities)
     finite = np.isfinite(points).all(1) & np.isfinite(velocities).all(1)
     if not finite.all():
-        strands = np.unique(np.searchsorted(hair.layout.offsets, np.flatnonzero(~finite), side="right") - 1)
-        listed = ", ".join(map(str, hair.groom.ids[strands[:10]]))
-        raise ArithmeticError(f"{len(strands)} strands are not finite, among them ids {listed}")
+        raise _lost(hair, np.flatnonzero(~finite))
     return Strands(points.astype(np.float32), velocities.astype(np.float32), hair.layout.offsets, hair.diameter)
+
+
+def _lost(hair: Hair, points: np.ndarray) -> ArithmeticError:
+    """Name the strands of points, (n,), that are not finite."""
+    strands = np.unique(np.searchsorted(hair.layout.offsets, points, side="right") - 1)
+    listed = ", ".join(map(str, hair.groom.ids[strands[:10]]))
+    return ArithmeticError(f"{len(strands)} strands are not finite, among them ids {listed}")

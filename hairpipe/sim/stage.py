@@ -45,7 +45,7 @@ class Rule(NamedTuple):
     form        a SpringForm
     damping     of the springs, a fraction of critical damping
     guard       strain of an edge at the guess beyond which its strand restarts as the stage began, at its root, in two
-                iterations; inf: never
+                iterations, or where something acts on hair, from where `guess_stages` carries it; inf: never
     iterations  of Newton's method a stage
     gravity     [m/s^2], (3,)
     drag        against still air [1/s]

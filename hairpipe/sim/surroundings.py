@@ -42,7 +42,7 @@ class Stage:
     ends     held particles at its end, (blocks, 2 clamped, 3, W)
     held     see `Step`
     h        weight of the end, for every strand [s], (blocks, W)
-    time     at the end, since the previous frame [s]
+    time     that bodies and wind are those of, at its end but in the nine steps, since the previous frame [s]
     span     that the stage covers [s]
     held_normals  the body holds what a filter has marked, and nothing else: the velocity solve of the paper
     """
@@ -274,21 +274,22 @@ class Surroundings:
 
         Returns how that changed velocities [m/s], (rows, 3, W), or 0.
         """
+        self._jolted[:] = 0.0
+        if self.hair is None and self.strain is None and self.body is None:
+            return 0.0
         if self.hair is not None:
             self.hair.let_go()
         found = 0.0 if self.body is None and self.hair is None else copied(motion.v)
         if self.body is not None:
             follow(self._axis, self.body.stop(self._points(motion.v)), 1.0, motion.v)
         self.repel(motion.x, motion.v, step, elastic=True)
-        self._jolted[:] = 0.0
-        if self.hair is not None or self.strain is not None:
-            solved = copied(motion.x)
-            self.cross(motion.x, motion.v, before, step)
-            if self.strain is not None:
-                self._limit(motion.x, self.strain, step)
-            mark_jolted(self.model, solved, motion.x, self._jolted)
+        solved = copied(motion.x)
+        self.cross(motion.x, motion.v, before, step)
+        if self.strain is not None:
+            self._limit(motion.x, self.strain, step)
         if self.body is not None:
             self._put_right(motion.x, motion.v, before, step)
+        mark_jolted(self.model, solved, motion.x, self._jolted)
         if isinstance(found, np.ndarray):
             combine_all(found, 1.0, motion.v, -1.0, found)
         return found
@@ -296,8 +297,8 @@ class Surroundings:
     def shocked(self, like: np.ndarray) -> np.ndarray:
         """Mark the strands whose forces jumped in this step, (blocks, W), of the dtype of an array.
 
-        Contact with the body began or ended there or changed a velocity, or what `end` put right among hairs stretched
-        or relieved them.
+        Contact with the body began or ended there, or moved a point out, or what `end` put right stretched or relieved
+        hairs.
         """
         lanes = np.zeros(self.layout.strands.shape, like.dtype)
         if self.body is not None:

@@ -1,5 +1,6 @@
 """A frame of hair against rod theory and against the laws every step must keep."""
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numba
@@ -9,6 +10,7 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.rod.elastica import bend_elastica
 from hairpipe.sim.material import Material
+from hairpipe.sim.scene import Collisions
 
 G = 9.81
 
@@ -113,6 +115,16 @@ def test_a_strand_that_is_not_finite_is_named_and_spares_the_others(scene, strai
         _ = s.points
     np.testing.assert_array_equal(s.axis[:11], good[:11])
     np.testing.assert_array_equal(s.axis[22:], good[22:])
+
+
+def test_a_strand_that_is_not_finite_is_named_where_hair_touches_hair(scene, straight):
+    """There the step cannot go on: what strands do to each other cannot be found."""
+    s = scene([straight(0.1, 10, [1, 0, 0]) for _ in range(3)])
+    s.scene = replace(s.scene, collisions=Collisions())
+    s.state.positions[5, 0, 1] = np.nan
+    with pytest.raises(ArithmeticError, match=r"ids 1$") as raised:
+        s.run(1 / 24)
+    assert type(raised.value) is ArithmeticError
 
 
 @pytest.mark.parametrize("wrong", [0.0, np.nan])

@@ -105,7 +105,7 @@ class BodyContacts:
 
     @property
     def shocked(self) -> np.ndarray:
-        """Points whose contact with the body jumped in this step, (P,) bool."""
+        """Points whose contact with the body jumped in this step, or that it moved out at the end, (P,) bool."""
         return self._touch.shocked
 
     @property
@@ -164,7 +164,8 @@ class BodyContacts:
         motion = Motion(before, after, speeds, most, self._kept, masses)
         found = project(motion, ended, met, parts / _PARTS, meeting, leaving.normal, dt, self.contact.friction)
         dx, dv, touched, normals = found
-        np.logical_or(self._touch.shocked, dv.any(axis=1), out=self._touch.shocked)
+        # What is pressed on the body sinks in and is moved out in every step: with the forces found before it trembles.
+        np.logical_or(self._touch.shocked, touched, out=self._touch.shocked)
         drape(after, dx, normals, most, masses, lambda places, which: self._around(places, which, time + dt))
         return dx, dv, touched, normals
 

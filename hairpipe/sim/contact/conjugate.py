@@ -13,8 +13,8 @@ an order that does not depend on threads.
 
 The iterations end when sqrt(r . z) is a given fraction of the mass norm of R x: what the residual would still move
 strands by, each for itself. Bundles that move as one resist less than their strands do one by one, so the error of x is
-greater than that, by as much as hair is coupled. It falls in every iteration; where they end early, strands are coupled
-less than they should be, and never more.
+greater than that, by as much as hair is coupled. It falls in every iteration; where they end early, strands are held
+to where the others were foreseen.
 """
 
 from collections.abc import Callable

@@ -40,8 +40,10 @@ _NEAR = 1e-5  # [m]; what touches is held up to this far outside, and what is fr
 _ROUGH = 1.5  # friction that comes out so many times too great is solved again; what is less is mended by and by
 _STILL = 1e-3  # [m/s]; what is slower against the body, and not known to touch it, begins a step sticking
 _TURNED = 0.9  # cosine between normals; what turns farther in a step is a shock
-_PUSH_OUT = 0.5  # [m/s]; for points that begin deeper than _DEEP
-_DEEP = 1e-3  # [m]
+PUSH_OUT = 0.5
+"""Speed at which points come out that begin deeper than `DEEP` [m/s]."""
+DEEP = 1e-3
+"""Less than this inside counts as on the surface [m]."""
 _CHUNK = 512
 
 
@@ -75,7 +77,7 @@ class Touch(NamedTuple):
 
 @njit(cache=True, parallel=True)
 def resume(touch: Touch, probe: Probe, v: np.ndarray, thickness: np.ndarray, mass: np.ndarray) -> None:
-    """Let points touch that begin a step on the body, in place: what rests on it did so before, which is no shock.
+    """Let points touch that begin a step on the body, in place: what rests on it did so before.
 
     probe  of the body there; v  velocities [m/s], (P, 3); the others as for `hold`
     """
@@ -135,8 +137,8 @@ def _aim(touch, probe, i, v, begun, thickness, mass, h):  # noqa: ANN001, ANN202
     bx, by, bz = probe.velocity[i, 0], probe.velocity[i, 1], probe.velocity[i, 2]
     body = bx * nx + by * ny + bz * nz
     wanted = v[i, 0] * nx + v[i, 1] * ny + v[i, 2] * nz + (thickness - phi) / h
-    if begun < -_DEEP:
-        wanted = min(wanted, body + _PUSH_OUT)
+    if begun < -DEEP:
+        wanted = min(wanted, body + PUSH_OUT)
     extra = wanted - body
     touch.grip[i] = rate if touch.grip[i] >= touch.rate[i] > 0.0 else min(touch.grip[i], rate)
     touch.rate[i] = rate
@@ -204,8 +206,9 @@ def _judge_touch(touch, i, v, friction):  # noqa: ANN001, ANN202
     limit, met = -friction * c * normal, touch.state[i] == MET
     touch.state[i] = TOUCHES
     if limit <= 0.0:
+        held = touch.grip[i] > 0.0
         touch.grip[i] = 0.0
-        return False
+        return held
     tx, ty, tz = ux - normal * n[0], uy - normal * n[1], uz - normal * n[2]
     speed = np.sqrt(tx * tx + ty * ty + tz * tz)
     force = touch.grip[i] * speed

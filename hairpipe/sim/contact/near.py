@@ -17,7 +17,7 @@ def near_pairs(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: n
     offsets  strand s owns points offsets[s] : offsets[s + 1], (S + 1,) int32
     ignored  sorted keys of pairs to leave out, see `key_of`, (k,) int64
 
-    Raises ArithmeticError where a position is not finite.
+    Raises LostPoints where a position is not finite.
     """
     pairs = pairs_about(points, offsets, reach, ignored)
     return chosen(pairs, pairs.distances <= reach)

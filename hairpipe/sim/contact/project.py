@@ -21,9 +21,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.levelset.moving import Probe
-
-_PUSH_OUT = 0.5  # [m/s]
-_SKIN = 1e-3  # [m]; less than this inside counts as on the surface
+from hairpipe.sim.contact.hold import DEEP, PUSH_OUT
 
 
 class Motion(NamedTuple):
@@ -56,7 +54,7 @@ def slide(u, n, push, friction):  # noqa: ANN001, ANN201
 
 def farthest(begun: np.ndarray, dt: float) -> np.ndarray:
     """Return the distances [m] up to which points that began a step of dt [s] at others are moved out, (P,); pure."""
-    return np.where(begun > -_SKIN, np.inf, begun + _PUSH_OUT * dt)
+    return np.where(begun > -DEEP, np.inf, begun + PUSH_OUT * dt)
 
 
 @njit(cache=True)

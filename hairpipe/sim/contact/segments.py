@@ -16,13 +16,20 @@ def all_segments(points: int, offsets: np.ndarray) -> np.ndarray:
     return np.flatnonzero(is_segment).astype(np.int32)
 
 
+class LostPoints(ArithmeticError):
+    """Points, (n,) int64, are not finite, or farther away than a light-hour."""
+
+    def __init__(self, points: np.ndarray) -> None:
+        super().__init__(f"{len(points)} points of the hair are lost, the first of them number {points[0]}")
+        self.points = points
+
+
 def refuse_lost(points: np.ndarray) -> None:
-    """Raise ArithmeticError where a position [m], (P, 3), is not finite, or farther from 0 than a light-hour."""
+    """Raise LostPoints where positions [m], (P, 3), are."""
     lost = np.empty(len(points), np.bool_)
     _find_lost(points, lost)
     if lost.any():
-        where = int(np.argmax(lost))
-        raise ArithmeticError(f"point {where} of the hair is at {points[where]} m")
+        raise LostPoints(np.flatnonzero(lost))
 
 
 @njit(cache=True, parallel=True)

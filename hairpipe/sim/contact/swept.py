@@ -33,7 +33,7 @@ def neighbourhood(before: np.ndarray, after: np.ndarray, offsets: np.ndarray, re
     offsets        strand s owns points offsets[s] : offsets[s + 1], (S + 1,) int32
     reach          [m]
 
-    Raises ArithmeticError where a position is not finite.
+    Raises LostPoints where a position is not finite.
     """
     refuse_lost(before)
     refuse_lost(after)

@@ -11,8 +11,9 @@ that is beyond the scheme: its step is done again by backward Euler, which nothi
 
 What strands do to each other changes velocities within a stage as backward Euler would: it is taken out of v - vh and
 of v1 - v, so that no stage throws back what the one before has stopped. Where contact with the body began or ended in a
-step, or what came after its solves stretched or relieved a strand (`sim/filters/jolt.py`), the acceleration says
-nothing about the next one and is NaN; there the first stage is one of backward Euler,
+step, or moved a point out at its end, as it does with what is pressed on it, or where what came after its solves
+stretched or relieved a strand (`sim/filters/jolt.py`), the acceleration says nothing about the next one and is NaN;
+there the first stage is one of backward Euler,
 
     1   xh = x,   vh = v,   weight g dt
 
@@ -26,7 +27,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import everywhere, rows_of
+from hairpipe.sim.integrators.interface import along_with_roots, everywhere, rows_of
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
 from hairpipe.sim.motion import Motion, Step
@@ -103,9 +104,7 @@ class TrBdf2:
         again = Motion(copied(x0), copied(motion.v), np.empty_like(x0), np.zeros_like(motion.T))
         set_all_tensions(model, again.x, again.T)
         ends, who = step.ends(1.0), rows_of(model, lost != 0.0)
-        root = model.shape.clamped - 1
-        along = (ends[:, root] - x0[model.first[:-1] + root]) / step.dt
-        np.copyto(again.v, np.repeat(along, np.diff(model.first), axis=0), where=who)
+        np.copyto(again.v, along_with_roots(model, x0, ends, step.dt), where=who)
         xh, began = motion.x - step.dt * motion.v, copied(motion.v)
         np.copyto(xh, x0, where=who)
         np.copyto(began, v0, where=who)

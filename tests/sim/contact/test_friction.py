@@ -81,6 +81,15 @@ def test_hair_lies_on_a_slope_or_slides_however_often_there_is_a_frame(scene, st
         assert min(ways) > 0.01 and ways[0] == pytest.approx(ways[1], rel=0.25)
 
 
+def test_without_friction_hair_that_lies_still_slides_from_the_first_step_on(scene, straight):
+    shot = scene([straight(0.1, 20, [1, 0, 0])], model="chain", fps=96.0)
+    shot.scene = Scene(9.81, Air(0.0), BodyContact(0.0, 0.0), steps=StepControl(1 / 96))
+    shot.run(1 / 96, [Slope(shot.axis[0] - [0.0, 1e-6, 0.0], 0.6)])
+    down = np.array([0.0, -0.6, 1.0]) / np.hypot(1.0, 0.6)
+    tip = shot.hair.layout.axis(shot.state.velocities)[-1]
+    assert tip @ down == pytest.approx(9.81 * 0.6 / np.hypot(1.0, 0.6) / 96, rel=0.02)
+
+
 @pytest.mark.parametrize(
     "scheme",
     [
