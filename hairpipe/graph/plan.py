@@ -37,7 +37,7 @@ class Explanation:
     """All there is to say about one task.
 
     parts    that its key is made of; None while something it needs is not established
-    reasons  every difference to the latest result of this node and frame
+    reasons  that of the entry, and every difference to the latest result of this node and frame
     record   its result, where it is there
     """
 
@@ -63,8 +63,8 @@ def explain(graph: Graph, store: Store, task: Task, frames: Iterable[int] | None
     if entry is None:
         raise BadInput(f"'{task}' is not among the selected frames", where=graph.path)
     parts = planner.resolver.parts(task) if entry.status != "depends" else None
-    reasons = tuple(planner.reasons(task, parts)) if parts is not None else (entry.reason,)
-    return Explanation(entry, parts, reasons, planner.resolver.results.get(task))
+    found = [entry.reason, *(planner.reasons(task, parts) if parts is not None else ())]
+    return Explanation(entry, parts, tuple(dict.fromkeys(filter(None, found))), planner.resolver.results.get(task))
 
 
 class Planner:
@@ -115,7 +115,7 @@ class Planner:
         if key is None:
             return ["new frame" if known else "never evaluated"]
         if key == action_key(parts):
-            return ["its result is missing or damaged" if not self.store.find(key) else "as before"]
+            return [] if self.resolver.find(task, key) else ["its result is missing or damaged"]
         record = self.store.record(key)
         if record is None:
             return ["its latest result is gone"]

@@ -67,6 +67,14 @@ def test_plan_names_the_input_that_changed(shot):
     assert [plan[f"sum@{frame}"].status for frame in (3, 4, 5)] == ["cached", "cached", "run"]
 
 
+def test_an_explanation_gives_the_reason_of_the_plan(shot):
+    shot.run()
+    shot.run(move__turn=7, to=["move"])
+    planned = [shot.plan(move__turn=7)[name].reason for name in ("sum@6", "sum@7")]
+    found = [explain(shot.load(move__turn=7), shot.store, Task("sum", frame)).reasons for frame in (6, 7)]
+    assert found == [(reason,) for reason in planned]
+
+
 def test_plan_is_what_the_run_does(shot):
     shot.run()
     shot.run(move__turn=7, to=["move"])
