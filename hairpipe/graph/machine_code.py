@@ -3,6 +3,7 @@
 So each state of the sources has a folder of its own, and a helper that was edited cannot live on in old machine code.
 """
 
+import os
 import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
@@ -19,7 +20,7 @@ KEPT = 4
 
 
 def kernel_folder(parent: Path, reader: CodeReader, nodes: Iterable[str] = ()) -> Path:
-    """Give the folder, below a parent, for kernels of the sources as they are now, and remove the oldest ones.
+    """Give the folder, below a parent, for kernels of the sources as they are now, and remove those unused for longest.
 
     nodes  modules of the node types that are used: they, or what they import, may have kernels that are not ours
     """
@@ -33,6 +34,7 @@ def kernel_folder(parent: Path, reader: CodeReader, nodes: Iterable[str] = ()) -
         others = sorted(parent.iterdir(), key=lambda other: other.stat().st_mtime, reverse=True)
         for other in [other for other in others if other != folder][KEPT - 1 :]:
             shutil.rmtree(other, ignore_errors=True)
+        os.utime(folder)
     return folder
 
 

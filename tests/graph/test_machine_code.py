@@ -51,6 +51,13 @@ def test_nodes_that_compile_nothing_share_the_kernels_of_all(studio):
     assert folder_of(studio, "name_hair") == folder_of(studio)
 
 
+def test_a_folder_that_is_used_is_young(studio):
+    folder = folder_of(studio)
+    folder.mkdir(parents=True)
+    os.utime(folder, (0, 0))
+    assert folder_of(studio) == folder and folder.stat().st_mtime > 0
+
+
 def test_old_folders_go(tmp_path):
     for age in range(10):
         folder = tmp_path / f"state{age}"
