@@ -10,7 +10,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
@@ -117,13 +117,14 @@ class Pool:
         ours, theirs = socket.socketpair()
         with theirs:
             command = [sys.executable, "-c", BOOT.format(theirs.fileno()), json.dumps(sys.path)]
-            process = subprocess.Popen(
-                command,
-                pass_fds=[theirs.fileno()],
-                stdin=subprocess.DEVNULL,
-                stdout=2,
-                env=environment(self.jobs if lane == "wide" else 1, self.kernels),
-            )
+            with interrupts_blocked():
+                process = subprocess.Popen(
+                    command,
+                    pass_fds=[theirs.fileno()],
+                    stdin=subprocess.DEVNULL,
+                    stdout=2,
+                    env=environment(self.jobs if lane == "wide" else 1, self.kernels),
+                )
         if lane == "narrow":
             with suppress(OSError):
                 os.setpriority(os.PRIO_PROCESS, process.pid, NARROW_NICENESS)
@@ -132,6 +133,19 @@ class Pool:
         with suppress(OSError):
             member.connection.send_bytes(json.dumps(self.hello).encode())
         return member
+
+
+@contextmanager
+def interrupts_blocked() -> Iterator[None]:
+    """Block Ctrl-C, which goes to the whole group, for processes that are started meanwhile: the coordinator decides.
+
+    They never see it, not even before their first line; here it comes afterwards.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def environment(threads: int, kernels: Path) -> dict[str, str]:

@@ -183,7 +183,6 @@ def is_closed(connection: Connection) -> bool:
 
 def main(descriptor: int) -> None:
     """Serve a coordinator until it is gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C goes to the whole group; the coordinator decides
     die_with_parent()
     keep_freed()
     connection = Connection(descriptor)

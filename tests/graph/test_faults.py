@@ -6,6 +6,11 @@ from collections import Counter
 
 import pytest
 
+from hairpipe.graph.code import CodeReader
+from hairpipe.graph.events import CODEC
+from hairpipe.graph.pool import Pool
+from hairpipe.graph.tasks import Task
+
 WRONG = """
 [wrong]
 type = "go_wrong"
@@ -138,6 +143,15 @@ def test_ctrl_c_stops_at_once_and_keeps_results(wrong):
     wrong.edit("go_wrong.py", '"slow":', '"never":')
     wrong.run()
     assert wrong.tally() == Counter(go_wrong=5, soften=1), "the first four frames stand"
+
+
+def test_ctrl_c_while_a_worker_starts_does_not_reach_it(shot):
+    pool = Pool(shot.store.root, CODEC, shot.nodes, 1, [], CodeReader(shot.store.remember))
+    pool.send("narrow", Task("a", None), {"type": "no_such_type"})
+    pool.members[0].process.send_signal(signal.SIGINT)
+    ((_, reply),) = pool.receive(None)
+    pool.close()
+    assert reply["failure"]["message"].startswith("no node type")
 
 
 def wrong_at(shot, line):
