@@ -17,15 +17,15 @@ HOST = re.sub(r"[^A-Za-z0-9]", "", socket.gethostname()) or "host"
 STALE = 24 * 3600.0
 """Age after which a temporary file of another machine is taken for left over [s]."""
 
-_NAME = re.compile(r"([A-Za-z0-9]+)-(\d+)-\d+\.tmp")
-"""Of a temporary file: machine, process, number."""
+_NAME = re.compile(r"\.hairpipe-([A-Za-z0-9]+)-(\d+)-\d+\.tmp")
+"""Of a temporary file, a name that nobody else gives: machine, process, number."""
 _counter = itertools.count()
 
 
 def temporary_name(folder: Path) -> Path:
     """Give a name in the folder that no other process uses; the folder is made where it is missing."""
     folder.mkdir(parents=True, exist_ok=True)
-    return folder / f"{HOST}-{os.getpid()}-{next(_counter)}.tmp"
+    return folder / f".hairpipe-{HOST}-{os.getpid()}-{next(_counter)}.tmp"
 
 
 @contextmanager
@@ -62,24 +62,32 @@ def write_text(path: Path, text: str, folder: Path | None = None, *, lasting: bo
         temporary.write_text(text, encoding="utf-8")
 
 
-def sweep(folder: Path) -> int:
-    """Remove temporary files and folders whose process is gone; returns how many."""
+def sweep(folder: Path, *, ours_alone: bool = False) -> int:
+    """Remove temporary files and folders whose process is gone; returns how many.
+
+    ours_alone  nobody else uses the folder: what processes of other machines left goes too, after a day
+    """
     swept = 0
     with suppress(OSError):
         for path in folder.glob("*.tmp"):
-            if is_left_over(path):
+            if is_left_over(path, elsewhere=ours_alone):
                 shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink(missing_ok=True)
                 swept += 1
     return swept
 
 
-def is_left_over(path: Path) -> bool:
-    """Whether a file is a temporary one of ours, and the process that made it gone, as far as this machine can tell."""
+def is_left_over(path: Path, *, elsewhere: bool = False) -> bool:
+    """Whether a file is a temporary one of ours, and the process that made it gone, as far as this machine can tell.
+
+    elsewhere  judge files of other machines by their age
+    """
     name = _NAME.fullmatch(path.name)
     if name is None:
         return False
     host, process = name.groups()
-    return not is_running(int(process)) if host == HOST else time.time() - path.stat().st_mtime > STALE
+    if host == HOST:
+        return not is_running(int(process))
+    return elsewhere and time.time() - path.stat().st_mtime > STALE
 
 
 def is_running(process: int) -> bool:

@@ -42,7 +42,7 @@ class Store:
 
     def sweep(self) -> int:
         """Remove what killed processes left behind; returns how many files and folders."""
-        return 0 if self.read_only else sweep(self.temporary)
+        return 0 if self.read_only else sweep(self.temporary, ours_alone=True)
 
     def action_path(self, key: str) -> Path:
         """Where the record of a key lies."""
