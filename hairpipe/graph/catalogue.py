@@ -16,7 +16,7 @@ from types import ModuleType
 from hairpipe.errors import BadInput
 from hairpipe.graph.declare import NodeType
 from hairpipe.graph.fields import fields_of
-from hairpipe.graph.lookup import enter, leads_to
+from hairpipe.graph.lookup import UncompiledLoader, enter, leads_to
 from hairpipe.graph.wording import nearest
 
 ENTRY_POINTS = "hairpipe.nodes"
@@ -84,7 +84,7 @@ def modules_in(package: str) -> list[str]:
 
 def load_file(name: str, path: Path) -> ModuleType:
     """Import a file as a top-level module; one that an import of its name does not lead to is known to nobody else."""
-    spec = importlib.util.spec_from_file_location(name, path)
+    spec = importlib.util.spec_from_file_location(name, path, loader=UncompiledLoader(name, str(path)))
     if name in sys.stdlib_module_names or spec is None or spec.loader is None:
         raise BadInput(f"{path.name} hides a module of Python", right="another file name")
     module = importlib.util.module_from_spec(spec)

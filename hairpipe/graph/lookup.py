@@ -4,15 +4,44 @@ It comes last so that no file of a user's takes the place of a library that our 
 """
 
 import sys
-from importlib.machinery import ModuleSpec
+from importlib.machinery import (
+    EXTENSION_SUFFIXES,
+    SOURCE_SUFFIXES,
+    ExtensionFileLoader,
+    FileFinder,
+    ModuleSpec,
+    SourceFileLoader,
+)
 from pathlib import Path
 from types import ModuleType
+from typing import NoReturn
 
 import hairpipe
 
 HOUSE = "hairpipe"
 
 _entered: list[str] = []
+"""Folders that are on Python's path because they were entered, and not before."""
+_folders: set[str] = set()
+"""All that were entered."""
+
+
+class UncompiledLoader(SourceFileLoader):
+    """Imports a source file as it is: what Python keeps compiled may be of another one of the same size and second."""
+
+    def path_stats(self, path: str) -> NoReturn:
+        """Refuse to say what tells compiled code of one state from that of another: so none is read or written."""
+        raise OSError
+
+
+def finder(path: str) -> FileFinder:
+    """Look into a folder of node types, or one within it; ImportError for any other, for Python to look itself."""
+    if not any(Path(path).is_relative_to(folder) for folder in _folders):
+        raise ImportError
+    return FileFinder(path, (ExtensionFileLoader, EXTENSION_SUFFIXES), (UncompiledLoader, SOURCE_SUFFIXES))
+
+
+sys.path_hooks.insert(0, finder)
 
 
 def enter(folder: Path) -> None:
@@ -21,6 +50,7 @@ def enter(folder: Path) -> None:
     So graphs that are loaded one after the other may have helpers of the same name.
     """
     name = str(folder.absolute())
+    _folders.add(name)
     sys.path_importer_cache.pop(name, None)  # it may not have seen a file that has just been written
     for other in [other for other in _entered if other != name]:
         leave(other)

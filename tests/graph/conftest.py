@@ -59,11 +59,11 @@ class Shot:
         self.path.write_text(text.replace("{first}", str(first)).replace("{last}", str(last)))
 
     def edit(self, file: str, old: str, new: str) -> None:
-        """Change a file of nodes; its length changes too, so that no stale bytecode is taken for it."""
+        """Change a file of nodes."""
         path = self.nodes / file
         text = path.read_text()
         assert old in text
-        path.write_text(text.replace(old, new) + "#" * len(text))
+        path.write_text(text.replace(old, new))
 
     def load(self, **settings):
         """Load the graph afresh, as a new process would."""

@@ -1,5 +1,6 @@
 """Files of a folder of nodes beside others of their name: what runs is what is keyed."""
 
+import os
 import sys
 
 import pytest
@@ -89,3 +90,18 @@ def test_no_file_takes_the_place_of_our_own_package(shot):
     module = Catalogue(shot.nodes).find("make_box").module
     parts = CodeReader(lambda name, make: make(), shot.nodes).code_of(module).parts
     assert {"hairpipe.nodes.make_box", "hairpipe.data.mesh"} <= parts.keys()
+
+
+@pytest.mark.parametrize("file", ["give_sides.py", "shapes/regular.py"])
+def test_compiled_code_of_an_older_state_is_not_run(shot, file, monkeypatch):
+    """Python takes it for that of the file as long as the size and the second of the last change are the same."""
+    monkeypatch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)
+    (shot.nodes / "shapes").mkdir()
+    (shot.nodes / "shapes" / "regular.py").write_text("SIDES = 3.0\n")
+    give(shot, "give_sides", imports="from shapes.regular import SIDES", value="1.0 * SIDES")
+    path, known = shot.nodes / file, (0, 0)
+    os.utime(path, known)
+    assert value(shot) == 3.0
+    path.write_text(path.read_text().replace("1.0 *", "2.0 *").replace("= 3.0", "= 6.0"))
+    os.utime(path, known)
+    assert value(shot) == 6.0
