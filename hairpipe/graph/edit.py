@@ -40,6 +40,7 @@ def drop(tables: Tables, target: str) -> None:
 def parse_value(text: str) -> Any:
     """Read a value from the command line: TOML where it parses, else the text as it stands."""
     try:
-        return tomllib.loads(f"value = {text}")["value"]
+        tables = tomllib.loads(f"value = {text}")
     except (ValueError, RecursionError):  # no TOML, or a number of thousands of digits
         return text
+    return tables["value"] if tables.keys() == {"value"} else text  # a second line may go on with other keys

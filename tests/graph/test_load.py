@@ -177,6 +177,7 @@ def test_overrides_are_typed_and_checked(shot):
     assert graph.nodes["seed"].settings == {"value": 4.0, "file": None, "bent": {"strength": 2.0}}
     for target, value in (
         ("seed.value", "x"),
+        ("seed.value", "5\nfoo = 7"),
         ("seed.value", "9" * 5000),
         ("sead.value", "1"),
         ("seed", "1"),
