@@ -42,8 +42,9 @@ def explain(
     from hairpipe.graph.store import Store
     from hairpipe.graph.tasks import Task
 
-    task = Task(target.node, target.frame)
-    found = find_out(open_graph(graph, overrides), Store(cache), task, frames)
+    opened = open_graph(graph, overrides)
+    opened.output(target.node, target.output)
+    found = find_out(opened, Store(cache), Task(target.node, target.frame), frames)
     click.echo(json.dumps(document(found), indent=2) if as_json else text(found))
 
 

@@ -11,7 +11,6 @@ from hairpipe.graph.resolve import state_of
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.tasks import Task
 from hairpipe.graph.values import Values, codec_named
-from hairpipe.graph.wording import nearest
 
 
 def fetch(
@@ -30,13 +29,9 @@ def fetch(
     found = explain(graph, store, task, frames)
     if found.record is None:
         raise BadInput(f"'{task}' has not been computed", where=graph.path, right=f"hairpipe run --to {task.node}")
-    node = graph.nodes[task.node]
-    outputs = node.type.outputs
-    name = next(iter(outputs)) if output is None else output
-    if name not in outputs:
-        raise BadInput(f"'{task.node}' has no output '{name}'", where=graph.path, right=nearest(name, list(outputs)))
+    node, name = graph.nodes[task.node], graph.output(task.node, output)
     try:
-        return Values(store, codec_named(codec), 0).get(found.record.outputs[name].object, outputs[name])
+        return Values(store, codec_named(codec), 0).get(found.record.outputs[name].object, node.type.outputs[name])
     except LostObject:
         thinned = name == state_of(node)
         right = "a run with checkpoint = 1 and another --cache" if thinned else "hairpipe run computes it again"

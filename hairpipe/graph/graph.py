@@ -136,6 +136,13 @@ class Graph:
             raise BadInput(what, where=self.path, right=f"frames {first}-{last}")
         return numbers
 
+    def output(self, node: str, name: str | None) -> str:
+        """Find an output of a node, its first for None; BadInput with the nearest name where there is none."""
+        outputs = list(self.node(node).type.outputs)
+        if name is not None and name not in outputs:
+            raise BadInput(f"'{node}' has no output '{name}'", where=self.path, right=nearest(name, outputs))
+        return outputs[0] if name is None else name
+
     def consumers(self) -> Iterator[tuple[Node, str, Edge]]:
         """Iterate over all edges as (consumer, where it is plugged in, edge)."""
         for node in self.nodes.values():
