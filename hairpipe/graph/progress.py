@@ -23,7 +23,6 @@ class NodeProgress:
     width: int
     cached: int = 0
     evaluated: int = 0
-    failed: int = 0
     running: set[Task] = field(default_factory=set)
     recent: deque[float] = field(default_factory=lambda: deque(maxlen=RECENT))
 
@@ -67,6 +66,5 @@ class Progress:
             node.running.discard(event.task)
         node.cached += event.kind == "cached"
         node.evaluated += event.kind == "finished"
-        node.failed += event.kind == "failed"
         if event.kind == "finished":
             node.recent.append(event.seconds)

@@ -4,6 +4,7 @@
     objects/ab/<name>           a value (.h5), the bytes of a file (.bin), or a file with companions (.set)
     latest/<graph>/<node>.json  key of each frame's latest result, by which `plan` explains differences
     notes/ab/<name>             what is cheap to know again: analysed source files, digests of input files
+    kernels/                    machine code by state of the sources, unless numba was told another place
     tmp/                        files and workspaces in the making
     lock                        one byte range per key that is being evaluated
 
