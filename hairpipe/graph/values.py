@@ -25,6 +25,7 @@ from hairpipe.graph.fingerprint import digest_file
 from hairpipe.graph.record import Output
 from hairpipe.graph.store import LostObject, Store
 
+FULL = (errno.ENOSPC, errno.EDQUOT)
 MARGIN = 16 << 20
 """Room that is left on a disk: a file that does not fit is refused before it is begun [bytes]."""
 
@@ -171,6 +172,11 @@ def check_space(root: Path, needed: int) -> None:
     root.mkdir(parents=True, exist_ok=True)
     if shutil.disk_usage(root).free < needed + MARGIN:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(root))
+
+
+def is_full(error: OSError) -> bool:
+    """Whether an error says that a disk is full; HDF5 says it in words only."""
+    return error.errno in FULL or any(f"errno = {number}" in str(error) for number in FULL)
 
 
 def set_name(listing: dict[str, Any]) -> str:

@@ -5,7 +5,6 @@ store, the object that was lost, or what went wrong. A worker dies with its coor
 """
 
 import ctypes
-import errno
 import json
 import os
 import shutil
@@ -33,11 +32,10 @@ from hairpipe.graph.frames import Time
 from hairpipe.graph.memory import keep_freed
 from hairpipe.graph.record import Output, Record
 from hairpipe.graph.store import LostObject, Store
-from hairpipe.graph.values import Values, codec_named
+from hairpipe.graph.values import Values, codec_named, is_full
 
 MOST_WARNINGS = 20
 PR_SET_PDEATHSIG = 1
-FULL = (errno.ENOSPC, errno.EDQUOT)
 
 Job = dict[str, Any]
 Reply = dict[str, Any]
@@ -154,11 +152,6 @@ def check_files(job: Job) -> None:
 def failure(kind: str, message: str) -> Reply:
     """Describe the exception at hand."""
     return {"failure": {"kind": kind, "message": message, "traceback": traceback.format_exc()}}
-
-
-def is_full(error: OSError) -> bool:
-    """Whether an error says that a disk is full; HDF5 says it in words only."""
-    return error.errno in FULL or f"errno = {errno.ENOSPC}" in str(error)
 
 
 def spoken(caught: list[warnings.WarningMessage]) -> list[str]:

@@ -1,5 +1,6 @@
 """Nodes that fail, a full disk, an interrupted run: one message each, and nothing computed is lost."""
 
+import errno
 import signal
 import time
 from collections import Counter
@@ -10,6 +11,7 @@ from hairpipe.graph.code import CodeReader
 from hairpipe.graph.events import CODEC
 from hairpipe.graph.pool import Pool
 from hairpipe.graph.tasks import Task
+from hairpipe.graph.values import is_full
 
 WRONG = """
 [wrong]
@@ -90,6 +92,11 @@ def test_full_disk_stops_everything_with_one_message(wrong):
     outcome = wrong.run(keep_going=True, wrong__how="full", jobs=1)
     (failure,) = outcome.failures
     assert failure.kind == "disk" and "No space left" in failure.message and outcome.exit_code == 1
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_full_disk_is_known_by_what_hdf5_says_of_it(number):
+    assert is_full(OSError(f"Can't write data (file write failed: errno = {number}, error message = '...')"))
 
 
 def test_store_on_a_full_disk_refuses_before_it_writes(shot, monkeypatch):
