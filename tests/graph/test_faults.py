@@ -141,6 +141,7 @@ def test_ctrl_c_stops_at_once_and_keeps_results(wrong):
     wrong.path.write_text(text.replace('type = "go_wrong"', 'type = "go_wrong"\nhow = "slow"\nat = 5'))
     process = wrong.start(jobs=2)
     wait_for(lambda: wrong_at(wrong, "go_wrong 5") and (wrong.folder / "out" / "list.txt").exists())
+    wait_for(lambda: len(list(wrong.store.root.glob("actions/??/*"))) == 1 + 5 + 5 + 1 + 4 + 4)
     process.send_signal(signal.SIGINT)
     output, errors = process.communicate(timeout=10)
     assert process.returncode == 130
