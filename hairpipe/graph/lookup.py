@@ -5,12 +5,14 @@ It comes last so that no file of a user's takes the place of a library that our 
 
 import sys
 from importlib.machinery import (
+    BYTECODE_SUFFIXES,
     EXTENSION_SUFFIXES,
     SOURCE_SUFFIXES,
     ExtensionFileLoader,
     FileFinder,
     ModuleSpec,
     SourceFileLoader,
+    SourcelessFileLoader,
 )
 from pathlib import Path
 from types import ModuleType
@@ -38,7 +40,12 @@ def finder(path: str) -> FileFinder:
     """Look into a folder of node types, or one within it; ImportError for any other, for Python to look itself."""
     if not any(Path(path).is_relative_to(folder) for folder in _folders):
         raise ImportError
-    return FileFinder(path, (ExtensionFileLoader, EXTENSION_SUFFIXES), (UncompiledLoader, SOURCE_SUFFIXES))
+    kinds = (
+        (ExtensionFileLoader, EXTENSION_SUFFIXES),
+        (UncompiledLoader, SOURCE_SUFFIXES),
+        (SourcelessFileLoader, BYTECODE_SUFFIXES),
+    )
+    return FileFinder(path, *kinds)
 
 
 sys.path_hooks.insert(0, finder)

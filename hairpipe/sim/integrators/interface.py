@@ -23,16 +23,6 @@ def everywhere(model: Network | Chain, like: np.ndarray, number: float) -> np.nd
     return np.full((len(model.first) - 1, like.shape[2]), number, like.dtype)
 
 
-def along_with_roots(model: Network | Chain, before: np.ndarray, ends: np.ndarray, span: float) -> np.ndarray:
-    """Give every particle the velocity of its root [m/s], (rows, 3, W).
-
-    before  positions where a stage begins [m], (rows, 3, W)
-    ends    of the held particles where it ends, (blocks, 2 clamped, 3, W); span  from there to here [s]
-    """
-    root = model.shape.clamped - 1
-    return np.repeat((ends[:, root] - before[model.first[:-1] + root]) / span, np.diff(model.first), axis=0)
-
-
 def rows_of(model: Network | Chain, lanes: np.ndarray) -> np.ndarray:
     """Repeat what every strand has, (blocks, W), for its particles, (rows, 1, W)."""
     return np.repeat(lanes, np.diff(model.first), axis=0)[:, None]

@@ -27,7 +27,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import along_with_roots, everywhere, rows_of
+from hairpipe.sim.integrators.interface import everywhere, rows_of
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
 from hairpipe.sim.motion import Motion, Step
@@ -104,7 +104,9 @@ class TrBdf2:
         again = Motion(copied(x0), copied(motion.v), np.empty_like(x0), np.zeros_like(motion.T))
         set_all_tensions(model, again.x, again.T)
         ends, who = step.ends(1.0), rows_of(model, lost != 0.0)
-        np.copyto(again.v, along_with_roots(model, x0, ends, step.dt), where=who)
+        root = model.shape.clamped - 1
+        along = (ends[:, root] - x0[model.first[:-1] + root]) / step.dt
+        np.copyto(again.v, np.repeat(along, np.diff(model.first), axis=0), where=who)
         xh, began = motion.x - step.dt * motion.v, copied(motion.v)
         np.copyto(xh, x0, where=who)
         np.copyto(began, v0, where=who)

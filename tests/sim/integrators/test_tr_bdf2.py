@@ -51,23 +51,6 @@ def test_what_is_beyond_the_scheme_goes_with_its_head(scene, straight, triangle,
     np.testing.assert_allclose(ends[1], ends[0], atol=1e-6)
 
 
-@pytest.mark.parametrize("touching", [False, True])
-def test_backward_euler_goes_with_its_head(scene, straight, triangle, touching):
-    """As above; solved once, as hair that follows its root is strained by nothing."""
-    tuft = [straight(0.1, 10, [1, -0.3, 0]) + np.array([0.0, 0.0, 4e-4 * k]) for k in range(3)]
-    ends = []
-    for speed in (np.zeros(3), np.array([0.0, 0.0, 2.0])):
-        s = scene(tuft, fps=96.0)
-        hair = {"stiction": Stiction(1e-3, 3e-3), "collisions": Collisions(3e-4)} if touching else {}
-        steps = StepControl(longest=1 / 96, travel=1.0, root=1.0)
-        s.scene = replace(s.scene, steps=steps, strain=None, scheme=Scheme("backward_euler", "printed"), **hair)
-        s.state.velocities[:] += speed[:, None]
-        s.body = triangle(velocities=np.tile(speed, (3, 1)))
-        after = triangle(triangle().points + speed / 96, np.tile(speed, (3, 1)))
-        ends.append(s.run(1 / 96, body=lambda after=after: after).axis - speed / 96)
-    np.testing.assert_allclose(ends[1], ends[0], atol=1e-9)
-
-
 def test_a_step_done_again_keeps_nothing_that_memory_held_before(scene, straight, monkeypatch):
     """States are stored, and the same on every run: also numbers that no spring uses."""
     states, new = [], np.empty_like
