@@ -4,8 +4,8 @@
 
 With springs implicit along their direction only (`printed`) it is the fast mode: bounded at any step, good to
 about 1/120 s for long hair. Strands whose root moves so far that this strains them solve twice, see `Rule.guard`: gone
-along with their roots they would not, but then body and hair are looked at where they do not come. With the tension of the present stretch nothing makes it diverge, and a swing loses most of
-its energy.
+along with their roots they would not, but then body and hair are looked at where they do not come. With the tension of
+the present stretch nothing makes it diverge, and a swing loses most of its energy.
 """
 
 from dataclasses import dataclass
