@@ -10,7 +10,7 @@ import importlib.metadata
 import json
 import pkgutil
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.machinery import ModuleSpec
@@ -80,9 +80,10 @@ class CodeReader:
             raise ValueError(f"{module} is not first-party")
         return source.digest
 
-    def is_outdated(self) -> bool:
-        """Whether a file that was read has been written to since."""
-        return any(is_changed(path, stamp) for path, stamp in self.stamps.items())
+    def is_outdated(self, modules: Iterable[str]) -> bool:
+        """Whether the file of one of these modules has been written to since it was read."""
+        paths = {spec.origin for module in modules if (spec := self._spec(module)) is not None}
+        return any(is_changed(path, self.stamps[path]) for path in paths & self.stamps.keys())
 
     def _closure(self, module: str) -> tuple[list[str], set[str]]:
         """Walk the imports: first-party modules in name order, and names of foreign distributions."""

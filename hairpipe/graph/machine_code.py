@@ -24,18 +24,22 @@ def kernel_folder(parent: Path, reader: CodeReader, nodes: Iterable[str] = ()) -
 
     nodes  modules of the node types that are used: they, or what they import, may have kernels that are not ours
     """
-    ours = {module: reader.own_digest(module) for module in kernel_modules()}
-    ours |= {f"{name} (version)": version(name) for name in ALWAYS}
-    theirs: dict[str, str] = {}
-    for module in nodes:
-        theirs |= reader.kernel_sources(module)
-    folder = parent / digest("kernels", [ours, theirs])[:24]
+    versions = {name: version(name) for name in ALWAYS}
+    folder = parent / digest("kernels", [kernel_sources(reader, nodes), versions])[:24]
     with suppress(OSError):
         others = sorted(parent.iterdir(), key=lambda other: other.stat().st_mtime, reverse=True)
         for other in [other for other in others if other != folder][KEPT - 1 :]:
             shutil.rmtree(other, ignore_errors=True)
         os.utime(folder)
     return folder
+
+
+def kernel_sources(reader: CodeReader, nodes: Iterable[str]) -> dict[str, str]:
+    """Digests of all modules that kernels may be compiled of, by name; nodes as for `kernel_folder`."""
+    found = {module: reader.own_digest(module) for module in kernel_modules()}
+    for module in nodes:
+        found |= reader.kernel_sources(module)
+    return found
 
 
 def clear_kernels(folder: Path) -> None:

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from hairpipe.graph.code import CodeReader
-from hairpipe.graph.machine_code import clear_kernels, kernel_folder
+from hairpipe.graph.machine_code import clear_kernels, kernel_folder, kernel_sources
 from hairpipe.graph.tasks import Task
 
 Lane = Literal["narrow", "wide"]
@@ -108,7 +108,7 @@ class Pool:
             member.process.wait()
             member.connection.close()
         self.members.clear()
-        if self.kernels is not None and self.reader.is_outdated():
+        if self.kernels is not None and self.reader.is_outdated(kernel_sources(self.reader, self.nodes)):
             clear_kernels(self.kernels)  # some may be compiled of what was edited meanwhile
 
     def _start(self, lane: Lane) -> Member:

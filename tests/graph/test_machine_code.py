@@ -70,16 +70,17 @@ def test_old_folders_go(tmp_path):
     assert left == {current.name, "state7", "state8", "state9"}
 
 
-@pytest.mark.parametrize("edited", [False, True])
-def test_kernels_go_that_may_be_of_code_edited_during_a_run(studio, edited):
+@pytest.mark.parametrize(("node", "edited"), [("double_hair", False), ("double_hair", True), ("name_hair", True)])
+def test_kernels_go_that_may_be_of_code_edited_during_a_run(studio, node, edited):
     reader = CodeReader(lambda name, make: make(), studio / "nodes")
-    reader.code_of("double_hair")
-    pool = Pool(studio, "json", studio / "nodes", 1, [], reader)
+    reader.code_of(node)
+    pool = Pool(studio, "json", studio / "nodes", 1, [node], reader)
     pool.kernels = studio / "kernels" / "state"
     kernel = pool.kernels / "studio" / "helper.twice-3.py311.1.nbc"
     kernel.parent.mkdir(parents=True)
     kernel.write_bytes(b"machine code")
     if edited:
         (studio / "studio" / "helper.py").write_text("twice = float\n")
+        (studio / "nodes" / "name_hair.py").write_text("name_hair = str\n")
     pool.close()
-    assert kernel.exists() != edited and kernel.parent.exists()
+    assert kernel.exists() != (edited and node == "double_hair") and kernel.parent.exists()
