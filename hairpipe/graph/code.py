@@ -83,7 +83,7 @@ class CodeReader:
     def is_outdated(self, modules: Iterable[str]) -> bool:
         """Whether the file of one of these modules has been written to since it was read."""
         paths = {spec.origin for module in modules if (spec := self._spec(module)) is not None}
-        return any(is_changed(path, self.stamps[path]) for path in paths & self.stamps.keys())
+        return any(is_changed(path, stamp) for path, stamp in self.stamps.items() if path in paths)
 
     def _closure(self, module: str) -> tuple[list[str], set[str]]:
         """Walk the imports: first-party modules in name order, and names of foreign distributions."""

@@ -5,12 +5,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from hairpipe.data import Table
 from hairpipe.tune.quantity import Tolerance
 
-CONFIDENCE = 1.6
-"""Standard errors between what a sample shows and what is promised: about nine times in ten with four patches."""
+CONFIDENCE = 0.9
+"""How often what is promised should hold in strands that were not sampled."""
 
 
 @dataclass(frozen=True)
@@ -54,13 +55,14 @@ def bounded(table: Table, column: str) -> tuple[float, float]:
     """Return the root mean square of a column over frames and strands, and the bound that its spread allows.
 
     Patches of m mean squares are independent of each other, their strands and frames are not: the mean of the squares
-    is known to 1.6 s / sqrt(m), with s their standard deviation.
+    is known to t s / sqrt(m), with s their standard deviation and t of Student's distribution with m - 1 degrees.
     """
     patches, weights, values = (np.asarray(table[name]) for name in ("patch", "strands", column))
     squares = np.bincount(patches, weights * values**2) / np.bincount(patches, weights)
     mean = float(np.sum(weights * values**2) / np.sum(weights))
-    spread = float(np.std(squares, ddof=1)) if len(squares) > 1 else 0.0
-    return float(np.sqrt(mean)), float(np.sqrt(mean + CONFIDENCE * spread / np.sqrt(len(squares))))
+    count = len(squares)
+    spread = stdtrit(count - 1, CONFIDENCE) * np.std(squares, ddof=1) / np.sqrt(count) if count > 1 else 0.0
+    return float(np.sqrt(mean)), float(np.sqrt(mean + spread))
 
 
 def seconds_per_frame(hair: Sequence[float], bodies: Sequence[Sequence[float]], frames: int, scale: float) -> float:

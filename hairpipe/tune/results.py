@@ -8,7 +8,7 @@ from hairpipe.graph.graph import Graph
 from hairpipe.graph.plan import plan
 from hairpipe.graph.record import Record
 from hairpipe.graph.store import Store
-from hairpipe.graph.tasks import Task
+from hairpipe.graph.tasks import Task, at
 from hairpipe.graph.values import Values, codec_named
 
 
@@ -33,6 +33,6 @@ class Results:
         return values.get(self.record(Task(name, None)).outputs[output].object, kind)
 
     def seconds(self, name: str, frames: Iterable[int]) -> list[float]:
-        """List the seconds of the processor that a node took at frames, each result once [s]."""
-        records = [self.record(Task(name, frame)) for frame in frames]
+        """List the seconds of the processor that a node took at frames or for the shot, each result once [s]."""
+        records = [self.record(at(self._graph.nodes[name], frame)) for frame in frames]
         return list({r.key: r.seconds if r.processor is None else r.processor for r in records}.values())

@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-PATCHES = 4
 STRANDS = 96
+PATCHES = 4
+"""Of neighbours that strands come in where hair acts on hair; where it does not, each is one."""
 LEAD, LONG = 0.5, 0.5
 """How long hair settles in before it is measured, and how long it is measured [s]."""
 
@@ -40,7 +41,7 @@ class Sample:
 
 
 def choose_sample(
-    frames: range, fps: float, motion: np.ndarray | None, total: int, strands: int = STRANDS, patches: int = PATCHES
+    frames: range, fps: float, motion: np.ndarray | None, total: int, strands: int, patches: int
 ) -> Sample:
     """Choose strands, and the frames in which the roots accelerate most, with as many before them to settle in.
 

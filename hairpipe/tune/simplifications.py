@@ -53,6 +53,11 @@ def simplifications(graph: Graph, name: str) -> list[Simplification]:
     return [*of_model(node), *of_precision(node), *shortened, *of_groups(node)]
 
 
+def touches(node: Node) -> bool:
+    """Tell whether hair acts on hair in a simulation."""
+    return any(node.settings[group] is not None for group, _ in GROUPS)
+
+
 def of_model(node: Node) -> Iterator[Simplification]:
     """Leave out torsion and the particles beside the axis."""
     if node.settings["model"] == "network":

@@ -15,8 +15,8 @@ from hairpipe.tune.choosing import Choice, Combination, choose, choose_within
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
-from hairpipe.tune.sampling import STRANDS, Sample, choose_sample, other_sample
-from hairpipe.tune.simplifications import Simplification, simplifications
+from hairpipe.tune.sampling import PATCHES, STRANDS, Sample, choose_sample, other_sample
+from hairpipe.tune.simplifications import Simplification, simplifications, touches
 from hairpipe.tune.study import FINE, FINEST, CarryOut, Interrupted, Study
 from hairpipe.tune.variants import simplified, with_node
 
@@ -95,7 +95,8 @@ def tune(task: Task, say: Callable[[str], None] = lambda line: None) -> Tuned:
         raise BadInput("one frame is no motion", where=task.text.place(), right="frames = [first, last] farther apart")
     parts = simplifications(graph, task.hair)
     total, motion = look_at(task, graph)
-    sample = choose_sample(graph.all_frames, graph.fps, motion, total, task.strands)
+    patches = PATCHES if touches(graph.node(task.hair)) else task.strands
+    sample = choose_sample(graph.all_frames, graph.fps, motion, total, task.strands, patches)
     study = study_of(task, sample, total)
     say(described(sample, total))
     reference = study.converged()
@@ -129,9 +130,9 @@ def study_of(task: Task, sample: Sample, total: int) -> Study:
 def described(sample: Sample, total: int) -> str:
     """Say what a sample consists of."""
     settle = f", after {sample.first - sample.begin} to settle in" if sample.first > sample.begin else ""
-    which = "" if sample.number == 0 else "other "
-    strands = f"{sample.strands} of {total:,} strands, {which}{sample.patches} patches of neighbours"
-    return f"{strands}; frames {sample.first}-{sample.last}{settle}"
+    which = "other " if sample.number else ""
+    how = f"{sample.patches} patches of neighbours" if sample.patches < sample.strands else "each on its own"
+    return f"{sample.strands} of {total:,} {which}strands, {how}; frames {sample.first}-{sample.last}{settle}"
 
 
 def look_at(task: Task, graph: Graph) -> tuple[int, np.ndarray | None]:

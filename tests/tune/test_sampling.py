@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
-from hairpipe.tune.sampling import choose_sample, other_sample
+from hairpipe.tune.sampling import PATCHES, STRANDS, Sample, other_sample
+from hairpipe.tune.sampling import choose_sample as choose
 
 FRAMES = range(1001, 1101)
+
+
+def choose_sample(frames: range, fps: float, motion: np.ndarray | None, total: int) -> Sample:
+    return choose(frames, fps, motion, total, STRANDS, PATCHES)
 
 
 def jolt(at: int, strength: float = 1.0) -> np.ndarray:
@@ -29,7 +34,7 @@ def test_where_nothing_moves_hair_has_time_to_settle_in():
 
 
 def test_strands_come_in_equal_patches_and_no_more_than_there_are():
-    assert choose_sample(FRAMES, 24.0, None, 5000, 90, 4).strands == 92
+    assert choose(FRAMES, 24.0, None, 5000, 90, 4).strands == 92
     few = choose_sample(FRAMES, 24.0, None, 3)
     assert (few.strands, few.patches) == (3, 3)
 

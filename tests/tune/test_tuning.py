@@ -15,6 +15,7 @@ from hairpipe.graph.load import make_graph, read_edited
 from hairpipe.graph.store import Store
 from hairpipe.graph.tasks import Task as GraphTask
 from hairpipe.tune.quantity import Tolerance
+from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import choose_sample
 from hairpipe.tune.study import Study
 from hairpipe.tune.tuning import Task, look_at
@@ -128,6 +129,20 @@ def test_a_cut_is_no_motion(scene):
     assert not motions[0].any()
 
 
+def test_hair_that_touches_none_is_sampled_strand_by_strand(scene):
+    path = scene.parent / "alone.toml"
+    path.write_text(SCENE.replace("[hair.stiction]", ""))
+    assert "8 of 8 strands, each on its own;" in tune(path, "--tolerance", "20mm")[1]
+    assert "8 of 8 strands, 4 patches of neighbours;" in tune(scene, "--tolerance", "20mm")[1]
+
+
+def test_a_result_for_the_shot_takes_its_time_once(scene):
+    graph, store = make_graph(written_out(read_edited(scene, {}))), Store(scene.parent / "cache")
+    assert not runner(store, True)("all", graph, graph.all_frames).failures
+    results = Results(graph, store, graph.all_frames)
+    assert len(results.seconds("groom", [1, 2, 3])) == 1 and len(results.seconds("hair", [1, 2, 3])) == 3
+
+
 def test_a_full_disk_says_nothing_about_a_model(scene):
     text = written_out(read_edited(scene, {}))
 
@@ -135,7 +150,7 @@ def test_a_full_disk_says_nothing_about_a_model(scene):
         failure = Failure(GraphTask("hair", 3), "disk", "No space left on device")
         return Outcome(0, 0, 0, (failure,), (), {}, False)
 
-    sample = choose_sample(range(1, 9), 24.0, None, 8, 8)
+    sample = choose_sample(range(1, 9), 24.0, None, 8, 8, 4)
     study = Study(text, "hair", Store(scene.parent / "cache"), sample, 8, Tolerance(0.02, "m"), full)
     with pytest.raises(BadInput, match="hair@3: No space left"):
         study.measure([])
