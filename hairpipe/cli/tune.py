@@ -123,7 +123,8 @@ def tune(
         click.echo(json.dumps(report.document(tuned, fragment), indent=2))
     else:
         rows = table(report.rows(tuned), report.ALIGN)
-        parts = (report.header(tuned), [rows], report.trial_lines(tuned), report.conclusion(tuned))
+        faults, tried = report.fault_lines(tuned), report.trial_lines(tuned)
+        parts = (report.header(tuned), [rows], faults, tried, report.conclusion(tuned))
         click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
         if fragment is not None and not output:
             click.echo(f"\n{fragment}", nl=False)

@@ -10,8 +10,6 @@ from hairpipe.tune.sampling import Sample
 from hairpipe.tune.tuning import Tuned, described
 
 HEADINGS = ("model", "tips [mm]", "[% of L]", "bound", "whole [mm]", "s/frame", "saves", "")
-MOST_SHOWN = 80
-"""Characters of what went wrong, in the table."""
 ALIGN = "<>>>>>><"
 
 
@@ -40,6 +38,11 @@ def rows(tuned: Tuned) -> list[tuple[str, ...]]:
     for part, measured in tuned.singles.items():
         found.append(row(part.text, measured, full, tuned.tolerance, why(tuned, Combination([part]), measured)))
     return found
+
+
+def fault_lines(tuned: Tuned) -> list[str]:
+    """Say what went wrong where something was left out."""
+    return [f"{part.text}: {found.fault}" for part, found in tuned.singles.items() if found.fault]
 
 
 def trial_lines(tuned: Tuned) -> list[str]:
@@ -81,7 +84,7 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
     """Say why something was left out, or was not."""
     chosen = tuned.choice.parts
     if found.fault:
-        return f"kept: {found.fault[:MOST_SHOWN]}"
+        return "kept: fails, see below"
     if parts == chosen:
         return "left out"
     if found.bound > tuned.tolerance.value:

@@ -43,7 +43,8 @@ TUNED = Tuned(
 def test_every_row_says_why():
     verdicts = {row[0]: row[-1] for row in report.rows(TUNED)}
     assert verdicts["no stiction"] == verdicts["10 segments, not 20"] == "left out"
-    assert verdicts["plain chain"] == "kept: a chain is straight"
+    assert verdicts["plain chain"] == "kept: fails, see below"
+    assert report.fault_lines(TUNED) == ["plain chain: a chain is straight"]
     (line,) = report.trial_lines(TUNED)
     assert "10 segments, not 20; no stiction" in line and line.endswith("taken")
 
