@@ -83,8 +83,11 @@ def _seconds(
         leads = leads_of(_at(around.body, pair), _at(around.ends, pair))
         bodies = [_pair(some, pair) for some in around.surfaces], [_pair(some, pair) for some in around.parts]
         begun = time.process_time()
-        with np.errstate(all="ignore"):
-            after = next_state(hair, state, leads, bodies, scene, (now - 1) * dt, dt, now in cuts)
+        try:
+            with np.errstate(all="ignore"):
+                after = next_state(hair, state, leads, bodies, scene, (now - 1) * dt, dt, now in cuts)
+        except ArithmeticError:  # where hair touches hair, what is not finite is found within a frame
+            return
         passed = time.process_time() - begun
         if not np.isfinite(after.positions).all():
             return

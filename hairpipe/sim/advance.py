@@ -1,6 +1,6 @@
 """One frame of the simulation, in steps."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -64,6 +64,7 @@ def advance_frame(
     frame: float,
     scene: Scene,
     began: float = 0.0,
+    watch: Callable[[Motion, float, float], None] | None = None,
 ) -> HairState:
     """Carry hair from the previous frame to this one.
 
@@ -71,6 +72,7 @@ def advance_frame(
     bodies  that hair does not pass through
     frame   time between them [s]
     began   time of the shot at the previous frame [s]
+    watch   sees the motion after every step, with the times at which that began and ended since the previous frame [s]
 
     Raises ArithmeticError, naming strands, where what strands do to each other cannot be found as they are not finite.
     """
@@ -89,6 +91,8 @@ def advance_frame(
         except LostPoints as lost:
             raise _lost(hair, lost.points) from None
         pace.follow(dt, around.crossed)
+        if watch is not None:
+            watch(motion, time, time + dt)
         time += dt
     stuck = around.hair.connections if around.hair is not None else (state.stuck, state.stuck_at)
     return HairState(motion.x, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck, pace.step)

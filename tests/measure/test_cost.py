@@ -3,6 +3,7 @@
 import inspect
 
 import numba
+import numpy as np
 import pytest
 from hairpipe.nodes.simulate_hair import simulate_hair
 from hairpipe.nodes.time_hair import time_hair
@@ -13,7 +14,7 @@ from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.cost import Around
 from hairpipe.motion.ends import lead
 from hairpipe.motion.track import Track
-from hairpipe.sim.scene import StepControl
+from hairpipe.sim.scene import Collisions, StepControl
 
 GROOM = lay_strands(9, 0.05, 4, (0.0, -1.0, 0.0), (0.01, 0.0, 0.0), None, 0.0)
 
@@ -38,6 +39,12 @@ def test_more_steps_cost_more():
         for rate in (24, 2400)
     )
     assert many["seconds per frame"][0] > 5 * few["seconds per frame"][0]
+
+
+@pytest.mark.parametrize("collisions", [None, Collisions()])
+def test_a_run_that_diverges_ends_there_also_where_hair_touches_hair(collisions):
+    table = time_hair(GROOM, None, None, None, None, Time(1, 24.0), gravity=1e300, collisions=collisions, timed=3)
+    assert np.isnan(table["seconds per frame"][0]) and table["frames timed"].tolist() == [0]
 
 
 @pytest.mark.parametrize("count", [1, 2])

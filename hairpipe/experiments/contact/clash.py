@@ -10,14 +10,11 @@ from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.experiments.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, depth, passed_through, roots_at, tuft
-from hairpipe.sim.advance import start
-from hairpipe.sim.catalogue import bodies_of, surroundings_of
-from hairpipe.sim.control import limits_of, next_step
+from hairpipe.sim.advance import advance_frame, start
+from hairpipe.sim.catalogue import bodies_of
 from hairpipe.sim.hair import Hair, make_hair
-from hairpipe.sim.integrators.catalogue import integrator_of
 from hairpipe.sim.material import Material
-from hairpipe.sim.motion import Motion, Step
-from hairpipe.sim.roots import Path, hold
+from hairpipe.sim.motion import Motion
 from hairpipe.sim.scene import Scene, StepControl
 
 FRAME = 1 / 24
@@ -60,7 +57,7 @@ def clash_table(
     """Tabulate what becomes of the tuft at every speed [m/s] and every number of steps a second.
 
     truth  such a table of converged runs, with all these speeds, or BadInput; None: this is one
-    scene  without its step control: steps are of one length, where stiction does not ask for shorter ones
+    scene  without its step control: steps are of one length
     bar    whether there is one; else the roots alone move
     """
     hair, rows, known = make_hair(tuft(), Material()), [], fastest_of(truth)
@@ -69,7 +66,7 @@ def clash_table(
     for speed in speeds:
         possible = FLUNG * known.get(f"{speed:g} m/s", np.inf) + FLUNG_LEAST
         for rate in rates:
-            steps = StepControl(1.0 / rate, np.inf, np.inf)
+            steps = StepControl(1.0 / rate, np.inf, np.inf, crossings=np.inf)
             worst = meet(hair, replace(scene, steps=steps), bar, speed, seconds)
             values = 1e3 * worst.deepest, int(worst.through.sum()), 100 * worst.stretch, worst.fastest
             rows.append((f"{speed:g} m/s", 1.0 / rate, worst.steps, *values, signs(worst, possible)))
@@ -95,7 +92,10 @@ def meet(hair: Hair, scene: Scene, bar: bool, speed: float, seconds: float) -> W
     worst = Worst(np.zeros(len(hair.groom.ids), bool))
     with np.errstate(all="ignore"):
         for frame in range(round(seconds / FRAME)):
-            state = _advance(hair, state, scene, bar, speed, frame * FRAME, worst)
+            try:
+                state = _advance(hair, state, scene, bar, speed, frame * FRAME, worst)
+            except ArithmeticError:  # what is not finite has no neighbours
+                worst.finite = False
             if not worst.finite:
                 break
     return worst
@@ -104,22 +104,19 @@ def meet(hair: Hair, scene: Scene, bar: bool, speed: float, seconds: float) -> W
 def _advance(
     hair: Hair, state: HairState, scene: Scene, bar: bool, speed: float, began: float, worst: Worst
 ) -> HairState:
-    """Advance by a frame, as `sim/advance.py` does, and look at every step."""
-    arrays = (state.positions, state.velocities, state.accelerations, state.tensions)
-    motion = Motion(*(array.copy() for array in arrays))
-    times = (began, began + FRAME)
-    path = Path(*(hold(roots_at(hair.groom, speed, t), hair.groom, hair.rest, hair.layout) for t in times), FRAME)
+    """Advance by a frame, and look at every step."""
+    times = began, began + FRAME
+    leads = roots_at(hair.groom, speed, times[0]), roots_at(hair.groom, speed, times[1])
     parts = [(bar_at(speed, times[0]), bar_at(speed, times[1]))] if bar else []
-    around = surroundings_of(hair, hair.model, state, bodies_of((), parts, scene.contact, FRAME), scene, began)
-    integrator, limits = integrator_of(scene), limits_of(scene.steps, hair.model, around)
-    time = 0.0
-    while time < FRAME * (1 - 1e-9) and worst.finite:
-        dt, before = next_step(limits, motion, path, time), hair.layout.axis(motion.x)
-        integrator.advance(hair.model, motion, Step(path, time, dt), around)
-        _look(worst, hair, motion, before, [axis_at(speed, began + t)[0] for t in (time, time + dt)], bar)
-        time += dt
-    stuck = around.hair.connections if around.hair is not None else (state.stuck, state.stuck_at)
-    return HairState(motion.x, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck, state.pace)
+    before = hair.layout.axis(state.positions)
+
+    def look(motion: Motion, *when: float) -> None:
+        nonlocal before
+        _look(worst, hair, motion, before, [axis_at(speed, began + t)[0] for t in when], bar)
+        before = hair.layout.axis(motion.x)
+
+    bodies = bodies_of((), parts, scene.contact, FRAME)
+    return advance_frame(hair, state, leads, bodies, FRAME, scene, began, look)
 
 
 def _look(worst: Worst, hair: Hair, motion: Motion, before: np.ndarray, axes: Sequence[np.ndarray], bar: bool) -> None:

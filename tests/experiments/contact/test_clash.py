@@ -52,6 +52,12 @@ def test_with_everything_on_nothing_is_lost_in_whole_frames():
     assert table.names == COLUMNS and "NaN" not in table["failed"][0]
 
 
+@pytest.mark.parametrize("stiction", [None, Stiction()])
+def test_a_run_that_diverges_is_marked_also_where_hair_touches_hair(stiction):
+    scene = Scene(gravity=1e300, stiction=stiction)
+    assert clash_table(None, scene, False, (8.0,), (24,), 0.1)["failed"][0] == "NaN"
+
+
 def test_a_converged_run_of_other_speeds_is_refused():
     truth = table_of_rows(COLUMNS, [("1 m/s", 0.1, 1, 0.0, 0, 0.0, 1.0, "")])
     with pytest.raises(BadInput, match="no 2 m/s"):
