@@ -17,7 +17,7 @@ STILL = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 class Case(NamedTuple):
     """Solids that move, between frames 0 and 1.
 
-    radius  of the ball around the one that moves [m], by which errors are told
+    radius  of the ball around the first of them [m], by which errors are told
     """
 
     name: str
@@ -49,10 +49,10 @@ class Way(NamedTuple):
         return np.column_stack([R, p])
 
 
-def moved(name: str, radius: float, *pairs: tuple[Solid, Way]) -> Case:
+def moved(name: str, *pairs: tuple[Solid, Way]) -> Case:
     """Make a case of solids, each with its way."""
-    ways = [way for _, way in pairs]
-    return Case(name, tuple(solid for solid, _ in pairs), lambda a: np.array([way.pose(a) for way in ways]), radius)
+    solids, ways = zip(*pairs, strict=True)
+    return Case(name, solids, lambda a: np.array([way.pose(a) for way in ways]), solids[0].radius)
 
 
 EGG, ROD, LIMB = ellipsoid((0.6, 0.45, 0.3)), capsule(0.3, 0.4), capsule(0.25, 0.5, (0.5, 0.0, 0.0))
@@ -61,26 +61,24 @@ HEAD, SHOULDER = ellipsoid((0.6, 0.45, 0.3), (0.25, 0.0, 0.0)), capsule(0.3, 0.6
 # They travel by so much, or turn by so many degrees, from one frame to the next; the hinges open by 60 degrees, from so
 # many; a rod slides past another, and a chin turns by 60 degrees over a shoulder.
 CASES = (
-    moved("1 radius", 0.6, (EGG, Way(travel=(0.6, 0.0, 0.0)))),
-    moved("2 radii", 0.6, (EGG, Way(travel=(1.2, 0.0, 0.0)))),
-    moved("turn 30", 0.6, (EGG, Way(turn=(0.0, 0.0, 30.0)))),
-    moved("turn 60", 0.6, (EGG, Way(turn=(0.0, 0.0, 60.0)))),
-    moved("arc 60", 0.3, (ellipsoid((0.3, 0.3, 0.3), (0.6, 0.0, 0.0)), Way(turn=(0.0, 0.0, 60.0)))),
-    moved("go and turn", 0.7, (ROD, Way(turn=(0.0, 0.0, 45.0), travel=(0.0, 0.7, 0.0)))),
-    moved("accelerate", 0.6, (EGG, Way(travel=(0.6, 0.0, 0.0), extra=(0.6, 0.0, 0.0)))),
+    moved("1 radius", (EGG, Way(travel=(0.6, 0.0, 0.0)))),
+    moved("2 radii", (EGG, Way(travel=(1.2, 0.0, 0.0)))),
+    moved("turn 30", (EGG, Way(turn=(0.0, 0.0, 30.0)))),
+    moved("turn 60", (EGG, Way(turn=(0.0, 0.0, 60.0)))),
+    moved("arc 60", (ellipsoid((0.3, 0.3, 0.3), (0.6, 0.0, 0.0)), Way(turn=(0.0, 0.0, 60.0)))),
+    moved("go and turn", (ROD, Way(turn=(0.0, 0.0, 45.0), travel=(0.0, 0.7, 0.0)))),
+    moved("accelerate", (EGG, Way(travel=(0.6, 0.0, 0.0), extra=(0.6, 0.0, 0.0)))),
     moved(
         "hinge 40",
-        1.0,
         (LIMB, Way()),
         (LIMB, Way(begin=(0.0, 0.0, 40.0), turn=(0.0, 0.0, 60.0))),
     ),
-    moved("hinge 5", 1.0, (LIMB, Way()), (LIMB, Way(begin=(0.0, 0.0, 5.0), turn=(0.0, 0.0, 60.0)))),
-    moved("slide past", 0.7, (ROD, Way(rest=(-0.35, 0.7, 0.0), travel=(0.7, 0.0, 0.0))), (ROD, Way())),
+    moved("hinge 5", (LIMB, Way()), (LIMB, Way(begin=(0.0, 0.0, 5.0), turn=(0.0, 0.0, 60.0)))),
+    moved("slide past", (ROD, Way(rest=(-0.35, 0.7, 0.0), travel=(0.7, 0.0, 0.0))), (ROD, Way())),
     moved(
         "chin turns",
-        0.85,
         (HEAD, Way(begin=(0.0, -30.0, 0.0), turn=(0.0, 60.0, 0.0))),
         (SHOULDER, Way(rest=(0.1, -0.83, 0.0))),
     ),
-    moved("length + 60", 0.6, (EGG, Way(turn=(0.0, 0.0, 60.0), travel=(1.2, 0.3, 0.0)))),
+    moved("length + 60", (EGG, Way(turn=(0.0, 0.0, 60.0), travel=(1.2, 0.3, 0.0)))),
 )

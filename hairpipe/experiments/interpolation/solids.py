@@ -22,6 +22,11 @@ class Solid(NamedTuple):
     half: float
     centre: np.ndarray
 
+    @property
+    def radius(self) -> float:
+        """Of the ball around it [m]."""
+        return max(float(self.semi[0]) + self.half, *self.semi[1:].tolist())
+
     def contains(self, points: np.ndarray) -> np.ndarray:
         """Tell which points [m], (n, 3), are inside, (n,) bool."""
         off = points - self.centre
