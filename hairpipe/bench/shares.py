@@ -2,6 +2,7 @@
 
 import cProfile
 import pstats
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -35,16 +36,18 @@ Function = tuple[str, int, str]
 Callers = dict[Function, tuple[int, int, float, float]]
 
 
-def shares_of(work: Callable[[], object]) -> dict[str, float]:
-    """Do some work; return the seconds of every part of it. What is not ours counts for the file that calls it."""
+def shares_of(work: Callable[[], object]) -> tuple[float, dict[str, float]]:
+    """Do some work; return its seconds and those of every part. What is not ours counts for the file that calls it."""
     profile = cProfile.Profile()
+    begun = time.perf_counter()
     profile.runcall(work)
+    whole = time.perf_counter() - begun
     stats = pstats.Stats(profile).stats  # type: ignore[attr-defined]
     seconds: dict[str, float] = dict.fromkeys(PARTS, 0.0)
     for function, (_, _, own, _, _) in stats.items():
         for caller, part_of_it in _charged(function, own, stats, 0).items():
             seconds[part_of(Path(caller))] += part_of_it
-    return seconds
+    return whole, seconds
 
 
 def _charged(function: Function, seconds: float, stats: dict, depth: int) -> dict[str, float]:

@@ -100,7 +100,7 @@ def show_paper(report: "PaperReport") -> None:
     """Write the table."""
     machine = report.machine
     click.echo(f"{machine.processor}, {plural(machine.cores, 'core')}; the paper: one to four machines of 4 processors")
-    times: list[tuple[str, ...]] = [("scene", "strands", "particles", "frame", "memory", "theirs", "frame")]
+    times: list[tuple[str, ...]] = [("scene", "strands", "particles", "frame", "memory so far", "theirs", "frame")]
     parts: list[tuple[str, ...]] = [("scene", *report.rows[0].shares)]
     for row in report.rows:
         theirs = ("", "") if row.printed is None else (f"{row.printed.particles:,}", f"{60 * row.printed.minutes:.0f}")

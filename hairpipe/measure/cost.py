@@ -67,9 +67,7 @@ def cost_table(
         numba.set_num_threads(threads)
     seconds = seconds[min(warm, max(len(seconds) - 1, 0)) :]
     counted = seconds[-timed:] if seconds else [np.nan]
-    counts = np.diff(hair.layout.offsets) - 1
-    particles = sum(hair.layout.shape.count(int(count)) for count in counts)
-    row = (float(np.median(counted)), min(counted), max(counted), len(seconds[-timed:]), particles)
+    row = (float(np.median(counted)), min(counted), max(counted), len(seconds[-timed:]), hair.layout.particles)
     return table_of_rows(COLUMNS, [row])
 
 

@@ -41,6 +41,11 @@ class Layout:
         """Strands in a block: lanes of the dtype that they are computed in."""
         return self.strands.shape[1]
 
+    @property
+    def particles(self) -> int:
+        """Number of particles of all strands, without those of idle lanes."""
+        return sum(map(self.shape.count, (np.diff(self.offsets) - 1).tolist()))
+
     def empty(self, *components: int) -> np.ndarray:
         """Make room for values of all particles, (rows, *components, width)."""
         return np.empty((self.first[-1], *components, self.width), self.dtype)

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from hairpipe.bench import shares
 from hairpipe.bench.shares import PARTS, part_of, shares_of
@@ -26,5 +27,6 @@ def test_files_outside_have_theirs():
 
 def test_what_numpy_does_counts_for_who_asked_it():
     segments = np.random.default_rng(0).integers(0, 10**6, (3_000_000, 2)).astype(np.int32)
-    parts = shares_of(lambda: key_of(segments))
+    whole, parts = shares_of(lambda: key_of(segments))
     assert parts["stiction"] > 0.9 * sum(parts.values()) > 0.0
+    assert sum(parts.values()) == pytest.approx(whole, rel=0.05)

@@ -82,7 +82,11 @@ def signs(worst: Worst, possible: float) -> str:
     """Say what failed, parted by commas; no point can be faster than possible [m/s]."""
     if not worst.finite:
         return "NaN"
-    failed = {"stretch": worst.stretch > STRETCHED, "flung": worst.fastest > possible}
+    failed = {
+        "through": worst.through.any(),
+        "stretch": worst.stretch > STRETCHED,
+        "flung": worst.fastest > possible,
+    }
     return ", ".join(sign for sign, seen in failed.items() if seen)
 
 

@@ -13,7 +13,7 @@ from hairpipe.sim.contact.sweep import sweep
 from hairpipe.sim.scene import Collisions
 
 LENGTH, MASS, GRAVITY = 6e-3, 4e-8, 9.81
-"""Of a rod [m], of each of its points [kg], as of hair 90 um thick; [m/s^2]."""
+"""Of a rod [m], of each of its points [kg], as of hair 0.11 mm thick; [m/s^2]."""
 
 
 @dataclass(eq=False)

@@ -34,6 +34,8 @@ def test_through_is_across_the_axis_and_not_around_it():
 def test_signs():
     worst = Worst(np.zeros(1, bool), stretch=0.11, fastest=3.0)
     assert signs(worst, 4.0) == "stretch" and signs(worst, 2.0) == "stretch, flung"
+    worst.through[0] = True
+    assert signs(worst, 2.0) == "through, stretch, flung"
     worst.finite = False
     assert signs(worst, 4.0) == "NaN"
 
