@@ -73,6 +73,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
 """Settings by node type with which every graph runs in a moment."""
 SOME = {
     "experiments/clips.toml": ["dab_whole_depth"],
+    "experiments/interpolation.toml": ["travel", "analytic_chart"],
     "experiments/precision.toml": ["alone_single_error", "alone_single_cost"],
     "experiments/speed_accuracy_hair.toml": ["hair_error", "hair_cost"],
     "experiments/speed_accuracy_head.toml": ["hair_error", "hair_cost"],

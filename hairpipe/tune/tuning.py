@@ -95,8 +95,7 @@ def tune(task: Task, say: Callable[[str], None] = lambda line: None) -> Tuned:
         raise BadInput("one frame is no motion", where=task.text.place(), right="frames = [first, last] farther apart")
     parts = simplifications(graph, task.hair)
     total, motion = look_at(task, graph)
-    patches = PATCHES if touches(graph.node(task.hair)) else task.strands
-    sample = choose_sample(graph.all_frames, graph.fps, motion, total, task.strands, patches)
+    sample = sample_of(task, graph, total, motion)
     study = study_of(task, sample, total)
     say(described(sample, total))
     reference = study.converged()
@@ -113,6 +112,12 @@ def tune(task: Task, say: Callable[[str], None] = lambda line: None) -> Tuned:
         check = checked(task, other, total, choice.parts, say)
     steps = study.refined(FINEST).text
     return Tuned(total, sample, task.tolerance, reference, steps, full, singles, choice, task.budget, affordable, check)
+
+
+def sample_of(task: Task, graph: Graph, total: int, motion: np.ndarray | None) -> Sample:
+    """Choose what is measured; strands come with their neighbours where hair acts on hair."""
+    patches = PATCHES if touches(graph.node(task.hair)) else task.strands
+    return choose_sample(graph.all_frames, graph.fps, motion, total, task.strands, patches)
 
 
 def checked(task: Task, sample: Sample, total: int, parts: Combination, say: Callable[[str], None]) -> Check:

@@ -17,8 +17,9 @@ from hairpipe.graph.tasks import Task as GraphTask
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import choose_sample
+from hairpipe.tune.simplifications import simplifications
 from hairpipe.tune.study import Study
-from hairpipe.tune.tuning import Task, look_at
+from hairpipe.tune.tuning import Task, look_at, sample_of
 
 SCENE = """schema = 1
 frames = [1, 8]
@@ -100,11 +101,13 @@ def test_what_a_scene_cannot_be_modelled_by_is_kept(scene):
     """A chain is straight: the node that simulates refuses to be one for curls."""
     curls = SCENE.replace("spacing", "curl = { radius = 0.01, pitch = 0.02 }\nspacing").replace('"chain"', '"network"')
     path = scene.parent / "curls.toml"
-    path.write_text(curls.replace("[1, 8]", "[1, 3]").replace("segments = 5", "segments = 12"))
-    found, _ = tune(path, "--tolerance", "20mm")
-    (chain,) = (part for part in found["simplifications"] if part["axis"] == "model")
-    assert "a chain is straight at rest" in chain["fault"] and chain["verdict"].startswith("kept: ")
-    assert found["chosen"] is not None
+    path.write_text(curls.replace("segments = 5", "segments = 12"))
+    text, store = written_out(read_edited(path, {})), Store(scene.parent / "cache")
+    (chain, *_) = simplifications(make_graph(text), "hair")
+    sample = choose_sample(range(1, 9), 24.0, None, 8, 8, 4)
+    study = Study(text, "hair", store, sample, 8, Tolerance(0.02, "m"), runner(store, True))
+    assert chain.axis == "model" and "a chain is straight at rest" in study.measure([chain]).fault
+    assert not study.measure([]).fault
 
 
 def test_a_cut_is_no_motion(scene):
@@ -132,8 +135,12 @@ def test_a_cut_is_no_motion(scene):
 def test_hair_that_touches_none_is_sampled_strand_by_strand(scene):
     path = scene.parent / "alone.toml"
     path.write_text(SCENE.replace("[hair.stiction]", ""))
-    assert "8 of 8 strands, each on its own;" in tune(path, "--tolerance", "20mm")[1]
-    assert "8 of 8 strands, 4 patches of neighbours;" in tune(scene, "--tolerance", "20mm")[1]
+    patches = []
+    for graph in (path, scene):
+        text, store = written_out(read_edited(graph, {})), Store(scene.parent / "cache")
+        task = Task(text, "hair", store, Tolerance(0.02, "m"), runner(store, True), strands=6)
+        patches.append(sample_of(task, make_graph(text), 8, None).patches)
+    assert patches == [6, 4]
 
 
 def test_a_result_for_the_shot_takes_its_time_once(scene):

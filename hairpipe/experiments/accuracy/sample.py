@@ -14,7 +14,7 @@ class Sample:
 
     material      of the fibre
     construction  of the lattice
-    constants     of the springs: calibrated, or all of them E I / l^2 but the edges, as one might guess
+    constants     of the springs: calibrated, or E I / l^2, as one might guess, with altitude springs a share of it
     length        of the strand
     """
 
