@@ -1,6 +1,7 @@
 PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python -m
+INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-compile --constraint constraints.txt --editable
 
 .PHONY: menu demo test check clean
 
@@ -13,7 +14,7 @@ menu:
 demo: $(VENV)/installed
 	$(VENV)/bin/hairpipe run graphs/demo.toml
 
-# Each process begins with a stretch of files that follow one another: tests of a file need the same kernels.
+# Each process begins with a stretch of files that follow one another, see tests/conftest.py.
 test: $(VENV)/tested
 	$(RUN) pytest -n auto --dist worksteal -k 'not interrupt and not ctrl_c'
 	$(RUN) pytest -k 'interrupt or ctrl_c'
@@ -28,12 +29,12 @@ $(VENV)/bin/python:
 	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); echo "Python's venv module is incomplete; on Debian: apt install python3-venv" >&2; exit 2; }
 
 $(VENV)/installed: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(RUN) pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[vdb]'
+	$(INSTALL) '.[vdb]'
 	@touch $@
 
-$(VENV)/tested: $(VENV)/installed
-	$(RUN) pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable '.[vdb,dev]'
-	@touch $@
+$(VENV)/tested: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(INSTALL) '.[vdb,dev]'
+	@touch $(VENV)/installed $@
 
 clean:
 	rm -rf $(VENV) out
