@@ -26,6 +26,7 @@ def test_torque_is_that_of_the_rod_and_both_senses_are_tried():
     table = torsion_table(Sample(), [20], [0.05])
     np.testing.assert_allclose(table["twist [rad]"], [-0.05, 0.05])
     np.testing.assert_allclose(table["torque error [%]"], 0.0, atol=1.0)
+    assert (table["tip shift [% of length per rad]"] < 2.0).all()  # of a rod it is nothing
     assert abs(torsion_table(GUESSED, [20], [0.05])["torque error [%]"][0]) > 10
 
 

@@ -1,0 +1,36 @@
+"""Fig. 13 in small: a tuft in a fast head motion, as soft springs, as our model, and as our model that touches itself."""
+
+from pathlib import Path
+
+import pytest
+
+from hairpipe.graph.events import Options
+from hairpipe.graph.fetch import fetch
+from hairpipe.graph.load import load_graph
+from hairpipe.graph.run import run
+from hairpipe.graph.store import Store
+from hairpipe.graph.tasks import Task
+
+TUFT = Path(__file__).resolve().parents[3] / "graphs" / "experiments" / "tuft.toml"
+SMALL = {"tuft.strands": "5", "tuft.tuft.rows": "5", "tuft.segments": "12"}
+FRAMES = range(1, 17)
+
+
+@pytest.fixture(scope="module")
+def tables(tmp_path_factory):
+    """Give a table, by the measure and the model; every frame is a row."""
+    graph = load_graph(TUFT, SMALL)
+    names = [f"{measure}_{model}" for measure in ("motion", "tuft") for model in ("plain", "ours", "touching")]
+    graph, store = graph.upto(names), Store(tmp_path_factory.mktemp("tuft") / "cache")
+    assert not run(graph, store, FRAMES, Options(jobs=1)).failures
+    return {name: fetch(graph, store, Task(name, None), None, FRAMES) for name in names}
+
+
+def test_soft_springs_stretch_and_our_model_does_not(tables):
+    stretch = {model: tables[f"motion_{model}"]["longest stretch [%]"].max() for model in ("plain", "ours", "touching")}
+    assert stretch["plain"] > 50.0 and stretch["ours"] < 2.0 and stretch["touching"] < 2.0
+
+
+def test_what_touches_itself_stays_together(tables):
+    apart, together = (tables[f"tuft_{model}"]["spread of tips [mm]"][-1] for model in ("ours", "touching"))
+    assert together < 0.3 * apart
