@@ -1,4 +1,4 @@
-"""Fig. 13 in small: a tuft in a fast head motion, as soft springs, as our model, and as our model that touches itself."""
+"""Fig. 13 in small: a tuft in a fast head motion, as soft springs, as our model, and as one that touches itself."""
 
 from pathlib import Path
 
