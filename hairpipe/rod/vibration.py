@@ -21,14 +21,6 @@ def bending_frequencies(count: int, length: float, bending: float, line_density:
     return bending_roots(count) ** 2 * np.sqrt(bending / line_density) / (2 * np.pi * length**2)
 
 
-def torsion_frequencies(count: int, length: float, torsion: float, inertia: float) -> np.ndarray:
-    """Frequencies of twisting, f = (2 n + 1) / (4 L) sqrt(GJ / (rho J)) [Hz], (count,).
-
-    length [m], torsion GJ [N m^2], inertia rho J about the axis per length [kg m]
-    """
-    return (2 * np.arange(count) + 1) / (4 * length) * np.sqrt(torsion / inertia)
-
-
 def bending_shape(mode: int, s: np.ndarray) -> np.ndarray:
     """Deflection of bending mode 0, 1, ... at s = 0 ... 1 along the rod, of the shape of s (Rayleigh, 174)."""
     b = bending_roots(mode + 1)[-1]

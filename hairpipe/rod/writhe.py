@@ -55,8 +55,3 @@ def buckling_twist(length: float, bending: float, torsion: float, tension: float
     length [m], bending EI and torsion GJ [N m^2], tension [N]
     """
     return buckling_torque(tension * length**2 / bending) * bending / torsion
-
-
-def ring_twist(bending: float, torsion: float) -> float:
-    """Twist put into a closed ring at which it leaves its plane, 2 pi sqrt(3) EI / GJ [rad] (Michell 1889)."""
-    return 2 * np.pi * np.sqrt(3) * bending / torsion

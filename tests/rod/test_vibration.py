@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.integrate import trapezoid
 
-from hairpipe.rod.vibration import bending_frequencies, bending_roots, bending_shape, torsion_frequencies
+from hairpipe.rod.vibration import bending_frequencies, bending_roots, bending_shape
 
 
 def test_roots_are_those_of_the_tables():
@@ -22,11 +22,6 @@ def test_frequencies_are_eigenvalues_of_a_finely_divided_rod():
         M[e : e + 4, e : e + 4] += mass
     omega = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M[2:, 2:], K[2:, 2:])).real)[:3])
     np.testing.assert_allclose(bending_frequencies(3, length, bending, density), omega / 2 / np.pi, rtol=3e-5)
-
-
-def test_twisting_stands_a_quarter_wave_on_the_rod():
-    speed, length = 1000.0, 0.25
-    np.testing.assert_allclose(torsion_frequencies(2, length, speed**2, 1.0), speed / length * np.array([0.25, 0.75]))
 
 
 def test_shapes_swing_free_at_the_tip_and_are_orthogonal():

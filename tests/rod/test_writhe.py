@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from hairpipe.rod.writhe import buckling_torque, buckling_twist, ring_twist
+from hairpipe.rod.writhe import buckling_torque, buckling_twist
 
 
 def test_without_tension_it_is_the_tabled_one():
@@ -40,4 +40,3 @@ def test_thrust_alone_buckles_it():
 
 def test_twist_follows_from_the_torque():
     assert buckling_twist(0.1, 8e-9, 6e-9) == pytest.approx(8.98682 * 8 / 6, rel=1e-5)
-    assert ring_twist(1.0, 1.0) == pytest.approx(np.sqrt(3) * 2 * np.pi)

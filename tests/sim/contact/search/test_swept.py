@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from hairpipe.bench.tangle import tangle
 from hairpipe.sim.contact.crossings import crossings
 from hairpipe.sim.contact.pairs import key_of
 from hairpipe.sim.contact.swept import neighbourhood, swept_pairs, swept_pairs_of
@@ -64,9 +63,9 @@ def test_threads_do_not_matter(hair, threads):
     np.testing.assert_array_equal(*runs)
 
 
-def test_few_are_listed_that_do_not_come_near(brute):
+def test_few_are_listed_that_do_not_come_near(brute, few_hairs):
     """In a shake only those within half their relative motion, also when a strand is flung far."""
-    before, after, offsets = (np.ascontiguousarray(part) for part in tangle(60, 10, 3))
+    before, after, offsets = (np.ascontiguousarray(part) for part in few_hairs)
     before, after = 0.1 * before, before * 0.1 + (after - before)
     middle, half = 0.5 * (before + after), 0.5 * (after - before)
     i, j = brute[0](offsets)
