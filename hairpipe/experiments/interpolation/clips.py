@@ -18,7 +18,7 @@ from hairpipe.levelset.moving import MovingSurface
 from hairpipe.levelset.moving_field import moving_field
 from hairpipe.levelset.moving_parts import moving_parts
 
-COLUMNS = ("interpolation", "time [frames]", "error mean [mm]", "error 99 % [mm]", "error max [mm]", "lost [%]")
+COLUMNS = ("interpolation", "time [keys]", "error mean [mm]", "error 99 % [mm]", "error max [mm]", "lost [%]")
 POINTS = 8000
 """On the skin, one for every so-much of its area at rest."""
 OUTER = 0.5

@@ -37,10 +37,10 @@ def table_at(clip, frames: Sequence[int], dt: float) -> Table:
 
 def test_frames_that_are_left_out_are_not_asked_for(clip):
     full, sparse = table_at(clip, range(1, 6), 1 / 24), table_at(clip, range(1, 11, 2), 1 / 48)
-    assert set(full["time [frames]"]) == {0.0, 0.5, 1.0}
+    assert set(full["time [keys]"]) == {0.0, 0.5, 1.0}
     for name in full.names:
         np.testing.assert_array_equal(full[name], sparse[name])
 
 
 def test_time_between_keys_is_that_of_the_frame(clip):
-    assert set(table_at(clip, (1, 2, 5, 8, 9), 1 / 24)["time [frames]"]) == {0.0, 0.25, 0.75, 1.0}
+    assert set(table_at(clip, (1, 2, 5, 8, 9), 1 / 24)["time [keys]"]) == {0.0, 0.25, 0.75, 1.0}
