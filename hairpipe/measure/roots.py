@@ -6,6 +6,7 @@ import numpy as np
 
 from hairpipe.data import Ends, Groom, Mesh, Table
 from hairpipe.data.table import table_of_columns
+from hairpipe.sim.roots import check_lead
 
 
 def measure_root_motion(groom: Groom, leads: Mapping[int, Mesh | Ends], fps: float) -> Table:
@@ -36,7 +37,8 @@ def differences(values: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def root_places(groom: Groom, lead: Mesh | Ends) -> np.ndarray:
-    """Return where the roots are [m], (S, 3)."""
+    """Return where the roots are [m], (S, 3); BadInput where the lead is that of another groom."""
+    check_lead(lead, groom)
     if isinstance(lead, Ends):
         rest = groom.points[groom.offsets[:-1]]
         return np.einsum("sij,sj->si", lead.roots[:, :, :3], rest) + lead.roots[:, :, 3]

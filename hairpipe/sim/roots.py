@@ -62,6 +62,13 @@ class Path:
         return self.start.tips[:both] * self.end.tips[:both]
 
 
+def check_lead(lead: Mesh | Ends | None, groom: Groom) -> None:
+    """Raise BadInput where what leads the roots is not that of this groom."""
+    if isinstance(lead, Mesh) and groom.root_triangles.max(initial=-1) >= len(lead.triangles):
+        what = f"hair grows from triangle {groom.root_triangles.max()} of a body that has {len(lead.triangles)}"
+        raise BadInput(what, where="in.body", right="the body that the groom was grown on")
+
+
 def _frames(mesh: Mesh, groom: Groom, ahead: float) -> np.ndarray:
     """Root frames on the moving body, (strands, 3, 4), a little ahead in time [s] along its present velocity."""
     points = mesh.points if mesh.velocities is None else mesh.points + ahead * mesh.velocities
@@ -76,7 +83,11 @@ def _from_rest(frames: np.ndarray, groom: Groom) -> np.ndarray:
 
 
 def motion_of_roots(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray, np.ndarray]:
-    """Rigid motions of the roots from where the groom put them, and their rates, (strands, 3, 4)."""
+    """Rigid motions of the roots from where the groom put them, and their rates, (strands, 3, 4).
+
+    Raises BadInput where the lead is that of another groom.
+    """
+    check_lead(lead, groom)
     if isinstance(lead, Ends):
         return lead.roots, lead.roots_rate
     if lead is None:

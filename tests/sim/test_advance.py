@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.measure.roots import root_places
 from hairpipe.rod.elastica import bend_elastica
 from hairpipe.sim.material import Material
+from hairpipe.sim.roots import motion_of_roots
 from hairpipe.sim.scene import Collisions
 
 G = 9.81
@@ -133,3 +135,12 @@ def test_a_strand_with_a_segment_of_no_length_is_refused_by_name(scene, straight
     strands[1][4] = strands[1][3] + wrong
     with pytest.raises(BadInput, match=r"strands 1 \("):
         scene(strands)
+
+
+def test_a_groom_of_another_body_is_refused(scene, straight, triangle):
+    groom = scene([straight(0.1, 10, [1, 0, 0])]).hair.groom
+    other = replace(groom, root_triangles=groom.root_triangles + 1)
+    for place in (motion_of_roots, lambda lead, groom: root_places(groom, lead)):
+        place(triangle(), groom)
+        with pytest.raises(BadInput, match=r"in\.body: hair grows from triangle 1 of a body that has 1 "):
+            place(triangle(), other)
