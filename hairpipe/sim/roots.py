@@ -67,6 +67,9 @@ def check_lead(lead: Mesh | Ends | None, groom: Groom) -> None:
     if isinstance(lead, Mesh) and groom.root_triangles.max(initial=-1) >= len(lead.triangles):
         what = f"hair grows from triangle {groom.root_triangles.max()} of a body that has {len(lead.triangles)}"
         raise BadInput(what, where="in.body", right="the body that the groom was grown on")
+    if isinstance(lead, Ends) and len(lead.roots) != len(groom.ids):
+        what = f"ends of {len(lead.roots)} strands, the groom has {len(groom.ids)}"
+        raise BadInput(what, where="in.ends", right="ends driven of the same groom")
 
 
 def _frames(mesh: Mesh, groom: Groom, ahead: float) -> np.ndarray:

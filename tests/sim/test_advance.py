@@ -8,7 +8,10 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.roots import root_places
+from hairpipe.motion.ends import lead
+from hairpipe.motion.track import Track
 from hairpipe.rod.elastica import bend_elastica
 from hairpipe.sim.material import Material
 from hairpipe.sim.roots import motion_of_roots
@@ -144,3 +147,12 @@ def test_a_groom_of_another_body_is_refused(scene, straight, triangle):
         place(triangle(), groom)
         with pytest.raises(BadInput, match=r"in\.body: hair grows from triangle 1 of a body that has 1 "):
             place(triangle(), other)
+
+
+@pytest.mark.parametrize("strands", [1, 3])
+def test_ends_of_another_groom_are_refused(strands):
+    two, others = (lay_strands(n, 0.1, 10, (1.0, 0.0, 0.0), (0.0, 0.0, 0.01), None, 0.0) for n in (2, strands))
+    ends = lead(others, 0.0, Track(), None, None, None)
+    for place in (motion_of_roots, lambda lead, groom: root_places(groom, lead)):
+        with pytest.raises(BadInput, match=f"in.ends: ends of {strands} strands, the groom has 2"):
+            place(ends, two)
