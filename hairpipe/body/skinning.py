@@ -5,6 +5,7 @@ from numba import njit
 
 from hairpipe.body.rigid import invert
 from hairpipe.data import Body, Mesh, Pose
+from hairpipe.errors import BadInput
 
 
 def skin(rest: Body, pose: Pose | None) -> Mesh:
@@ -12,11 +13,15 @@ def skin(rest: Body, pose: Pose | None) -> Mesh:
 
     x = sum_j w_j T_j B_j^-1 x_rest,   v = sum_j w_j dT_j/dt B_j^-1 x_rest
 
-    with the joints' transforms T_j and their rest transforms B_j (Magnenat-Thalmann et al. 1988).
+    with the joints' transforms T_j and their rest transforms B_j (Magnenat-Thalmann et al. 1988). Raise BadInput where
+    the pose is that of another skeleton.
     """
     mesh = rest.mesh
     if pose is None:
         return Mesh(mesh.points, mesh.triangles, np.zeros_like(mesh.points), mesh.uv)
+    if len(pose.transforms) != len(rest.skeleton.names):
+        what = f"a pose of {len(pose.transforms)} joints, the body has {len(rest.skeleton.names)}"
+        raise BadInput(what, where="in.pose", right="a motion that was loaded for this body")
     unbind = invert(rest.skeleton.rest)
     moved = np.empty_like(mesh.points), np.empty_like(mesh.points)
     for matrices, result in zip((pose.transforms, pose.rates), moved, strict=True):

@@ -27,12 +27,13 @@ def bake_parts(rest: Body, pose: Pose | None, voxel: float, half_width: float, s
     half_width  of the band, in voxels
     smallest    size of a part of the skin [m]; bones with less move with their parents
 
-    The skin of a part is the posed one: what neighbours share is bent in the frames of both. Raises BadInput as `bake`.
+    The skin of a part is the posed one: what neighbours share is bent in the frames of both. Raises BadInput as `skin`
+    and `bake` do.
     """
+    points = skin(rest, pose).points
     groups = group_bones(rest, smallest)
     cuts = cut_skin(rest, groups, OVERLAP * voxel)
     poses, rates = frames_of(rest, pose, groups.leaders[[cut.group for cut in cuts]])
-    points = skin(rest, pose).points
     names = rest.skeleton.names
     leaders = [int(groups.leaders[cut.group]) for cut in cuts]
     found = [bake_part(cut, points, place, voxel, half_width) for cut, place in zip(cuts, poses, strict=True)]

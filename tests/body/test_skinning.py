@@ -4,6 +4,7 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.body.skinning import skin
 from hairpipe.data import Body, Mesh, Pose, Skeleton
+from hairpipe.errors import BadInput
 
 CHANCE = np.random.default_rng(8)
 TRIANGLES = np.array([[0, 1, 2], [2, 1, 3]], np.int32)
@@ -119,3 +120,10 @@ def test_joints_of_no_weight_do_not_count(extra):
     )
     pose = still(np.array([random_rigid() for _ in range(2)]))
     assert skin(padded, pose).points.tobytes() == skin(body, pose).points.tobytes()
+
+
+@pytest.mark.parametrize("joints", [1, 2, 4])
+def test_a_pose_of_another_skeleton_is_refused(joints):
+    pose = still(np.tile(np.eye(4), (joints, 1, 1)))
+    with pytest.raises(BadInput, match=f"in.pose: a pose of {joints} joints, the body has 3"):
+        skin(make_body(20, 3), pose)

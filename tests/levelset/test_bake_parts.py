@@ -11,6 +11,7 @@ from hairpipe.body.bust import build_bust
 from hairpipe.body.groups import group_bones
 from hairpipe.body.skinning import skin
 from hairpipe.data import Body, Mesh, Pose, Skeleton
+from hairpipe.errors import BadInput
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.bake_parts import bake_once, bake_parts
 from hairpipe.levelset.cuts import cut_skin
@@ -118,3 +119,8 @@ def test_nothing_jumps_at_a_frame_while_parts_bend(bust):
     moving_parts(frames[0], frames[1], 0.04).probe(points, 0.04, before)
     moving_parts(frames[1], frames[2], 0.04).probe(points, 0.0, after)
     assert np.allclose(before.distance, after.distance, atol=1e-6)
+
+
+def test_a_pose_of_another_skeleton_is_refused(bust):
+    with pytest.raises(BadInput, match="a pose of 1 joints"):
+        bake_parts(bust, Pose(np.eye(4)[None], np.zeros((1, 4, 4))), VOXEL, HALF_WIDTH, SMALLEST)
