@@ -11,6 +11,7 @@ import numpy as np
 from hairpipe.body.surface import Sites, area_vectors, site_points
 from hairpipe.data import BodyParts, LevelSet, Mesh, Table
 from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
 from hairpipe.experiments.interpolation.errors import misses
 from hairpipe.levelset.bake import bake
 from hairpipe.levelset.interpolation import Interpolation
@@ -43,8 +44,11 @@ def clip_table(rest: Mesh, clip: Clip, stride: int, dt: float) -> Table:
     dt      time between frames [s]
 
     Time is counted in keys. "baked then" is a level set baked at the very time: nothing but the samples' own error.
+    Raise BadInput where the body is not the one at rest.
     """
     numbers = list(clip.skins)
+    if not np.array_equal(clip.skins[numbers[0]].triangles, rest.triangles):
+        raise BadInput("the triangles are not those of in.rest", where="in.body", right="in.rest, posed")
     stride = max(1, min(stride, len(numbers) - 1))
     found: dict[tuple[str, float], list[tuple[np.ndarray, np.ndarray]]] = {}
     sites = outer_sites(rest, clip.surfaces[numbers[0]])

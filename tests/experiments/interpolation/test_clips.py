@@ -5,7 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from hairpipe.body.shapes import build_box
 from hairpipe.data import Table
+from hairpipe.errors import BadInput
 from hairpipe.experiments.interpolation.bodies import parts_of, skin_at
 from hairpipe.experiments.interpolation.cases import CASES
 from hairpipe.experiments.interpolation.clips import Clip, clip_table
@@ -44,3 +46,8 @@ def test_frames_that_are_left_out_are_not_asked_for(clip):
 
 def test_time_between_keys_is_that_of_the_frame(clip):
     assert set(table_at(clip, (1, 2, 5, 8, 9), 1 / 24)["time [keys]"]) == {0.0, 0.25, 0.75, 1.0}
+
+
+def test_a_body_of_another_rest_is_refused(clip):
+    with pytest.raises(BadInput, match=r"in\.body: the triangles are not those of in\.rest"):
+        clip_table(build_box((1.0, 1.0, 1.0), (0.0, 0.0, 0.0)), clip(range(5)), 2, 1 / 24)
