@@ -10,10 +10,12 @@ def follow_guides(hair: Strands, guides: Groom, groom: Groom, body: Mesh | None,
 
     The ends are those of the whole groom.
     """
+    import numpy as np
+
     from hairpipe.errors import BadInput
     from hairpipe.groom.guiding import guided
-    from hairpipe.sim.roots import motion_of_roots
+    from hairpipe.sim.roots import lead_of, motion_of_roots
 
-    if len(hair.points) != len(guides.points):
+    if not np.array_equal(hair.offsets, guides.offsets):
         raise BadInput("hair and guides are not the same strands", right="in.guides: the groom that is simulated")
-    return guided(hair, guides, groom, *motion_of_roots(body or ends, groom))
+    return guided(hair, guides, groom, *motion_of_roots(lead_of(body, ends), groom))

@@ -9,8 +9,9 @@ from hairpipe.graph import Frames, Time, node
 def measure_roots(groom: Groom, body: Frames[Mesh] | None, ends: Frames[Ends] | None, time: Time) -> Table:
     """At every frame, how fast the roots are and how much they accelerate, on the body or as the ends are led."""
     from hairpipe.measure.roots import measure_root_motion
+    from hairpipe.sim.roots import lead_of
 
-    leads = ends or body
+    leads = lead_of(body, ends)
     if leads is None:
         raise BadInput("nothing moves the roots", where="in", right='in.body = "node", or in.ends')
     return measure_root_motion(groom, leads, time.fps)

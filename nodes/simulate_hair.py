@@ -65,14 +65,14 @@ def simulate_hair(
     wind          moving air; without, it is still
     cuts          frames at which a shot begins anew: hair is carried over with its roots, without the way there
     """
-    from hairpipe.sim.advance import leads_of, strands_of
+    from hairpipe.sim.advance import strands_of
     from hairpipe.sim.precision import hair_in
+    from hairpipe.sim.roots import lead_of
     from hairpipe.sim.shot import next_state
 
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
-    solid, first = bool(surface or parts), previous is None
-    hair = hair_in(precision, groom, material, model, construction, scene, bodies=solid, first=first)
-    leads = leads_of(body, ends)
+    solid, leads = bool(surface or parts), lead_of(body, ends) or (None, None)
+    hair = hair_in(precision, groom, material, model, construction, scene, bodies=solid, first=previous is None)
     began, cut = (time.frame - 1) * time.dt, time.frame in cuts
     state = next_state(hair, previous, leads, (surface or (), parts or ()), scene, began, time.dt, cut)
     return Hair(strands_of(hair, state), state)

@@ -12,8 +12,8 @@ from hairpipe.data import BodyParts, Ends, LevelSet, Mesh, Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.sim.advance import leads_of
 from hairpipe.sim.hair import Hair
+from hairpipe.sim.roots import lead_of
 from hairpipe.sim.scene import Scene
 from hairpipe.sim.shot import next_state
 
@@ -78,7 +78,7 @@ def _seconds(
     state: HairState | None = None
     for before, now in zip([frames[0], *frames], frames, strict=False):
         pair = before, now
-        leads = leads_of(_at(around.body, pair), _at(around.ends, pair))
+        leads = lead_of(_at(around.body, pair), _at(around.ends, pair)) or (None, None)
         bodies = [_pair(some, pair) for some in around.surfaces], [_pair(some, pair) for some in around.parts]
         begun = time.process_time()
         try:

@@ -6,7 +6,6 @@ import numpy as np
 
 from hairpipe.data import Ends, Mesh, Strands
 from hairpipe.data.hair import HairState
-from hairpipe.errors import BadInput
 from hairpipe.levelset.moving import MovingSurface
 from hairpipe.sim.catalogue import surroundings_of
 from hairpipe.sim.contact.segments import LostPoints
@@ -22,13 +21,6 @@ AT_FIRST = np.empty((0, 2), np.int32), np.empty((0, 2)), np.inf
 """Nothing sticks, and nothing has crossed."""
 Lead = Mesh | Ends | None
 """What leads the roots: a body, or ends that are driven; None: they stand still."""
-
-
-def leads_of(body: tuple[Mesh, Mesh] | None, ends: tuple[Ends, Ends] | None) -> tuple[Lead, Lead]:
-    """Choose what leads the roots at the previous and at this frame; BadInput where two would."""
-    if body is not None and ends is not None:
-        raise BadInput("both a body and driven ends would lead the roots", right="in.body or in.ends")
-    return body or ends or (None, None)
 
 
 def start(hair: Hair, lead: Lead, scene: Scene) -> HairState:

@@ -5,6 +5,7 @@ cubic through both positions and velocities, so that its speed does not jump at 
 """
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands, root_frames
 from hairpipe.sim.layout import Layout
 
+B = TypeVar("B")
+E = TypeVar("E")
 _INSTANT = 1e-5  # [s]; velocities of root frames are differences over this time, the body moving in a straight line
 
 
@@ -60,6 +63,13 @@ class Path:
         """Tips that are held through the frame: held at both ends of it."""
         both = min(len(self.start.tips), len(self.end.tips))
         return self.start.tips[:both] * self.end.tips[:both]
+
+
+def lead_of(body: B | None, ends: E | None) -> B | E | None:
+    """Choose what leads the roots; None: they stand still. BadInput where two would."""
+    if body is not None and ends is not None:
+        raise BadInput("both a body and driven ends would lead the roots", right="in.body or in.ends")
+    return ends if body is None else body
 
 
 def check_lead(lead: Mesh | Ends | None, groom: Groom) -> None:

@@ -1,12 +1,17 @@
 """Fewer hairs, and hair that follows them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hairpipe.nodes.follow_guides import follow_guides
+from hairpipe.nodes.measure_roots import measure_roots
 from hairpipe.nodes.thin_groom import thin_groom
 
+from hairpipe.body.shapes import build_box
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
+from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
 from hairpipe.groom.tuft import Tuft, gather_tuft
 from hairpipe.motion.ends import lead
@@ -67,5 +72,14 @@ def test_hair_that_is_moved_with_its_roots_is_right():
     found = follow_guides(shown(moved[kept], guides, speeds[kept]), guides, GROOM, None, ends)
     assert found.points == pytest.approx(moved, abs=1e-6)
     assert found.velocities == pytest.approx(speeds, abs=1e-6)
-    with pytest.raises(BadInput, match="not the same strands"):
-        follow_guides(found, guides, GROOM, None, ends)
+    for other in (found, replace(shown(moved[kept], guides), offsets=np.array([0, 6, 14]))):
+        with pytest.raises(BadInput, match="not the same strands"):
+            follow_guides(other, guides, GROOM, None, ends)
+
+
+def test_two_leads_are_refused():
+    ends, body = lead(GROOM, 0.0, TURN, None, None, None), build_box((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+    with pytest.raises(BadInput, match="both a body and driven ends"):
+        follow_guides(shown(GROOM.points, GROOM), GROOM, GROOM, body, ends)
+    with pytest.raises(BadInput, match="both a body and driven ends"):
+        measure_roots(GROOM, Frames((1,), {1: body}.__getitem__), Frames((1,), {1: ends}.__getitem__), Time(1, 24.0))
