@@ -8,7 +8,9 @@ from hairpipe.groom.shares import at_shares, shares_of
 
 
 def guided(hair: Strands, guides: Groom, groom: Groom, motions: np.ndarray, rates: np.ndarray) -> Strands:
-    """Return all strands of a groom, each as the guide with the nearest root is, and as far from it as at rest; pure.
+    """Return all strands of a groom, each as its guide is, and as far from it as at rest; pure.
+
+    The guide is that with the nearest root; among those that share a root, that of the same id.
 
     hair            of the guides
     motions, rates  of every root of the groom from where that put it, x -> R x + t, and their derivative by time, as
@@ -19,7 +21,7 @@ def guided(hair: Strands, guides: Groom, groom: Groom, motions: np.ndarray, rate
     so that a guide follows itself, and hair that is moved rigidly with the body is right. Velocities are the derivative
     of that.
     """
-    nearest = np.asarray(KDTree(guides.points[guides.offsets[:-1]]).query(groom.points[groom.offsets[:-1]])[1])
+    nearest = guides_of(groom, guides)
     strand, share = shares_of(groom.offsets)
 
     def along(values: np.ndarray, offsets: np.ndarray) -> np.ndarray:
@@ -31,6 +33,16 @@ def guided(hair: Strands, guides: Groom, groom: Groom, motions: np.ndarray, rate
     placed = _moved(motions[strand], carried) + along(hair.points, hair.offsets)
     speeds = _moved(rates[strand], carried) + along(hair.velocities, hair.offsets)
     return Strands(placed.astype(np.float32), speeds.astype(np.float32), groom.offsets, hair.diameter)
+
+
+def guides_of(groom: Groom, guides: Groom) -> np.ndarray:
+    """Return which guide every strand of a groom has, (S,)."""
+    roots, theirs = (some.points[some.offsets[:-1]] for some in (groom, guides))
+    found = np.asarray(KDTree(theirs).query(roots)[1])
+    _, strands, same = np.intersect1d(groom.ids, guides.ids, return_indices=True)
+    here = (roots[strands] == theirs[same]).all(axis=1)  # ids of guides that were grown apart say nothing
+    found[strands[here]] = same[here]
+    return found
 
 
 def _moved(motions: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -12,6 +12,8 @@ from hairpipe.body.shapes import build_box
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time
+from hairpipe.groom.guiding import guides_of
+from hairpipe.groom.sampling import take
 from hairpipe.groom.strands import lay_strands
 from hairpipe.groom.tuft import Tuft, gather_tuft
 from hairpipe.motion.ends import lead
@@ -75,6 +77,17 @@ def test_hair_that_is_moved_with_its_roots_is_right():
     for other in (found, replace(shown(moved[kept], guides), offsets=np.array([0, 6, 14]))):
         with pytest.raises(BadInput, match="not the same strands"):
             follow_guides(other, guides, GROOM, None, ends)
+
+
+def test_guides_that_share_a_root_follow_themselves():
+    fan = replace(ROW, points=ROW.points + 0.01 * np.random.default_rng(4).normal(size=ROW.points.shape))
+    fan.points[fan.offsets[:-1]] = 0.0
+    assert np.array_equal(guides_of(fan, fan), np.arange(4))
+
+
+def test_guides_of_any_order_and_ids_are_found_by_their_roots():
+    assert np.array_equal(guides_of(ROW, take(ROW, np.array([3, 0]))), [1, 1, 0, 0])
+    assert np.array_equal(guides_of(ROW, replace(take(ROW, np.array([3, 0])), ids=np.array([0, 3]))), [1, 1, 0, 0])
 
 
 def test_two_leads_are_refused():
