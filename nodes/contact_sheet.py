@@ -30,5 +30,7 @@ def contact_sheet(
     shown = [frame for frame in numbers if not frames or frame in frames] or numbers[:1]
     moments = [f"{(frame - numbers[0]) / time.fps:.2f} s" if times else "" for frame in shown]
     words = {film * len(shown): name for film, name in enumerate(names)}
-    write_below(path, [film[frame].path for film in pictures for frame in shown], columns, words, moments)
+    films = enumerate(pictures)
+    files = {f"in.pictures.{n}, frame {frame}": film[frame].path for n, film in films for frame in shown}
+    write_below(path, files, columns, words, moments)
     return File(path)

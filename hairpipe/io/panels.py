@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from hairpipe.errors import BadInput
 from hairpipe.io.picture import read_picture
 
 INK, PAPER = (255, 255, 255), (20, 22, 26)
@@ -31,17 +32,22 @@ def write_beside(path: Path, pictures: Sequence[np.ndarray], words: Sequence[str
 
 def write_below(
     path: Path,
-    pictures: Sequence[Path],
+    pictures: Mapping[str, Path],
     columns: int,
     words: Mapping[int, str] = {},
     corners: Sequence[str] = ("",),
 ) -> None:
-    """Write a PNG of pictures, all of the size of the first, in rows of so many.
+    """Write a PNG of pictures, by their names in messages, all of the size of the first, in rows of so many.
 
     words    over pictures, by their numbers; corners  words in the corners of all, over and over
+    Raise BadInput naming a picture of another size.
     """
-    images = [read_picture(picture) for picture in pictures]
+    images = [read_picture(picture) for picture in pictures.values()]
     width, height = images[0].size
+    for name, image in zip(pictures, images, strict=True):
+        if image.size != (width, height):
+            right = f"{width} x {height} as the first"
+            raise BadInput(f"{image.width} x {image.height} pixels", where=name, right=right)
     rows = -(-len(images) // columns)
     columns = min(columns, len(images))
     sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), PAPER)

@@ -1,8 +1,12 @@
 """Pictures side by side and below each other."""
 
 import numpy as np
+import pytest
+from hairpipe.nodes.contact_sheet import contact_sheet
 from PIL import Image
 
+from hairpipe.errors import BadInput
+from hairpipe.graph import File, Frames, Time, Workspace
 from hairpipe.io.panels import GAP, write_below, write_beside
 from hairpipe.io.picture import write_png
 
@@ -22,10 +26,9 @@ def test_pictures_stand_beside_each_other_with_words(tmp_path):
 
 
 def test_pictures_fill_rows(tmp_path):
-    paths = []
-    for i in range(5):
-        paths.append(tmp_path / f"{i}.png")
-        write_png(paths[-1], plain(40 * i + 10))
+    paths = {str(i): tmp_path / f"{i}.png" for i in range(5)}
+    for i, path in enumerate(paths.values()):
+        write_png(path, plain(40 * i + 10))
     write_below(tmp_path / "sheet.png", paths, 2)
     sheet = np.asarray(Image.open(tmp_path / "sheet.png"))
     assert sheet.shape == (3 * 40 + 2 * GAP, 120 + GAP, 3)
@@ -35,8 +38,8 @@ def test_pictures_fill_rows(tmp_path):
 
 
 def test_words_stand_over_and_in_the_corners_of_what_they_belong_to(tmp_path):
-    paths = [tmp_path / f"{i}.png" for i in range(4)]
-    for path in paths:
+    paths = {str(i): tmp_path / f"{i}.png" for i in range(4)}
+    for path in paths.values():
         write_png(path, plain(90))
     write_below(tmp_path / "bare.png", paths, 2)
     write_below(tmp_path / "worded.png", paths, 2, {2: "third"}, ("", "late"))
@@ -45,3 +48,18 @@ def test_words_stand_over_and_in_the_corners_of_what_they_belong_to(tmp_path):
     places = [changed[top : top + 40, left : left + 60] for top in (0, 40 + GAP) for left in (0, 60 + GAP)]
     assert [bool(part[:20].any()) for part in places] == [False, False, True, False]
     assert [bool(part[20:].any()) for part in places] == [False, True, False, True]
+
+
+def film_of(folder, height):
+    """A film of two frames."""
+    folder.mkdir()
+    files = {frame: File(folder / f"{frame}.png") for frame in (1, 2)}
+    for file in files.values():
+        write_png(file.path, plain(90, height))
+    return Frames((1, 2), files.__getitem__)
+
+
+def test_films_of_several_sizes_are_refused(tmp_path):
+    films = film_of(tmp_path / "one", 40), film_of(tmp_path / "two", 50)
+    with pytest.raises(BadInput, match=r"in\.pictures\.1, frame 1: 60 x 50 pixels \(60 x 40 as the first"):
+        contact_sheet(films, Workspace(tmp_path), Time(1, 24.0))
