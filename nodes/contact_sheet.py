@@ -24,8 +24,9 @@ def contact_sheet(
     names    of the films, written on the first picture of each
     times    since the first frame of the run are written on every picture
     """
-    from hairpipe.io.panels import write_below
+    from hairpipe.io.panels import check_names, write_below
 
+    check_names(names, len(pictures))
     path, numbers = workspace / "sheet.png", pictures[0].numbers
     shown = [frame for frame in numbers if not frames or frame in frames] or numbers[:1]
     moments = [f"{(frame - numbers[0]) / time.fps:.2f} s" if times else "" for frame in shown]

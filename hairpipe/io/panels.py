@@ -14,6 +14,12 @@ GAP = 4
 """Between two pictures [pixels]."""
 
 
+def check_names(names: Sequence[str], count: int) -> None:
+    """Raise BadInput where there are more names than what they belong to."""
+    if len(names) > count:
+        raise BadInput(f"{len(names)} for {count} to be named", where="names", right=f"{count} or fewer")
+
+
 def write_beside(path: Path, pictures: Sequence[np.ndarray], words: Sequence[str], corner: str) -> None:
     """Write a PNG of pictures of one size, (height, width, 3) uint8 each, with a word over each.
 

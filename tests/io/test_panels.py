@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 from hairpipe.nodes.contact_sheet import contact_sheet
+from hairpipe.nodes.preview_meshes import preview_meshes
 from PIL import Image
 
+from hairpipe.body.shapes import build_box
 from hairpipe.errors import BadInput
 from hairpipe.graph import File, Frames, Time, Workspace
 from hairpipe.io.panels import GAP, write_below, write_beside
@@ -63,3 +65,11 @@ def test_films_of_several_sizes_are_refused(tmp_path):
     films = film_of(tmp_path / "one", 40), film_of(tmp_path / "two", 50)
     with pytest.raises(BadInput, match=r"in\.pictures\.1, frame 1: 60 x 50 pixels \(60 x 40 as the first"):
         contact_sheet(films, Workspace(tmp_path), Time(1, 24.0))
+
+
+def test_names_of_nothing_are_refused(tmp_path):
+    box, time = build_box((1.0, 1.0, 1.0), (0.0, 0.5, 0.0)), Time(1, 24.0)
+    with pytest.raises(BadInput, match="names: 2 for 1 to be named"):
+        preview_meshes((box,), Workspace(tmp_path), time, names=("one", "two"))
+    with pytest.raises(BadInput, match="names: 2 for 1 to be named"):
+        contact_sheet((film_of(tmp_path / "film", 40),), Workspace(tmp_path), time, names=("one", "two"))
