@@ -53,11 +53,14 @@ def build_settings(node_type: NodeType, plain: Plain) -> dict[str, Any]:
 
 
 def build(field: Field, value: Any) -> Any:
-    """Turn one plain value into what its annotation says."""
+    """Turn one plain value into what its annotation says; BadInput names the group that refuses what is in it."""
     if value is None:
         return None
     if field.group:
-        return field.base(**{inner.name: build(inner, value[inner.name]) for inner in field.group})
+        try:
+            return field.base(**{inner.name: build(inner, value[inner.name]) for inner in field.group})
+        except BadInput as error:
+            raise BadInput(str(error), where=field.name) from None
     return build_plain(field.base, value)
 
 

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.motion.rigid import Course, Vector
+from hairpipe.motion.rigid import Course, Vector, unit
 from hairpipe.units import Degrees, Metres, Seconds
 
 Shift = tuple[Metres, Metres, Metres]
@@ -34,7 +34,8 @@ class Track:
     ease: Literal["smooth", "linear"] = "smooth"
 
     def __post_init__(self) -> None:
-        """Raise BadInput where keys do not belong together."""
+        """Raise BadInput where keys do not belong together, or the axis has no length."""
+        unit(self.axis, "axis")
         if any(after - before <= INSTANT for before, after in pairwise(self.times)):
             raise BadInput(f"times = {list(self.times)}", right="ascending times")
         for name, keys in (("move", self.move), ("turn", self.turn)):

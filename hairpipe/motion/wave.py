@@ -33,6 +33,11 @@ class Wave:
     axis: Vector = (0.0, 1.0, 0.0)
     pivot: Shift = (0.0, 0.0, 0.0)
 
+    def __post_init__(self) -> None:
+        """Raise BadInput where a direction has no length."""
+        unit(self.along, "along")
+        unit(self.axis, "axis")
+
 
 def course_of_wave(wave: Wave, time: float) -> Course:
     """Find how far an end is moved and turned at a time [s]."""

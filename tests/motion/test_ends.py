@@ -8,6 +8,8 @@ import pytest
 
 from hairpipe.data import Ends
 from hairpipe.errors import BadInput
+from hairpipe.graph.catalogue import Catalogue
+from hairpipe.graph.settings import check_settings
 from hairpipe.groom.strands import lay_strands
 from hairpipe.motion.ends import lead
 from hairpipe.motion.track import Track
@@ -116,9 +118,17 @@ def test_keys_that_do_not_belong_together_are_refused():
         ({"times": (1.0, 0.5)}, "ascending"),
         ({"times": (0.0, 1.0), "move": MOVE}, "move has 3 keys, times has 2"),
         ({"turn": (30.0,)}, "turn has 1 keys, times has 0"),
+        ({"axis": (0.0, 0.0, 0.0)}, "axis = .* has no length"),
     ]
     for keys, said in wrong:
         with pytest.raises(BadInput, match=said):
             Track(**keys)
-    with pytest.raises(BadInput, match="axis"):
-        ends(0.0, Track((0.0,), turn=(1.0,), axis=(0.0, 0.0, 0.0)))
+    for name in ("along", "axis"):
+        with pytest.raises(BadInput, match=f"{name} = .* has no length"):
+            replace(Wave(), **{name: (0.0, 0.0, 0.0)})
+
+
+@pytest.mark.parametrize("group", ["roots", "wave", "tips"])
+def test_the_group_of_an_axis_without_length_is_named(group):
+    with pytest.raises(BadInput, match=rf"here: {group}: axis = \[0.0, 0.0, 0.0\] has no length"):
+        check_settings(Catalogue().find("drive_ends"), {group: {"axis": [0.0, 0.0, 0.0]}}, lambda names: "here")
