@@ -30,9 +30,15 @@ def load_groom(
     strands   how many to keep, evenly spread over the order in the file; all unless given
     reach     farthest a root may lie from the body
     """
+    from hairpipe.errors import BadInput
     from hairpipe.groom.adopting import adopt
+    from hairpipe.io.body import USD_SUFFIXES
     from hairpipe.io.tfx import read_tfx
     from hairpipe.io.usd.read import read_curves
 
-    points, offsets = read_tfx(file, unit, up) if file.suffix.lower() == ".tfx" else read_curves(file)
+    suffix = file.suffix.lower()
+    if suffix not in (".tfx", *USD_SUFFIXES):
+        right = f"{', '.join(USD_SUFFIXES)} or .tfx"
+        raise BadInput(f"hair is not read from {suffix or 'such'} files", where=file, right=right)
+    points, offsets = read_tfx(file, unit, up) if suffix == ".tfx" else read_curves(file)
     return adopt(scalp, points, offsets, segments=segments, strands=strands, reach=reach)

@@ -70,5 +70,5 @@ def test_a_wrong_unit_is_told(shared: Path) -> None:
 def test_files_of_another_kind_are_refused(floor: Body, tmp_path: Path) -> None:
     file = tmp_path / "hair.abc"
     file.write_bytes(b"not hair")
-    with pytest.raises(BadInput, match=r"hair\.abc"):
+    with pytest.raises(BadInput, match=r"hair\.abc: hair is not read from \.abc files \(\.usd, .*, \.usdz or \.tfx\)"):
         load_groom(floor, file=file)
