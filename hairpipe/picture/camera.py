@@ -34,7 +34,7 @@ class Camera:
         ahead = np.asarray(target, float) - np.asarray(eye, float)
         distance = np.linalg.norm(ahead)
         if not distance > NEAR:
-            raise BadInput("the eye is at the target", right=f"a distance of more than {NEAR} m")
+            raise BadInput("the eye is at the target", where="eye, target", right=f"a distance of more than {NEAR} m")
         ahead /= distance
         upright = np.array([0.0, 1.0, 0.0]) if abs(ahead[1]) < 0.999 else np.array([0.0, 0.0, -1.0])
         right = np.cross(ahead, upright)

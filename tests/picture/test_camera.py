@@ -41,5 +41,5 @@ def test_enlarging_scales_the_film_only() -> None:
 
 
 def test_refuses_an_eye_at_its_target() -> None:
-    with pytest.raises(BadInput, match="eye is at the target"):
+    with pytest.raises(BadInput, match="eye, target: the eye is at the target"):
         Camera.look_at([1.0, 1.0, 1.0], [1.0, 1.0, 1.0], 30.0, 64, 64)
