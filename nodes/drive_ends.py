@@ -26,7 +26,7 @@ def drive_ends(
     roots    motion of the roots by keys
     wave     motion to and fro that the roots have besides
     tips     motion of the tips by keys; without it they are free, with {} they stand still
-    release  time at which the tips are let go of; never without
+    release  of the tips, at the last frame that is not after this time; never without
     """
     from hairpipe.motion.ends import lead
 
