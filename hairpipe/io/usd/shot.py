@@ -14,6 +14,7 @@ from hairpipe import __version__
 from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.samples import sample_body, sample_hair
+from hairpipe.io.usd.stage import create_stage
 from hairpipe.io.usd.statics import author_body, author_hair
 
 PENDING = 1 << 24  # bytes of samples that a stage holds before they are saved: memory does not grow with the shot
@@ -123,11 +124,7 @@ def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
 
 def _begin_stage(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     """Create a stage whose prims declare what changes and give it no value: so is a manifest of clips."""
-    stage = Usd.Stage.CreateNew(str(path))
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-    stage.SetTimeCodesPerSecond(shot.fps)
-    stage.SetFramesPerSecond(shot.fps)
+    stage = create_stage(path, shot.fps)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{shot.name}").GetPrim())
     hair = UsdGeom.BasisCurves.Define(stage, f"/{shot.name}/hair")
     changing = [hair.CreatePointsAttr, hair.CreateVelocitiesAttr, hair.CreateExtentAttr]

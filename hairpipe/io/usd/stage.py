@@ -1,4 +1,4 @@
-"""Stages: opening a foreign one with clear messages, and its space turned into ours."""
+"""Stages: creating ours, opening a foreign one with clear messages, and its space turned into ours."""
 
 import re
 from collections.abc import Iterator
@@ -14,6 +14,16 @@ SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 LINE = 160  # characters of a message of OpenUSD that are shown
 RENDERED = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)  # purposes
 Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+
+
+def create_stage(path: Path, fps: float) -> Usd.Stage:
+    """Create a stage in metres with Y up, whose time codes are frames, so many per second [1/s]."""
+    stage = Usd.Stage.CreateNew(str(path))
+    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetTimeCodesPerSecond(fps)
+    stage.SetFramesPerSecond(fps)
+    return stage
 
 
 def open_stage(path: Path) -> Usd.Stage:

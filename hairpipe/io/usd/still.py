@@ -3,11 +3,12 @@
 from pathlib import Path
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import UsdGeom
 
 from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.io.usd.samples import sample_body
 from hairpipe.io.usd.shot import Shot, write_shot
+from hairpipe.io.usd.stage import create_stage
 from hairpipe.io.usd.statics import author_body
 
 DIAMETER = 80e-6
@@ -34,15 +35,10 @@ def write_still(path: Path, value: Mesh | Strands | Groom, frame: int, fps: floa
 
 def write_mesh(path: Path, mesh: Mesh, frame: int, fps: float) -> None:
     """Write a mesh at a frame."""
-    stage = Usd.Stage.CreateNew(str(path))
-    UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
-    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
-    stage.SetTimeCodesPerSecond(fps)
-    stage.SetFramesPerSecond(fps)
+    stage = create_stage(path, fps)
     stage.SetStartTimeCode(frame)
     stage.SetEndTimeCode(frame)
-    root = UsdGeom.Xform.Define(stage, "/shot")
-    stage.SetDefaultPrim(root.GetPrim())
+    stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, "/shot").GetPrim())
     body = UsdGeom.Mesh.Define(stage, "/shot/body")
     author_body(body, mesh)
     sample_body(body, frame, mesh, mesh)
