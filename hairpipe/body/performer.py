@@ -67,21 +67,14 @@ def local_turns(clip: Clip, frames: np.ndarray) -> np.ndarray:
 
 
 def local_positions(clip: Clip, frames: np.ndarray) -> np.ndarray:
-    """Return the position of every joint in its parent at whole frames (k,), (k, J, 3). Pure.
-
-    Position channels of a root stand in place of its OFFSET. Those of other joints do so in most files (Maya,
-    MotionBuilder, Blender) but are added to it in some (MakeHuman): the first frame tells, being nearer to it or to 0.
-    """
+    """Return the position of every joint in its parent at whole frames (k,), (k, J, 3). Pure."""
     positions = np.tile(clip.offsets, (len(frames), 1, 1))
     column = 0
     for joint, names in enumerate(clip.channels):
         moves = [(AXES[name[0]], column + i) for i, name in enumerate(names) if name.endswith("position")]
         if moves:
             axes, columns = map(list, zip(*moves, strict=True))
-            offset = clip.offsets[joint, axes]
-            first = clip.values[0, columns]
-            added = clip.parents[joint] >= 0 and np.linalg.norm(first - offset) > np.linalg.norm(first)
-            positions[:, joint, axes] = clip.values[np.ix_(frames, columns)] + (offset if added else 0.0)
+            positions[:, joint, axes] = clip.values[np.ix_(frames, columns)]
         column += len(names)
     return positions
 

@@ -14,7 +14,7 @@ class Clip:
     offsets     of every joint from its parent where all channels are zero [file units], (J, 3) float64
     ends        of the End Site of a joint from it [file units], (J, 3) float64, NaN where it has none
     channels    of every joint in the order of the file, such as ("Xposition", "Zrotation")
-    values      of all channels, joint after joint [file units, deg], (F, C) float64
+    values      of all channels, joint after joint [file units, deg], (F, C) float64; positions in place of offsets
     frame_time  from one frame to the next [s]
     """
 

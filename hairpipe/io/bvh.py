@@ -41,6 +41,7 @@ def read_bvh(path: Path) -> Clip:
     frames, frame_time, first = _read_counts(path, lines, motion + 1)
     channels = tuple(tuple(joint.channels) for joint in hierarchy.joints)
     values = _read_values(path, lines, first, frames, sum(map(len, channels)))
+    _put_in_place(hierarchy, values)
     return Clip(
         names=tuple(joint.name for joint in hierarchy.joints),
         parents=np.array([joint.parent for joint in hierarchy.joints], np.int32),
@@ -108,3 +109,21 @@ def _bad_count(path: Path, lines: list[str], first: int, frames: int, width: int
         if count != width:
             return BadInput(f"the line has {count} numbers", where=f"{path}, line {index + 1}", right=right)
     return BadInput(f"there are {len(counts)} frames", where=path, right=right)
+
+
+def _put_in_place(hierarchy: Hierarchy, values: np.ndarray) -> None:
+    """Let the position channels of all joints stand in place of their OFFSETs, in place.
+
+    Those of a root always do. Those of other joints do so in most files (Maya, MotionBuilder, Blender) but are added to
+    it in some (MakeHuman): the first two frames tell, of which one may be a T pose. Those added are nearer to 0.
+    """
+    column = 0
+    for joint in hierarchy.joints:
+        places = [i for i, name in enumerate(joint.channels) if name.endswith("position")]
+        columns = [column + i for i in places]
+        offset = np.array(joint.offset)[["XYZ".index(joint.channels[i][0]) for i in places]]
+        first = values[:2, columns]
+        nearer = np.linalg.norm(first, axis=1) < np.linalg.norm(first - offset, axis=1)
+        if joint.parent >= 0 and nearer.all():
+            values[:, columns] += offset
+        column += len(joint.channels)

@@ -81,6 +81,33 @@ def test_several_roots_and_two_end_sites_are_read(tmp_path):
     np.testing.assert_array_equal(clip.parents, [-1, -1])
 
 
+CHILD = """HIERARCHY
+ROOT Reference
+{
+OFFSET 0 94 0
+CHANNELS 1 Yposition
+JOINT Hips
+{
+OFFSET 0 10 0
+CHANNELS 2 Xrotation Yposition
+}
+}
+MOTION
+Frames: 2
+Frame Time: 1
+1 0 %s
+2 0 %s
+"""
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "added"), [(10.2, 9.0, 0), (0.1, -0.2, 10), (0.1, 4.0, 10), (10.0, 2.0, 0), (0.0, 10.0, 0)]
+)
+def test_positions_of_joints_are_added_to_their_offsets_where_two_frames_say_so(tmp_path, first, second, added):
+    clip = read_text_as_bvh(tmp_path, CHILD % (first, second))
+    np.testing.assert_allclose(clip.values, [[1, 0, first + added], [2, 0, second + added]])
+
+
 def test_a_thousand_joints_deep(tmp_path):
     depth = 3000
     head = "".join(f"{'JOINT' if i else 'ROOT'} j{i}\n{{\nOFFSET 0 1 0\nCHANNELS 0\n" for i in range(depth))
