@@ -11,6 +11,7 @@ from hairpipe.groom.binding import bind_roots, name_strands, root_frames
 from hairpipe.groom.resampling import equal_segments
 
 SHORTEST = 1e-6  # strand that is a curve and not a point [m]
+KEPT = 0.9  # of the length of a strand, without a word: what four segments keep of a circle
 
 
 def adopt(
@@ -23,14 +24,16 @@ def adopt(
     segments  of every strand; as many as it has where None
     strands   how many to keep, evenly spread over their order; all where None
     reach     farthest a root may lie from the body [m]
-    Raise BadInput naming strands that are no curves or whose roots are too far off; warn of roots in one place.
+    Raise BadInput naming strands that are no curves or whose roots are too far off; warn of roots in one place, and of
+    strands that segments are too few for.
     """
     ids = choose_strands(len(offsets) - 1, strands)
     points, offsets = take_strands(points, offsets, ids)
     refuse_points(points, offsets, ids)
     counts = np.diff(offsets) - 1 if segments is None else np.full(len(ids), segments)
     cut = offsets_of(counts + 1)
-    points = equal_segments(points, offsets, cut)
+    given, points = points, equal_segments(points, offsets, cut)
+    warn_of_ironing(given, offsets, points, cut)
     roots = points[cut[:-1]]
     warn_of_shared_roots(roots)
     sites = bind_roots(body.mesh, roots, reach, ids)
@@ -64,11 +67,30 @@ def refuse_points(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> N
     broken = np.bincount(strand, ~np.isfinite(points).all(axis=1), len(ids)) > 0
     if broken.any():
         raise BadInput(f"{name_strands(ids[broken])} have points that are not finite", right="finite coordinates")
-    inside = strand[1:] == strand[:-1]
-    pieces = np.linalg.norm(np.diff(points, axis=0), axis=1) * inside
-    lengths = np.bincount(strand[1:], pieces, len(ids))
+    lengths = lengths_of(points, offsets)
     if np.any(lengths < SHORTEST):
         raise BadInput(f"{name_strands(ids[lengths < SHORTEST])} have no length", right="two points apart, or more")
+
+
+def lengths_of(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the lengths of strands, along their points [m], (S,)."""
+    strand = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    pieces = np.linalg.norm(np.diff(points, axis=0), axis=1) * (strand[1:] == strand[:-1])
+    return np.bincount(strand[1:], pieces, len(offsets) - 1)
+
+
+def warn_of_ironing(given: np.ndarray, offsets: np.ndarray, points: np.ndarray, cut: np.ndarray) -> None:
+    """Warn where segments are too few for curls and clearly shorter than the strand given, naming how many would do."""
+    lengths = KEPT * lengths_of(given, offsets)
+    short = np.flatnonzero(lengths_of(points, cut) < lengths)
+    count, needed = len(short), int(np.diff(cut)[short].max(initial=0)) - 1
+    while len(short):
+        needed += needed // 4 + 1
+        curves, new = take_strands(given, offsets, short), offsets_of(np.full(len(short), needed + 1))
+        short = short[lengths_of(equal_segments(*curves, new), new) < lengths[short]]
+    if count:
+        lost = f"{count} strands lose more than {1.0 - KEPT:.0%} of their length to segments that cut through curls"
+        warnings.warn(f"{lost}: with segments = {needed} none would", stacklevel=3)
 
 
 def warn_of_shared_roots(roots: np.ndarray) -> None:

@@ -68,6 +68,8 @@ def divide(curve: np.ndarray, points: np.ndarray) -> None:
     """Write points (n + 1, 3) that divide a polyline into n equal chords, from its first point to its last.
 
     The chord is found by bisection: n of them reach no farther than the arc, and no less far than the straight line.
+    On a curl with few segments a turn no chord may end at the last point, since a longer one leaps over a bend: then
+    they end before it, on the curve, and add up to far less than the arc.
     """
     n = len(points) - 1
     low = length(minus(row(curve, len(curve) - 1), row(curve, 0))) / n * (1.0 - SLACK)

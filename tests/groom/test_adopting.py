@@ -88,3 +88,17 @@ def test_roots_in_one_place_are_warned_of(ball, strands):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         adopted(ball, strands)
+
+
+def test_curls_that_are_ironed_out_are_warned_of_with_segments_that_would_do(ball):
+    turn = np.linspace(0.0, 20.0 * np.pi, 241)
+    helix = np.stack([0.006 * np.cos(turn), 0.103 + 0.01 * turn / (2.0 * np.pi), 0.006 * np.sin(turn)], axis=1)
+    strands = np.concatenate([helix, helix + 0.001]), np.array([0, 241, 482], np.int32)
+    with pytest.warns(UserWarning, match="2 strands lose more than 10%") as told:
+        adopted(ball, strands, segments=12)
+    needed = int(str(told[0].message).split()[-3])
+    assert 35 < needed < 50
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        adopted(ball, strands, segments=needed)
+        adopted(ball, strands)
