@@ -1,12 +1,13 @@
 """Where a body's skin is cut into parts: each a patch that goes on a little below its neighbours, and is closed."""
 
 from typing import NamedTuple
+from warnings import warn
 
 import numpy as np
 
 from hairpipe.body.groups import Groups, group_weights
 from hairpipe.data import Body, Mesh
-from hairpipe.levelset.holes import Hole, capped
+from hairpipe.levelset.holes import Hole, capped, describe
 from hairpipe.levelset.surface import openings
 
 # How far a cap reaches into the neighbour, in radii of its hole. Flat ones leave 3 % of a body hollow, where three
@@ -57,10 +58,13 @@ def cut_skin(body: Body, groups: Groups, overlap: float) -> list[Cut]:
 
 
 def rim_of(mesh: Mesh, skin: Edges) -> np.ndarray:
-    """Return which vertices are on open edges, (n,) bool; pure."""
+    """Return which vertices are on open edges, (n,) bool; pure. Warns of these, since they will be capped."""
     open_places = np.zeros(skin.places.max() + 1, bool)
-    for hole in openings(mesh)[0]:
+    found, _ = openings(mesh)
+    for hole in found:
         open_places[skin.places[hole.loop]] = True
+    if found:
+        warn(f"body: capped {describe(found)}", stacklevel=2)
     return open_places[skin.places]
 
 
