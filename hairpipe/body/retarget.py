@@ -1,5 +1,6 @@
 """A clip's motion carried over to a body of other proportions, rest pose and joint names."""
 
+import warnings
 from dataclasses import dataclass
 from difflib import get_close_matches
 
@@ -62,7 +63,7 @@ def build_retarget(
     """Match joints, find the clip's reference pose and its scale. Pure.
 
     up, reference  see `find_reference`
-    unit           of the clip [m]; None scales legs to legs
+    unit           of the clip [m]; None: see `find_scale`
     joints         pairs of a joint of the body and the joint of the clip it follows, where the names do not tell
 
     Raises BadInput where a joint does not exist or none match.
@@ -109,17 +110,23 @@ def _find_name(name: str, names: tuple[str, ...], owner: str) -> int:
 
 
 def find_scale(skeleton: Skeleton, follows: np.ndarray, body: Roles, performer: Roles, pose: Reference) -> float:
-    """Return the metres in a unit of the clip: leg to leg, or to an adult's leg, or from root to head. Pure."""
+    """Return the metres in a unit of the clip: leg to leg, or to an adult's leg, or from root to head. Pure.
+
+    Where joints tell none of these it is a metre, with a warning if a root moves by it.
+    """
     rest = skeleton.rest[:, :3, 3]
     own, theirs = leg_length(rest, body), leg_length(pose.positions, performer)
     if theirs > 0.0:
         return (own or ADULT_LEG) / theirs
     way = [int(np.argmax(skeleton.parents < 0)), *(players(body, Role("head")) or [])]
-    if len(way) < 2 or (follows[way] < 0).any():
-        return 1.0
-    own = np.linalg.norm(np.diff(rest[way], axis=0))
-    theirs = np.linalg.norm(np.diff(pose.positions[follows[way]], axis=0))
-    return float(own / theirs) if own > 0.0 and theirs > 0.0 else 1.0
+    if len(way) == 2 and (follows[way] >= 0).all():
+        own = np.linalg.norm(np.diff(rest[way], axis=0))
+        theirs = np.linalg.norm(np.diff(pose.positions[follows[way]], axis=0))
+        if own > 0.0 and theirs > 0.0:
+            return float(own / theirs)
+    if (follows[skeleton.parents < 0] >= 0).any():
+        warnings.warn("cannot tell the clip's unit: it is taken for a metre (`unit` states it)", stacklevel=2)
+    return 1.0
 
 
 def leg_length(positions: np.ndarray, roles: Roles) -> float:

@@ -1,3 +1,4 @@
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -134,6 +135,18 @@ def test_a_body_of_one_joint_follows_the_head(skeleton, make_clip, name):
     np.testing.assert_allclose(pose[:, :3, :3], placed.rotations[:, head], atol=1e-9)
     steps = np.diff(placed.positions[:, head], axis=0) * ADULT_LEG / 0.8
     np.testing.assert_allclose(np.diff(pose[:, :3, 3], axis=0), steps, atol=1e-9)
+
+
+def test_a_clip_whose_unit_nothing_tells_is_warned_of(skeleton, make_clip):
+    single = only(skeleton, "Head")
+    clip = make_clip(2)
+    clip = replace(clip, names=tuple(name.replace("Leg", "Wheel") for name in clip.names))
+    with pytest.warns(UserWarning, match="unit"):
+        assert retarget(single, clip).scale == 1.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert retarget(single, clip, unit=0.01).scale == 0.01
+        retarget(single, make_clip(2))
 
 
 def test_a_bust_rests_where_it_stands_while_the_performer_does(skeleton, make_clip):
