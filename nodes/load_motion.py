@@ -26,10 +26,10 @@ def load_motion(
     """The pose of the body at a frame, from a BVH clip of any skeleton, resampled to the frame rate.
 
     file       .bvh
-    at         frame of the shot at which the clip starts; before it and after its end it holds still
-    start      where in the clip it starts then
+    at         frame of the shot at which the clip is at `start`; outside the clip the body holds still
+    start      where in the clip it is then
     speed      of playing: 0.5 is half as fast as recorded
-    unit       metres in one unit of the clip; legs are scaled to the body's if not given
+    unit       metres in one unit of the clip; if not given legs are scaled to the body's, or 1 where they do not tell
     up         axis of the clip that points up; told from its all-zero pose if not given
     reference  pose of the clip that stands for the body at rest: zero in all channels, or its first frame
     skip       frames to drop at the beginning; a T pose is recognised and dropped if not given
