@@ -30,7 +30,8 @@ def pose_at(skeleton: Skeleton, clip: Clip, seconds: float, speed: float, playba
     """Return the pose of a skeleton at an instant of a clip, counted from its first frame that is played. Pure.
 
     Rates are the central difference over one sampling interval of the clip about the instant, times `speed`: a pose
-    depends on the samples within one interval of it (and on the first ones, see `leading_frames`) and on no others.
+    depends on the samples within one and a half intervals of it, that is on two to either side at most (and on the
+    first ones, see `leading_frames`), and on no others.
     Outside the clip its end poses are held. Raises BadInput where `skip` leaves no frame.
     """
     retarget = build_retarget(
