@@ -33,8 +33,8 @@ def group_bones(body: Body, smallest: float) -> Groups:
     nearest = foremost(body)
     for joint in range(len(parents) - 1, -1, -1):
         skin = body.mesh.points[leader[nearest] == joint]
-        size = np.linalg.norm(np.ptp(skin, axis=0)) if len(skin) else 0.0
-        if parents[joint] >= 0 and size < smallest:
+        small = not len(skin) or np.linalg.norm(np.ptp(skin, axis=0)) < smallest
+        if parents[joint] >= 0 and small:
             leader[leader == joint] = parents[joint]
     leaders, members = np.unique(leader, return_inverse=True)
     return Groups(leaders.astype(np.int32), members.astype(np.int32))

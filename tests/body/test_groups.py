@@ -30,6 +30,12 @@ def test_what_has_joined_counts():
     assert groups.leaders.tolist() == [0, 1] and groups.members.tolist() == [0, 1, 1]
 
 
+def test_bones_without_skin_join_whatever_is_small():
+    body = chain([1.0, 1.0, 1.0], [-1, 0, 1])
+    body = replace(body, joints=np.repeat(np.array([0, 0, 2], np.int32), 2)[:, None])
+    assert group_bones(body, 0.0).members.tolist() == [0, 0, 1]
+
+
 def test_a_root_has_nobody_to_join():
     assert group_bones(chain([0.01], [-1]), 0.2).leaders.tolist() == [0]
 
