@@ -107,7 +107,7 @@ def test_a_point_that_explodes_is_followed_to_the_body_and_no_farther(travel):
 def test_results_do_not_depend_on_threads_and_a_union_is_one_after_the_other(travel):
     chance = np.random.default_rng(1)
     points, goal = chance.uniform(-1.5, 1.5, (2, 3000, 3))
-    other = surfaces_of(moved("other", 0.3, (ellipsoid((0.3, 0.3, 0.3)), Way(rest=(0.0, 1.0, 0.0)))), VOXEL, HALF_WIDTH)
+    other = surfaces_of(moved("other", (ellipsoid((0.3, 0.3, 0.3)), Way(rest=(0.0, 1.0, 0.0)))), VOXEL, HALF_WIDTH)
     for name, surface in travel.items():
         found = []
         for threads, order in (
@@ -144,11 +144,11 @@ def test_nothing_jumps_at_a_frame(scheme):
     way = Way(turn=(10.0, 20.0, 30.0), travel=(0.3, 0.1, 0.0), extra=(0.2, 0.0, 0.1))
     pairs = []
     for first in (0.0, 1.0):
-        case = moved("either", 0.6, (ellipsoid((0.6, 0.45, 0.3)), way))
+        case = moved("either", (ellipsoid((0.6, 0.45, 0.3)), way))
         pairs.append(
             surfaces_of(case._replace(path=lambda a, s=first: way.pose(a + s)[None]), VOXEL, HALF_WIDTH)[scheme]
         )
-    points = outline_at(moved("either", 0.6, (ellipsoid((0.6, 0.45, 0.3)), way)), 1.0)[::7]
+    points = outline_at(moved("either", (ellipsoid((0.6, 0.45, 0.3)), way)), 1.0)[::7]
     points = points * np.random.default_rng(0).uniform(0.8, 1.2, (len(points), 1))
     probes = [Probe.blank(len(points)) for _ in pairs]
     for pair, seconds, probe in zip(pairs, (FRAME, 0.0), probes, strict=True):
