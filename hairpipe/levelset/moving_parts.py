@@ -9,7 +9,8 @@ We differ from the paper (Selle et al. 2008, section 5), which blends one level 
 velocity: this needs no velocities, keeps the shape of what turns, and does not mix up two bodies that are close.
 """
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -18,6 +19,7 @@ from hairpipe.data import BodyParts
 from hairpipe.errors import BadInput
 from hairpipe.levelset.lattice import BRICK
 from hairpipe.levelset.moving import Probe, Sweep
+from hairpipe.levelset.part_change import largest_changes
 from hairpipe.levelset.part_field import PartField, part_field_of
 from hairpipe.levelset.part_probe import probe_parts
 from hairpipe.levelset.part_sweep import sweep_parts
@@ -30,7 +32,8 @@ _LOOKS = 5
 """Looks at a frame for its fastest moment."""
 
 
-class MovingParts(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class MovingParts:
     """A body in parts between two frames; a MovingSurface.
 
     before, after  the parts at the two frames
@@ -48,11 +51,20 @@ class MovingParts(NamedTuple):
 
     @property
     def speed(self) -> float:
-        """Speed of the fastest corner of the boxes around parts [m/s]: v + omega x (x - p), as seen a few times."""
+        """Speed that no part exceeds [m/s]: of the fastest corner of its box, and of its shape.
+
+        The corners are seen a few times, v + omega x (x - p).
+        """
         stances = stances_at(self.path, np.linspace(0.0, self.path.frame, _LOOKS))
         corners = np.stack(np.meshgrid(*3 * [[False, True]], indexing="ij"), axis=-1).reshape(-1, 3)
         arms = np.einsum("tkxy,cky->ctkx", stances.turns, np.where(corners[:, None], self.high, self.low))
-        return float(np.linalg.norm(stances.drifts + np.cross(stances.spins, arms), axis=-1).max(initial=0.0))
+        carried = np.linalg.norm(stances.drifts + np.cross(stances.spins, arms), axis=-1)
+        return float((carried + self.swelling).max(initial=0.0))
+
+    @cached_property
+    def swelling(self) -> np.ndarray:
+        """Speed of the shape of every part in its own frame [m/s], |phi_1 - phi_0| / dt where that is largest, (G,)."""
+        return largest_changes(self.before, self.after, self.changes) / self.path.frame
 
     def probe(self, points: np.ndarray, seconds: float, out: Probe) -> None:
         """Write what is nearer than out, in place; see MovingSurface."""

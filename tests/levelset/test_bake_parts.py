@@ -146,3 +146,14 @@ def test_a_part_that_is_too_thin_is_named(sphere):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert bake_parts(two_bones(palm, thin), None, VOXEL, HALF_WIDTH, 10.0).names == ("palm",)
+
+
+def test_a_part_is_as_fast_as_the_bones_that_move_in_it(sphere):
+    body = two_bones(sphere(0.1, level=3), sphere(0.03, (0.3, 0.0, 0.0), 3))
+    moved = body.skeleton.rest.copy()
+    moved[1, 0, 3] = 2.0 / 24.0
+    poses = [Pose(transforms, np.zeros((2, 4, 4))) for transforms in (body.skeleton.rest, moved)]
+    one, same, other = (bake_parts(body, pose, VOXEL, HALF_WIDTH, 10.0) for pose in (*poses[:1], *poses))
+    assert moving_parts(one, same, 1.0 / 24.0).speed == 0.0
+    assert moving_parts(one, other, 1.0 / 24.0).speed == pytest.approx(2.0, rel=0.01)
+    assert moving_parts(other, one, 1.0 / 24.0).speed == pytest.approx(2.0, rel=0.01)

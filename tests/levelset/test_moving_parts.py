@@ -74,6 +74,7 @@ def test_a_part_that_changes_its_shape_is_blended_and_pushes(swelling):
     assert np.allclose(probe.distance, 0.0, atol=0.05 * VOXEL)
     assert np.allclose(probe.normal, outwards, atol=0.03)
     assert np.allclose(probe.velocity, 0.1 / FRAME * outwards, atol=0.04 * 0.1 / FRAME)
+    assert swelling.speed == pytest.approx(0.1 / FRAME, rel=0.02)
 
 
 def test_velocity_is_how_the_distance_changes(swelling):
