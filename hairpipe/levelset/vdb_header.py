@@ -10,28 +10,11 @@ import struct
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
-import numpy as np
-
 from hairpipe.errors import BadInput
 
 MAGIC = 0x56444220
 OLDEST = 222
 UUID = slice(21, 57)
-# struct formats of the metadata that is read; of other types only the size is.
-VALUES = {
-    "bool": "?",
-    "int32": "i",
-    "int64": "q",
-    "float": "f",
-    "double": "d",
-    "vec2i": "2i",
-    "vec2s": "2f",
-    "vec2d": "2d",
-    "vec3i": "3i",
-    "vec3s": "3f",
-    "vec3d": "3d",
-}
-Value = bool | int | float | str | tuple
 
 
 class Grid(NamedTuple):
@@ -39,18 +22,10 @@ class Grid(NamedTuple):
 
     name        of the grid
     grid_class  "level set", "fog volume", "staggered" or ""
-    value_type  of a voxel, such as "float" or "vec3s"
-    bbox        low and high corner of the active samples [units of the file], (2, 3) float64, or None
-    voxel       size along each axis [units of the file], (3,) float64, or None for a warped grid
-    metadata    by name; values of unknown types are left out
     """
 
     name: str
     grid_class: str
-    value_type: str
-    bbox: np.ndarray | None
-    voxel: np.ndarray | None
-    metadata: dict[str, Value]
 
 
 class Cursor:
@@ -92,8 +67,7 @@ class Cursor:
 def inspect(path: Path) -> list[Grid]:
     """Return what an OpenVDB file says about its grids; raises BadInput where it is none, or damaged."""
     try:
-        # Numbers of a damaged file may overflow; they are no reason to warn.
-        with path.open("rb") as file, np.errstate(all="ignore"):
+        with path.open("rb") as file:
             return read_grids(Cursor(file, path))
     except OSError as error:
         raise BadInput(error.strerror or str(error), where=path, right="a readable OpenVDB file") from error
@@ -123,57 +97,22 @@ def checked_count(cursor: Cursor, least: int) -> int:
 
 def read_grid(cursor: Cursor) -> Grid:
     """Return the next grid, and go to its end."""
-    name, kind, _ = cursor.text(), cursor.text(), cursor.text()
+    name, _, _ = cursor.text(), cursor.text(), cursor.text()
     start, _, end = cursor.numbers("3q")
     cursor.seek(start)
     cursor.number("I")
-    metadata = read_metadata(cursor)
-    matrix = read_matrix(cursor)
+    kind = read_metadata(cursor).get("class", "")
     cursor.seek(end)
-    parts = kind.split("_")
-    return Grid(
-        # OpenVDB numbers grids of one name behind this character.
-        name.split("\x1e")[0],
-        str(metadata.get("class", "")).replace("unknown", ""),
-        parts[1] if len(parts) > 1 else kind,
-        box_of(metadata, matrix),
-        None if matrix is None else np.linalg.norm(matrix[:3, :3], axis=1),
-        metadata,
-    )
+    # OpenVDB numbers grids of one name behind this character.
+    return Grid(name.split("\x1e")[0], kind.replace("unknown", ""))
 
 
-def read_metadata(cursor: Cursor) -> dict[str, Value]:
-    """Return the metadata that follows, by name."""
-    found: dict[str, Value] = {}
+def read_metadata(cursor: Cursor) -> dict[str, str]:
+    """Return the texts in the metadata that follows, by name."""
+    found = {}
     for _ in range(checked_count(cursor, 12)):
         name, kind = cursor.text(), cursor.text()
         data = cursor.bytes(cursor.number("I"))
         if kind == "string":
             found[name] = data.decode("utf-8", errors="replace")
-        elif kind in VALUES and len(data) == struct.calcsize(f"<{VALUES[kind]}"):
-            value = struct.unpack(f"<{VALUES[kind]}", data)
-            found[name] = value[0] if len(value) == 1 else value
     return found
-
-
-def read_matrix(cursor: Cursor) -> np.ndarray | None:
-    """Return the matrix from index to world, (4, 4) float64, row vectors; None for a map that is no matrix."""
-    kind = cursor.text()
-    matrix = np.eye(4)
-    if kind in ("AffineMap", "UnitaryMap"):
-        return np.array(cursor.numbers("16d")).reshape(4, 4)
-    if "Translat" in kind:
-        matrix[3, :3] = cursor.numbers("3d")
-    if "Scale" in kind:
-        matrix[:3, :3] = np.diag(cursor.numbers("3d"))
-    return None if kind == "NonlinearFrustumMap" else matrix
-
-
-def box_of(metadata: dict[str, Value], matrix: np.ndarray | None) -> np.ndarray | None:
-    """Return the box around the active samples in world units, (2, 3), where the metadata tells it."""
-    low, high = metadata.get("file_bbox_min"), metadata.get("file_bbox_max")
-    if matrix is None or not isinstance(low, tuple) or not isinstance(high, tuple):
-        return None
-    ends = np.array([low, high], float)
-    corners = np.array([[*ends[[i, j, k], range(3)], 1.0] for i in (0, 1) for j in (0, 1) for k in (0, 1)]) @ matrix
-    return np.array([corners[:, :3].min(axis=0), corners[:, :3].max(axis=0)])
