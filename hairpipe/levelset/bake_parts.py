@@ -32,19 +32,12 @@ def bake_parts(rest: Body, pose: Pose | None, voxel: float, half_width: float, s
     smallest    size of a part of the skin [m]; bones with less move with their parents
 
     The skin of a part is the posed one: what neighbours share is bent in the frames of both. Raises BadInput as `skin`
-    and `bake` do.
-    The skin of a part is the posed one: what neighbours share is bent in the frames of both. Raises BadInput as `bake`,
-    naming the part, and warns of parts that are too thin for the voxel.
+    and, naming the part, `bake` do, and warns of parts that are too thin for the voxel.
     """
     points = skin(rest, pose).points
     groups = group_bones(rest, smallest)
     cuts = cut_skin(rest, groups, OVERLAP * voxel)
     poses, rates = frames_of(rest, pose, groups.leaders[[cut.group for cut in cuts]])
-    names = rest.skeleton.names
-    leaders = [int(groups.leaders[cut.group]) for cut in cuts]
-    found = [bake_part(cut, points, place, voxel, half_width) for cut, place in zip(cuts, poses, strict=True)]
-    labels = tuple(names[leader] if leader >= 0 else "body" for leader in leaders)
-    points = skin(rest, pose).points
     names = (*rest.skeleton.names, "body")  # the last is led by none, -1
     labels = tuple(names[groups.leaders[cut.group]] for cut in cuts)
     found, lost = [], []

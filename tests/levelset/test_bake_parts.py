@@ -126,6 +126,8 @@ def test_nothing_jumps_at_a_frame_while_parts_bend(bust):
 def test_a_pose_of_another_skeleton_is_refused(bust):
     with pytest.raises(BadInput, match="a pose of 1 joints"):
         bake_parts(bust, Pose(np.eye(4)[None], np.zeros((1, 4, 4))), VOXEL, HALF_WIDTH, SMALLEST)
+
+
 def two_bones(palm: Mesh, *tips: Mesh) -> Body:
     """Skin that follows a bone and skin that follows its child."""
     points = np.concatenate([palm.points, *(tip.points for tip in tips)])
