@@ -14,7 +14,7 @@ menu:
 demo: $(VENV)/installed
 	$(VENV)/bin/hairpipe run graphs/demo.toml
 
-# Each process begins with a stretch of files that follow one another, see tests/conftest.py.
+# Each process begins with a stretch of files that follow one another: tests of a file need the same kernels.
 test: $(VENV)/tested
 	$(RUN) pytest -n auto --dist worksteal -k 'not interrupt and not ctrl_c'
 	$(RUN) pytest -k 'interrupt or ctrl_c'

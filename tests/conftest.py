@@ -28,15 +28,6 @@ with suppress(FileExistsError):
 
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 
-WITHOUT_KERNELS = ("graph", "cli", "io", "test_nodes.py", "tune", "test_graphs.py")
-"""Rooms that compile little, and what runs all that the others compile: they come last, in this order."""
-
-
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Put what compiles into one half: two processes, which begin with a half each, would compile the same at once."""
-    rooms = {item: item.path.relative_to(Path(__file__).parent).parts[0] for item in items}
-    items.sort(key=lambda item: WITHOUT_KERNELS.index(rooms[item]) if rooms[item] in WITHOUT_KERNELS else -1)
-
 
 @pytest.fixture(scope="session")
 def shared() -> Path:

@@ -1,5 +1,6 @@
 """Laws for every graph file in the house."""
 
+from collections import defaultdict
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 from hairpipe.data import Strands
 from hairpipe.graph.events import Options
 from hairpipe.graph.fetch import fetch
-from hairpipe.graph.graph import Graph
+from hairpipe.graph.graph import Edge, Graph
 from hairpipe.graph.load import load_graph
 from hairpipe.graph.plan import plan
 from hairpipe.graph.run import run
@@ -27,10 +28,15 @@ def name_of(path: Path) -> str:
     return path.relative_to(HOME / "graphs").as_posix()
 
 
+def is_foreign(path: Path) -> bool:
+    """Whether a graph reads third-party data."""
+    return "shared/data" in path.read_text(encoding="utf-8")
+
+
 @pytest.fixture(params=GRAPHS, ids=name_of)
 def graph(request: pytest.FixtureRequest) -> Graph:
     """Each graph in turn; those that read third-party data are left out where that is absent."""
-    if "shared/data" in request.param.read_text(encoding="utf-8"):
+    if is_foreign(request.param):
         request.getfixturevalue("shared")
     return load_graph(request.param)
 
@@ -87,10 +93,42 @@ DEEPEST = 1e-3
 """How far inside a point may be after them, of a strand that began outside: others come out softly [m]."""
 
 
-@pytest.fixture(scope="module")
-def store(tmp_path_factory) -> Store:
-    """One store for all graphs: kernels are compiled once."""
-    return Store(tmp_path_factory.mktemp("graphs") / "cache")
+MOST = 7
+"""Graphs that are run as one."""
+
+
+def groups() -> dict[str, list[Path]]:
+    """Part the graphs into those that can be run as one: most of the time of each alone workers need to begin."""
+    alike: dict[tuple, list[Path]] = defaultdict(list)
+    for path in GRAPHS:
+        graph = load_graph(path)
+        alike[path.parent, graph.frames[0], graph.fps, is_foreign(path)].append(path)
+    chunks = [paths[k : k + MOST] for paths in alike.values() for k in range(0, len(paths), MOST)]
+    return {f"{name_of(chunk[0])} and {len(chunk) - 1} more": chunk for chunk in chunks}
+
+
+GROUPS = groups()
+
+
+@pytest.fixture(params=GROUPS.values(), ids=list(GROUPS))
+def group(request: pytest.FixtureRequest) -> list[Path]:
+    """Each group in turn; those that read third-party data are left out where that is absent."""
+    if any(map(is_foreign, request.param)):
+        request.getfixturevalue("shared")
+    return request.param
+
+
+def merged(graphs: list[Graph]) -> Graph:
+    """One graph of several with few frames, the names of nodes after those of their graphs."""
+    nodes, taken = {}, set()
+    for graph in graphs:
+        prefix = f"{graph.path.stem}-"
+        for node in graph.nodes.values():
+            edges = {plug: Edge(prefix + edge.node, edge.output) for plug, edge in node.edges.items()}
+            nodes[prefix + node.name] = replace(node, name=prefix + node.name, edges=edges)
+        taken |= {Edge(prefix + edge.node, edge.output) for edge in graph.taken}
+    first = graphs[0].frames[0]
+    return replace(graphs[0], frames=(first, first + FIRST - 1), nodes=nodes, taken=frozenset(taken))
 
 
 def shorten(graph: Graph, folder: Path) -> Graph:
@@ -111,10 +149,10 @@ def depths(strands: Strands, surface: Field) -> np.ndarray:
     return np.array([-min(distance(surface, *point) for point in points[begin + 1 : end]) for begin, end in shots])
 
 
-def test_it_runs_and_no_hair_is_in_the_body(graph, store, tmp_path):
-    short = shorten(graph, tmp_path)
-    frames = [frame for frame in short.all_frames if frame < short.frames[0] + FIRST]
-    outcome = run(short, store, frames, Options(jobs=1))
+def test_they_run_and_no_hair_is_in_the_body(group, tmp_path):
+    short, store = merged([shorten(load_graph(path), tmp_path) for path in group]), Store(tmp_path / "cache")
+    frames = short.all_frames
+    outcome = run(short, store, frames, Options(jobs=1, keep_going=True))
     assert not outcome.failures and outcome.exit_code == 0
     for node in short.nodes.values():
         path = node.publish_path(frames[-1])
