@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from hairpipe.body.rigid import frame_along
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
-from hairpipe.groom.strands import across
 
 Vector = tuple[float, float, float]
 
@@ -28,7 +28,7 @@ def build_cylinder(radius: float, length: float, is_round: bool, around: int, ce
     upper, lower = half + end, (half * [1.0, -1.0] - end)[: None if length else -1]
     top, bottom = 0.5 * length + is_round * radius, -0.5 * length - is_round * radius
     points, triangles = _turned(np.concatenate([lower, upper[::-1]]), bottom, top, around)
-    frame = across(np.array(along) / np.linalg.norm(along))
+    frame = frame_along(np.array(along) / np.linalg.norm(along))
     return Mesh(points @ frame.T + centre, triangles)
 
 

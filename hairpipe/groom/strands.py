@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hairpipe.body.rigid import frame_along
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.groom.adopting import offsets_of
@@ -9,7 +10,6 @@ from hairpipe.groom.helix import Helix, wound
 from hairpipe.groom.resampling import divide
 
 FINE = 64  # pieces of the parabola to a segment
-PARALLEL = 0.99  # cosine from which a direction counts as that of the axis
 
 
 def lay_strands(
@@ -33,7 +33,7 @@ def lay_strands(
         raise BadInput(f"direction = {list(direction)} has no length", right="any other vector")
     if curl and arch:
         raise BadInput("a strand is either curled or arched", right="curl, or arch = 0")
-    frame = across(np.array(direction) / np.linalg.norm(direction))
+    frame = frame_along(np.array(direction) / np.linalg.norm(direction))
     shape = wound(curl, length, segments) if curl else arched(arch, length, segments)
     roots = np.arange(count)[:, None] * np.array(spacing)
     points = roots[:, None] + shape @ frame.T
@@ -47,14 +47,6 @@ def lay_strands(
         root_frames=np.ascontiguousarray(frames),
         root_uv=np.zeros((count, 2), np.float32),
     )
-
-
-def across(ahead: np.ndarray) -> np.ndarray:
-    """Return a frame around a unit vector, (3, 3): columns up, sideways, ahead, right-handed."""
-    up = np.array((0.0, 0.0, 1.0) if abs(ahead[1]) > PARALLEL else (0.0, 1.0, 0.0))
-    up -= (up @ ahead) * ahead
-    up /= np.linalg.norm(up)
-    return np.column_stack([up, np.cross(ahead, up), ahead])
 
 
 def arched(arch: float, length: float, segments: int) -> np.ndarray:

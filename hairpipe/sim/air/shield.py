@@ -19,7 +19,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
-from hairpipe.groom.strands import across
+from hairpipe.body.rigid import frame_along
 from hairpipe.sim.air.cylinder import Law, normal_drag
 from hairpipe.sim.air.wind import Wind
 
@@ -54,7 +54,7 @@ def shield_of(points: np.ndarray, offsets: np.ndarray, wind: Wind, law: Law, dia
     speed = float(np.linalg.norm(wind.velocity))
     if wind.shielding is None or speed == 0.0:
         return None
-    axes = np.ascontiguousarray(across(np.array(wind.velocity) / speed)[:, [2, 0, 1]].T)
+    axes = np.ascontiguousarray(frame_along(np.array(wind.velocity) / speed)[:, [2, 0, 1]].T)
     bounds = _bounds(points, axes)
     if bounds[0, 0] > bounds[1, 0]:
         return None
