@@ -6,6 +6,7 @@ import numpy as np
 
 from hairpipe.body.surface import site_uv
 from hairpipe.data import Body, Groom
+from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_roots, name_strands, root_frames
 from hairpipe.groom.resampling import equal_segments
@@ -67,27 +68,21 @@ def refuse_points(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> N
     broken = np.bincount(strand, ~np.isfinite(points).all(axis=1), len(ids)) > 0
     if broken.any():
         raise BadInput(f"{name_strands(ids[broken])} have points that are not finite", right="finite coordinates")
-    lengths = lengths_of(points, offsets)
+    pieces = np.linalg.norm(np.diff(points, axis=0), axis=1) * (strand[1:] == strand[:-1])
+    lengths = np.bincount(strand[1:], pieces, len(ids))  # also of strands of one point
     if np.any(lengths < SHORTEST):
         raise BadInput(f"{name_strands(ids[lengths < SHORTEST])} have no length", right="two points apart, or more")
 
 
-def lengths_of(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the lengths of strands, along their points [m], (S,)."""
-    strand = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    pieces = np.linalg.norm(np.diff(points, axis=0), axis=1) * (strand[1:] == strand[:-1])
-    return np.bincount(strand[1:], pieces, len(offsets) - 1)
-
-
 def warn_of_ironing(given: np.ndarray, offsets: np.ndarray, points: np.ndarray, cut: np.ndarray) -> None:
     """Warn where segments are too few for curls and clearly shorter than the strand given, naming how many would do."""
-    lengths = KEPT * lengths_of(given, offsets)
-    short = np.flatnonzero(lengths_of(points, cut) < lengths)
+    lengths = KEPT * strand_lengths(given, offsets)
+    short = np.flatnonzero(strand_lengths(points, cut) < lengths)
     count, needed = len(short), int(np.diff(cut)[short].max(initial=0)) - 1
     while len(short):
         needed += needed // 4 + 1
         curves, new = take_strands(given, offsets, short), offsets_of(np.full(len(short), needed + 1))
-        short = short[lengths_of(equal_segments(*curves, new), new) < lengths[short]]
+        short = short[strand_lengths(equal_segments(*curves, new), new) < lengths[short]]
     if count:
         lost = f"{count} strands lose more than {1.0 - KEPT:.0%} of their length to segments that cut through curls"
         warnings.warn(f"{lost}: with segments = {needed} none would", stacklevel=3)
