@@ -1,6 +1,7 @@
 """What tests of several rooms need: the data beside the checkout, simple meshes, a number of threads."""
 
 import os
+import signal
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -15,6 +16,8 @@ from hairpipe.graph.machine_code import kernel_folder
 
 # Tests run in as many processes as there are cores, each with as many threads: one that waits must not hold a core.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+# A shell that starts this in the background has it ignore Ctrl-C, and what the tests start would inherit that.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 # Where the caller keeps results is no place for those of tests.
 os.environ.pop("HAIRPIPE_CACHE", None)
 # Tests, too, must never run old machine code of a helper that was edited.
