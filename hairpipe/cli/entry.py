@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from hairpipe import __version__
+from hairpipe.child import search_path
 from hairpipe.cli.wording import Unheard, say
 from hairpipe.errors import BadInput
 from hairpipe.graph.wording import nearest
@@ -96,6 +97,7 @@ def open_errors() -> None:
 
 def main() -> None:
     """Run the command line of this process."""
+    sys.path[:] = search_path()
     open_errors()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
