@@ -50,12 +50,13 @@ def run(
     """
     from hairpipe.cli import summary
     from hairpipe.cli.shipped import open_graph
+    from hairpipe.cli.trust import asking
     from hairpipe.cli.watch import Watch
     from hairpipe.graph.run import Options
     from hairpipe.graph.run import run as carry_out
     from hairpipe.graph.store import Store
 
-    opened, store = open_graph(graph, overrides, to), Store(cache)
+    opened, store = asking(lambda: open_graph(graph, overrides, to)), Store(cache)
     make_folder(cache)
     how = Options(jobs=jobs, keep_going=keep_going, publish_root=publish_root, force=force)
     begun = time.monotonic()

@@ -37,7 +37,9 @@ class Ledger:
 
     def _names(self, folder: Path) -> dict[str, str]:
         if folder not in self._known:
-            self._known[folder] = read(ledger_path(folder))
+            self._known[folder] = {}
+            with suppress(OSError):
+                self._known[folder] = read(ledger_path(folder))
         return self._known[folder]
 
 
@@ -47,12 +49,13 @@ def ledger_path(folder: Path) -> Path:
 
 
 def read(path: Path) -> dict[str, str]:
-    """Read digests by name, and let go of lines that no longer count; none of a file that others can have written."""
+    """Read digests by name, and let go of lines that no longer count; none of a file that others can have written.
+
+    OSError where it cannot be read.
+    """
     names: dict[str, str] = {}
-    try:
-        lines = [] if fault_of(path.parent) or fault_of(path) else path.read_text(encoding="utf-8").splitlines()
-    except (OSError, ValueError):
-        return {}
+    text = b"" if fault_of(path.parent) or fault_of(path) or not path.exists() else path.read_bytes()
+    lines = text.decode(errors="replace").splitlines()
     for line in lines:
         with suppress(ValueError, TypeError):
             name, digest = json.loads(line)

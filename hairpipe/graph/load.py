@@ -17,6 +17,7 @@ from hairpipe.graph.graph import FRAME_MARK, Graph, Node, project_of
 from hairpipe.graph.like import write_out
 from hairpipe.graph.read import GraphText, read_graph_text
 from hairpipe.graph.settings import check_settings, map_files
+from hairpipe.graph.trust import Untrusted
 from hairpipe.graph.wording import brief, nearest
 
 SCHEMA = 1
@@ -107,6 +108,8 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Cata
         raise BadInput(what, where=text.place(name, ["type"]), right='type = "...", see `hairpipe nodes`')
     try:
         node_type = catalogue.find(type_name)
+    except Untrusted:
+        raise
     except BadInput as error:
         raise BadInput(error.what, where=text.place(name, ["type"]), right=error.right) from error
 

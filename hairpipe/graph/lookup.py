@@ -22,6 +22,8 @@ import hairpipe
 from hairpipe.child import withheld
 
 HOUSE = "hairpipe"
+OUR_NODES = f"{HOUSE}.nodes"
+"""The package of the node types that are shipped: the folder `nodes` of a checkout."""
 
 _folders: set[str] = set()
 """All that were entered."""

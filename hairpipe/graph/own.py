@@ -1,5 +1,6 @@
 """Folders of the user's own, outside of every project: what is in them, no graph and no archive can have put there."""
 
+import errno
 import os
 import stat
 from pathlib import Path
@@ -11,10 +12,15 @@ BASES = {"config": ("XDG_CONFIG_HOME", ".config"), "state": ("XDG_STATE_HOME", "
 
 
 def own_folder(kind: Literal["config", "state"]) -> Path:
-    """Name the folder of this user for what he has decided (config) or what we have done for him (state)."""
+    """Name the folder of this user for what he has decided (config) or what we have done for him (state).
+
+    OSError where he has no home: then there is no such folder, and none must be taken for it.
+    """
     variable, usual = BASES[kind]
-    told = Path(os.environ.get(variable, ""))
-    return (told if told.is_absolute() else Path("~", usual).expanduser()) / "hairpipe"
+    home, told = Path(os.path.expanduser("~")), Path(os.environ.get(variable, ""))  # noqa: PTH111 - no error without
+    if not home.is_absolute() and not told.is_absolute():
+        raise FileNotFoundError(errno.ENOENT, "no home folder")
+    return (told if told.is_absolute() else home / usual) / "hairpipe"
 
 
 def make_own(folder: Path) -> None:

@@ -125,6 +125,12 @@ class Shot:
         return json.loads(output)
 
 
+@pytest.fixture(autouse=True)
+def trusted(tmp_path, monkeypatch) -> None:
+    """The nodes of tests are trusted, whatever a test makes of them."""
+    monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
+
+
 @pytest.fixture
 def shot(tmp_path, monkeypatch) -> Shot:
     """A shot of ten frames: seed -> move -> sum (a scan) -> list (a file)."""
