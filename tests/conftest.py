@@ -20,6 +20,9 @@ os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 # Where the caller keeps results is no place for those of tests.
 os.environ.pop("HAIRPIPE_CACHE", None)
+# What the user has trusted and published is no business of tests, nor theirs of his.
+_OWN = tempfile.TemporaryDirectory(prefix="hairpipe-own-")
+os.environ["XDG_CONFIG_HOME"], os.environ["XDG_STATE_HOME"] = f"{_OWN.name}/config", f"{_OWN.name}/state"
 # Tests, too, must never run old machine code of a helper that was edited.
 _KERNELS = Path(tempfile.gettempdir()) / f"hairpipe-kernels-{os.getuid()}"
 _FOLDER = kernel_folder(_KERNELS, CodeReader(lambda name, make: make()))

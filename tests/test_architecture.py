@@ -16,21 +16,22 @@ TESTS = sorted((HOME / "tests").rglob("*.py"))
 PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name == "__init__.py")
 
 BASE, DOMAIN = (
-    {"data", "units", "errors"},
+    {"data", "units", "errors", "child"},
     {"body", "experiments", "groom", "levelset", "measure", "motion", "sim", "picture", "rod"},
 )
 ROOMS = {
     "data": set(),
     "units": set(),
     "errors": set(),
+    "child": set(),
     **dict.fromkeys(DOMAIN, BASE | DOMAIN),
     "bench": BASE | DOMAIN | {"graph"},
     "io": BASE,
-    "graph": {"errors", "units"},
+    "graph": {"errors", "units", "child"},
     "nodes": BASE | DOMAIN | {"io", "graph"},
     "graphs": BASE | DOMAIN | {"io"},
     "tune": BASE | {"graph"},
-    "cli": {"bench", "errors", "graph", "graphs", "io", "levelset.vdb", "tune"},
+    "cli": {"bench", "child", "errors", "graph", "graphs", "io", "levelset.vdb", "tune"},
 }
 """Which other rooms the files of a room may import."""
 PLACES = {

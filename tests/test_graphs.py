@@ -139,7 +139,7 @@ def shorten(graph: Graph, folder: Path) -> Graph:
     nodes = {
         n.name: replace(n, publish=n.publish and folder / n.publish.relative_to(OUT)) for n in short.nodes.values()
     }
-    return replace(short, nodes=nodes)
+    return replace(short, project=folder, nodes=nodes)
 
 
 def depths(strands: Strands, surface: Field) -> np.ndarray:

@@ -10,11 +10,12 @@ from typing import Any
 import click
 
 from hairpipe import __version__
+from hairpipe.child import search_path
 from hairpipe.cli.wording import Unheard, say
 from hairpipe.errors import BadInput
 from hairpipe.graph.wording import nearest
 
-COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "tune", "cache", "usd", "bench", "version")
+COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "tune", "cache", "trust", "usd", "bench", "version")
 """Modules of this package; each defines the command of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
 ERRORS = 2
@@ -57,7 +58,7 @@ class Commands(click.Group):
         except OSError as fault:
             close_output()
             fail(": ".join(filter(None, [fault.filename, fault.strerror or str(fault)])), BAD_INPUT)
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, click.Abort):
             fail("interrupted", INTERRUPTED)
 
 
@@ -96,6 +97,7 @@ def open_errors() -> None:
 
 def main() -> None:
     """Run the command line of this process."""
+    sys.path[:] = search_path()
     open_errors()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):

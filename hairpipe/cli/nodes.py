@@ -62,8 +62,12 @@ def nodes(name: str | None, graph: str | None, as_json: bool) -> None:
 
 def summary(catalogue: "Catalogue", name: str) -> str:
     """Give the first line of a node type's help, or say why it cannot be loaded."""
+    from hairpipe.graph.trust import Untrusted
+
     try:
         return catalogue.find(name).summary
+    except Untrusted as doubt:
+        return f"(not trusted: hairpipe trust {doubt.folder})"
     except BadInput as fault:
         return f"({fault})"
 

@@ -5,6 +5,7 @@ TARGET       explain get
 --set        run plan explain graph get tune bench
 --frames     run plan explain get
 --to         run plan graph
+--publish-root  run plan
 --cache      run plan explain get tune cache bench
 --json       run plan explain nodes tune cache bench
 """
@@ -92,6 +93,12 @@ to = click.option(
     metavar="NODE",
     shell_complete=complete_node,
     help="Only this node and what it depends on; any number of times.",
+)
+publish_root = click.option(
+    "--publish-root",
+    metavar="FOLDER",
+    type=click.Path(path_type=Path),
+    help="Folder below which the graph may publish, too; it may below the folder of its project.",
 )
 cache = click.option(
     "--cache",

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 @options.frames
 @options.overrides
 @options.to
+@options.publish_root
 @options.cache
 @options.as_json
 def plan(
@@ -27,6 +28,7 @@ def plan(
     frames: tuple[int, ...] | None,
     overrides: dict[str, str],
     to: tuple[str, ...],
+    publish_root: Path | None,
     cache: Path,
     as_json: bool,
 ) -> None:
@@ -38,10 +40,13 @@ def plan(
     runs only if X comes out different from before.
     """
     from hairpipe.cli.shipped import open_graph
+    from hairpipe.graph.bounds import Bounds
     from hairpipe.graph.plan import plan as make_plan
     from hairpipe.graph.store import Store
 
-    entries = make_plan(open_graph(graph, overrides, to), Store(cache), frames)
+    opened = open_graph(graph, overrides, to)
+    Bounds(opened, cache, publish_root).check()
+    entries = make_plan(opened, Store(cache), frames)
     if as_json:
         tasks = [entry.task._asdict() | {"status": entry.status, "reason": entry.reason} for entry in entries]
         click.echo(json.dumps({"tasks": tasks}, indent=2))

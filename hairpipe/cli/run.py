@@ -19,6 +19,8 @@ from hairpipe.errors import BadInput
 @options.to
 @options.jobs
 @click.option("-k", "--keep-going", is_flag=True, help="After a failure, go on with what does not depend on it.")
+@options.publish_root
+@click.option("--force", is_flag=True, help="Overwrite files that hairpipe has not published, or that were changed.")
 @options.cache
 @click.option("-v", "--verbose", is_flag=True, help="Show the traceback of a node that failed.")
 @click.option("-q", "--quiet", is_flag=True, help="Say nothing but warnings and failures.")
@@ -30,6 +32,8 @@ def run(
     to: tuple[str, ...],
     jobs: int,
     keep_going: bool,
+    publish_root: Path | None,
+    force: bool,
     cache: Path,
     verbose: bool,
     quiet: bool,
@@ -38,23 +42,26 @@ def run(
     """Compute what has changed, and publish.
 
     GRAPH is a graph file, or the name of a graph that is shipped: `hairpipe run demo`. Files are published relative
-    to the graph file; those of a shipped graph as if it lay in ./graphs.
+    to the graph file; those of a shipped graph as if it lay in ./graphs. They stay below the folder of the project,
+    which is the one that holds a folder `graphs` in which the file lies, else the file's own, or below --publish-root.
 
     A run that was stopped or killed goes on where it was. Exit codes: 0 all is there, 1 a node failed, 2 bad input,
     130 interrupted.
     """
     from hairpipe.cli import summary
     from hairpipe.cli.shipped import open_graph
+    from hairpipe.cli.trust import asking
     from hairpipe.cli.watch import Watch
     from hairpipe.graph.run import Options
     from hairpipe.graph.run import run as carry_out
     from hairpipe.graph.store import Store
 
-    opened, store = open_graph(graph, overrides, to), Store(cache)
+    opened, store = asking(lambda: open_graph(graph, overrides, to)), Store(cache)
     make_folder(cache)
+    how = Options(jobs=jobs, keep_going=keep_going, publish_root=publish_root, force=force)
     begun = time.monotonic()
     with Watch(opened, jobs, quiet=quiet) as watch:
-        outcome = carry_out(opened, store, frames, Options(jobs=jobs, keep_going=keep_going), watch)
+        outcome = carry_out(opened, store, frames, how, watch)
     done = summary.Done(opened, store, opened.select(frames), outcome, watch, time.monotonic() - begun)
     if as_json:
         click.echo(json.dumps(summary.document(done), indent=2))

@@ -45,7 +45,8 @@ def open_graph(given: str, overrides: Mapping[str, str], to: Iterable[str] = ())
     graph = load_graph(path, overrides)
     if path != Path(given):
         folder = Path.cwd() / Path("graphs", given).parent
-        graph = replace(graph, nodes={n.name: publish_below(folder, n, path.parent) for n in graph.nodes.values()})
+        nodes = {node.name: publish_below(folder, node, path.parent) for node in graph.nodes.values()}
+        graph = replace(graph, project=Path.cwd(), nodes=nodes)
     return graph.upto(to) if to else graph
 
 
@@ -53,4 +54,5 @@ def publish_below(folder: Path, node: "Node", original: Path) -> "Node":
     """Let a node publish relative to another folder than that of its graph file."""
     if node.publish is None:
         return node
-    return replace(node, publish=Path(os.path.normpath(folder / os.path.relpath(node.publish, original.resolve()))))
+    path = os.path.normpath(folder / os.path.relpath(node.publish, original.resolve()))
+    return replace(node, publish=Path(path).resolve())

@@ -1,4 +1,4 @@
-"""Finds node types: ours, those of installed packages, and those in a folder `nodes` beside the graph file.
+"""Finds node types: ours, those of installed packages, and those in a folder `nodes` beside the graph file, if trusted.
 
 A file declares one node type of the same name; nothing is registered by hand. Only what a graph uses is imported.
 """
@@ -9,14 +9,15 @@ import importlib.util
 import pkgutil
 import sys
 from contextlib import redirect_stdout
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from types import ModuleType
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.declare import NodeType
 from hairpipe.graph.fields import fields_of
-from hairpipe.graph.lookup import UncompiledLoader, enter, leads_to
+from hairpipe.graph.lookup import OUR_NODES, UncompiledLoader, enter, leads_to
+from hairpipe.graph.trust import doubt_about
 from hairpipe.graph.wording import nearest
 
 ENTRY_POINTS = "hairpipe.nodes"
@@ -25,12 +26,18 @@ ENTRY_POINTS = "hairpipe.nodes"
 class Catalogue:
     """Node types by name.
 
-    folder  whose files are node types too, and come first as such; imports by their bare names look there last
+    folder  whose files are node types too, and come first as such; imports by their bare names look there last, once
+            it is trusted
     """
 
     def __init__(self, folder: Path | None = None) -> None:
         self.folder = folder if folder is not None and folder.is_dir() else None
         self._known: dict[str, NodeType] = {}
+
+    @cached_property
+    def _doubt(self) -> BadInput | None:
+        """Why nothing may be imported from the folder; None where it may."""
+        return doubt_about(self.folder) if self.folder else None
 
     def names(self) -> list[str]:
         """List the node types there are, without importing them."""
@@ -39,7 +46,7 @@ class Catalogue:
         return sorted(name for name in {*local, *packaged} if not name.startswith("_"))
 
     def find(self, name: str) -> NodeType:
-        """Import a node type; BadInput where there is none of this name or where its file declares none."""
+        """Import a node type; BadInput where there is none of this name, its file declares none, or is not trusted."""
         if name not in self._known:
             self._known[name] = declared_in(self._load(name), name)
         return self._known[name]
@@ -55,9 +62,13 @@ class Catalogue:
 
     def _import(self, name: str) -> ModuleType:
         if self.folder:
-            enter(self.folder)
             path = self.folder / f"{name}.py"
-            if name.isidentifier() and path.is_file():
+            own = name.isidentifier() and path.is_file()
+            if own and self._doubt:
+                raise self._doubt
+            if not self._doubt:
+                enter(self.folder)
+            if own:
                 return load_file(name, path)
         package = next((p for p in packages() if name in modules_in(p)), None)
         if package is None:
@@ -69,7 +80,7 @@ class Catalogue:
 def packages() -> list[str]:
     """Name the packages that hold node types: ours, then those of the entry points."""
     found = importlib.metadata.entry_points(group=ENTRY_POINTS)
-    return list(dict.fromkeys(["hairpipe.nodes", *(entry.value for entry in found)]))
+    return list(dict.fromkeys([OUR_NODES, *(entry.value for entry in found)]))
 
 
 def modules_in(package: str) -> list[str]:

@@ -22,6 +22,7 @@ from hairpipe.graph.canonical import digest, digest_bytes
 from hairpipe.graph.fingerprint import is_changed, stamp_of
 from hairpipe.graph.lookup import HOUSE, enter, find_spec, is_namespace, leads_to
 from hairpipe.graph.source import FORMAT, STAR, Source, noted_source, read_source
+from hairpipe.graph.trust import doubt_about
 
 ENGINE = "hairpipe.graph"
 ALWAYS = ("numpy", "scipy", "numba")
@@ -49,12 +50,13 @@ class Code:
 class CodeReader:
     """Digests the code behind modules; every file is read once and analysed only when its bytes are new.
 
-    folder  of node types: a node's own file is in it, whatever else has its name; imports look there last
+    folder  of node types: a node's own file is in it, whatever else has its name; imports look there last, once it is
+            trusted
     stamps  of the files that were read, by path, each taken before
     """
 
     def __init__(self, remember: Remember, folder: Path | None = None) -> None:
-        self._remember, self._folder = remember, folder
+        self._remember, self._folder = remember, folder if folder and doubt_about(folder) is None else None
         self.stamps: dict[str, list[int]] = {}
         self._sources: dict[str, Source | None] = {}
         self._specs: dict[str, ModuleSpec | None] = {}

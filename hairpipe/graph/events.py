@@ -3,6 +3,7 @@
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Literal
 
 from hairpipe.graph.tasks import Task
@@ -16,14 +17,18 @@ Kind = Literal["begun", "started", "finished", "cached", "failed", "warning", "p
 class Options:
     """How a run is carried out; none of it changes a result.
 
-    jobs        number of processes for values per frame, and of threads for the one that simulates
-    keep_going  whether independent branches go on after a failure
-    codec       module that writes and reads values
+    jobs          number of processes for values per frame, and of threads for the one that simulates
+    keep_going    whether independent branches go on after a failure
+    codec         module that writes and reads values
+    publish_root  folder below which files may be published beside the graph's project
+    force         whether files are replaced that were not published by hairpipe
     """
 
     jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
     keep_going: bool = False
     codec: str = CODEC
+    publish_root: Path | None = None
+    force: bool = False
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,9 @@ from hairpipe.graph.wording import nearest
 FRAME_MARK = re.compile("#+")
 
 
+HOLDS_GRAPHS = "graphs"
+
+
 class Edge(NamedTuple):
     """Where a socket gets its value from: a node, and which of its outputs."""
 
@@ -59,12 +62,14 @@ class Node:
 class Graph:
     """Nodes in dependency order: a node stands after those it depends on.
 
-    frames  first and last, both included
-    fps     frames per second [1/s]
-    taken   outputs that some node takes; of the whole graph, also where this is a part of it
+    project  folder below which its files are published, without links
+    frames   first and last, both included
+    fps      frames per second [1/s]
+    taken    outputs that some node takes; of the whole graph, also where this is a part of it
     """
 
     path: Path
+    project: Path
     frames: tuple[int, int]
     fps: float
     nodes: dict[str, Node]
@@ -148,3 +153,15 @@ class Graph:
         for node in self.nodes.values():
             for plug, edge in node.edges.items():
                 yield node, plug, edge
+
+
+def project_of(path: Path) -> Path:
+    """Find the folder of the project that a graph file belongs to, by names alone.
+
+    It is the one that holds a folder `graphs` in which the file lies; else, and where that one would be the home folder
+    or hold it, the file's own folder.
+    """
+    folder = path.parent.resolve()
+    home = Path(os.path.expanduser("~")).resolve()  # noqa: PTH111 - no error where there is none
+    above = next((place.parent for place in (folder, *folder.parents) if place.name == HOLDS_GRAPHS), folder)
+    return folder if home.is_relative_to(above) else above

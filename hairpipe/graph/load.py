@@ -13,10 +13,11 @@ from hairpipe.graph.edit import parse_value, put
 from hairpipe.graph.fields import fields_of
 from hairpipe.graph.files import File
 from hairpipe.graph.frameset import MOST_FRAMES
-from hairpipe.graph.graph import FRAME_MARK, Graph, Node
+from hairpipe.graph.graph import FRAME_MARK, Graph, Node, project_of
 from hairpipe.graph.like import write_out
 from hairpipe.graph.read import GraphText, read_graph_text
 from hairpipe.graph.settings import check_settings, map_files
+from hairpipe.graph.trust import Untrusted
 from hairpipe.graph.wording import brief, nearest
 
 SCHEMA = 1
@@ -56,7 +57,8 @@ def make_graph(text: GraphText) -> Graph:
     nodes = connect(nodes, text.place)
     frames = read_frames(text)
     taken = frozenset(edge for node in nodes.values() for edge in node.edges.values())
-    graph = Graph(path, frames, read_fps(text), {name: nodes[name] for name in sort_nodes(nodes, path)}, taken)
+    ordered = {name: nodes[name] for name in sort_nodes(nodes, path)}
+    graph = Graph(path, project_of(path), frames, read_fps(text), ordered, taken)
     check_publish(graph, text)
     return graph
 
@@ -106,6 +108,8 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Cata
         raise BadInput(what, where=text.place(name, ["type"]), right='type = "...", see `hairpipe nodes`')
     try:
         node_type = catalogue.find(type_name)
+    except Untrusted:
+        raise
     except BadInput as error:
         raise BadInput(error.what, where=text.place(name, ["type"]), right=error.right) from error
 

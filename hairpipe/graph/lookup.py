@@ -19,11 +19,12 @@ from types import ModuleType
 from typing import NoReturn
 
 import hairpipe
+from hairpipe.child import withheld
 
 HOUSE = "hairpipe"
+OUR_NODES = f"{HOUSE}.nodes"
+"""The package of the node types that are shipped: the folder `nodes` of a checkout."""
 
-_entered: list[str] = []
-"""Folders that are on Python's path because they were entered, and not before."""
 _folders: set[str] = set()
 """All that were entered."""
 
@@ -59,11 +60,11 @@ def enter(folder: Path) -> None:
     name = str(folder.absolute())
     _folders.add(name)
     sys.path_importer_cache.pop(name, None)  # it may not have seen a file that has just been written
-    for other in [other for other in _entered if other != name]:
+    for other in [other for other in withheld if other != name]:
         leave(other)
     if name not in sys.path and folder.is_dir():
         sys.path.append(name)
-        _entered.append(name)
+        withheld.append(name)
 
 
 def leave(folder: str) -> None:
@@ -72,7 +73,7 @@ def leave(folder: str) -> None:
     for name in [name for name in sys.modules if name.partition(".")[0] in gone]:
         del sys.modules[name]
     sys.path[:] = [path for path in sys.path if path != folder]
-    _entered[:] = [other for other in _entered if other != folder]
+    withheld[:] = [other for other in withheld if other != folder]
 
 
 def lies_in(module: ModuleType, folder: str) -> bool:

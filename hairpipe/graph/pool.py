@@ -8,7 +8,6 @@ import os
 import signal
 import socket
 import subprocess
-import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, Literal
 
+from hairpipe import child
 from hairpipe.graph.code import CodeReader
 from hairpipe.graph.machine_code import clear_kernels, kernel_folder, kernel_sources
 from hairpipe.graph.tasks import Task
@@ -25,7 +25,7 @@ Lane = Literal["narrow", "wide"]
 
 NARROW_NICENESS = 10
 """Priority of narrow workers: threads of the wide one wait for each other, so one that is kept waiting holds up all."""
-BOOT = "import sys, json; sys.path[:] = json.loads(sys.argv[1]); from hairpipe.graph.worker import main; main({})"
+BOOT = "from hairpipe.graph.worker import main; main({})"
 MEMORY = 256 << 20
 """Memory in which a worker keeps values it may need again [bytes]."""
 
@@ -115,16 +115,14 @@ class Pool:
         """Start a worker; its standard output goes to ours for errors, where it disturbs no result."""
         self.kernels = self.kernels or kernel_folder(self._parent, self.reader, self.nodes)
         ours, theirs = socket.socketpair()
-        with theirs:
-            command = [sys.executable, "-c", BOOT.format(theirs.fileno()), json.dumps(sys.path)]
-            with interrupts_blocked():
-                process = subprocess.Popen(
-                    command,
-                    pass_fds=[theirs.fileno()],
-                    stdin=subprocess.DEVNULL,
-                    stdout=2,
-                    env=environment(self.jobs if lane == "wide" else 1, self.kernels),
-                )
+        with theirs, interrupts_blocked():
+            process = subprocess.Popen(
+                child.command(BOOT.format(theirs.fileno())),
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+                stdout=2,
+                env=environment(self.jobs if lane == "wide" else 1, self.kernels),
+            )
         if lane == "narrow":
             with suppress(OSError):
                 os.setpriority(os.PRIO_PROCESS, process.pid, NARROW_NICENESS)
@@ -151,4 +149,4 @@ def interrupts_blocked() -> Iterator[None]:
 def environment(threads: int, kernels: Path) -> dict[str, str]:
     """Environment of a worker: numba on these threads, linear algebra on one, since its sums depend on their number."""
     single = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
-    return os.environ | single | {"NUMBA_NUM_THREADS": str(threads), "NUMBA_CACHE_DIR": str(kernels)}
+    return child.environment() | single | {"NUMBA_NUM_THREADS": str(threads), "NUMBA_CACHE_DIR": str(kernels)}

@@ -3,42 +3,84 @@
 import errno
 import json
 import os
+import stat
+from contextlib import suppress
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.atomic import replacing
+from hairpipe.graph.atomic import sweep, temporary_name
+from hairpipe.graph.bounds import Bounds, check_way, entered
 from hairpipe.graph.canonical import hasher
 from hairpipe.graph.fingerprint import CHUNK, fingerprint
 from hairpipe.graph.graph import Graph
+from hairpipe.graph.ledger import Ledger
 from hairpipe.graph.record import Output
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.tasks import Task
 
+NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW
+
 
 class Publisher:
-    """Publishes the files of one run, and remembers whose lie where: nobody overwrites another's, nor the graph's."""
+    """Publishes the files of one run, and remembers whose lie where: nobody overwrites another's, nor the graph's.
 
-    def __init__(self, store: Store, graph: Graph) -> None:
-        self.store, self.graph = store, graph
+    root   below which files may be published beside the graph's project, or None
+    force  whether a file is replaced that hairpipe has not published
+
+    Raises BadInput for a graph that would publish outside of both.
+    """
+
+    def __init__(self, store: Store, graph: Graph, root: Path | None = None, *, force: bool = False) -> None:
+        self.store, self.force = store, force
+        self.bounds = Bounds(graph, store.root, root)
+        self.bounds.check()
+        self.ledger = Ledger()
         self.placed: dict[Path, tuple[Task, str]] = {}
+        self.swept: set[Path] = set()
 
     def publish(self, task: Task, output: Output, path: Path) -> bool:
         """Copy a file, and those beside it, to a path; returns whether anything had to be written.
 
-        Raises BadInput, and writes nothing, where another task has published other bytes or the graph is made of what
-        is there; LostObject where the store no longer has it whole; OSError where it cannot be written there.
+        Raises BadInput, and writes nothing, where another task has published other bytes, where the user's own file
+        lies, or where nothing may be published; LostObject where the store no longer has it whole; OSError where it
+        cannot be written there.
         """
         files = files_of(self.store, output, path)
-        for place, name in files.items():
-            role = self.graph.role(place.resolve())
-            if role is not None:
-                raise BadInput(f"it is {role}", where=place, right="a folder of its own to publish in")
-            other, there = self.placed.get(place, (task, name))
-            if other != task and there != name:
-                what = f"'{other}' has published another file there"
-                raise BadInput(what, where=place, right="a folder of its own to publish in")
+        roots = {place: self._check(task, name, place) for place, name in files.items()}
         self.placed |= {place: (task, name) for place, name in files.items()}
-        return any([copy_object(self.store, name, place) for place, name in files.items()])
+        return any([self._copy(name, place, roots[place]) for place, name in files.items()])
+
+    def _check(self, task: Task, name: str, place: Path) -> Path:
+        """Refuse a place that is not this task's to write; returns the folder that it may be published below."""
+        root = self.bounds.folder_of(place)
+        check_way(place)
+        other, there = self.placed.get(place, (task, name))
+        if other != task and there != name:
+            what = f"'{other}' has published another file there"
+            raise BadInput(what, where=place, right="a folder of its own to publish in")
+        if not self._is_ours(place, name) and not self.force:
+            what = "there is a file that hairpipe has not published, or that was changed since"
+            raise BadInput(what, where=place, right="another path, or --force to overwrite it")
+        return root
+
+    def _is_ours(self, place: Path, name: str) -> bool:
+        """Whether nothing is lost by replacing what lies there: we have published it, or the store has its bytes."""
+        found = digest_there(place, self.store)
+        if found is None or f"{found}.bin" == name or found == self.ledger.digest(place):
+            return True
+        return self.store.has(f"{found}.bin")
+
+    def _copy(self, name: str, place: Path, root: Path) -> bool:
+        """Copy the bytes of an object to a place unless they are there."""
+        written = f"{digest_there(place, self.store)}.bin" != name
+        if written:
+            with entered(root, place.parent) as folder:
+                if place.parent not in self.swept:
+                    self.swept.add(place.parent)
+                    sweep(place.parent)
+                copy_object(self.store, name, place, folder)
+        self.ledger.note(place, name.removesuffix(".bin"))
+        return written
 
 
 def files_of(store: Store, output: Output, path: Path) -> dict[Path, str]:
@@ -53,23 +95,39 @@ def files_of(store: Store, output: Output, path: Path) -> dict[Path, str]:
     return {path.parent / name: part for name, part in listing["companions"].items()} | {path: listing["path"]}
 
 
-def copy_object(store: Store, name: str, path: Path) -> bool:
-    """Copy the bytes of an object to a path unless they are there."""
-    if path.is_dir():
-        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
-    if path.is_file() and fingerprint(path, store) + ".bin" == name:
-        return False
-    path.parent.mkdir(parents=True, exist_ok=True)
-    state = hasher("file")
-    source = store.object_path(name)
+def digest_there(place: Path, store: Store) -> str | None:
+    """Digest of the file at a place; None where nothing is, OSError or BadInput where no file is."""
+    try:
+        mode = place.lstat().st_mode
+    except FileNotFoundError:
+        return None
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(place))
+    if not stat.S_ISREG(mode):
+        raise BadInput("what is there is no file", where=place, right="another path")
+    return fingerprint(place, store)
+
+
+def copy_object(store: Store, name: str, place: Path, folder: int) -> None:
+    """Copy the bytes of an object to a place, whose folder is open; LostObject where they are not what they should be.
+
+    They go to a new file first, which nobody can have put there before, and which takes the name when it is on disk.
+    """
+    state, source = hasher("file"), store.object_path(name)
+    temporary = temporary_name(place.parent).name
     if not source.is_file():
         raise LostObject(name)
-    with replacing(path) as temporary:
-        with source.open("rb") as reader, temporary.open("wb") as writer:
+    try:
+        with source.open("rb") as reader, os.fdopen(os.open(temporary, NEW, 0o666, dir_fd=folder), "wb") as writer:
             while chunk := reader.read(CHUNK):
                 state.update(chunk)
                 writer.write(chunk)
+            writer.flush()
+            os.fsync(writer.fileno())
         if state.hexdigest() + ".bin" != name:
             store.remove(source)
             raise LostObject(name)
-    return True
+        os.rename(temporary, place.name, src_dir_fd=folder, dst_dir_fd=folder)
+    finally:
+        with suppress(OSError):  # there is none any more, unless something went wrong
+            os.unlink(temporary, dir_fd=folder)

@@ -9,7 +9,6 @@ from contextlib import suppress
 from typing import Any
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.atomic import sweep
 from hairpipe.graph.events import Event, Failure, Kind, Options, Outcome, Report
 from hairpipe.graph.files import File
 from hairpipe.graph.graph import Graph
@@ -38,7 +37,7 @@ class Scheduler:
         self.graph, self.store, self.options, self.report = graph, store, options, report
         self.resolver = Resolver(graph, store, frames)
         self.thinner = Thinner(self.resolver)
-        self.publisher = Publisher(store, graph)
+        self.publisher = Publisher(store, graph, options.publish_root, force=options.force)
         self.selected = frozenset(frames)
         modules = [node.type.module for node in graph.nodes.values()]
         self.pool = Pool(store.root, options.codec, graph.folder, options.jobs, modules, self.resolver.reader)
@@ -55,7 +54,6 @@ class Scheduler:
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.published: list[str] = []
-        self.swept: set[object] = set()
 
     def carry_out(self) -> Outcome:
         """Run until everything is established, or nothing more can be."""
@@ -213,9 +211,6 @@ class Scheduler:
         outputs = self.graph.nodes[task.node].type.outputs
         name = next(name for name, kind in outputs.items() if kind is File)
         try:
-            if path.parent not in self.swept:
-                self.swept.add(path.parent)
-                sweep(path.parent)
             if self.publisher.publish(task, record.outputs[name], path):
                 self.report(Event("published", task, message=str(path)))
             self.published.append(str(path))

@@ -69,6 +69,7 @@ def hairpipe() -> Hairpipe:
 def shot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The file `shot.toml` of six frames in the current folder: seed, move, sum (a scan), a list and drawings."""
     monkeypatch.setenv("TOY_TALLY", str(tmp_path / "tally"))
+    monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
     monkeypatch.setattr(sys, "path", list(sys.path))
     before = set(sys.modules)
     path = write_shot(tmp_path)
@@ -85,7 +86,8 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("result")
     command = [sys.executable, "-c", "from hairpipe.cli import main; main()", "run", "shot.toml", "-j1", "-q"]
     write_shot(folder)
-    subprocess.run(command, cwd=folder, env=os.environ | {"TOY_TALLY": str(folder / "tally")}, check=True)
+    told = {"TOY_TALLY": str(folder / "tally"), "HAIRPIPE_TRUST": str(folder / "nodes")}
+    subprocess.run(command, cwd=folder, env=os.environ | told, check=True)
     return folder
 
 

@@ -71,11 +71,23 @@ class Shot:
             sys.modules.pop(name, None)
         return load_graph(self.path, {name.replace("__", "."): str(value) for name, value in settings.items()})
 
-    def run(self, frames=None, *, to=(), store=None, report=lambda event: None, jobs=1, keep_going=False, **settings):
+    def run(
+        self,
+        frames=None,
+        *,
+        to=(),
+        store=None,
+        report=lambda event: None,
+        jobs=1,
+        keep_going=False,
+        root=None,
+        force=False,
+        **settings,
+    ):
         """Run the graph; returns the outcome."""
         graph = self.load(**settings)
         graph = graph.upto(to) if to else graph
-        options = Options(jobs=jobs, keep_going=keep_going)
+        options = Options(jobs=jobs, keep_going=keep_going, publish_root=root, force=force)
         return run(graph, store or self.store, frames, options, report)
 
     def plan(self, frames=None, **settings):
@@ -111,6 +123,12 @@ class Shot:
         output, errors = process.communicate(timeout=60)
         assert output, errors.decode()
         return json.loads(output)
+
+
+@pytest.fixture(autouse=True)
+def trusted(tmp_path, monkeypatch) -> None:
+    """The nodes of tests are trusted, whatever a test makes of them."""
+    monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
 
 
 @pytest.fixture

@@ -1,6 +1,7 @@
 """Code digests: what of the source counts, and whose."""
 
 import importlib
+import os
 import sys
 
 import pytest
@@ -55,11 +56,12 @@ def test_imports_are_followed_to_who_binds_the_name(shop):
     assert modules("shop.all") == {"shop.all", "shop.milk"}
 
 
-def test_a_file_of_node_types_is_meant_by_its_name_whatever_is_installed(tmp_path):
+def test_a_file_of_node_types_is_meant_by_its_name_whatever_is_installed(tmp_path, monkeypatch):
     """As it is when it is loaded; also where another folder has one of that name."""
     for folder, text in (("one", "x = 1\n"), ("two", "x = 2\n")):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / "pluggy.py").write_text(text)
+    monkeypatch.setenv("HAIRPIPE_TRUST", os.pathsep.join([str(tmp_path / "one"), str(tmp_path / "two")]))
     digests = {
         CodeReader(lambda name, make: make(), folder).code_of("pluggy").digest
         for folder in (None, tmp_path / "one", tmp_path / "two")

@@ -23,6 +23,9 @@ def test_only_what_differs_is_written(shot):
     shot.run()
     assert path.stat().st_mtime_ns == stamp
     path.write_bytes(right[:-1] + b"!")
+    shot.run(force=True)
+    assert path.read_bytes() == right
+    path.unlink()
     shot.run()
     assert path.read_bytes() == right
     assert shot.tally()["write_list"] == 1
@@ -72,18 +75,20 @@ def test_place_that_cannot_be_written_is_named_and_the_result_kept(shot):
     (shot.folder / "out").write_text("a file")
     outcome = shot.run()
     assert [(f.kind, str(f.task)) for f in outcome.failures] == [("publish", "list")]
-    assert "out/list.txt: File exists" in outcome.failures[0].message and outcome.exit_code == 1
+    assert "out/list.txt: Not a directory" in outcome.failures[0].message and outcome.exit_code == 1
     (shot.folder / "out").unlink()
     assert shot.run().evaluated == 0
     assert (shot.folder / "out" / "list.txt").is_file()
 
 
 def test_published_file_is_the_users_to_change(shot):
-    """It is a copy: writing to it does not reach the store."""
+    """It is a copy: writing to it does not reach the store, and what was written stays until that is wanted."""
     shot.run()
     path = shot.folder / "out" / "list.txt"
     path.write_text("mine")
-    outcome = shot.run()
+    (failure,) = shot.run().failures
+    assert failure.kind == "publish" and path.read_text() == "mine"
+    outcome = shot.run(force=True)
     assert outcome.evaluated == 0 and path.read_text() != "mine"
 
 

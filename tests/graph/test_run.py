@@ -140,8 +140,9 @@ def test_warnings_are_given_again_on_hits(shot):
         assert said == [("sum@3", "a strand is too short")]
 
 
-def test_the_path_of_a_graph_need_not_be_text(shot):
+def test_the_path_of_a_graph_need_not_be_text(shot, monkeypatch):
     folder = shot.folder / os.fsdecode(b"caf\xe9")
+    monkeypatch.setenv("HAIRPIPE_TRUST", str(folder / "nodes"))
     folder.mkdir()
     shot.nodes, shot.path = shot.nodes.rename(folder / "nodes"), shot.path.rename(folder / "shot.toml")
     assert shot.run().exit_code == 0 and (folder / "out" / "list.txt").exists()

@@ -1,0 +1,41 @@
+"""A process of its own with this Python: it finds modules where this one does, and never in the current folder.
+
+Python looks there with -c and -m, and wherever an entry of PYTHONPATH is empty, as `$PYTHONPATH:lib` often begins. But
+one works in folders that are strangers', and a `json.py` beside a graph is not ours to run.
+"""
+
+import json
+import os
+import sys
+from contextlib import suppress
+
+withheld: list[str] = []
+"""Entries of sys.path that children are not given: folders of nodes, which whoever needs one enters by himself."""
+
+
+def command(code: str) -> list[str]:
+    """Command line of a child that carries out a line of Python."""
+    boot = f"import sys, json; sys.path[:] = json.loads(sys.argv.pop()); {code}"
+    return [sys.executable, "-P", "-c", boot, json.dumps(search_path())]
+
+
+def environment() -> dict[str, str]:
+    """Environment of a child: ours, and nothing in it that stands for the current folder without naming it."""
+    told = os.environ.get("PYTHONPATH")
+    return os.environ | ({} if told is None else {"PYTHONPATH": os.pathsep.join(named(told))})
+
+
+def search_path() -> list[str]:
+    """Where children find modules: as here, but for what is withheld, and the current folder that nobody has named."""
+    told = os.environ.get("PYTHONPATH", "").split(os.pathsep)
+    left_out = {"", *withheld}
+    with suppress(FileNotFoundError):  # of a current folder that is gone nothing can be imported
+        here = os.path.abspath("")  # noqa: PTH100 - as Python made it, links and all
+        if len(told) > 1 and "" in told and here not in map(os.path.abspath, filter(None, told)):
+            left_out.add(here)
+    return [entry for entry in sys.path if entry not in left_out]
+
+
+def named(path: str) -> list[str]:
+    """List the entries of a PYTHONPATH that name a folder."""
+    return [entry for entry in path.split(os.pathsep) if entry]

@@ -1,0 +1,54 @@
+"""Folders full of modules that are called as others: no command runs one of them."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+POISON = "import os\nopen(os.environ['POISON'], 'a').write(__file__ + ' ')\n"
+NAMES = ("json", "numpy", "h5py", "click", "numba", "random", "sitecustomize", "usercustomize", "yaml")
+PACKAGES = ("pxr", "hairpipe", "scipy")
+START = [sys.executable, "-P", "-c", "from hairpipe.cli import main; main()"]  # as the script that pip makes does
+
+
+@pytest.fixture(scope="module")
+def poisoned(result, tmp_path_factory):
+    """The shot after a run, in a folder with modules that are called as others; so is the one of its nodes."""
+    for folder in (result, result / "nodes"):
+        for name in NAMES:
+            (folder / f"{name}.py").write_text(POISON)
+        for name in PACKAGES:
+            (folder / name).mkdir()
+            (folder / name / "__init__.py").write_text(POISON)
+    (result / "scene.usda").write_text('#usda 1.0\ndef Xform "a" {}\n')
+    yield result
+    for folder in (result, result / "nodes"):
+        for name in NAMES:
+            (folder / f"{name}.py").unlink()
+        for name in PACKAGES:
+            (folder / name / "__init__.py").unlink()
+            (folder / name).rmdir()
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        ("run shot.toml -j1 --set seed.value=4 --frames 1-2", 0),
+        ("plan shot.toml", 0),
+        ("graph shot.toml", 0),
+        ("explain shot.toml sum@2", 0),
+        ("get shot.toml sum@2 -o sum.csv", 2),
+        ("usd check scene.usda", 1),
+        ("cache verify", 0),
+        ("tune shot.toml --node sum --tolerance 1mm", 2),
+    ],
+)
+def test_no_command_imports_what_lies_about(poisoned, words, code):
+    poison = poisoned / "poison"
+    told = {"TOY_TALLY": str(poisoned / "tally"), "HAIRPIPE_TRUST": str(poisoned / "nodes")}
+    environment = os.environ | told | {"POISON": str(poison)}
+    done = subprocess.run([*START, *words.split()], cwd=poisoned, env=environment, capture_output=True, text=True)
+    assert not poison.exists(), poison.read_text()
+    assert done.returncode == code, done.stderr
+    assert "Traceback" not in done.stderr
