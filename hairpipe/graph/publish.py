@@ -1,15 +1,15 @@
 """Copies files from the store to where the graph file says: whole or not at all, and only what is not there already."""
 
 import errno
-import json
 import os
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.atomic import replacing
+from hairpipe.graph.atomic import open_made, replacing
 from hairpipe.graph.canonical import hasher
 from hairpipe.graph.fingerprint import CHUNK, fingerprint
 from hairpipe.graph.graph import Graph
+from hairpipe.graph.listing import read_listing
 from hairpipe.graph.record import Output
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.tasks import Task
@@ -43,14 +43,10 @@ class Publisher:
 
 def files_of(store: Store, output: Output, path: Path) -> dict[Path, str]:
     """Name the objects of a file that is published to a path, by where each goes; those beside the file come first."""
-    if not output.parts:
+    if not output.object.endswith(".set"):
         return {path: output.object}
-    try:
-        listing = json.loads(store.object_path(output.object).read_text(encoding="utf-8"))
-    except (FileNotFoundError, ValueError):
-        store.remove(store.object_path(output.object))
-        raise LostObject(output.object) from None
-    return {path.parent / name: part for name, part in listing["companions"].items()} | {path: listing["path"]}
+    listing = read_listing(store, output.object)
+    return {path.parent / name: part for name, part in listing.companions.items()} | {path: listing.path}
 
 
 def copy_object(store: Store, name: str, path: Path) -> bool:
@@ -62,10 +58,13 @@ def copy_object(store: Store, name: str, path: Path) -> bool:
     path.parent.mkdir(parents=True, exist_ok=True)
     state = hasher("file")
     source = store.object_path(name)
-    if not source.is_file():
-        raise LostObject(name)
-    with replacing(path) as temporary:
-        with source.open("rb") as reader, temporary.open("wb") as writer:
+    try:
+        reader = source.open("rb")
+    except (FileNotFoundError, IsADirectoryError):
+        store.remove(source)
+        raise LostObject(name) from None
+    with reader, replacing(path) as temporary:
+        with open_made(temporary) as writer:
             while chunk := reader.read(CHUNK):
                 state.update(chunk)
                 writer.write(chunk)

@@ -188,6 +188,7 @@ class Scheduler:
         """Take a result as known, publish it, and wake those that wait for it."""
         before = self.resolver.results.get(task)
         self.resolver.results[task] = record
+        self.thinner.take(task, record, before)
         if how == "finished":
             self.counts["evaluated"] += 1
             self.seconds[task.node] += record.seconds
