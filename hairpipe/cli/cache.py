@@ -107,10 +107,11 @@ def verify(cache: Path, as_json: bool) -> None:
     Exit code 0: all is whole, 1: something was damaged, or could not be read.
     """
     from hairpipe.graph.keep import verify as read_all
+    from hairpipe.graph.machine_code import kernels_parent
     from hairpipe.graph.store import Store
     from hairpipe.io.hdf5 import digest_file
 
-    found = read_all(Store(cache), digest_file)
+    found = read_all(Store(cache), digest_file, kernels_parent())
     if as_json:
         click.echo(json.dumps({"cache": str(cache), "damaged": found.damaged, "unread": found.unread}, indent=2))
     else:

@@ -189,5 +189,10 @@ def _remove(path: Path) -> bool:
     shutil.rmtree(work, ignore_errors=True)
     with suppress(OSError):
         if not os.path.lexists(work):
-            shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
+            discard(path)
     return not os.path.lexists(path)
+
+
+def discard(path: Path) -> None:
+    """Remove a file, or a folder that stands in its place; a link goes itself."""
+    shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)

@@ -32,7 +32,7 @@ class Catalogue:
         self.folder = folder if folder is not None and folder.is_dir() else None
         self._known: dict[str, NodeType] = {}
 
-    def object_names(self) -> list[str]:
+    def names(self) -> list[str]:
         """List the node types there are, without importing them."""
         local = [path.stem for path in self.folder.glob("*.py")] if self.folder else []
         packaged = [name for package in packages() for name in modules_in(package)]

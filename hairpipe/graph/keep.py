@@ -8,12 +8,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.atomic import discard
 from hairpipe.graph.fingerprint import digest_file
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.key import action_key
 from hairpipe.graph.listing import parse_listing
 from hairpipe.graph.plan import plan
 from hairpipe.graph.record import Record
+from hairpipe.graph.seal import is_sealed
 from hairpipe.graph.store import Store
 
 YOUNG = 3600.0
@@ -98,8 +100,11 @@ class Found:
             self.damaged.append(name)
 
 
-def verify(store: Store, check_value: CheckValue) -> Found:
-    """Read every record and object; remove and name those that are damaged, so that they are computed again."""
+def verify(store: Store, check_value: CheckValue, kernels: Path | None = None) -> Found:
+    """Read every record and object; remove and name those that are damaged, so that they are computed again.
+
+    kernels  folder of compiled kernels to read too
+    """
     found = Found()
     onlooker = Store(store.root, read_only=True)  # a store that may write removes a damaged record as it reads it
     for key in store.record_keys():
@@ -108,6 +113,8 @@ def verify(store: Store, check_value: CheckValue) -> Found:
     for name in store.object_names():
         path = store.object_path(name)
         found.take(f"objects/{name}", path, lambda path=path: is_whole(path, check_value), store.remove)
+    for path in kernels.glob("*/*/*.nb[ci]") if kernels else ():
+        found.take(f"kernels/{path.name}", path, lambda path=path: path.is_file() and is_sealed(path), discard)
     return found
 
 

@@ -80,7 +80,10 @@ def from_fields(fields: dict[str, Any]) -> Record:
 
 def is_sound(record: Record) -> bool:
     """Whether everything in a record is of the type that it is used as, and every name one of ours."""
-    parts, numbers = record.parts, (record.seconds, record.created, record.processor or 0.0)
+    parts, numbers = (
+        record.parts,
+        (record.seconds, record.created, 0.0 if record.processor is None else record.processor),
+    )
     return (
         is_key(record.key)
         and isinstance(record.node, str)

@@ -13,13 +13,12 @@ It is data: nothing in it is executed, and compiled kernels are kept elsewhere (
 
 import json
 import os
-import shutil
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from hairpipe.graph.atomic import sweep, write_text
+from hairpipe.graph.atomic import discard, sweep, write_text
 from hairpipe.graph.canonical import digest, parsed
 from hairpipe.graph.key import is_key
 from hairpipe.graph.record import Record, is_object, read_record, write_record
@@ -129,7 +128,7 @@ class Store:
         """Remove a file of the store, or a folder that stands in its place."""
         if not self.read_only:
             with suppress(OSError):
-                shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
+                discard(path)
 
     def room(self, path: Path) -> Path:
         """Make room for a file of the store: folders where folders belong, and none in its place; returns its path."""

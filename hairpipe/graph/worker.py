@@ -30,6 +30,7 @@ from hairpipe.graph.fingerprint import is_changed
 from hairpipe.graph.frames import Time
 from hairpipe.graph.memory import keep_freed
 from hairpipe.graph.record import Output, Record
+from hairpipe.graph.seal import guard_kernels, removed
 from hairpipe.graph.store import Store
 from hairpipe.graph.values import Values, codec_named, is_full
 
@@ -55,10 +56,11 @@ class Worker:
         """Evaluate a job; whatever goes wrong is part of the reply."""
         self.values.lost()
         try:
-            return {"record": asdict(self.evaluate(job))}
+            reply: Reply = {"record": asdict(self.evaluate(job))}
         except Exception as error:  # a node may raise anything; the run goes on and says which node it was
             lost = self.values.lost()
-            return failure(error) if lost is None else {"lost": lost}
+            reply = failure(error) if lost is None else {"lost": lost}
+        return reply | {"healed": len(removed())}
 
     def evaluate(self, job: Job) -> Record:
         """Evaluate a job and add its record to the store."""
@@ -163,6 +165,7 @@ def main(descriptor: int) -> None:
     """Serve a coordinator until it is gone."""
     die_with_parent()
     keep_freed()
+    guard_kernels()
     connection = Connection(descriptor)
     try:
         worker = Worker(json.loads(connection.recv_bytes()), lambda: is_closed(connection))
