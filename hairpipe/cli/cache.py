@@ -102,22 +102,23 @@ def du(cache: Path, as_json: bool) -> None:
 @options.cache
 @options.as_json
 def verify(cache: Path, as_json: bool) -> None:
-    """Read everything; remove what is damaged, so that the next run computes it again.
+    """Read everything; remove what is damaged, so that the next run computes it again. Compiled kernels are read too.
 
-    Exit code 0: all is whole, 1: something was damaged.
+    Exit code 0: all is whole, 1: something was damaged, or could not be read.
     """
     from hairpipe.graph.keep import verify as read_all
+    from hairpipe.graph.machine_code import kernels_parent
     from hairpipe.graph.store import Store
     from hairpipe.io.hdf5 import digest_file
 
-    damaged = read_all(Store(cache), digest_file)
+    found = read_all(Store(cache), digest_file, kernels_parent())
     if as_json:
-        click.echo(json.dumps({"cache": str(cache), "damaged": damaged}, indent=2))
+        click.echo(json.dumps({"cache": str(cache), "damaged": found.damaged, "unread": found.unread}, indent=2))
     else:
-        click.echo(
-            "\n".join([*damaged, f"{plural(len(damaged), 'file')} damaged and removed" if damaged else "all whole"])
-        )
-    sys.exit(1 if damaged else 0)
+        lines = [f"{plural(len(found.damaged), 'file')} damaged and removed"] if found.damaged else []
+        lines += [f"{plural(len(found.unread), 'file')} not known to be whole"] if found.unread else []
+        click.echo("\n".join([*found.damaged, *found.unread, *(lines or ["all whole"])]))
+    sys.exit(1 if found.damaged or found.unread else 0)
 
 
 @cache.command()

@@ -58,6 +58,15 @@ def read_frames(ctx: click.Context, param: click.Parameter, text: str | None) ->
         raise BadInput(fault.what, where="--frames", right=fault.right) from None
 
 
+def read_cache(ctx: click.Context, param: click.Parameter, cache: Path) -> Path:
+    """Take the folder of results, unless it is somebody else's."""
+    from hairpipe.graph.ownership import check_store
+
+    if not ctx.resilient_parsing:
+        check_store(cache)
+    return cache
+
+
 def complete_graph(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Offer the shipped graphs and files."""
     names = [CompletionItem(name) for name in shipped_graphs() if name.startswith(incomplete)]
@@ -107,6 +116,7 @@ cache = click.option(
     default=Path("cache"),
     show_default="cache in the current folder",
     type=click.Path(file_okay=False, path_type=Path),
+    callback=read_cache,
     help="Folder where results are kept.",
 )
 jobs = click.option(

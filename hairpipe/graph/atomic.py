@@ -1,31 +1,78 @@
 """Files appear whole or not at all: a temporary name, the bytes on disk, then a rename.
 
-A process that is killed in between leaves a temporary file that carries its process number; the next one sweeps it.
+A temporary file is locked (flock) by the process that makes it. The kernel lets go of a lock when its process ends,
+however it ends, so anybody can tell what was left over, and sweeps it; numbers of processes would not tell, since
+containers of one host name count their own. Names are random, and files are created, never followed through links.
 """
 
-import itertools
+import errno
+import fcntl
 import os
 import re
+import secrets
 import shutil
-import socket
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO
 
-HOST = re.sub(r"[^A-Za-z0-9]", "", socket.gethostname()) or "host"
 STALE = 24 * 3600.0
-"""Age after which a temporary file of another machine is taken for left over [s]."""
+"""Age after which a temporary file is taken for left over where the file system has no locks [s]."""
 
-_NAME = re.compile(r"\.hairpipe-([A-Za-z0-9]+)-(\d+)-\d+\.tmp")
-"""Of a temporary file, a name that nobody else gives: machine, process, number."""
-_counter = itertools.count()
+_NAME = re.compile(r"\.hairpipe-(?:([0-9a-f]{32})|[A-Za-z0-9]+-\d+-\d+)\.tmp")
+"""Of a temporary file, a name that nobody else gives; older versions wrote machine, process and number."""
+_NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL, errno.EBADF)
+_held: set[int] = set()
+"""Descriptors of the files that this process has in the making."""
 
 
-def temporary_name(folder: Path) -> Path:
-    """Give a name in the folder that no other process uses; the folder is made where it is missing."""
+def _let_go() -> None:
+    """Close what the parent of a forked process has in the making: the lock is of the parent alone."""
+    for handle in _held:
+        with suppress(OSError):
+            os.close(handle)
+    _held.clear()
+
+
+os.register_at_fork(after_in_child=_let_go)
+
+
+@contextmanager
+def making(folder: Path) -> Iterator[tuple[Path, int]]:
+    """Give an empty file with a name that nobody else uses, locked, and its descriptor; it goes if it is still there.
+
+    A folder of the same name but for the suffix `.work` belongs to it. The folder around is made where it is missing.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    return folder / f".hairpipe-{HOST}-{os.getpid()}-{next(_counter)}.tmp"
+    path, handle = _create(folder)
+    _held.add(handle)
+    try:
+        yield path, handle
+    finally:
+        _remove(path)
+        if handle in _held:
+            _held.discard(handle)
+            os.close(handle)
+
+
+def _create(folder: Path) -> tuple[Path, int]:
+    while True:
+        path = folder / f".hairpipe-{secrets.token_hex(16)}.tmp"
+        flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC
+        handle = os.open(path, flags, 0o666)
+        if _lock(handle) is not False and is_at(handle, path):
+            return path, handle
+        os.close(handle)  # a sweep came before the lock, and takes the file
+
+
+@contextmanager
+def workspace(folder: Path) -> Iterator[Path]:
+    """Make an empty folder within another; it goes at the end, with all that was left in it."""
+    with making(folder) as (token, _):
+        work = token.with_suffix(".work")
+        work.mkdir()
+        yield work
 
 
 @contextmanager
@@ -35,16 +82,19 @@ def replacing(path: Path, folder: Path | None = None, *, lasting: bool = True) -
     folder   of the temporary file, on the same file system; that of `path` by default
     lasting  False: do not wait for the disk; a crash of the machine may leave the file damaged
     """
-    temporary = temporary_name(folder or path.parent)
-    try:
+    with making(folder or path.parent) as (temporary, handle):
         yield temporary
         if lasting:
             flush(temporary)
+        if not is_at(handle, temporary):
+            raise OSError(errno.ESTALE, "somebody has put another file in its place", str(temporary))
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary.replace(path)
-    finally:
-        with suppress(OSError):
-            temporary.unlink(missing_ok=True)
+
+
+def open_made(path: Path) -> IO[bytes]:
+    """Open a file in the making to write it from the start; OSError where it has become a link."""
+    return os.fdopen(os.open(path, os.O_WRONLY | os.O_TRUNC | os.O_NOFOLLOW | os.O_CLOEXEC), "wb")
 
 
 def flush(path: Path) -> None:
@@ -58,45 +108,91 @@ def flush(path: Path) -> None:
 
 def write_text(path: Path, text: str, folder: Path | None = None, *, lasting: bool = True) -> None:
     """Write a text file atomically; see `replacing`."""
-    with replacing(path, folder, lasting=lasting) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    with replacing(path, folder, lasting=lasting) as temporary, open_made(temporary) as file:
+        file.write(text.encode("utf-8"))
+        file.flush()
 
 
 def sweep(folder: Path, *, ours_alone: bool = False) -> int:
-    """Remove temporary files and folders whose process is gone; returns how many.
+    """Remove temporary files, and the folders that belong to them, which nobody makes any more; returns how many.
 
-    ours_alone  nobody else uses the folder: what processes of other machines left goes too, after a day
+    ours_alone  nobody else uses the folder: what cannot be told by a lock goes too, after a day
     """
     swept = 0
     with suppress(OSError):
-        for path in folder.glob("*.tmp"):
-            if is_left_over(path, elsewhere=ours_alone):
-                shutil.rmtree(path, ignore_errors=True) if path.is_dir() else path.unlink(missing_ok=True)
-                swept += 1
+        for path in folder.glob(".hairpipe-*.tmp"):
+            with left_over(path, elsewhere=ours_alone) as gone:
+                swept += gone and _remove(path)
     return swept
 
 
 def is_left_over(path: Path, *, elsewhere: bool = False) -> bool:
-    """Whether a file is a temporary one of ours, and the process that made it gone, as far as this machine can tell.
+    """Whether a file is a temporary one of ours which nobody makes any more; `elsewhere` as below."""
+    with left_over(path, elsewhere=elsewhere) as gone:
+        return gone
 
-    elsewhere  judge files of other machines by their age
+
+@contextmanager
+def left_over(path: Path, *, elsewhere: bool = False) -> Iterator[bool]:
+    """Tell whether a file is a temporary one of ours which nobody makes any more, and hold its lock meanwhile.
+
+    elsewhere  judge by their age those that cannot be told by a lock
     """
-    name = _NAME.fullmatch(path.name)
-    if name is None:
-        return False
-    host, process = name.groups()
-    if host == HOST:
-        return not is_running(int(process))
-    return elsewhere and time.time() - path.stat().st_mtime > STALE
-
-
-def is_running(process: int) -> bool:
-    """Whether a process of this machine runs; one that is dead and waits to be noticed does not."""
+    name, handle, gone = _NAME.fullmatch(path.name), None, False
     try:
-        os.kill(process, 0)
-        status = Path(f"/proc/{process}/stat").read_text()
-    except (ProcessLookupError, OverflowError):
+        if name is not None:
+            old = elsewhere and time.time() - path.lstat().st_mtime > STALE
+            handle = _open(path) if name[1] else None
+            locked = None if handle is None else _lock(handle)
+            gone = (handle is None or is_at(handle, path)) and (old if locked is None else locked)
+    except OSError:  # it has just gone, or is a link or a folder, and so none of ours
+        gone = False
+    try:
+        yield gone
+    finally:
+        if handle is not None:
+            os.close(handle)
+
+
+def _open(path: Path) -> int:
+    flags = os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC
+    try:
+        return os.open(path, os.O_RDWR | flags)  # some file systems lock only what may be written
+    except PermissionError:
+        return os.open(path, os.O_RDONLY | flags)
+
+
+def _lock(handle: int) -> bool | None:
+    """Take the lock of an open file; False where somebody has it, None where there are no locks."""
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
         return False
+    except OSError as error:
+        if error.errno in _NO_LOCKS:
+            return None
+        raise
+    return True
+
+
+def is_at(handle: int, path: Path) -> bool:
+    """Whether an open file still lies at a path, itself and no link to it."""
+    try:
+        return os.path.samestat(os.fstat(handle), path.lstat())
     except OSError:
-        return True
-    return status.rpartition(")")[2].split()[0] not in ("Z", "X")
+        return False
+
+
+def _remove(path: Path) -> bool:
+    """Remove a temporary file, after the folder that belongs to it; whether that went."""
+    work = path.with_suffix(".work")
+    shutil.rmtree(work, ignore_errors=True)
+    with suppress(OSError):
+        if not os.path.lexists(work):
+            discard(path)
+    return not os.path.lexists(path)
+
+
+def discard(path: Path) -> None:
+    """Remove a file, or a folder that stands in its place; a link goes itself."""
+    shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)

@@ -16,6 +16,7 @@ from hairpipe.graph.graph import Graph
 NODES = "nodes"
 KEPT = {".toml": "a graph file", ".py": "code"}
 """What no published file is called, by suffix: others would read or run it."""
+OPEN = "/proc/self/fd"
 FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW
 
 
@@ -69,10 +70,11 @@ def check_way(place: Path) -> None:
 
 
 @contextmanager
-def entered(root: Path, folder: Path) -> Iterator[int]:
+def entered(root: Path, folder: Path) -> Iterator[Path]:
     """Open a folder step by step from a root, made where it is missing; no step follows a link, whoever put it there.
 
-    Gives the descriptor of the folder. OSError where something else is in the way.
+    Gives a path that means the open folder, whatever is put in its place, where the system has such paths; else the
+    folder's own. OSError where something else is in the way.
     """
     root.mkdir(parents=True, exist_ok=True)
     handle = os.open(root, FOLDER)
@@ -82,6 +84,7 @@ def entered(root: Path, folder: Path) -> Iterator[int]:
                 os.mkdir(name, dir_fd=handle)
             above, handle = handle, os.open(name, FOLDER, dir_fd=handle)
             os.close(above)
-        yield handle
+        open_folder = Path(OPEN, str(handle))
+        yield open_folder if open_folder.is_dir() else folder
     finally:
         os.close(handle)

@@ -2,10 +2,13 @@
 
 import json
 import math
+import re
 from hashlib import blake2b
 from typing import Any
 
 DIGEST_BYTES = 20
+DIGEST = re.compile(rf"[0-9a-f]{{{2 * DIGEST_BYTES}}}")
+"""A digest as text."""
 
 
 def canonical(value: Any) -> str:
@@ -33,6 +36,14 @@ def check(value: Any) -> None:
         return
     for item in value:
         check(item)
+
+
+def parsed(text: str | bytes) -> Any:
+    """Read JSON that somebody else may have written; ValueError for whatever is none."""
+    try:
+        return json.loads(text)
+    except RecursionError:
+        raise ValueError("nested too deeply") from None
 
 
 def digest(kind: str, value: Any) -> str:

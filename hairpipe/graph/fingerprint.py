@@ -2,9 +2,10 @@
 
 import json
 import time
+from contextlib import suppress
 from pathlib import Path
 
-from hairpipe.graph.canonical import digest, hasher
+from hairpipe.graph.canonical import digest, hasher, parsed
 from hairpipe.graph.store import Store
 
 CHUNK = 1 << 20
@@ -22,9 +23,10 @@ def fingerprint(path: Path, store: Store) -> str:
     name = digest("stat", str(path))
     begun = time.time_ns()
     stamp = stamp_of(path)
-    known = json.loads(store.recall(name) or "{}")
-    if known.get("stamp") == stamp and known["begun"] - max(stamp[3:]) > SETTLED:
-        return known["digest"]
+    with suppress(ValueError, TypeError, KeyError):  # no note, or one of somebody else's making
+        known = parsed(store.recall(name) or "null")
+        if known["stamp"] == stamp and known["begun"] - max(stamp[3:]) > SETTLED:
+            return str(known["digest"])
     found = digest_file(path)
     if stamp_of(path) == stamp:
         store.note(name, json.dumps({"stamp": stamp, "begun": begun, "digest": found}))

@@ -1,19 +1,25 @@
 """Housekeeping of a store: what is in it, whether it is whole, and what may go."""
 
-import json
+import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Set
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.atomic import discard
 from hairpipe.graph.fingerprint import digest_file
 from hairpipe.graph.graph import Graph
+from hairpipe.graph.key import action_key
+from hairpipe.graph.listing import parse_listing
 from hairpipe.graph.plan import plan
 from hairpipe.graph.record import Record
+from hairpipe.graph.seal import is_sealed
 from hairpipe.graph.store import Store
-from hairpipe.graph.values import set_name
+
+YOUNG = 3600.0
+"""Age below which an object that no result holds is spared: a run may be about to hold it [s]."""
 
 CheckValue = Callable[[Path], str]
 """Gives the digest of the value in an object file; BadInput where there is none."""
@@ -43,8 +49,8 @@ class Swept:
 
 def items(store: Store) -> Iterator[Item]:
     """Iterate over all results in a store, unordered; damaged records are left out."""
-    for path in (store.root / "actions").glob("??/*.json"):
-        record = store.record(path.stem)
+    for key in store.record_keys():
+        path, record = store.action_path(key), store.record(key)
         with suppress(FileNotFoundError):  # another process may clean, too
             if record:
                 yield Item(record, path.stat().st_mtime, record.size)
@@ -52,11 +58,8 @@ def items(store: Store) -> Iterator[Item]:
 
 def objects(store: Store) -> dict[str, int]:
     """Sizes of all objects in a store by name [bytes]."""
-    sizes = {}
-    for path in (store.root / "objects").glob("??/*"):
-        with suppress(FileNotFoundError):  # a run that is under way lets go of states
-            sizes[path.name] = path.stat().st_size
-    return sizes
+    found = {name: store.size(name) for name in store.object_names()}
+    return {name: size for name, size in found.items() if size is not None}
 
 
 def usage(store: Store) -> dict[str, tuple[int, int]]:
@@ -71,29 +74,68 @@ def usage(store: Store) -> dict[str, tuple[int, int]]:
     return used
 
 
-def verify(store: Store, check_value: CheckValue) -> list[str]:
-    """Read every record and object; remove and name those that are damaged, so that they are computed again."""
-    damaged = []
+@dataclass(frozen=True)
+class Found:
+    """What a reading of everything has found, by path in the store.
+
+    damaged  and removed
+    unread   what cannot be told of, or not be removed, and why
+    """
+
+    damaged: list[str] = field(default_factory=list)
+    unread: list[str] = field(default_factory=list)
+
+    def take(self, name: str, path: Path, is_whole: Callable[[], bool], remove: Callable[[Path], None]) -> None:
+        """Look at a file, and remove it where it is damaged."""
+        try:
+            if is_whole() or not os.path.lexists(path):
+                return
+        except (OSError, MemoryError) as error:
+            self.unread.append(f"{name}: {getattr(error, 'strerror', None) or str(error) or 'not enough memory'}")
+            return
+        remove(path)
+        if os.path.lexists(path):
+            self.unread.append(f"{name}: damaged, and cannot be removed")
+        else:
+            self.damaged.append(name)
+
+
+def verify(store: Store, check_value: CheckValue, kernels: Path | None = None) -> Found:
+    """Read every record and object; remove and name those that are damaged, so that they are computed again.
+
+    kernels  folder of compiled kernels to read too
+    """
+    found = Found()
     onlooker = Store(store.root, read_only=True)  # a store that may write removes a damaged record as it reads it
-    for path in (store.root / "actions").glob("??/*.json"):
-        if onlooker.record(path.stem) is None and path.exists():
-            store.remove(path)
-            damaged.append(f"actions/{path.name}")
-    for name in objects(store):
+    for key in store.record_keys():
+        path = store.action_path(key)
+        found.take(f"actions/{path.name}", path, lambda key=key: is_true(onlooker.record(key)), store.remove)
+    for name in store.object_names():
         path = store.object_path(name)
-        if not is_whole(path, check_value) and path.exists():
-            store.remove(path)
-            damaged.append(f"objects/{name}")
-    return damaged
+        found.take(f"objects/{name}", path, lambda path=path: is_whole(path, check_value), store.remove)
+    for path in kernels.glob("*/*/*.nb[ci]") if kernels else ():
+        found.take(f"kernels/{path.name}", path, lambda path=path: path.is_file() and is_sealed(path), discard)
+    return found
+
+
+def is_true(record: Record | None) -> bool:
+    """Whether a record is there, and its key made of what it says."""
+    try:
+        return record is not None and action_key(record.parts) == record.key
+    except (TypeError, ValueError):
+        return False
 
 
 def is_whole(path: Path, check_value: CheckValue) -> bool:
     """Whether an object is what its name says; OSError or MemoryError where that cannot be found out."""
     try:
+        if not path.is_file():
+            return False
         if path.suffix == ".h5":
             return check_value(path) == path.stem
         if path.suffix == ".set":
-            return set_name(json.loads(path.read_text(encoding="utf-8"))) == path.name
+            listing = parse_listing(path)
+            return listing is not None and listing.name == path.name
         return digest_file(path) == path.stem
     except (BadInput, FileNotFoundError, ValueError):
         return False
@@ -124,12 +166,13 @@ def clean(store: Store, *, keep: Set[str] = frozenset(), older: float = 0.0, siz
 
     A run that is under way loses nothing but time: what it misses it computes again.
     """
+    sizes = objects(store)  # before the results: what a run adds meanwhile is held by one
     known = sorted(items(store), key=lambda item: item.used)
     held: dict[str, int] = {}
     for item in known:
         for name, _ in item.record.objects():
             held[name] = held.get(name, 0) + 1
-    sizes = objects(store)
+    spare = {name for name in sizes if name not in held and is_young(store, name)}
     total, gone, now = sum(sizes[name] for name in sizes if name in held), 0, time.time()
     for item in known:
         if total <= size or now - item.used < older:
@@ -141,8 +184,15 @@ def clean(store: Store, *, keep: Set[str] = frozenset(), older: float = 0.0, siz
         for name, _ in item.record.objects():
             held[name] -= 1
             total -= 0 if held[name] else sizes.get(name, 0)
-    unused = [name for name in sizes if not held.get(name)]
+    unused = [name for name in sizes if not held.get(name) and name not in spare]
     for name in unused:
         store.remove(store.object_path(name))
     store.sweep()
     return Swept(gone, len(unused), sum(sizes[name] for name in unused))
+
+
+def is_young(store: Store, name: str) -> bool:
+    """Whether an object was written, or asked for by a run that is about to hold it, a short time ago."""
+    with suppress(FileNotFoundError):
+        return time.time() - store.object_path(name).stat().st_mtime < YOUNG
+    return False

@@ -6,7 +6,7 @@ equal values changes no key below it.
 
 from typing import Any
 
-from hairpipe.graph.canonical import digest
+from hairpipe.graph.canonical import DIGEST, digest
 
 Parts = dict[str, Any]
 
@@ -26,3 +26,8 @@ def key_parts(
 def action_key(parts: Parts) -> str:
     """Digest the parts into the name under which the store knows the result."""
     return digest("action", parts)
+
+
+def is_key(text: Any) -> bool:
+    """Whether something is the key of an action: it becomes part of a path."""
+    return isinstance(text, str) and DIGEST.fullmatch(text) is not None

@@ -1,6 +1,7 @@
 """Where compiled kernels are kept: numba notices edits of the file a kernel stands in, not of those it calls.
 
 So each state of the sources has a folder of its own, and a helper that was edited cannot live on in old machine code.
+They are kept where this user alone can write, never in a store: a store may come from anywhere, and kernels are code.
 """
 
 import os
@@ -15,8 +16,20 @@ from hairpipe.graph.code import ALWAYS, CodeReader, version
 
 WITHOUT_KERNELS = ("cli", "graph", "tune")
 """Rooms in which nothing is compiled: editing them leaves the kernels as they are."""
-KEPT = 4
-"""States of the sources whose kernels are kept: enough to go back and forth between two versions."""
+KEPT = 8
+"""States of the sources whose kernels are kept: enough to go back and forth between versions and users' nodes."""
+
+
+def kernels_parent() -> Path:
+    """Folder for kernels of all states: where numba was told to keep its own, else in the user's cache."""
+    told, cache = os.environ.get("NUMBA_CACHE_DIR"), Path(os.environ.get("XDG_CACHE_HOME", ""))
+    if told:
+        return Path(told, "hairpipe").absolute()
+    if not cache.is_absolute():
+        cache = Path("~/.cache")
+        with suppress(RuntimeError):  # of whom the system knows no home
+            cache = cache.expanduser()
+    return cache / "hairpipe" / "kernels"
 
 
 def kernel_folder(parent: Path, reader: CodeReader, nodes: Iterable[str] = ()) -> Path:
@@ -25,7 +38,7 @@ def kernel_folder(parent: Path, reader: CodeReader, nodes: Iterable[str] = ()) -
     nodes  modules of the node types that are used: they, or what they import, may have kernels that are not ours
     """
     versions = {name: version(name) for name in ALWAYS}
-    folder = parent / digest("kernels", [kernel_sources(reader, nodes), versions])[:24]
+    folder = parent / digest("kernels", [kernel_sources(reader, nodes), versions, "sealed"])[:24]
     with suppress(OSError):
         others = sorted(parent.iterdir(), key=lambda other: other.stat().st_mtime, reverse=True)
         for other in [other for other in others if other != folder][KEPT - 1 :]:

@@ -8,6 +8,7 @@ import os
 import signal
 import socket
 import subprocess
+import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -17,7 +18,8 @@ from typing import Any, Literal
 
 from hairpipe import child
 from hairpipe.graph.code import CodeReader
-from hairpipe.graph.machine_code import clear_kernels, kernel_folder, kernel_sources
+from hairpipe.graph.machine_code import clear_kernels, kernel_folder, kernel_sources, kernels_parent
+from hairpipe.graph.ownership import own_folder
 from hairpipe.graph.tasks import Task
 
 Lane = Literal["narrow", "wide"]
@@ -55,7 +57,8 @@ class Pool:
     hello    what every worker is told first: store, codec, folder of node types, stamps of the sources behind the keys
     nodes    modules of the node types that they will load
     reader   of the sources
-    kernels  folder for compiled kernels, in the store or where numba was told to keep its own; None before it is needed
+    kernels  folder for compiled kernels; None before it is needed
+    said     what is to be told to the user
     """
 
     def __init__(
@@ -64,9 +67,9 @@ class Pool:
         self.hello = {"store": str(store), "codec": codec, "folder": str(folder), "memory": MEMORY}
         self.hello["sources"] = reader.stamps
         self.jobs, self.nodes, self.reader = jobs, sorted(set(nodes)), reader
-        told = os.environ.get("NUMBA_CACHE_DIR")
-        self._parent = Path(told, "hairpipe") if told else store / "kernels"
         self.kernels: Path | None = None
+        self.said: list[str] = []
+        self._passing: tempfile.TemporaryDirectory[str] | None = None
         self.members: list[Member] = []
 
     @property
@@ -110,10 +113,22 @@ class Pool:
         self.members.clear()
         if self.kernels is not None and self.reader.is_outdated(kernel_sources(self.reader, self.nodes)):
             clear_kernels(self.kernels)  # some may be compiled of what was edited meanwhile
+        if self._passing is not None:
+            self._passing.cleanup()
+
+    def _kernel_folder(self) -> Path:
+        """Find the folder for kernels; BadInput where others may write to it."""
+        try:
+            parent = own_folder(kernels_parent())
+        except (OSError, RuntimeError) as error:
+            self._passing = tempfile.TemporaryDirectory(prefix="hairpipe-")
+            self.said.append(f"kernels are compiled for this run alone: {error} (NUMBA_CACHE_DIR=FOLDER)")
+            parent = Path(self._passing.name)
+        return kernel_folder(parent, self.reader, self.nodes)
 
     def _start(self, lane: Lane) -> Member:
         """Start a worker; its standard output goes to ours for errors, where it disturbs no result."""
-        self.kernels = self.kernels or kernel_folder(self._parent, self.reader, self.nodes)
+        self.kernels = self.kernels or self._kernel_folder()
         ours, theirs = socket.socketpair()
         with theirs, interrupts_blocked():
             process = subprocess.Popen(

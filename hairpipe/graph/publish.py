@@ -1,24 +1,21 @@
 """Copies files from the store to where the graph file says: whole or not at all, and only what is not there already."""
 
 import errno
-import json
 import os
 import stat
-from contextlib import suppress
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.atomic import sweep, temporary_name
+from hairpipe.graph.atomic import open_made, replacing, sweep
 from hairpipe.graph.bounds import Bounds, check_way, entered
 from hairpipe.graph.canonical import hasher
 from hairpipe.graph.fingerprint import CHUNK, fingerprint
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.ledger import Ledger
+from hairpipe.graph.listing import read_listing
 from hairpipe.graph.record import Output
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.tasks import Task
-
-NEW = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW
 
 
 class Publisher:
@@ -74,25 +71,24 @@ class Publisher:
         """Copy the bytes of an object to a place unless they are there."""
         written = f"{digest_there(place, self.store)}.bin" != name
         if written:
-            with entered(root, place.parent) as folder:
-                if place.parent not in self.swept:
-                    self.swept.add(place.parent)
-                    sweep(place.parent)
-                copy_object(self.store, name, place, folder)
+            try:
+                with entered(root, place.parent) as folder:
+                    if place.parent not in self.swept:
+                        self.swept.add(place.parent)
+                        sweep(folder)
+                    copy_object(self.store, name, folder / place.name)
+            except OSError as error:  # it names the open folder
+                raise OSError(error.errno, error.strerror, str(place)) from None
         self.ledger.note(place, name.removesuffix(".bin"))
         return written
 
 
 def files_of(store: Store, output: Output, path: Path) -> dict[Path, str]:
     """Name the objects of a file that is published to a path, by where each goes; those beside the file come first."""
-    if not output.parts:
+    if not output.object.endswith(".set"):
         return {path: output.object}
-    try:
-        listing = json.loads(store.object_path(output.object).read_text(encoding="utf-8"))
-    except (FileNotFoundError, ValueError):
-        store.remove(store.object_path(output.object))
-        raise LostObject(output.object) from None
-    return {path.parent / name: part for name, part in listing["companions"].items()} | {path: listing["path"]}
+    listing = read_listing(store, output.object)
+    return {path.parent / name: part for name, part in listing.companions.items()} | {path: listing.path}
 
 
 def digest_there(place: Path, store: Store) -> str | None:
@@ -108,26 +104,22 @@ def digest_there(place: Path, store: Store) -> str | None:
     return fingerprint(place, store)
 
 
-def copy_object(store: Store, name: str, place: Path, folder: int) -> None:
-    """Copy the bytes of an object to a place, whose folder is open; LostObject where they are not what they should be.
+def copy_object(store: Store, name: str, path: Path) -> None:
+    """Copy the bytes of an object to a path; LostObject where they are not what they should be.
 
     They go to a new file first, which nobody can have put there before, and which takes the name when it is on disk.
     """
     state, source = hasher("file"), store.object_path(name)
-    temporary = temporary_name(place.parent).name
-    if not source.is_file():
-        raise LostObject(name)
     try:
-        with source.open("rb") as reader, os.fdopen(os.open(temporary, NEW, 0o666, dir_fd=folder), "wb") as writer:
+        reader = source.open("rb")
+    except (FileNotFoundError, IsADirectoryError):
+        store.remove(source)
+        raise LostObject(name) from None
+    with reader, replacing(path) as temporary:
+        with open_made(temporary) as writer:
             while chunk := reader.read(CHUNK):
                 state.update(chunk)
                 writer.write(chunk)
-            writer.flush()
-            os.fsync(writer.fileno())
         if state.hexdigest() + ".bin" != name:
             store.remove(source)
             raise LostObject(name)
-        os.rename(temporary, place.name, src_dir_fd=folder, dst_dir_fd=folder)
-    finally:
-        with suppress(OSError):  # there is none any more, unless something went wrong
-            os.unlink(temporary, dir_fd=folder)

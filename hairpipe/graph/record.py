@@ -1,13 +1,16 @@
 """The record of an action: what was evaluated, and which objects came of it."""
 
 import json
+import math
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-from hairpipe.graph.canonical import digest_bytes
-from hairpipe.graph.key import Parts
+from hairpipe.graph.canonical import DIGEST, digest_bytes, parsed
+from hairpipe.graph.key import Parts, is_key
 
 MARK = ',"check":"'
+SUFFIXES = (".h5", ".bin", ".set")
+"""Of objects: a value, the bytes of a file, a file with companions."""
 
 
 class Output(NamedTuple):
@@ -57,11 +60,15 @@ def write_record(record: Record) -> str:
 
 
 def read_record(text: str) -> Record | None:
-    """Read a record; None where a single byte of it is not as written."""
+    """Read a record; None where a single byte of it is not as written, or where it is none of ours."""
     body, mark, check = text.rpartition(MARK)
     if not mark or check != digest_bytes("record", f"{body}}}".encode()) + '"}':
         return None
-    return from_fields(json.loads(body + "}"))
+    try:
+        record = from_fields(parsed(body + "}"))
+        return record if is_sound(record) else None
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError):
+        return None
 
 
 def from_fields(fields: dict[str, Any]) -> Record:
@@ -69,3 +76,32 @@ def from_fields(fields: dict[str, Any]) -> Record:
     known = {name: value for name, value in fields.items() if name in Record.__dataclass_fields__}
     outputs = {name: Output(o[0], o[1], tuple(map(tuple, o[2]))) for name, o in fields["outputs"].items()}
     return Record(**known | {"outputs": outputs, "warnings": tuple(fields["warnings"])})
+
+
+def is_sound(record: Record) -> bool:
+    """Whether everything in a record is of the type that it is used as, and every name one of ours."""
+    parts, numbers = (
+        record.parts,
+        (record.seconds, record.created, 0.0 if record.processor is None else record.processor),
+    )
+    return (
+        is_key(record.key)
+        and isinstance(record.node, str)
+        and isinstance(record.frame, int | None)
+        and parts.keys() == {"type", "code", "settings", "inputs", "time"}
+        and all(isinstance(parts[name], str) for name in ("type", "code"))
+        and all(isinstance(parts[name], dict) for name in ("settings", "inputs"))
+        and isinstance(parts["time"], dict | None)
+        and all(is_object(name) and type(size) is int and size >= 0 for name, size in record.objects())
+        and (record.state is None or record.state in record.outputs)
+        and all(isinstance(number, int | float) and math.isfinite(number) for number in numbers)
+        and all(isinstance(text, str) for text in record.warnings)
+    )
+
+
+def is_object(name: Any, *suffixes: str) -> bool:
+    """Whether something is the name of an object, of these kinds or of any: it becomes a path."""
+    if not isinstance(name, str):
+        return False
+    stem, dot, suffix = name.partition(".")
+    return DIGEST.fullmatch(stem) is not None and dot + suffix in (suffixes or SUFFIXES)

@@ -57,7 +57,9 @@ class Resolver:
 
     def find(self, task: Task, key: str) -> Record | None:
         """Find the result of a task in the store; the state to go on from may have gone, unless somebody demands it."""
-        return self.store.find(key, without=None if task in self.demanded else state_of(self.graph.nodes[task.node]))
+        node = self.graph.nodes[task.node]
+        record = self.store.find(key, without=None if task in self.demanded else state_of(node))
+        return record if record is None or record.outputs.keys() == node.type.outputs.keys() else None
 
     def thinnable(self, node: Node) -> str | None:
         """The output of a scan that only serves to go on from: it may be thinned away. None where it is looked at."""

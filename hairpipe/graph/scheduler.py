@@ -5,6 +5,7 @@ not there sends its producer back to work, and that one may in turn send its own
 """
 
 from collections import Counter, defaultdict, deque
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import Any
 
@@ -26,6 +27,7 @@ from hairpipe.graph.thin import Thinner
 
 POLL = 0.1
 """How often a task that another process is at is looked at again [s]."""
+HEALED = "compiled kernels were damaged, and are compiled again"
 MOST_LOSSES = 10
 """How often a task may find its inputs damaged before it is given up: the disk is failing."""
 
@@ -54,6 +56,7 @@ class Scheduler:
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.published: list[str] = []
+        self.told: set[str] = set()
 
     def carry_out(self) -> Outcome:
         """Run until everything is established, or nothing more can be."""
@@ -160,11 +163,13 @@ class Scheduler:
             "files": self.resolver.files[node.name],
         }
         self.pool.send(lane, task, job)
+        self.tell(task, self.pool.said)
         self.report(Event("started", task))
 
     def finish(self, task: Task, reply: dict[str, Any]) -> None:
         """Take in what a worker says."""
         self.locks.release(self.keys[task])
+        self.tell(task, [HEALED] if reply.get("healed") else [])
         if "record" in reply:
             self.establish(task, from_fields(reply["record"]), "finished")
             self.thinner.follow(task)
@@ -174,6 +179,12 @@ class Scheduler:
             producers = {source.task for source in sources(self.resolver.tasks[task])}
             held = {p: {name for name, _ in self.resolver.results[p].objects()} for p in producers}
             self.demand(task, {p for p in producers if reply["lost"] in held[p]})
+
+    def tell(self, task: Task, messages: Iterable[str]) -> None:
+        """Say what is of no result, but of this run: each once."""
+        for message in [message for message in messages if message not in self.told]:
+            self.told.add(message)
+            self.report(Event("warning", task, message=message))
 
     def may_retry(self, task: Task) -> bool:
         """Whether a task that met a damaged object is tried once more; it fails where that never ends."""
@@ -186,6 +197,7 @@ class Scheduler:
         """Take a result as known, publish it, and wake those that wait for it."""
         before = self.resolver.results.get(task)
         self.resolver.results[task] = record
+        self.thinner.take(task, record, before)
         if how == "finished":
             self.counts["evaluated"] += 1
             self.seconds[task.node] += record.seconds

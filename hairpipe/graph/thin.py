@@ -4,58 +4,72 @@ While a scan runs the states of its last two frames are there, and that of every
 with all its states. The last but one is there for the case that the last is found damaged.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import suppress
+from collections import Counter
 from functools import cached_property
 
 from hairpipe.graph.graph import Node
-from hairpipe.graph.record import Record, read_record
+from hairpipe.graph.record import Record
 from hairpipe.graph.resolve import Resolver
-from hairpipe.graph.store import Store
 from hairpipe.graph.tasks import Task
 
 
 class Thinner:
-    """Removes the states that a run has left behind; an object that some record holds in another role stays."""
+    """Removes the states that a run has left behind; an object that some record holds in another role stays.
+
+    Each state is looked at once when the scan passes it, and again only where its frame was evaluated again.
+    """
 
     def __init__(self, resolver: Resolver) -> None:
         self.resolver = resolver
+        self._roles: Counter[str] = Counter()
+        self._passed: set[Task] = set()
+        self._next: dict[str, int] = {}
+
+    def take(self, task: Task, record: Record, before: Record | None) -> None:
+        """Count in which roles a result holds objects that has been established, in place of the one before."""
+        if before is not None:
+            self._roles.subtract(others(before) | ({} if task in self._passed else state(before)))
+        self._passed.discard(task)
+        self._roles.update(others(record) | state(record))
+        if task.frame is not None:
+            self._next[task.node] = min(self._next.get(task.node, task.frame), task.frame)
 
     def follow(self, task: Task) -> None:
         """Let go of the states before the last two of a scan that has been evaluated at a task."""
-        if self.resolver.thinnable(self.resolver.graph.nodes[task.node]) is not None:
-            self._thin(lambda other: other.node == task.node and _frame(other) < _frame(task) - 1)
+        if task.frame is not None:
+            self._pass(task.node, task.frame - 1)
 
     def finish(self) -> None:
         """Let go of all states but the last of scans that are complete."""
-        last = {task.node: task for task in self.resolver.tasks}
+        last = {task.node: task.frame for task in self.resolver.tasks}
         lacking = {task.node for task in self.resolver.tasks.keys() - self.resolver.results.keys()}
-        self._thin(lambda task: task.node not in lacking and task != last[task.node])
+        for node, frame in last.items():
+            if frame is not None and node not in lacking:
+                self._pass(node, frame)
 
-    def _thin(self, passed: Callable[[Task], bool]) -> None:
-        kept: set[str] = set()
-        spare: set[str] = set()
-        for task, record in self.resolver.results.items():
-            node = self.resolver.graph.nodes[task.node]
-            if record.state is not None:
-                may_go = self.resolver.thinnable(node) is not None and passed(task)
-                goes = may_go and not is_checkpoint(node, task, self.resolver.graph.frames[0])
-                (spare if goes else kept).add(record.outputs[record.state].object)
-        spare = {name for name in spare - kept if self.resolver.store.has(name)}
-        if spare:
-            held = self._held_before.union(*map(others, self.resolver.results.values()))
-            for name in spare - held:
-                self.resolver.store.remove(self.resolver.store.object_path(name))
+    def _pass(self, name: str, end: int) -> None:
+        """Let go of the states of a scan before a frame."""
+        node, store = self.resolver.graph.nodes[name], self.resolver.store
+        if self.resolver.thinnable(node) is None:
+            return
+        begin = self._next.get(name, end)
+        self._next[name] = max(begin, end)
+        for task in (Task(name, frame) for frame in range(begin, end)):
+            record = self.resolver.results.get(task)
+            if record is None or task in self._passed or is_checkpoint(node, task, self.resolver.graph.frames[0]):
+                continue
+            self._passed.add(task)
+            for object_name in state(record):
+                self._roles[object_name] -= 1
+                is_spare = self._roles[object_name] <= 0 and store.has(object_name)
+                if is_spare and object_name not in self._held_before:
+                    store.remove(store.object_path(object_name))
 
     @cached_property
     def _held_before(self) -> set[str]:
-        return set(held(self.resolver.store))
-
-
-def _frame(task: Task) -> int:
-    """Frame of a task of a scan."""
-    assert task.frame is not None
-    return task.frame
+        """Objects that any record of the store holds other than as the state of a scan."""
+        records = map(self.resolver.store.record, self.resolver.store.record_keys())
+        return {name for record in records if record is not None for name in others(record)}
 
 
 def is_checkpoint(node: Node, task: Task, first: int) -> bool:
@@ -63,15 +77,11 @@ def is_checkpoint(node: Node, task: Task, first: int) -> bool:
     return task.frame is not None and (task.frame - first + 1) % node.checkpoint == 0
 
 
-def others(record: Record) -> set[str]:
-    """Name the objects that a record holds other than as the state of a scan."""
-    return {name for name, _ in record.objects(without=record.state)}
+def others(record: Record) -> dict[str, int]:
+    """Count the objects that a record holds other than as the state of a scan: each once."""
+    return dict.fromkeys((name for name, _ in record.objects(without=record.state)), 1)
 
 
-def held(store: Store) -> Iterator[str]:
-    """Name the objects that any record of the store holds so."""
-    for path in (store.root / "actions").glob("??/*.json"):
-        with suppress(FileNotFoundError):  # cleaned away by another process
-            record = read_record(path.read_text(encoding="utf-8", errors="replace"))
-            if record:
-                yield from others(record)
+def state(record: Record) -> dict[str, int]:
+    """Count the object that a record holds as the state of a scan, where there is one."""
+    return {} if record.state is None else {record.outputs[record.state].object: 1}

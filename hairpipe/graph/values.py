@@ -8,20 +8,19 @@ change what another one sees, and a value that was just computed is the same, by
 import copy
 import errno
 import importlib
-import json
 import os
 import shutil
 from collections import OrderedDict
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NoReturn, Protocol, cast
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.atomic import replacing
-from hairpipe.graph.canonical import digest
+from hairpipe.graph.atomic import flush, open_made, replacing
 from hairpipe.graph.files import File
-from hairpipe.graph.fingerprint import digest_file
+from hairpipe.graph.fingerprint import CHUNK, digest_file
+from hairpipe.graph.listing import Listing, read_listing
 from hairpipe.graph.record import Output
 from hairpipe.graph.store import LostObject, Store
 
@@ -59,6 +58,22 @@ class Values:
         self._trees: OrderedDict[str, Any] = OrderedDict()
         self._held = 0
         self._verified: set[str] = set()
+        self._handed: set[str] = set()
+        self._lost: str | None = None
+
+    def lost(self) -> str | None:
+        """Name an object that was asked for since the last call and was not there, or has gone since; None for none.
+
+        A node that reads a file may find it gone in the middle, and says so in its own way.
+        """
+        handed, self._handed = self._handed, set()
+        found, self._lost = self._lost, None
+        return found or next((name for name in sorted(handed) if not self.store.has(name)), None)
+
+    def check(self) -> None:
+        """Raise LostObject for one that was asked for since the last call of `lost`, whatever became of that."""
+        if self._lost is not None:
+            raise LostObject(self._lost)
 
     def get(self, name: str, kind: type) -> Any:
         """Read a value of this type; LostObject where it is not there, whole."""
@@ -86,11 +101,11 @@ class Values:
 
     def _read(self, name: str) -> Any:
         """Read a tree and check its digest; what the system does not let be read is not damaged, and stays."""
-        path = self.store.object_path(name)
         with suppress(FileNotFoundError, BadInput):
-            tree = self.codec.read(path)
-            if self.codec.digest_tree(tree) + ".h5" == name:
-                return tree
+            if self.store.has(name):
+                tree = self.codec.read(self.store.object_path(name))
+                if self.codec.digest_tree(tree) + ".h5" == name:
+                    return tree
         self._lose(name)
 
     def _keep(self, name: str, tree: Any) -> None:
@@ -102,6 +117,7 @@ class Values:
             self._held -= self.codec.nbytes(self._trees.popitem(last=False)[1])
 
     def _lose(self, name: str) -> NoReturn:
+        self._lost = name
         self.store.remove(self.store.object_path(name))
         raise LostObject(name)
 
@@ -109,62 +125,68 @@ class Values:
         """Check the bytes of a file, and of those beside it."""
         if name.endswith(".bin"):
             return File(self._checked(name))
-        path = self.store.object_path(name)
-        with suppress(FileNotFoundError, ValueError):
-            listing = json.loads(path.read_text(encoding="utf-8"))
-            if set_name(listing) == name:
-                parts = {label: self._checked(part) for label, part in listing["companions"].items()}
-                return File(self._checked(listing["path"]), parts)
-        self._lose(name)
+        try:
+            listing = read_listing(self.store, name)
+        except LostObject:
+            self._lose(name)
+        parts = {label: self._checked(part) for label, part in listing.companions.items()}
+        return File(self._checked(listing.path), parts)
 
     def _checked(self, name: str) -> Path:
         path = self.store.object_path(name)
-        if name not in self._verified:
+        if self.store.has(name):
             with suppress(FileNotFoundError):
-                if digest_file(path) + ".bin" == name:
+                if name in self._verified or digest_file(path) + ".bin" == name:
                     self._verified.add(name)
-        if name not in self._verified or not path.exists():
-            self._lose(name)
-        return path
+                    self._handed.add(name)
+                    return path
+        self._lose(name)
 
     def _put_file(self, file: File, workspace: Path | None) -> Output:
         """Store the bytes of a file; with companions, a list of files by name is the object."""
         main = self._put_bytes(file.path, workspace)
         if not file.companions:
             return main
-        parts = {checked_name(label): self._put_bytes(path, workspace) for label, path in file.companions.items()}
-        listing = {"path": main.object, "companions": {label: part.object for label, part in parts.items()}}
-        name, text = set_name(listing), json.dumps(listing)
-        size = self._write(name, len(text), lambda path: write_listing(path, text))
-        return Output(name, size, tuple((part.object, part.size) for part in (main, *parts.values())))
+        parts = {label: self._put_bytes(path, workspace) for label, path in file.companions.items()}
+        listing = Listing(main.object, {label: part.object for label, part in parts.items()})
+        size = self._write(listing.name, len(listing.text), lambda path: write_listing(path, listing))
+        return Output(listing.name, size, tuple((part.object, part.size) for part in (main, *parts.values())))
 
     def _put_bytes(self, path: Path, workspace: Path | None) -> Output:
+        """Store the bytes of a file; one of the workspace is not copied, where the file system has hard links."""
         path = path.resolve()
-        name = digest_file(path) + ".bin"
-        inside = workspace is not None and path.is_relative_to(workspace.resolve())
-        return Output(
-            name, self._write(name, path.stat().st_size, lambda to: (os.link if inside else copy_file)(path, to))
-        )
+        name, size = digest_file(path) + ".bin", path.stat().st_size
+        if workspace is not None and path.is_relative_to(workspace.resolve()) and not self.store.has(name):
+            path.chmod(0o444)
+            flush(path)
+            with suppress(OSError):
+                os.link(path, self.store.room(self.store.object_path(name)))
+                return Output(name, size)
+        return Output(name, self._write(name, size, lambda to: copy_file(path, to)))
 
     def _write(self, name: str, expected: int, write: Callable[[Path], None]) -> int:
         """Write an object unless it is there; returns its size [bytes]."""
-        path = self.store.object_path(name)
-        if not path.exists():
+        size = self.store.size(name)
+        if size is None:
             check_space(self.store.root, expected)
-            with replacing(path, self.store.temporary) as temporary:
+            with replacing(self.store.room(self.store.object_path(name)), self.store.temporary) as temporary:
                 write(temporary)
                 temporary.chmod(0o444)
-        return path.stat().st_size
+                size = temporary.stat().st_size
+        else:
+            self.store.renew(name)
+        return size
 
 
 def copy_file(source: Path, target: Path) -> None:
     """Copy the bytes of a file, nothing else."""
-    shutil.copyfile(source, target)
+    with source.open("rb") as reader, open_made(target) as writer:
+        shutil.copyfileobj(reader, writer, CHUNK)
 
 
-def write_listing(path: Path, text: str) -> None:
+def write_listing(path: Path, listing: Listing) -> None:
     """Write the list of a file and its companions."""
-    path.write_text(text, encoding="utf-8")
+    path.write_text(listing.text, encoding="utf-8")
 
 
 def check_space(root: Path, needed: int) -> None:
@@ -177,16 +199,3 @@ def check_space(root: Path, needed: int) -> None:
 def is_full(error: OSError) -> bool:
     """Whether an error says that a disk is full; HDF5 says it in words only."""
     return error.errno in FULL or any(f"errno = {number}" in str(error) for number in FULL)
-
-
-def set_name(listing: dict[str, Any]) -> str:
-    """Name a file with companions by what belongs to it."""
-    return digest("set", listing) + ".set"
-
-
-def checked_name(label: str) -> str:
-    """Refuse the name of a companion that would lead out of the folder of its file."""
-    parts: Iterable[str] = Path(label).parts
-    if not label or Path(label).is_absolute() or ".." in parts or "\0" in label:
-        raise ValueError(f"companion {label!r} is no relative name")
-    return label

@@ -7,14 +7,13 @@ store, the object that was lost, or what went wrong. A worker dies with its coor
 import ctypes
 import json
 import os
-import shutil
 import signal
 import sys
 import time
 import traceback
 import warnings
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import asdict
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -23,7 +22,7 @@ from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.arguments import build_arguments
-from hairpipe.graph.atomic import temporary_name
+from hairpipe.graph.atomic import workspace
 from hairpipe.graph.catalogue import Catalogue
 from hairpipe.graph.declare import NodeType
 from hairpipe.graph.files import Workspace
@@ -31,7 +30,8 @@ from hairpipe.graph.fingerprint import is_changed
 from hairpipe.graph.frames import Time
 from hairpipe.graph.memory import keep_freed
 from hairpipe.graph.record import Output, Record
-from hairpipe.graph.store import LostObject, Store
+from hairpipe.graph.seal import guard_kernels, removed
+from hairpipe.graph.store import Store
 from hairpipe.graph.values import Values, codec_named, is_full
 
 MOST_WARNINGS = 20
@@ -54,23 +54,18 @@ class Worker:
 
     def reply(self, job: Job) -> Reply:
         """Evaluate a job; whatever goes wrong is part of the reply."""
+        self.values.lost()
         try:
-            return {"record": asdict(self.evaluate(job))}
-        except LostObject as error:
-            return {"lost": error.name}
-        except BadInput as error:
-            return failure("input", str(error))
-        except OSError as error:
-            kind = "disk" if is_full(error) else "node"
-            return failure(kind, f"{type(error).__name__}: {error}")
+            reply: Reply = {"record": asdict(self.evaluate(job))}
         except Exception as error:  # a node may raise anything; the run goes on and says which node it was
-            kind = "diverged" if type(error) is ArithmeticError else "node"
-            return failure(kind, f"{type(error).__name__}: {error}")
+            lost = self.values.lost()
+            reply = failure(error) if lost is None else {"lost": lost}
+        return reply | {"healed": len(removed())}
 
     def evaluate(self, job: Job) -> Record:
         """Evaluate a job and add its record to the store."""
         node_type = self.catalogue.find(job["type"])
-        with workspace(self.store, node_type.asks_workspace) as folder:
+        with workspace(self.store.temporary) if node_type.asks_workspace else nullcontext() as folder:
             when = Time(job["time"]["frame"], job["time"]["fps"])
             arguments = build_arguments(
                 node_type, job["inputs"], job["settings"], when, folder and Workspace(folder), self.values.get
@@ -82,6 +77,7 @@ class Worker:
                     result = node_type.function(**arguments)
                 finally:
                     self._check_code(node_type)
+            self.values.check()
             seconds, processor = time.perf_counter() - begun, time.process_time() - worked
             del arguments
             check_files(job)
@@ -122,20 +118,6 @@ class Worker:
         return {name: self.values.put(results[name], kind, folder) for name, kind in node_type.outputs.items()}
 
 
-@contextmanager
-def workspace(store: Store, wanted: object) -> Iterator[Path | None]:
-    """Make an empty folder, and remove it with all that was left in it."""
-    if not wanted:
-        yield None
-        return
-    folder = temporary_name(store.temporary)
-    folder.mkdir()
-    try:
-        yield folder
-    finally:
-        shutil.rmtree(folder, ignore_errors=True)
-
-
 def file_of(module: ModuleType | None) -> str:
     """Path of the file that a module was imported from; nothing of it is asked, for some import more when they are."""
     known = vars(module) if isinstance(module, ModuleType) else {}
@@ -149,8 +131,13 @@ def check_files(job: Job) -> None:
             raise BadInput("changed while it was read", where=path, right="run again when it is complete")
 
 
-def failure(kind: str, message: str) -> Reply:
+def failure(error: Exception) -> Reply:
     """Describe the exception at hand."""
+    kind, message = "input", str(error)
+    if not isinstance(error, BadInput):
+        full = isinstance(error, OSError) and is_full(error)
+        kind = "disk" if full else "diverged" if type(error) is ArithmeticError else "node"
+        message = f"{type(error).__name__}: {error}"
     return {"failure": {"kind": kind, "message": message, "traceback": traceback.format_exc()}}
 
 
@@ -178,6 +165,7 @@ def main(descriptor: int) -> None:
     """Serve a coordinator until it is gone."""
     die_with_parent()
     keep_freed()
+    guard_kernels()
     connection = Connection(descriptor)
     try:
         worker = Worker(json.loads(connection.recv_bytes()), lambda: is_closed(connection))

@@ -53,6 +53,13 @@ def test_damage_is_found_removed_and_computed_again(computed, hairpipe):
     assert json.loads(hairpipe("cache verify --json").stdout)["damaged"] == []
 
 
+def test_a_store_of_somebody_else_is_refused_by_every_command(computed, hairpipe):
+    Path("cache").chmod(0o777)
+    for arguments in ("cache ls", "run shot.toml", "plan shot.toml", "get shot.toml sum@1 -o sum.npz"):
+        result = hairpipe(arguments)
+        assert result.exit_code == 2 and "HAIRPIPE_TRUST_STORE=" in result.stderr and result.stderr.count("\n") == 1
+
+
 def test_what_a_graph_reaches_is_kept(computed, hairpipe):
     hairpipe("run shot.toml -j1 -q --set seed.value=7")
     assert len(listed(hairpipe)) == 40

@@ -1,17 +1,26 @@
 """Damaged results: noticed when they are used, computed again, never an error."""
 
+import errno
+import json
 import os
 import resource
+import shutil
 import struct
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import pytest
 
+from hairpipe.errors import BadInput
 from hairpipe.graph import File
-from hairpipe.graph.keep import is_whole, verify
-from hairpipe.graph.store import Store
+from hairpipe.graph.atomic import write_text
+from hairpipe.graph.canonical import digest, digest_bytes
+from hairpipe.graph.keep import Found, is_whole, verify
+from hairpipe.graph.listing import check_name, read_listing
+from hairpipe.graph.publish import files_of
+from hairpipe.graph.record import MARK, read_record, write_record
+from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.values import Values
 from hairpipe.io import hdf5
 from hairpipe.io.hdf5 import digest_file
@@ -87,17 +96,197 @@ def test_damaged_notes_cost_nothing_but_time(shot):
 def test_verify_finds_and_removes_what_is_damaged(shot):
     shot.run()
     results = shot.results()
-    assert verify(shot.store, digest_file) == []
+    assert verify(shot.store, digest_file) == Found()
     record = next(shot.store.root.glob("actions/??/*.json"))
     record.write_text("garbage")
     flip(shot.store.object_path(results["seed"][""]))
     truncate(shot.store.object_path(results["list"][""]))
-    found = verify(shot.store, digest_file)
+    found = verify(shot.store, digest_file).damaged
     objects = [f"objects/{results[name]['']}" for name in ("seed", "list")]
     assert sorted(found) == sorted([f"actions/{record.name}", *objects]) and not record.exists()
     shot.run()
     assert shot.results() == results
-    assert verify(shot.store, digest_file) == []
+    assert verify(shot.store, digest_file) == Found()
+
+
+@pytest.fixture
+def listed(shot):
+    """The shot after a run that has published a file with a companion: the listing, its record, what was published."""
+    assert shot.run(list__parts="true").exit_code == 0
+    record = next(r for r in map(shot.store.record, shot.store.record_keys()) if r.node == "list")
+    return shot.store.object_path(record.outputs[""].object), record, published(shot)
+
+
+def published(shot):
+    return {str(path.relative_to(shot.folder)): path.read_bytes() for path in shot.folder.glob("out/**/*.txt")}
+
+
+def flips(data):
+    """Every state of some bytes in which one bit is another."""
+    for bit in range(8 * len(data)):
+        yield data[: bit // 8] + bytes([data[bit // 8] ^ 1 << bit % 8]) + data[bit // 8 + 1 :]
+
+
+def test_no_flipped_bit_of_a_listing_is_believed(shot, listed):
+    """It is lost, and removed, or says what it said."""
+    path, record, _ = listed
+    data, place = path.read_bytes(), shot.folder / "elsewhere" / "list.txt"
+    right = files_of(shot.store, record.outputs[""], place)
+    lost = 0
+    for damaged in flips(data):
+        rewrite(path, damaged)
+        try:
+            assert files_of(shot.store, record.outputs[""], place) == right
+        except LostObject:
+            lost += 1
+            assert not path.exists()
+            path.touch()
+    assert lost > 7.5 * len(data)
+
+
+@pytest.mark.parametrize("at", ["companions", "txt", "bin", "set"])
+def test_a_damaged_listing_is_made_again(shot, listed, at):
+    path, _, right = listed
+    data = path.read_bytes()
+    rewrite(path, data.replace(b"parts/", b"qarts/") if at == "set" else data.replace(at.encode(), at.encode()[:-1]))
+    shutil.rmtree(shot.folder / "out")
+    shot.tally()
+    assert shot.run(list__parts="true").exit_code == 0
+    assert shot.tally() == Counter(write_list=1) and published(shot) == right
+
+
+def test_no_flipped_bit_of_a_record_is_believed(shot, listed):
+    _, record, _ = listed
+    text = shot.store.action_path(record.key).read_bytes()
+    assert all(read_record(damaged.decode(errors="replace")) is None for damaged in flips(text))
+
+
+@pytest.mark.parametrize(
+    "label", ["../up", "/etc/cron.d/job", "a/../../b", "", ".", "a/", "a//b", "a\nb", "\x1b[2J", "\0", "\ud800", "\x9b"]
+)
+def test_a_listing_leads_nowhere(shot, listed, label):
+    """Though its name be that of what it says: somebody else may have written it."""
+    path, _, _ = listed
+    listing = json.loads(path.read_text())
+    listing["companions"] = {label: listing["path"]}
+    name = digest("set", listing) + ".set"
+    shot.store.room(shot.store.object_path(name)).write_text(json.dumps(listing))
+    with pytest.raises(LostObject):
+        read_listing(shot.store, name)
+    with pytest.raises(ValueError, match="no relative name"):
+        check_name(label)
+
+
+@pytest.mark.parametrize("stem", ["../../shot", "a", "A" * 40, "a" * 40 + "\n", "a" * 39 + "/", ""])
+def test_what_is_no_name_becomes_no_path(shot, stem):
+    for name in (stem + ".h5", "a" * 40 + ".py"):
+        with pytest.raises(ValueError, match="is no object"):
+            shot.store.object_path(name)
+    with pytest.raises(ValueError, match="is no key"):
+        shot.store.action_path(stem)
+
+
+OTHERS = [None, 3, "text", [], {}, {"1": 5, "": ["x"], "2": "../../../shot"}, {"path": 1}, {"companions": []}]
+
+
+@pytest.mark.parametrize("other", OTHERS)
+def test_json_that_is_not_ours_is_noticed_and_mended(shot, listed, other):
+    """Wherever there is JSON."""
+    _, _, right = listed
+    for kind in ("actions/??/*.json", "latest/*/*.json", "notes/??/*", "objects/??/*.set"):
+        for path in shot.store.root.glob(kind):
+            rewrite(path, json.dumps(other).encode())
+    shot.path.with_suffix(".json").write_text("{}")
+    assert set(shot.plan(list__parts="true")) == set(shot.plan())
+    assert shot.run(list__parts="true").exit_code == 0
+    assert published(shot) == right and verify(shot.store, digest_file) == Found()
+
+
+def test_a_record_of_another_shape_is_none(listed):
+    _, record, _ = listed
+    whole = asdict(record)
+    for name in whole:
+        for other in (*OTHERS, -1.5):
+            fields = whole | {name: other}
+            text = json.dumps(fields, separators=(",", ":"))
+            found = read_record(f'{text[:-1]}{MARK}{digest_bytes("record", text.encode())}"}}')
+            allowed = {"frame": (None, 3), "state": (None,), "seconds": (3, -1.5), "created": (3, -1.5)}
+            allowed |= {
+                "processor": (None, 3, -1.5),
+                "node": ("text",),
+                "outputs": ({},),
+                "warnings": ["text", [], *(o for o in OTHERS if isinstance(o, dict))],
+            }
+            assert found is None or other in allowed.get(name, ()), (name, other)
+
+
+PLACES = {
+    "objects": "objects/??/*",
+    "records": "actions/??/*.json",
+    "latest": "latest/*/*",
+    "notes": "notes/??/*",
+    "folders of objects": "objects/??",
+    "folders of records": "actions/??",
+    "folders": "*",
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_what_stands_in_place_of_a_file_or_folder_goes(shot, listed, place):
+    """A folder with something in it where a file should be, a file where a folder should be."""
+    _, _, right = listed
+    for path in list(shot.store.root.glob(PLACES[place])):
+        if path.name == "lock":
+            continue
+        if path.is_dir():
+            shutil.rmtree(path)
+            path.write_text("a file")
+        else:
+            path.unlink()
+            path.mkdir()
+            (path / "within").write_text("")
+    shutil.rmtree(shot.folder / "out")
+    shot.plan(list__parts="true")
+    outcome = shot.run(list__parts="true")
+    assert outcome.failures == () and published(shot) == right
+    assert verify(shot.store, digest_file) == Found()
+
+
+def test_a_folder_in_place_of_the_lock_is_named(shot):
+    (shot.store.root / "lock").mkdir(parents=True)
+    with pytest.raises(BadInput, match=r"Is a directory: .*lock"):
+        shot.run()
+
+
+def test_verify_goes_on_after_what_it_cannot_read(shot, listed, monkeypatch):
+    """It names that, and a folder in place of an object, and what cannot be removed."""
+    path, *_ = listed
+    objects = sorted(shot.store.root.glob("objects/??/*.h5"))
+    objects[2].unlink()
+    objects[2].mkdir()
+    truncate(objects[3])
+
+    def check(file):
+        if file == objects[0]:
+            raise PermissionError(errno.EACCES, "Permission denied", str(file))
+        if file == objects[1]:
+            raise MemoryError
+        return digest_file(file)
+
+    found = verify(shot.store, check)
+    assert sorted(found.damaged) == [f"objects/{objects[2].name}", f"objects/{objects[3].name}"]
+    unread = [f"objects/{objects[0].name}: Permission denied", f"objects/{objects[1].name}: not enough memory"]
+    assert sorted(found.unread) == unread
+    truncate(path)
+    monkeypatch.setattr(Path, "unlink", lambda self, missing_ok=False: None)
+    assert verify(shot.store, digest_file).unread == [f"objects/{path.name}: damaged, and cannot be removed"]
+
+
+def test_verify_finds_a_record_that_lies_about_its_key(shot, listed):
+    _, record, _ = listed
+    other = replace(record, parts=record.parts | {"settings": {"parts": False}})
+    write_text(shot.store.action_path(record.key), write_record(other))
+    assert verify(shot.store, digest_file).damaged == [f"actions/{record.key}.json"]
 
 
 @pytest.fixture

@@ -67,7 +67,7 @@ def test_old_folders_go(tmp_path):
     current.mkdir()
     left = {folder.name for folder in tmp_path.iterdir()}
     assert len(left) == KEPT
-    assert left == {current.name, "state7", "state8", "state9"}
+    assert left == {current.name, *(f"state{age}" for age in range(11 - KEPT, 10))}
 
 
 @pytest.mark.parametrize(("node", "edited"), [("double_hair", False), ("double_hair", True), ("name_hair", True)])

@@ -5,7 +5,8 @@ import json
 from hairpipe.graph.canonical import digest_bytes
 from hairpipe.graph.record import MARK, Output, Record, read_record, write_record
 
-RECORD = Record("key", "hair", 7, {"type": "toy"}, {"": Output("a.h5", 3)}, None, 1.5, ("odd",), 1e9, 1.25)
+PARTS = {"type": "toy", "code": "c", "settings": {}, "inputs": {}, "time": None}
+RECORD = Record("a" * 40, "hair", 7, PARTS, {"": Output("b" * 40 + ".h5", 3)}, None, 1.5, ("odd",), 1e9, 1.25)
 
 
 def test_a_record_is_read_as_it_was_written():
