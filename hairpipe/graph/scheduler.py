@@ -53,6 +53,7 @@ class Scheduler:
         self.losses: Counter[Task] = Counter()
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
+        self.processor: defaultdict[str, float] = defaultdict(float)
         self.published: list[str] = []
 
     def carry_out(self) -> Outcome:
@@ -189,6 +190,7 @@ class Scheduler:
         if how == "finished":
             self.counts["evaluated"] += 1
             self.seconds[task.node] += record.seconds
+            self.processor[task.node] += record.processor or 0.0
         elif before is None:
             self.counts["cached"] += 1
         self.report(Event(how, task, record.seconds))
@@ -260,5 +262,6 @@ class Scheduler:
             failures=tuple(self.failures.values()),
             published=tuple(self.published),
             seconds=dict(self.seconds),
+            processor=dict(self.processor),
             interrupted=interrupted,
         )
