@@ -15,6 +15,7 @@ from hairpipe.cli.run import make_folder
 from hairpipe.cli.wording import say, shown, table
 from hairpipe.errors import BadInput
 from hairpipe.graph.special import check_plain
+from hairpipe.graph.wording import one_line
 
 if TYPE_CHECKING:
     from hairpipe.graph.events import Event, Outcome
@@ -125,7 +126,7 @@ def tune(
         click.echo(json.dumps(report.document(tuned, fragment), indent=2))
     else:
         rows = table(report.rows(tuned), report.ALIGN)
-        faults, tried = report.fault_lines(tuned), report.trial_lines(tuned)
+        faults, tried = ([*map(one_line, lines)] for lines in (report.fault_lines(tuned), report.trial_lines(tuned)))
         parts = (report.header(tuned), [rows], faults, tried, report.conclusion(tuned))
         click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
         if fragment is not None and not output:
