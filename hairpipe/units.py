@@ -30,6 +30,7 @@ __all__ = [
     "PerSecond",
     "Pixels",
     "Seconds",
+    "Suffixes",
     "Unit",
     "Voxels",
 ]
@@ -40,6 +41,13 @@ class Unit:
     """The unit a number is given in, for messages and documentation."""
 
     symbol: str
+
+
+@dataclass(frozen=True)
+class Suffixes:
+    """The suffixes of files that are read, in lower case: formats are told by them, before anything runs."""
+
+    names: tuple[str, ...]
 
 
 Metres = Annotated[float, Unit("m")]

@@ -6,13 +6,13 @@ from typing import Annotated, Literal
 from hairpipe.body.scalp import Scalp
 from hairpipe.data import Body
 from hairpipe.graph import node
-from hairpipe.units import Interval, Metres
+from hairpipe.units import Interval, Metres, Suffixes
 
 
 @node(frames="once")
 def load_body(
     *,
-    file: Path,
+    file: Annotated[Path, Suffixes((".obj", ".usd", ".usda", ".usdc", ".usdz"))],
     group: str | None = None,
     skeleton: Path | None = None,
     weights: Path | None = None,
@@ -23,7 +23,7 @@ def load_body(
 ) -> Body:
     """Mesh, skeleton, weights and painted maps from an OBJ or USD file; in metres, Y up, the face towards +Z.
 
-    file      .obj, .usd, .usda, .usdc or .usdz
+    file      mesh of the body; a USD file has its skeleton, too
     group     to keep: a group or object of an OBJ file, the path of a prim of a USD file
     skeleton  MakeHuman rig (.mhskel) of an OBJ file
     weights   MakeHuman weights (.mhw) that go with it

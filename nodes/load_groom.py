@@ -5,14 +5,14 @@ from typing import Annotated, Literal
 
 from hairpipe.data import Body, Groom
 from hairpipe.graph import node
-from hairpipe.units import Ge, Gt, Interval, Metres
+from hairpipe.units import Ge, Gt, Interval, Metres, Suffixes
 
 
 @node(frames="once")
 def load_groom(
     scalp: Body,
     *,
-    file: Path,
+    file: Annotated[Path, Suffixes((".usd", ".usda", ".usdc", ".usdz", ".tfx"))],
     unit: Annotated[Metres, Gt(0.0)] = 1.0,
     up: Literal["y", "z"] = "y",
     segments: Annotated[int, Interval(ge=1, le=10_000)] | None = None,
@@ -23,7 +23,7 @@ def load_groom(
 
     A root off the skin stays where it is and moves with the closest place of the body.
 
-    file      .usd, .usda, .usdc, .usdz or .tfx; curves of purpose guide are read where a stage has no others
+    file      the hair; curves of purpose guide are read where a stage has no others
     unit      of a .tfx file, which does not say; a USD file does
     up        axis of a .tfx file
     segments  of equal length, of every strand; as many as it has unless given

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from hairpipe.data import Body, Pose
 from hairpipe.graph import Time, node
-from hairpipe.units import Ge, Gt, Metres, Seconds
+from hairpipe.units import Ge, Gt, Metres, Seconds, Suffixes
 
 
 @node(frames="each")
@@ -13,7 +13,7 @@ def load_motion(
     rest: Body,
     time: Time,
     *,
-    file: Path,
+    file: Annotated[Path, Suffixes((".bvh",))],
     at: int = 1001,
     start: Seconds = 0.0,
     speed: Annotated[float, Gt(0)] = 1.0,
@@ -25,7 +25,7 @@ def load_motion(
 ) -> Pose:
     """The pose of the body at a frame, from a BVH clip of any skeleton, resampled to the frame rate.
 
-    file       .bvh
+    file       the clip
     at         frame of the shot at which the clip is at `start`; outside the clip the body holds still
     start      where in the clip it is then
     speed      of playing: 0.5 is half as fast as recorded

@@ -9,6 +9,7 @@ from rich.table import Table
 from hairpipe.cli.wording import duration
 from hairpipe.graph.events import Event
 from hairpipe.graph.progress import NodeProgress, Progress
+from hairpipe.graph.wording import one_line
 
 WIDTH = 30
 REFRESHES = 8
@@ -44,7 +45,7 @@ class Bars:
 
     def say(self, line: str) -> None:
         """Write a line above the bars."""
-        self._console.print(line, markup=False, soft_wrap=True)
+        self._console.print(one_line(line), markup=False, soft_wrap=True)
 
     def end(self) -> None:
         """Wipe the bars away."""

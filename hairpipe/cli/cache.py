@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hairpipe.cli import options
+from hairpipe.cli import completion, options
 from hairpipe.cli.wording import duration, plural, shown, size, table
 from hairpipe.errors import BadInput
+from hairpipe.graph.wording import one_line
 
 if TYPE_CHECKING:
     from hairpipe.graph.keep import Item
@@ -117,12 +118,12 @@ def verify(cache: Path, as_json: bool) -> None:
     else:
         lines = [f"{plural(len(found.damaged), 'file')} damaged and removed"] if found.damaged else []
         lines += [f"{plural(len(found.unread), 'file')} not known to be whole"] if found.unread else []
-        click.echo("\n".join([*found.damaged, *found.unread, *(lines or ["all whole"])]))
+        click.echo("\n".join([*map(one_line, [*found.damaged, *found.unread]), *(lines or ["all whole"])]))
     sys.exit(1 if found.damaged or found.unread else 0)
 
 
 @cache.command()
-@click.argument("graphs", nargs=-1, metavar="[GRAPH]...", shell_complete=options.complete_graph)
+@click.argument("graphs", nargs=-1, metavar="[GRAPH]...", shell_complete=completion.complete_graph)
 @click.option("--older", metavar="7d", callback=measured(AGES), help="Only what was not used for this long goes.")
 @click.option("--size", "limit", metavar="20GB", callback=measured(SIZES), help="Only as much goes as has to.")
 @click.option("--dry-run", is_flag=True, help="Only say what would go.")

@@ -3,17 +3,21 @@
 import importlib
 import io
 import os
+import signal
 import sys
 from contextlib import suppress
 from typing import Any
 
 import click
+from click.shell_completion import add_completion_class
 
 from hairpipe import __version__
 from hairpipe.child import search_path
+from hairpipe.cli import leave
+from hairpipe.cli.completion import Bash
 from hairpipe.cli.wording import Unheard, say
 from hairpipe.errors import BadInput
-from hairpipe.graph.wording import nearest
+from hairpipe.graph.wording import nearest, one_line
 
 COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "tune", "cache", "trust", "usd", "bench", "version")
 """Modules of this package; each defines the command of its name."""
@@ -46,10 +50,14 @@ class Commands(click.Group):
 
     def invoke(self, ctx: click.Context) -> Any:
         """Carry out a command; whatever a person can mend becomes one message and an exit code."""
+        if signal.getsignal(signal.SIGINT) is leave:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         try:
             super().invoke(ctx)
             if sys.stdout is not None:
                 sys.stdout.flush()
+        except click.UsageError as fault:
+            raise click.UsageError(one_line(fault.format_message()), fault.ctx) from None
         except BadInput as fault:
             fail(str(fault), BAD_INPUT)
         except (BrokenPipeError, Unheard):
@@ -102,4 +110,5 @@ def main() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a file name may be no text
+    add_completion_class(Bash)
     commands(prog_name="hairpipe")

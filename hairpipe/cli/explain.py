@@ -9,6 +9,7 @@ import click
 
 from hairpipe.cli import options
 from hairpipe.cli.wording import duration, size, table
+from hairpipe.graph.wording import one_line
 
 if TYPE_CHECKING:
     from hairpipe.graph.key import Parts
@@ -91,7 +92,9 @@ def outputs(record: "Record") -> list[tuple[str, str, str]]:
 def evaluated(record: "Record") -> str:
     """Say when a result was computed, how long that took, and what the node had to say."""
     when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.created))
-    return "\n".join([f"computed {when} in {duration(record.seconds)}", *(f"warning: {w}" for w in record.warnings)])
+    return "\n".join(
+        [f"computed {when} in {duration(record.seconds)}", *(one_line(f"warning: {w}") for w in record.warnings)]
+    )
 
 
 def document(found: "Explanation") -> dict[str, Any]:

@@ -9,6 +9,7 @@ import click
 from hairpipe.cli import options
 from hairpipe.cli.wording import shown, size
 from hairpipe.errors import BadInput
+from hairpipe.graph.special import check_plain
 
 if TYPE_CHECKING:
     from hairpipe.graph.files import File
@@ -50,6 +51,7 @@ def get(
     frame = opened.frames[0] if target.frame is None else target.frame
     if output.is_dir():
         raise BadInput("is a folder", where=output, right="the name of a file")
+    check_plain(output, "the name of a file")
     if isinstance(value, File):
         copy(value, output)
     else:

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.shell_completion import CompletionItem
 
-from hairpipe.cli import options
+from hairpipe.cli import completion, options
 from hairpipe.cli.shipped import find_graph
 from hairpipe.cli.wording import table
 from hairpipe.errors import BadInput
@@ -32,16 +31,9 @@ MODES = {
 }
 
 
-def complete_type(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Offer the node types."""
-    from hairpipe.graph.catalogue import Catalogue
-
-    return [CompletionItem(name) for name in Catalogue().names() if name.startswith(incomplete)]
-
-
 @click.command()
-@click.argument("name", metavar="[TYPE]", required=False, shell_complete=complete_type)
-@click.option("--graph", shell_complete=options.complete_graph, help="Also the types in `nodes` beside this graph.")
+@click.argument("name", metavar="[TYPE]", required=False, shell_complete=completion.complete_type)
+@click.option("--graph", shell_complete=completion.complete_graph, help="Also the types in `nodes` beside this graph.")
 @options.as_json
 def nodes(name: str | None, graph: str | None, as_json: bool) -> None:
     """List the node types, or describe one.

@@ -12,15 +12,14 @@ TARGET       explain get
 
 import os
 import re
-import tomllib
 from pathlib import Path
 from typing import NamedTuple
 
 import click
-from click.shell_completion import CompletionItem
 
-from hairpipe.cli.shipped import find_graph, shipped_graphs
+from hairpipe.cli.completion import complete_graph, complete_node, complete_setting, complete_target
 from hairpipe.errors import BadInput
+from hairpipe.graph.special import check_plain
 
 
 class Target(NamedTuple):
@@ -58,39 +57,28 @@ def read_frames(ctx: click.Context, param: click.Parameter, text: str | None) ->
         raise BadInput(fault.what, where="--frames", right=fault.right) from None
 
 
-def read_cache(ctx: click.Context, param: click.Parameter, cache: Path) -> Path:
-    """Take the folder of results, unless it is somebody else's."""
+def read_cache(ctx: click.Context, param: click.Parameter, path: Path) -> Path:
+    """Refuse what is no folder, nor can become one, and a store that is somebody else's."""
     from hairpipe.graph.ownership import check_store
 
-    if not ctx.resilient_parsing:
-        check_store(cache)
-    return cache
-
-
-def complete_graph(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
-    """Offer the shipped graphs and files."""
-    names = [CompletionItem(name) for name in shipped_graphs() if name.startswith(incomplete)]
-    return [*names, CompletionItem(incomplete, type="file")]
-
-
-def complete_node(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
-    """Offer the nodes of the graph that stands before."""
-    given = ctx.params.get("graph") or next(iter(ctx.args), "")  # behind `--to` click has not come to reading arguments
-    try:
-        tables = tomllib.loads(find_graph(given).read_text(encoding="utf-8"))
-    except (BadInput, OSError, ValueError):
-        return []
-    return [name for name, table in tables.items() if isinstance(table, dict) and name.startswith(incomplete)]
+    if ctx.resilient_parsing:
+        return path
+    check_plain(path, "a folder")
+    if path.is_file():
+        raise BadInput("it is a file", where=path, right="a folder")
+    check_store(path)
+    return path
 
 
 graph = click.argument("graph", shell_complete=complete_graph)
-target = click.argument("target", metavar="NODE[.OUTPUT][@FRAME]", callback=read_target, shell_complete=complete_node)
+target = click.argument("target", metavar="NODE[.OUTPUT][@FRAME]", callback=read_target, shell_complete=complete_target)
 overrides = click.option(
     "--set",
     "overrides",
     multiple=True,
     metavar="NODE.SETTING=VALUE",
     callback=read_overrides,
+    shell_complete=complete_setting,
     help="Change a setting for this once; any number of times.",
 )
 frames = click.option(
@@ -115,8 +103,8 @@ cache = click.option(
     show_envvar=True,
     default=Path("cache"),
     show_default="cache in the current folder",
-    type=click.Path(file_okay=False, path_type=Path),
     callback=read_cache,
+    type=click.Path(path_type=Path),
     help="Folder where results are kept.",
 )
 jobs = click.option(

@@ -29,14 +29,14 @@ class Done:
 
 
 def text(done: Done) -> str:
-    """Write the seconds of every node, and where the results are."""
+    """Write the seconds of every node, those of the processor beside those that passed, and where the results are."""
     outcome = done.outcome
-    rows = [("node", "computed", "cached", "seconds")]
+    rows = [("node", "computed", "cached", "seconds", "processor")]
     for name, node in done.watch.progress.nodes.items():
-        seconds = f"{outcome.seconds[name]:.2f}" if name in outcome.seconds else ""
-        rows.append((name, str(node.evaluated or ""), str(node.cached or ""), seconds))
+        seconds, worked = (f"{t[name]:.2f}" if name in t else "" for t in (outcome.seconds, outcome.processor))
+        rows.append((name, str(node.evaluated or ""), str(node.cached or ""), seconds, worked))
     total = f"{plural(outcome.evaluated, 'result')} computed, {outcome.cached:,} cached, in {duration(done.seconds)}"
-    return f"{table(rows, '<>>>')}\n{total}\n\n{places(done)}".rstrip()
+    return f"{table(rows, '<>>>>')}\n{total}\n\n{places(done)}".rstrip()
 
 
 def places(done: Done) -> str:
@@ -65,7 +65,8 @@ def say_faults(done: Done, verbose: bool) -> None:
             say(f"warning: {folded(node, tasks)}: {message}")
     for failure in outcome.failures:
         if verbose and failure.traceback:
-            say(f"\n{failure.task}\n{failure.traceback}")
+            for line in ("", str(failure.task), *failure.traceback.split("\n")):
+                say(line)
     if outcome.failures:
         names = ", ".join(str(failure.task) for failure in outcome.failures)
         missed = f"; {plural(outcome.blocked, 'result')} not reached" if outcome.blocked else ""
@@ -100,6 +101,7 @@ def document(done: Done) -> dict[str, Any]:
                 "evaluated": node.evaluated,
                 "cached": node.cached,
                 "seconds": done.outcome.seconds.get(name, 0.0),
+                "processor": done.outcome.processor.get(name, 0.0),
             }
             for name, node in nodes.items()
         },

@@ -9,6 +9,7 @@ import click
 
 from hairpipe.cli.wording import plural, say, table
 from hairpipe.errors import BadInput
+from hairpipe.graph.wording import one_line
 
 if TYPE_CHECKING:
     from hairpipe.graph.trust import Trusted
@@ -40,13 +41,13 @@ def trust(folder: Path | None, as_list: bool, revoke: bool) -> None:
     if revoke:
         if not trusting.revoke(folder):
             raise BadInput("is not trusted", where=folder, right="one of hairpipe trust --list")
-        click.echo(f"no longer trusted: {folder}")
+        click.echo(one_line(f"no longer trusted: {folder}"))
         return
     files = trusting.code_in(folder.resolve()) if folder.is_dir() else {}
     if folder.absolute().name != "nodes" or not files:
         raise BadInput("is no folder of node types", where=folder, right="the folder nodes beside a graph file")
     trusting.trust(folder, files)
-    click.echo(f"trusted: {folder}: {', '.join(files)}")
+    click.echo(one_line(f"trusted: {folder}: {', '.join(files)}"))
 
 
 def state(entry: "Trusted") -> str:

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hairpipe.cli import options
+from hairpipe.cli import completion, options
 from hairpipe.cli.run import make_folder
 from hairpipe.cli.wording import say, shown, table
 from hairpipe.errors import BadInput
+from hairpipe.graph.special import check_plain
+from hairpipe.graph.wording import one_line
 
 if TYPE_CHECKING:
     from hairpipe.graph.events import Event, Outcome
@@ -43,6 +45,7 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
     """Read where to write, and refuse what cannot be written before hours are spent on it."""
     if path is None:
         return None
+    check_plain(path, "the name of a file")
     path = path.resolve()
     if path.exists() and not path.is_file():
         raise BadInput("is no file", where=path, right="the name of a file")
@@ -55,7 +58,7 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
 @click.command()
 @options.graph
 @click.option(
-    "--node", required=True, metavar="NODE", shell_complete=options.complete_node, help="That simulates hair."
+    "--node", required=True, metavar="NODE", shell_complete=completion.complete_node, help="That simulates hair."
 )
 @click.option(
     "--tolerance",
@@ -123,7 +126,7 @@ def tune(
         click.echo(json.dumps(report.document(tuned, fragment), indent=2))
     else:
         rows = table(report.rows(tuned), report.ALIGN)
-        faults, tried = report.fault_lines(tuned), report.trial_lines(tuned)
+        faults, tried = ([*map(one_line, lines)] for lines in (report.fault_lines(tuned), report.trial_lines(tuned)))
         parts = (report.header(tuned), [rows], faults, tried, report.conclusion(tuned))
         click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
         if fragment is not None and not output:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from hairpipe.cli import options
+from hairpipe.graph.special import check_plain
+from hairpipe.graph.wording import one_line
 
 if TYPE_CHECKING:
     from hairpipe.io.usd.check.finding import Finding
@@ -30,12 +32,13 @@ def check(file: Path, as_json: bool) -> None:
     """
     from hairpipe.io.usd.apart import work_apart
 
+    check_plain(file, "a USD file")
     findings = work_apart(lint_file, file)
     if as_json:
         click.echo(json.dumps({"file": str(file), "findings": [asdict(finding) for finding in findings]}, indent=2))
     else:
         for finding in findings:
-            click.echo(str(finding))
+            click.echo(one_line(str(finding)))
     sys.exit(1 if findings else 0)
 
 

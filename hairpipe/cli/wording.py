@@ -5,6 +5,8 @@ from pathlib import Path
 
 import click
 
+from hairpipe.graph.wording import one_line
+
 UNITS = ("B", "kB", "MB", "GB", "TB")
 
 
@@ -15,7 +17,7 @@ class Unheard(Exception):
 def say(line: str) -> None:
     """Write a line to the standard error stream, where everything goes that is no result."""
     try:
-        click.echo(line, err=True)
+        click.echo(one_line(line), err=True)
     except BrokenPipeError:
         raise Unheard from None
     except OSError:
@@ -26,6 +28,7 @@ def table(rows: Sequence[Sequence[str]], align: str) -> str:
     """Lay out rows of cells in columns; a `<` or `>` for each column says on which side it is flush."""
     if not rows:
         return ""
+    rows = [[one_line(cell) for cell in row] for row in rows]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = (
         "  ".join(f"{cell:{side}{width}}" for cell, side, width in zip(row, align, widths, strict=True)) for row in rows
@@ -58,4 +61,4 @@ def plural(count: int, noun: str) -> str:
 def shown(path: Path) -> str:
     """Write where a file is: relative to the current folder where it lies in it."""
     path, here = path.resolve(), Path.cwd()
-    return str(path.relative_to(here) if path.is_relative_to(here) else path)
+    return one_line(str(path.relative_to(here) if path.is_relative_to(here) else path))

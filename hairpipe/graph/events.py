@@ -76,7 +76,8 @@ class Outcome:
     """How a run ended.
 
     evaluated  number of evaluations; cached number of results that were there; blocked tasks that were not reached
-    seconds    of evaluation by node, those of cached results not counted
+    seconds    of evaluation by node, those of cached results not counted [s]
+    processor  seconds of all threads in it, by node: what it takes beside waiting for others [s]
     """
 
     evaluated: int
@@ -85,6 +86,7 @@ class Outcome:
     failures: tuple[Failure, ...]
     published: tuple[str, ...]
     seconds: dict[str, float]
+    processor: dict[str, float]
     interrupted: bool
 
     @property

@@ -5,7 +5,7 @@ import inspect
 import json
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import takewhile
@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Lt, MaxLen, MinLen
 
 from hairpipe.graph.declare import NodeType, without_none
-from hairpipe.units import Unit
+from hairpipe.units import Suffixes, Unit
 
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text", Path: "a file"}
 BOUNDS = {Gt: "> {gt:g}", Ge: ">= {ge:g}", Lt: "< {lt:g}", Le: "<= {le:g}"}
@@ -57,6 +57,11 @@ class Field:
         return next((m.symbol for m in metadata(self.annotation) if isinstance(m, Unit)), None)
 
     @property
+    def suffixes(self) -> tuple[str, ...]:
+        """Suffixes of the files that are read, in lower case; none where any is."""
+        return next((m.names for m in metadata(self.annotation) if isinstance(m, Suffixes)), ())
+
+    @property
     def range(self) -> str:
         """Bounds as text, such as `> 0, <= 1`; empty where there are none."""
         texts = [form for m in metadata(self.annotation) for form in bound_texts(m)]
@@ -88,6 +93,15 @@ def fields_of(node_type: NodeType) -> tuple[Field, ...]:
     """Describe the settings of a node type; TypeError for an annotation that no setting can have."""
     document = node_type.function.__doc__ or ""
     return tuple(read_field(s.name, s.annotation, s.default, document) for s in node_type.settings.values())
+
+
+def field_at(node_type: NodeType, names: Sequence[str]) -> Field | None:
+    """Find a setting by its name, or the names of the groups that it is in and its own; None where there is none."""
+    known, found = fields_of(node_type), None
+    for name in names:
+        found = next((field for field in known if field.name == name), None)
+        known = found.group if found else ()
+    return found
 
 
 def read_field(name: str, annotation: Any, default: Any, document: str) -> Field:
@@ -132,7 +146,9 @@ def metadata(annotation: Any) -> Iterator[Any]:
 
 
 def bound_texts(item: Any) -> list[str]:
-    """Text of a bound; empty for anything else."""
+    """Text of a bound, or of the suffixes of a file; empty for anything else."""
+    if isinstance(item, Suffixes):
+        return [" or ".join(filter(None, (", ".join(item.names[:-1]), item.names[-1])))]
     form = BOUNDS.get(type(item)) or LENGTHS.get(type(item))
     return [form.format(**vars_of(item))] if form else []
 

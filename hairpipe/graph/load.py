@@ -10,19 +10,21 @@ from hairpipe.graph.catalogue import Catalogue
 from hairpipe.graph.declare import RESERVED, NodeType
 from hairpipe.graph.edges import connect, read_edges
 from hairpipe.graph.edit import parse_value, put
-from hairpipe.graph.fields import fields_of
+from hairpipe.graph.fields import field_at, fields_of
 from hairpipe.graph.files import File
 from hairpipe.graph.frameset import MOST_FRAMES
 from hairpipe.graph.graph import FRAME_MARK, Graph, Node, project_of
 from hairpipe.graph.like import write_out
 from hairpipe.graph.read import GraphText, read_graph_text
 from hairpipe.graph.settings import check_settings, map_files
+from hairpipe.graph.special import special
 from hairpipe.graph.trust import Untrusted
 from hairpipe.graph.wording import brief, nearest
 
 SCHEMA = 1
 KEYS = ("schema", "frames", "fps")
-NAME = "a letter, then letters, digits, - and _"
+MOST_LETTERS = 100
+NAME = f"a letter, then letters, digits, - and _, at most {MOST_LETTERS} in all"
 CHECKPOINT = 24
 """A second of film: resuming a simulation recomputes at most this many frames."""
 
@@ -100,7 +102,8 @@ def read_fps(text: GraphText) -> float:
 
 def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Catalogue) -> Node:
     """Read one table; the edges are names until all nodes are known."""
-    if not name[:1].isalpha() or not name.isascii() or not name.replace("-", "").replace("_", "").isalnum():
+    plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum()
+    if not plain or not name[:1].isalpha() or len(name) > MOST_LETTERS:
         raise BadInput(f"'{name[:60]}' is no name of a node", where=text.place(name), right=NAME)
     type_name = table.get("type")
     if not isinstance(type_name, str):
@@ -118,23 +121,25 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Cata
 
     given = {key: value for key, value in table.items() if key not in RESERVED}
     settings = check_settings(node_type, given, place)
-    map_files(fields_of(node_type), settings, lambda dotted, file: check_file(text, name, dotted, file))
+    map_files(fields_of(node_type), settings, lambda dotted, file: check_file(text, name, node_type, dotted, file))
     edges = read_edges(table.get("in", {}), node_type, place)
     publish = read_publish(table.get("publish"), text.path.parent, node_type, place(["publish"]))
     checkpoint = read_checkpoint(table, node_type, place(["checkpoint"]))
     return Node(name, node_type, edges, settings, publish, checkpoint)
 
 
-def check_file(text: GraphText, node: str, dotted: str, file: str) -> None:
-    """Check that a setting names a file that is there."""
-    path = text.path.parent / file
+def check_file(text: GraphText, node: str, node_type: NodeType, dotted: str, file: str) -> None:
+    """Check that a setting names a file that is there, of a format that is read."""
+    path, names = text.path.parent / file, dotted.split(".")
+    field, right = field_at(node_type, names), f"a file, relative to {text.path.parent}"
     try:
-        fault = None if path.is_file() else "is a folder" if path.is_dir() else "is not there"
+        kind = special(path)
+        fault = f"is {kind}" if kind else None if path.is_file() else "is a folder" if path.is_dir() else "is not there"
     except (OSError, ValueError) as error:
         fault = f"cannot be a file: {error}"
+    if field is not None and field.suffixes and path.suffix.lower() not in field.suffixes:
+        fault, right = f"is no file that {node_type.name} reads", field.allowed
     if fault:
-        names = dotted.split(".")
-        right = f"a file, relative to {text.path.parent}"
         raise BadInput(f"{dotted} = {file[:200]!r} {fault}", where=text.place(node, names), right=right)
 
 

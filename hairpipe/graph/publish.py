@@ -47,6 +47,13 @@ class Publisher:
         self.placed |= {place: (task, name) for place, name in files.items()}
         return any([self._copy(name, place, roots[place]) for place, name in files.items()])
 
+    def is_kept(self, path: Path) -> bool:
+        """Whether a file lies at a path that is not ours to replace, unless it comes out as it is."""
+        try:
+            return not self.force and not self._is_ours(path)
+        except (OSError, BadInput):  # said when it is published
+            return False
+
     def _check(self, task: Task, name: str, place: Path) -> Path:
         """Refuse a place that is not this task's to write; returns the folder that it may be published below."""
         root = self.bounds.folder_of(place)
@@ -60,8 +67,8 @@ class Publisher:
             raise BadInput(what, where=place, right="another path, or --force to overwrite it")
         return root
 
-    def _is_ours(self, place: Path, name: str) -> bool:
-        """Whether nothing is lost by replacing what lies there: we have published it, or the store has its bytes."""
+    def _is_ours(self, place: Path, name: str = "") -> bool:
+        """Whether nothing is lost by writing an object to a place: what is there is ours, or the store has its bytes."""
         found = digest_there(place, self.store)
         if found is None or f"{found}.bin" == name or found == self.ledger.digest(place):
             return True

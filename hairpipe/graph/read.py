@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.special import check_plain
 
 MOST_BYTES = 1 << 20
 HEADER = re.compile(r"""\s*\[\s*(?:([\w-]+)|["']([^"']*)["'])\s*[\].]""")
@@ -65,6 +66,7 @@ class GraphText:
 def read_graph_text(path: Path) -> GraphText:
     """Read a graph file; BadInput where it is no readable UTF-8 text of a reasonable size, or no TOML."""
     try:
+        check_plain(path, "a graph file, such as demo.toml")
         handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
     except FileNotFoundError:
         raise BadInput("no such file", where=path, right="a graph file, such as demo.toml") from None

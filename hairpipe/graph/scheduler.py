@@ -7,6 +7,7 @@ not there sends its producer back to work, and that one may in turn send its own
 from collections import Counter, defaultdict, deque
 from collections.abc import Iterable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 from hairpipe.errors import BadInput
@@ -28,6 +29,7 @@ from hairpipe.graph.thin import Thinner
 POLL = 0.1
 """How often a task that another process is at is looked at again [s]."""
 HEALED = "compiled kernels were damaged, and are compiled again"
+KEPT = "what lies where it is published is not hairpipe's, and stays unless it comes out equal (--force overwrites it)"
 MOST_LOSSES = 10
 """How often a task may find its inputs damaged before it is given up: the disk is failing."""
 
@@ -55,6 +57,7 @@ class Scheduler:
         self.losses: Counter[Task] = Counter()
         self.counts: Counter[str] = Counter()
         self.seconds: defaultdict[str, float] = defaultdict(float)
+        self.processor: defaultdict[str, float] = defaultdict(float)
         self.published: list[str] = []
         self.told: set[str] = set()
 
@@ -62,6 +65,10 @@ class Scheduler:
         """Run until everything is established, or nothing more can be."""
         totals = Counter(task.node for task in self.resolver.tasks)
         self.report(Event("begun", totals=tuple(totals.items())))
+        for task in self.resolver.tasks:
+            path = self.publish_path(task)
+            if path is not None and self.publisher.is_kept(path):
+                self.report(Event("warning", task, message=KEPT))
         for task, inputs in self.resolver.tasks.items():
             self.wait(task, {source.task for source in sources(inputs)})
         interrupted = False
@@ -201,6 +208,7 @@ class Scheduler:
         if how == "finished":
             self.counts["evaluated"] += 1
             self.seconds[task.node] += record.seconds
+            self.processor[task.node] += record.processor or 0.0
         elif before is None:
             self.counts["cached"] += 1
         self.report(Event(how, task, record.seconds))
@@ -215,10 +223,15 @@ class Scheduler:
             if not self.unmet[waiter]:
                 self.agenda.append(waiter)
 
+    def publish_path(self, task: Task) -> Path | None:
+        """Where the file of a task is published; None where it is not, or not in this run."""
+        selected = task.frame is None or task.frame in self.selected
+        return self.graph.nodes[task.node].publish_path(task.frame) if selected else None
+
     def publish(self, task: Task, record: Record) -> bool:
         """Publish the file of a task; False where its object turned out damaged and the task was sent back."""
-        path = self.graph.nodes[task.node].publish_path(task.frame)
-        if path is None or (task.frame is not None and task.frame not in self.selected):
+        path = self.publish_path(task)
+        if path is None:
             return True
         outputs = self.graph.nodes[task.node].type.outputs
         name = next(name for name, kind in outputs.items() if kind is File)
@@ -272,5 +285,6 @@ class Scheduler:
             failures=tuple(self.failures.values()),
             published=tuple(self.published),
             seconds=dict(self.seconds),
+            processor=dict(self.processor),
             interrupted=interrupted,
         )

@@ -139,4 +139,7 @@ def explain(error: "ErrorDetails", fields: tuple[Field, ...], place: Place) -> B
         return BadInput(f"setting '{dotted}' is missing", where=where, right=field and field.allowed)
     given = cut(json.dumps(error["input"], default=str))
     fault = "is not allowed" if finite(error["input"]) else "is not a finite number"
-    return BadInput(f"{dotted} = {given} {fault}", where=where, right=field.allowed if field else error["msg"])
+    right = field.allowed if field else error["msg"]
+    if field and field.group:
+        right += f": {', '.join(inner.name for inner in field.group)}"
+    return BadInput(f"{dotted} = {given} {fault}", where=where, right=right)

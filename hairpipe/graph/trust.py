@@ -25,6 +25,8 @@ from hairpipe.graph.own import fault_of, make_own, own_folder
 VARIABLE = "HAIRPIPE_TRUST"
 """Names folders, by absolute paths, that are trusted whatever is in them: for farms, and for those who write nodes."""
 CACHED = "__pycache__"
+NATIVE = {".so", ".dylib", ".dll"}
+"""Among the suffixes of a library that an extension module may bring along, as in `libfast.so.1`."""
 MOST_NAMED = 8
 
 Files = Mapping[str, str]
@@ -159,7 +161,8 @@ def sources(folder: Path) -> Iterator[Path]:
         within[:] = sorted(name for name in within if not name.startswith("."))
         left_out = BYTECODE_SUFFIXES if Path(place).name == CACHED else []
         for path in (Path(place, name) for name in names):
-            if path.name.endswith(tuple(all_suffixes())) and path.suffix not in left_out and path.is_file():
+            is_code = path.name.endswith(tuple(all_suffixes())) or not NATIVE.isdisjoint(path.suffixes)
+            if is_code and path.suffix not in left_out and path.is_file():
                 yield path
 
 

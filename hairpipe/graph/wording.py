@@ -1,10 +1,14 @@
 """How a message names what is wrong: what was given, cut short, and the known name nearest to it."""
 
 import difflib
+import re
+import unicodedata
 from collections.abc import Sequence
 from typing import Any
 
 MOST_SHOWN = 60
+LONG_WORD, LONG_LINE = 300, 2000
+"""Characters without a blank, and altogether, beyond which a message is cut; a path is rarely as long."""
 
 
 def nearest(name: str, known: Sequence[str]) -> str:
@@ -26,3 +30,24 @@ def brief(value: Any) -> str:
 def cut(text: str) -> str:
     """Cut a text where it is long."""
     return text if len(text) <= MOST_SHOWN else text[:MOST_SHOWN] + "..."
+
+
+def one_line(text: str) -> str:
+    """Write a text on one line of a terminal, whatever is in it: what is not printed is escaped, what is long cut."""
+    clean = text if text.isprintable() else "".join(c if is_printed(c) else escaped(c) for c in text)
+    return shortened(re.sub(rf"\S{{{LONG_WORD + 1},}}", lambda word: shortened(word[0], LONG_WORD), clean), LONG_LINE)
+
+
+def is_printed(character: str) -> bool:
+    """Whether a terminal shows a character, and does nothing else with it."""
+    return character.isprintable() or unicodedata.category(character) == "Zs"
+
+
+def escaped(character: str) -> str:
+    """Write a character as Python source would."""
+    return character.encode("unicode_escape").decode()
+
+
+def shortened(text: str, most: int) -> str:
+    """Leave out the middle of a text that is long."""
+    return text if len(text) <= most else f"{text[: most * 3 // 4]}...{text[-most // 5 :]}"

@@ -103,3 +103,50 @@ def test_the_shell_completes_commands_types_and_nodes(shot):
             START, env=os.environ | {"_HAIRPIPE_COMPLETE": "bash_source"}, capture_output=True, text=True
         ).stdout
     )
+
+
+def bash(*words: str, cwd=None) -> list[str]:
+    """What bash is offered for the last of the words."""
+    told = {"_HAIRPIPE_COMPLETE": "bash_complete", "COMP_WORDS": "\n".join(["hairpipe", *words])}
+    environment = os.environ | told | {"COMP_CWORD": str(len(words))}
+    process = subprocess.run(START, env=environment, capture_output=True, text=True, cwd=cwd)
+    assert process.stderr == ""
+    return [line.partition(",")[2] for line in process.stdout.splitlines() if line.startswith("plain")]
+
+
+def test_the_shell_completes_settings_values_and_outputs(shot):
+    """bash takes = for a word of its own, and is offered what stands behind it."""
+    assert bash("run", "demo", "--set", "h") == ["head.", "hair."]
+    assert bash("run", "demo", "--set", "hair.scheme", "=", "tr") == ["tr_bdf2"]
+    assert "network" in bash("run", "demo", "--set", "hair.model", "=")
+    assert bash("run", "demo", "--set", "hair.stiction.re") == [
+        "hair.stiction.reach=0.0005",
+        "hair.stiction.release=0.0015",
+    ]
+    assert {"seed.value=1.0", "seed.bent.strength=1.0"} <= set(bash("run", "shot.toml", "--set", "se", cwd=shot.parent))
+    assert bash("run", "shot.toml", "--set", "none.x", cwd=shot.parent) == []
+    assert bash("get", "demo", "hair.s") == ["hair.strands", "hair.state"]
+    assert bash("run", "paper/long_c") == ["paper/long_curly"]
+    zsh = os.environ | {"_HAIRPIPE_COMPLETE": "zsh_complete", "COMP_CWORD": "4"}
+    zsh["COMP_WORDS"] = "hairpipe run demo --set hair.scheme=tr"
+    assert "hair.scheme=tr_bdf2" in subprocess.run(START, env=zsh, capture_output=True, text=True).stdout.split()
+
+
+INTERRUPTED = """
+import os, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+class Interrupt:
+    def find_spec(self, name, path, target=None):
+        if name == "{}":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupt())
+from hairpipe.cli import main
+main()
+"""
+
+
+@pytest.mark.parametrize("name", ["click", "hairpipe.cli.plan", "pydantic"])
+def test_ctrl_c_in_the_first_imports_is_one_line(name):
+    command = [sys.executable, "-c", INTERRUPTED.format(name), "plan", "demo"]
+    process = subprocess.run(command, capture_output=True, text=True)
+    assert (process.returncode, process.stdout, process.stderr) == (130, "", "hairpipe: interrupted\n")

@@ -18,7 +18,7 @@ START = [sys.executable, "-c", "from hairpipe.cli import main; main()"]
 
 def test_the_first_run_computes_and_the_second_finds(shot, hairpipe):
     first = hairpipe("run shot.toml -j1")
-    assert first.exit_code == 0
+    assert first.exit_code == 0 and first.stdout.startswith("node     computed  cached  seconds  processor\n")
     assert "20 results computed, 0 cached" in first.stdout
     second = hairpipe("run shot.toml -j1")
     assert "0 results computed, 20 cached" in second.stdout
@@ -37,6 +37,13 @@ def test_frames_and_nodes_are_selected(shot, hairpipe):
     assert document["frames"] == [1, 4]
     assert {name: node["total"] for name, node in document["nodes"].items()} == {"seed": 1, "move": 4, "sum": 4}
     assert document["published"] == []
+
+
+def test_waiting_is_told_from_working(shot, hairpipe):
+    path = Path("nodes") / "make_seed.py"
+    path.write_text(path.read_text().replace("    tally(", "    import time\n\n    time.sleep(0.5)\n    tally("))
+    seed = json.loads(hairpipe("run shot.toml -j1 --json --to seed").stdout)["nodes"]["seed"]
+    assert seed["seconds"] >= 0.5 and 0.0 <= seed["processor"] < 0.3
 
 
 def test_settings_are_set_for_once(computed, hairpipe):

@@ -59,7 +59,7 @@ def test_what_was_found_is_said_though_the_file_cannot_be_written(tuned, hairpip
     [
         ("none/tuned.toml", "none: no such folder"),
         ("nodes", "nodes: is no file"),
-        ("/dev/null", "/dev/null: is no file"),
+        ("/dev/null", "/dev/null: it is a device"),
     ],
 )
 def test_where_nothing_can_be_written_is_said_before_anything_is_measured(output, message, shot, hairpipe):

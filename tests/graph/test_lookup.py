@@ -69,10 +69,11 @@ def test_a_node_of_another_modules_name_leaves_that_one_alone(shot, studio):
     assert shot.plan()["one"].reason == "code shapes"
 
 
-def test_graphs_of_one_process_keep_their_helpers_apart(shot):
+def test_graphs_of_one_process_keep_their_helpers_apart(shot, monkeypatch):
     """Whichever was loaded last."""
     (shot.folder / "other").mkdir()
     first, other = shot, type(shot)(shot.folder / "other")
+    monkeypatch.setenv("HAIRPIPE_TRUST", os.pathsep.join([str(first.nodes), str(other.nodes)]))
     for each, factor in ((first, 2.0), (other, 3.0)):
         (each.nodes / "aid" / "deep").mkdir(parents=True)
         (each.nodes / "aid" / "deep" / "most.py").write_text(f"FACTOR = {factor}\n")

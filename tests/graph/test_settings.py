@@ -104,7 +104,7 @@ def test_files_are_found_in_groups_too():
         ({"file": 3}, "file = 3 is not allowed (a file)"),
         ({"sizes": 3}, "sizes = 3 is not allowed (a list, any number of: a number in m"),
         ({"sizes": [1, -1]}, "sizes = -1 is not allowed"),
-        ({"curl": 3}, "curl = 3 is not allowed (a group)"),
+        ({"curl": 3}, "curl = 3 is not allowed (a group: radius, axis, paint)"),
         ({"curl": {"raduis": 3}}, "unknown setting 'curl.raduis' (did you mean 'radius'?)"),
         ({"curl": {"radius": 0}}, "curl.radius = 0 is not allowed (a number in m, > 0"),
         ({"curl": {"axis": [1, 2]}}, "curl.axis = [1, 2] is not allowed"),

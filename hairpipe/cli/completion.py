@@ -1,0 +1,139 @@
+"""What the shell offers: graphs, node types, nodes, their outputs, settings and values. It runs nothing untrusted."""
+
+import json
+import os
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+
+import click
+from click.shell_completion import BashComplete, CompletionItem
+
+from hairpipe.cli.shipped import find_graph, shipped_graphs
+from hairpipe.errors import BadInput
+
+if TYPE_CHECKING:
+    from hairpipe.graph.declare import NodeType
+    from hairpipe.graph.fields import Field
+    from hairpipe.graph.read import GraphText
+
+
+def complete_graph(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Offer the shipped graphs and files."""
+    names = [CompletionItem(name) for name in shipped_graphs() if name.startswith(incomplete)]
+    return [*names, CompletionItem(incomplete, type="file")]
+
+
+def complete_type(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
+    """Offer the node types."""
+    from hairpipe.graph.catalogue import Catalogue
+
+    return [name for name in Catalogue().names() if name.startswith(incomplete)]
+
+
+def complete_node(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
+    """Offer the nodes of the graph that stands before."""
+    text = graph_before(ctx)
+    return [name for name in nodes_of(text) if name.startswith(incomplete)] if text else []
+
+
+def complete_target(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
+    """Offer the nodes, and behind a dot the outputs of one."""
+    node, dot, _ = incomplete.partition(".")
+    if not dot:
+        return complete_node(ctx, param, incomplete)
+    found = type_of(graph_before(ctx), node)
+    names = (f"{node}.{output}" for output in found.outputs if output) if found else ()
+    return [name for name in names if name.startswith(incomplete)]
+
+
+def complete_setting(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
+    """Offer the nodes, behind a dot the settings of one with their defaults, and behind = the values there are."""
+    name, equals, _ = incomplete.partition("=")
+    node, dot, _ = name.partition(".")
+    if not dot:
+        nodes = complete_node(ctx, param, incomplete)
+        return complete_setting(ctx, param, f"{nodes[0]}.") if len(nodes) == 1 else [f"{found}." for found in nodes]
+    found = type_of(graph_before(ctx), node)
+    if found is None:
+        return []
+    from hairpipe.graph.fields import fields_of
+
+    known = {f"{node}.{setting}": field for setting, field in leaves(fields_of(found), "")}
+    near = [setting for setting in known if setting.startswith(name)]
+    if equals or len(near) == 1:
+        chosen = name if equals else near[0]
+        values = values_of(known[chosen]) if chosen in known else []
+        return [text for text in (f"{chosen}={value}" for value in values) if text.startswith(incomplete)]
+    return [f"{setting}={default_of(known[setting])}" for setting in near]
+
+
+def graph_before(ctx: click.Context) -> "GraphText | None":
+    """Read the graph file that stands before; None where there is none that can be read."""
+    from hairpipe.graph.like import written_out
+    from hairpipe.graph.read import read_graph_text
+
+    given = ctx.params.get("graph") or next(iter(ctx.args), "")  # behind `--to` click has not come to reading arguments
+    try:
+        return written_out(read_graph_text(find_graph(given)))
+    except BadInput:
+        return None
+
+
+def nodes_of(text: "GraphText") -> list[str]:
+    """Name the nodes of a graph file."""
+    return [name for name, table in text.tables.items() if isinstance(table, dict)]
+
+
+def type_of(text: "GraphText | None", node: str) -> "NodeType | None":
+    """Find the type of a node; None where there is none, or where it is not trusted."""
+    from hairpipe.graph.catalogue import Catalogue
+
+    table: Any = text.tables.get(node) if text else None
+    if text is None or not isinstance(table, dict) or not isinstance(table.get("type"), str):
+        return None
+    try:
+        return Catalogue(text.path.parent / "nodes").find(table["type"])
+    except BadInput:
+        return None
+
+
+def leaves(fields: "tuple[Field, ...]", prefix: str) -> "Iterator[tuple[str, Field]]":
+    """Iterate over the settings that have a value, those in groups by their dotted names."""
+    for field in fields:
+        alone = field.shorthand or field
+        if not alone.group:
+            yield prefix + field.name, alone
+        yield from leaves(tuple(inner for inner in field.group if inner is not alone), f"{prefix}{field.name}.")
+
+
+def values_of(field: "Field") -> list[str]:
+    """List the values of a setting where there are few, else the one that it has if nothing is said."""
+    if get_origin(field.base) is Literal:
+        return [str(choice) for choice in get_args(field.base)]
+    return ["true", "false"] if field.base is bool else [default_of(field)]
+
+
+def default_of(field: "Field") -> str:
+    """Write the default of a setting; empty where there is none, or none that is a word."""
+    if isinstance(field.default, str):
+        return field.default
+    return json.dumps(field.default) if isinstance(field.default, bool | int | float) else ""
+
+
+class Bash(BashComplete):
+    """Completion in bash, which takes = for a word: what stands around it is one to us, and only its end is offered."""
+
+    def get_completion_args(self) -> tuple[list[str], str]:
+        """Read the words before the cursor, and the one at it."""
+        args, incomplete = super().get_completion_args()
+        if incomplete == "=" and args:
+            return args[:-1], f"{args[-1]}="
+        if len(args) > 1 and args[-1] == "=":
+            return args[:-2], f"{args[-2]}={incomplete}"
+        return args, incomplete
+
+    def format_completion(self, item: CompletionItem) -> str:
+        """Write what bash puts in place of the word at the cursor."""
+        words = os.environ["COMP_WORDS"].split()[: int(os.environ["COMP_CWORD"]) + 1]
+        behind = "=" in words[-2:]
+        return f"{item.type},{item.value.partition('=')[2] if behind else item.value}"

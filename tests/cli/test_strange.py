@@ -1,0 +1,100 @@
+"""Names with control characters, and names without end: a message is one line that a terminal only shows."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ESCAPE = "a\x1b]0;owned\x07\nb\u202e\u2028c\udce4"
+SHOWN = r"a\x1b]0;owned\x07\nb\u202e\u2028c\udce4"
+LONG = "x" * 5000
+
+
+def spelt(name: str) -> str:
+    """Write a name as TOML does."""
+    return "".join(f"\\u{ord(c):04x}" if not c.isprintable() else c for c in name.replace("\udce4", ""))
+
+
+def is_clean(text: str) -> bool:
+    return all(line.isprintable() and len(line) < 2500 for line in text.split("\n"))
+
+
+@pytest.mark.parametrize("name", [ESCAPE, LONG, f"{'y ' * 4000}"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        'schema = 1\n"{}" = 1\n',
+        '["{}"]\ntype = "make_seed"\n',
+        '[seed]\ntype = "{}"\n',
+        '[seed]\ntype = "make_seed"\n"{}" = 1\n',
+        '[seed]\ntype = "make_seed"\nfile = "{}"\n',
+        '[seed]\ntype = "make_seed"\nlike = "{}"\n',
+        '[seed]\ntype = "make_seed"\nin."{}" = "seed"\n',
+        '[seed]\ntype = "make_seed"\nin.seed = "{}"\n',
+        '[list]\ntype = "write_list"\nin.numbers = "list"\npublish = "{}/../../x"\n',
+    ],
+)
+def test_a_fault_of_a_graph_is_one_line(text, name, shot, hairpipe):
+    head = "" if text.startswith("schema") else "schema = 1\nframes = [1, 2]\nfps = 24\n"
+    shot.write_text(head + text.replace("{}", spelt(name)), encoding="utf-8")
+    result = hairpipe("plan shot.toml")
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1 and is_clean(result.stderr)
+
+
+def test_what_a_node_says_is_one_line(shot, hairpipe):
+    path = Path("nodes") / "make_seed.py"
+    text = path.read_text().replace("    tally(", f"    import warnings\n\n    warnings.warn({ESCAPE!r})\n    tally(")
+    assert "warnings.warn" in text
+    path.write_text(text)
+    result = hairpipe("run shot.toml -j1 --to seed")
+    assert f"warning: seed: {SHOWN}\n" in result.stderr and is_clean(result.stderr)
+    path.write_text(text.replace("warnings.warn(", "raise ValueError("))
+    result = hairpipe("run shot.toml -j1 -v --to seed")
+    assert f"failed: seed: ValueError: {SHOWN}\n" in result.stderr and is_clean(result.stderr)
+    assert "\nTraceback (most recent call last):\n" in result.stderr
+
+
+def test_where_files_are_is_one_line(shot, hairpipe):
+    name = ESCAPE.replace("\udce4", "")
+    shot.write_text(shot.read_text().replace("out/list.txt", f"out/{spelt(name)}.txt"), encoding="utf-8")
+    result = hairpipe("run shot.toml -j1 --to list")
+    assert (
+        result.exit_code == 0
+        and is_clean(result.stdout)
+        and f"out/{SHOWN.removesuffix(chr(92) + 'udce4')}.txt" in result.stdout
+    )
+
+
+@pytest.mark.parametrize(
+    "words", [["plan", ESCAPE], ["run", "shot.toml", "-j", ESCAPE], ["get", "shot.toml", ESCAPE, "-o", "x"]]
+)
+def test_words_of_the_command_line_are_shown_too(words, shot):
+    command = [sys.executable, "-c", "from hairpipe.cli import main; main()", *words]
+    result = subprocess.run(command, capture_output=True, text=True)
+    assert result.returncode == 2 and SHOWN in result.stderr and is_clean(result.stderr)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "plan {}",
+        "nodes --graph {}",
+        "plan shot.toml --cache {}",
+        "run shot.toml --cache {}",
+        "get shot.toml seed -o {}",
+        "usd check {}",
+        "tune shot.toml --node sum --tolerance 1mm -o {}",
+    ],
+)
+@pytest.mark.parametrize("kind", ["pipe", "/dev/zero", "/proc/self/environ"])
+def test_what_is_no_file_is_refused_without_waiting(words, kind, computed, hairpipe):
+    os.mkfifo("pipe")
+    result = hairpipe(words.format(kind))
+    if words.startswith("nodes"):  # only the folder counts
+        assert result.exit_code == 0
+        return
+    assert result.exit_code == 2 and result.stderr.count("\n") == 1
+    assert f"{kind}: it is " in result.stderr
+    assert not Path(kind).is_file() or kind.startswith("/proc")
