@@ -2,6 +2,7 @@
 
 import json
 import os
+import sys
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,7 @@ from hairpipe.cli.wording import duration, plural, say, table
 if TYPE_CHECKING:
     from hairpipe.bench.contact import Report as ContactReport
     from hairpipe.bench.core import Case, Report
+    from hairpipe.bench.faults import Report as FaultReport
     from hairpipe.bench.machine import Machine
     from hairpipe.bench.paper import Report as PaperReport
     from hairpipe.bench.repeat import Spread
@@ -94,6 +96,39 @@ def paper(scenes: tuple[str, ...], overrides: dict[str, str], cache: Path, as_js
         click.echo(json.dumps(document(report), indent=2))
     else:
         show_paper(report)
+
+
+@bench.command()
+@click.option("--seed", type=int, default=0, show_default=True, help="Chooses what is done, and where.")
+@options.as_json
+def faults(seed: int, as_json: bool) -> None:
+    """Try what the engine withstands: poisoned folders, kills, damaged stores, cleanings beside runs.
+
+    On a toy graph, in a temporary folder; it takes minutes. Each trial has to end in the bytes of a run that nobody
+    disturbed, or in a refusal of one line, and nothing may be computed whose result is there.
+
+    Exit code 0: everything held, 1: something did not.
+    """
+    from hairpipe.bench.faults import try_faults
+    from hairpipe.io.hdf5 import digest_file
+
+    report = try_faults(say, digest_file, seed)
+    if as_json:
+        click.echo(json.dumps(document(report) | {"held": report.held}, indent=2))
+    else:
+        show_faults(report)
+    sys.exit(0 if report.held else 1)
+
+
+def show_faults(report: "FaultReport") -> None:
+    """Write what was tried and what did not hold."""
+    rows: list[tuple[str, ...]] = [("", "", "trials", "same bytes", "refused", "faults", "done twice")]
+    for row in report.rows:
+        numbers = (row.tries, row.same, row.refused, len(row.faults), row.twice)
+        rows.append((row.campaign, row.kind, *(f"{number:,}" for number in numbers)))
+    show_table(f"seed {report.seed}, {duration(report.seconds)}", rows, text=2)
+    for fault in [fault for row in report.rows for fault in row.faults]:
+        click.echo(fault)
 
 
 def show_paper(report: "PaperReport") -> None:
@@ -184,7 +219,7 @@ def spread(value: "Spread", unit: float) -> str:
     return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
 
 
-def document(report: "Report | ContactReport | PaperReport") -> dict[str, Any]:
+def document(report: "Report | ContactReport | PaperReport | FaultReport") -> dict[str, Any]:
     """Describe the report as a JSON document."""
 
     def plain(value: Any) -> Any:

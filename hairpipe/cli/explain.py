@@ -58,7 +58,7 @@ def text(found: "Explanation") -> str:
     if found.parts is not None:
         lines += ["", table(made_of(found.parts), "<<<")]
     if found.record is not None:
-        lines += ["", table(outputs(found.record), "<>>"), "", evaluated(found.record)]
+        lines += ["", table(outputs(found.record, found.thinned), "<>>"), "", evaluated(found.record)]
     return "\n".join(lines)
 
 
@@ -84,9 +84,10 @@ def spoken(value: Any) -> str:
     return value
 
 
-def outputs(record: "Record") -> list[tuple[str, str, str]]:
+def outputs(record: "Record", thinned: frozenset[str]) -> list[tuple[str, str, str]]:
     """List the outputs of a result: name, size, object."""
-    return [("output " + name, size(output.size), output.object) for name, output in record.outputs.items()]
+    sizes = {name: "not kept" if name in thinned else size(output.size) for name, output in record.outputs.items()}
+    return [("output " + name, sizes[name], output.object) for name, output in record.outputs.items()]
 
 
 def evaluated(record: "Record") -> str:
@@ -105,7 +106,9 @@ def document(found: "Explanation") -> dict[str, Any]:
         "reasons": reasons(found),
         "key": found.entry.key,
         "made_of": found.parts,
-        "outputs": {name: output._asdict() for name, output in record.outputs.items()} if record else None,
+        "outputs": {n: o._asdict() | {"kept": n not in found.thinned} for n, o in record.outputs.items()}
+        if record
+        else None,
         "seconds": record.seconds if record else None,
         "created": record.created if record else None,
         "warnings": list(record.warnings) if record else [],

@@ -1,7 +1,6 @@
 """`hairpipe run`: compute what has changed, and publish it."""
 
 import json
-import os
 import sys
 import time
 from pathlib import Path
@@ -9,7 +8,6 @@ from pathlib import Path
 import click
 
 from hairpipe.cli import options
-from hairpipe.errors import BadInput
 
 
 @click.command()
@@ -57,7 +55,7 @@ def run(
     from hairpipe.graph.store import Store
 
     opened, store = asking(lambda: open_graph(graph, overrides, to)), Store(cache)
-    make_folder(cache)
+    cache.mkdir(parents=True, exist_ok=True)
     how = Options(jobs=jobs, keep_going=keep_going, publish_root=publish_root, force=force)
     begun = time.monotonic()
     with Watch(opened, jobs, quiet=quiet) as watch:
@@ -69,10 +67,3 @@ def run(
         click.echo(summary.text(done))
     summary.say_faults(done, verbose)
     sys.exit(outcome.exit_code)
-
-
-def make_folder(cache: Path) -> None:
-    """Make the folder of results, and refuse one that cannot be written to before anything is computed."""
-    cache.mkdir(parents=True, exist_ok=True)
-    if not os.access(cache, os.W_OK | os.X_OK):
-        raise BadInput("cannot be written to", where=cache, right="--cache FOLDER, or HAIRPIPE_CACHE")

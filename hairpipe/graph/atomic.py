@@ -51,12 +51,13 @@ def making(folder: Path) -> Iterator[tuple[Path, int]]:
         yield path, handle
     finally:
         _remove(path)
-        if handle in _held:
+        if handle in _held:  # in a fork it is closed already
             _held.discard(handle)
             os.close(handle)
 
 
 def _create(folder: Path) -> tuple[Path, int]:
+    """Create a file and lock it."""
     while True:
         path = folder / f".hairpipe-{secrets.token_hex(16)}.tmp"
         flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC

@@ -7,7 +7,6 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.events import CODEC
 from hairpipe.graph.graph import Graph
 from hairpipe.graph.plan import explain
-from hairpipe.graph.resolve import state_of
 from hairpipe.graph.store import LostObject, Store
 from hairpipe.graph.tasks import Task
 from hairpipe.graph.values import Values, codec_named
@@ -30,9 +29,11 @@ def fetch(
     if found.record is None:
         raise BadInput(f"'{task}' has not been computed", where=graph.path, right=f"hairpipe run --to {task.node}")
     node, name = graph.nodes[task.node], graph.output(task.node, output)
+    if name in found.thinned:
+        what = f"output '{name}' of '{task}' was not kept"
+        raise BadInput(what, where=store.root, right="a run with checkpoint = 1 and another --cache")
     try:
         return Values(store, codec_named(codec), 0).get(found.record.outputs[name].object, node.type.outputs[name])
     except LostObject:
-        thinned = name == state_of(node)
-        right = "a run with checkpoint = 1 and another --cache" if thinned else "hairpipe run computes it again"
+        right = "hairpipe run computes it again"
         raise BadInput(f"'{task}' is not in the store any more", where=store.root, right=right) from None

@@ -39,12 +39,14 @@ class Explanation:
     parts    that its key is made of; None while something it needs is not established
     reasons  that of the entry, and every difference to the latest result of this node and frame
     record   its result, where it is there
+    thinned  outputs of it that were not kept: states of a scan to go on from
     """
 
     entry: Entry
     parts: Parts | None
     reasons: tuple[str, ...]
     record: Record | None
+    thinned: frozenset[str] = frozenset()
 
 
 def plan(graph: Graph, store: Store, frames: Iterable[int] | None = None) -> list[Entry]:
@@ -64,7 +66,10 @@ def explain(graph: Graph, store: Store, task: Task, frames: Iterable[int] | None
         raise BadInput(f"'{task}' is not among the selected frames", where=graph.path)
     parts = planner.resolver.parts(task) if entry.status != "depends" else None
     found = [entry.reason, *(planner.reasons(task, parts) if parts is not None else ())]
-    return Explanation(entry, parts, tuple(dict.fromkeys(filter(None, found))), planner.resolver.results.get(task))
+    record = planner.resolver.results.get(task)
+    outputs = record.outputs if record is not None else {}
+    thinned = frozenset(name for name, output in outputs.items() if not store.has(output.object))
+    return Explanation(entry, parts, tuple(dict.fromkeys(filter(None, found))), record, thinned)
 
 
 class Planner:

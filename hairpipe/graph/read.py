@@ -43,7 +43,7 @@ class GraphText:
 
     def _line(self, node: str | None, names: Sequence[str]) -> int | None:
         """Find the line of the deepest of the names that is written out, else the first line of the node."""
-        own = [number for number, owner in enumerate(self._owners) if owner == node]
+        own = self._owned.get(node, [])
         for name in reversed(names):
             word = re.compile(rf"(?<!\w){re.escape(name)}(?!\w)")
             found = next((n for n in own if word.search(self._lines[n].partition("#")[0])), None)
@@ -52,15 +52,15 @@ class GraphText:
         return own[0] + 1 if own and node is not None else None
 
     @cached_property
-    def _owners(self) -> list[str | None]:
-        """Name of the top-level table that each line belongs to."""
-        owners: list[str | None] = []
+    def _owned(self) -> dict[str | None, list[int]]:
+        """Numbers of the lines that belong to each top-level table, and to none."""
+        owned: dict[str | None, list[int]] = {}
         owner = None
-        for line in self._lines:
+        for number, line in enumerate(self._lines):
             header = HEADER.match(line)
             owner = header[1] or header[2] if header else owner
-            owners.append(owner)
-        return owners
+            owned.setdefault(owner, []).append(number)
+        return owned
 
 
 def read_graph_text(path: Path) -> GraphText:

@@ -76,11 +76,11 @@ class Resolver:
         return gone
 
     def _read_codes(self) -> dict[str, Code]:
-        codes = {}
-        for node in self.graph.nodes.values():
-            codes[node.name] = self.reader.code_of(node.type.module)
-            self.store.remember(codes[node.name].digest, lambda found=codes[node.name]: found.manifest)
-        return codes
+        nodes = self.graph.nodes.values()
+        codes = {module: self.reader.code_of(module) for module in dict.fromkeys(node.type.module for node in nodes)}
+        for code in codes.values():
+            self.store.remember(code.digest, lambda found=code: found.manifest)
+        return {node.name: codes[node.type.module] for node in nodes}
 
     def _key_settings(self, node: Node) -> dict[str, Any]:
         """Settings as they enter a key: files by their bytes, and by the suffix that tells a reader the format."""

@@ -148,6 +148,8 @@ class Scheduler:
 
     def begin(self, lane: Lane, task: Task) -> None:
         """Give a task to a worker, unless another process is at it or has just done it."""
+        if not self.pool.members:
+            self.store.check_writable()
         parts = self.resolver.parts(task)
         key = self.keys[task] = action_key(parts)
         if not self.locks.acquire(key):

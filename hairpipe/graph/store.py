@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
+from hairpipe.errors import BadInput
 from hairpipe.graph.atomic import discard, sweep, write_text
 from hairpipe.graph.canonical import digest, parsed
 from hairpipe.graph.key import is_key
@@ -46,6 +47,11 @@ class Store:
     def sweep(self) -> int:
         """Remove what killed processes left behind; returns how many files and folders."""
         return 0 if self.read_only else sweep(self.temporary, ours_alone=True)
+
+    def check_writable(self) -> None:
+        """Refuse a store that cannot be written to, before something is computed in vain; one may well read it."""
+        if self.root.exists() and not os.access(self.root, os.W_OK | os.X_OK):
+            raise BadInput("cannot be written to", where=self.root, right="--cache FOLDER, or HAIRPIPE_CACHE")
 
     def action_path(self, key: str) -> Path:
         """Where the record of a key lies; ValueError for what is no key."""

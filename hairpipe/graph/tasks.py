@@ -1,5 +1,6 @@
 """A graph unrolled over frames: which evaluation needs which."""
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from typing import NamedTuple
 
@@ -64,16 +65,16 @@ def unroll(graph: Graph, frames: tuple[int, ...]) -> dict[Task, Inputs]:
     A scan needs every frame from the first of the graph on, whatever is selected.
     """
     tasks: dict[Task, Inputs] = {}
-    wanted: set[Task] = set()
+    wanted: defaultdict[str, set[int | None]] = defaultdict(set)
     for node in reversed(graph.nodes.values()):
-        wanted |= {at(node, frame) for frame in frames}
-        own = {task.frame for task in wanted if task.node == node.name}
+        own = wanted[node.name] | {at(node, frame).frame for frame in frames}
         if node.type.mode == "scan":
             own = set(range(graph.frames[0], max(frame for frame in own if frame is not None) + 1))
         for frame in own:
             task = Task(node.name, frame)
             tasks[task] = inputs_of(graph, task, frames)
-            wanted |= {source.task for source in sources(tasks[task])}
+            for source in sources(tasks[task]):
+                wanted[source.task.node].add(source.task.frame)
     return {task: tasks[task] for task in sorted(tasks, key=order_of(graph))}
 
 

@@ -24,7 +24,7 @@ def test_a_document(computed, hairpipe):
     document = json.loads(hairpipe("explain shot.toml list --json").stdout)
     assert (document["status"], document["frame"], document["reasons"]) == ("cached", None, [])
     assert [frame for frame, _ in document["made_of"]["inputs"]["numbers"]] == [1, 2, 3, 4, 5, 6]
-    assert document["outputs"][""]["size"] > 0
+    assert document["outputs"][""]["size"] > 0 and document["outputs"][""]["kept"]
 
 
 def test_a_frame_too_many_or_too_few_is_refused(shot, hairpipe):
@@ -34,3 +34,15 @@ def test_a_frame_too_many_or_too_few_is_refused(shot, hairpipe):
     assert "'sum@99' is no task" in hairpipe("explain shot.toml sum@99").stderr
     result = hairpipe("explain shot.toml sum@x")
     assert result.exit_code == 2 and "'sum@x' names no result" in result.stderr
+
+
+def test_it_says_of_a_state_that_was_not_kept_what_get_says(computed, hairpipe):
+    """Of every third frame and the last they are."""
+    for frame in range(1, 7):
+        kept = frame in (3, 6)
+        text = hairpipe(f"explain shot.toml sum@{frame}").stdout
+        (row,) = [line for line in text.splitlines() if line.startswith("output state")]
+        outputs = json.loads(hairpipe(f"explain shot.toml sum@{frame} --json").stdout)["outputs"]
+        result = hairpipe(f"get shot.toml sum.state@{frame} -o state.npz")
+        assert kept == outputs["state"]["kept"] == ("not kept" not in row) == (result.exit_code == 0)
+        assert kept or f"output 'state' of 'sum@{frame}' was not kept" in result.stderr

@@ -116,11 +116,13 @@ def test_bad_input_is_one_message_and_touches_nothing(arguments, message, shot, 
     assert {path.name for path in shot.parent.iterdir()} - {"cache"} == before
 
 
-def test_a_cache_that_cannot_be_written_to_is_refused(shot, hairpipe, monkeypatch):
+def test_a_cache_that_cannot_be_written_to_is_refused_before_anything_is_computed(shot, hairpipe, monkeypatch):
     monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write anywhere
     result = hairpipe("run shot.toml")
     assert result.exit_code == 2
-    assert result.stderr == "hairpipe: cache: cannot be written to (--cache FOLDER, or HAIRPIPE_CACHE)\n"
+    cache = shot.parent / "cache"
+    assert result.stderr == f"hairpipe: {cache}: cannot be written to (--cache FOLDER, or HAIRPIPE_CACHE)\n"
+    assert not (shot.parent / "tally").exists()
 
 
 def test_a_shipped_graph_publishes_below_the_current_folder(shot, hairpipe, monkeypatch, tmp_path_factory):

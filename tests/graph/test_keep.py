@@ -3,7 +3,28 @@
 import os
 import time
 
+import pytest
+
+from hairpipe.graph import keep, publish
 from hairpipe.graph.keep import clean, items, reached, usage
+
+READER = """
+from pathlib import Path
+from numeral import Numeral
+from tally import numeral, tally
+
+from hairpipe.graph import File, node
+
+@node(frames="once")
+def read_list(file: File, *, how: str = "open") -> Numeral:
+    "Measure a file, which somebody cleans away when it is first read."
+    tally("read_list")
+    path = next(iter(file.companions.values()), file.path)
+    if not Path("{flag}").exists():
+        Path("{flag}").touch()
+        path.unlink()
+    return numeral(float(len(path.read_bytes())))
+"""
 
 
 def test_usage_counts_every_object_once(shot):
@@ -73,3 +94,62 @@ def test_cleaning_under_a_run_costs_time_and_nothing_else(shot):
     assert (shot.folder / "out" / "list.txt").exists()
     shot.run()
     assert shot.results() == right
+
+
+@pytest.mark.parametrize("parts", ["true", "false"])
+def test_a_file_that_goes_while_a_node_reads_it_is_computed_again(shot, parts):
+    (shot.nodes / "read_list.py").write_text(READER.replace("{flag}", str(shot.folder / "flag")))
+    shot.path.write_text(shot.path.read_text() + '[read]\ntype = "read_list"\nin.file = "list"\n')
+    outcome = shot.run(list__parts=parts)
+    counts = shot.tally()
+    assert outcome.failures == () and (counts["write_list"], counts["read_list"], counts["add_up"]) == (2, 2, 10)
+
+
+@pytest.mark.parametrize("which", [0, 1, "set", "record"])
+def test_what_goes_while_it_is_published_is_computed_again(shot, monkeypatch, which):
+    """The file, its companion, the list of both, or all of the result."""
+    real, gone = publish.files_of, []
+
+    def files_of(store, output, path):
+        files = dict(real(store, output, path))
+        if not gone:
+            name = output.object if which in ("set", "record") else list(files.values())[which]
+            gone.append(name)
+            store.remove(store.object_path(name))
+            if which == "record":
+                clean(store)
+        return files if which in (0, 1) else real(store, output, path)
+
+    monkeypatch.setattr(publish, "files_of", files_of)
+    outcome = shot.run(list__parts="true")
+    assert outcome.failures == () and shot.tally()["write_list"] == 2
+    assert {path.name for path in (shot.folder / "out").rglob("*.txt")} == {"list.txt", "sums.txt"}
+
+
+def test_what_a_run_is_about_to_hold_is_spared(shot):
+    """Objects are written before the record that holds them, by a run that cleaning knows nothing of."""
+    shot.run()
+    results, records = shot.results(), list(items(shot.store))
+    for item in records:
+        shot.store.remove(shot.store.action_path(item.record.key))
+    assert clean(shot.store).objects == 0
+    for name in shot.store.object_names():
+        os.utime(shot.store.object_path(name), (0, 0))
+    shot.store.renew(results["seed"][""])
+    assert clean(shot.store).objects > 10 and list(shot.store.object_names()) == [results["seed"][""]]
+
+
+def test_what_is_added_while_cleaning_lists_is_held(shot, monkeypatch):
+    """Objects are listed before results, so that of an object listed the result is not missed."""
+    shot.run(to=["seed"])
+    there = set(shot.store.object_names())
+    listing = keep.objects
+
+    def objects(store):
+        found = listing(store)
+        shot.run(to=["move"])
+        return found
+
+    monkeypatch.setattr(keep, "objects", objects)
+    clean(shot.store, older=3600.0)
+    assert there <= set(shot.store.object_names()) and len(list(shot.store.object_names())) == 11

@@ -1,8 +1,14 @@
 """States of a scan: the last two and every n-th are there while it runs, every n-th and the last afterwards."""
 
 from collections import Counter
+from types import SimpleNamespace
 
+import pytest
+
+from hairpipe.graph.record import Output, Record
 from hairpipe.graph.store import Store
+from hairpipe.graph.tasks import Task
+from hairpipe.graph.thin import Thinner
 
 
 def kept(shot) -> list[int]:
@@ -105,3 +111,61 @@ def test_states_go_while_the_scan_goes_on(shot, tmp_path):
     assert there[:4] == [[1], [1, 2], [1, 2, 3], [2, 3, 4]], "a state goes once the result after the next is noted"
     assert there[7:] == [[4, 6, 7, 8], [4, 7, 8, 9], [4, 8, 9, 10]]
     assert kept(shot) == [4, 8, 10]
+
+
+class Counted(dict):
+    """Results that count how often one is looked at."""
+
+    looks = 0
+
+    def get(self, *given):
+        self.looks += 1
+        return super().get(*given)
+
+    def values(self):
+        self.looks += len(self)
+        return super().values()
+
+    def items(self):
+        self.looks += len(self)
+        return super().items()
+
+
+@pytest.mark.parametrize("frames", [100, 10_000])
+def test_each_state_is_looked_at_once(frames):
+    """A scan of many frames costs in proportion to them."""
+    there = {f"{frame}.h5" for frame in range(frames)}
+    asked = []
+    store = SimpleNamespace(
+        has=lambda name: asked.append(name) or name in there,
+        remove=there.discard,
+        object_path=str,
+        record_keys=lambda: (),
+        record=None,
+    )
+    node = SimpleNamespace(checkpoint=24)
+    graph = SimpleNamespace(nodes={"scan": node}, frames=(0, frames - 1))
+    tasks = {Task("scan", frame): {} for frame in range(frames)}
+    resolver = SimpleNamespace(graph=graph, store=store, results=Counted(), tasks=tasks, thinnable=lambda node: "state")
+    thinner = Thinner(resolver)
+    for task in tasks:
+        outputs = {"state": Output(f"{task.frame}.h5", 1)}
+        record = Record("", "scan", task.frame, {}, outputs, "state", 0.0, (), 0.0)
+        resolver.results[task] = record
+        thinner.take(task, record, None)
+        thinner.follow(task)
+    thinner.finish()
+    assert there == {f"{frame}.h5" for frame in range(frames) if frame % 24 == 23 or frame == frames - 1}
+    assert len(asked) < frames and resolver.results.looks <= 2 * frames
+
+
+def test_a_state_that_was_computed_again_is_let_go_of_again(shot):
+    """Frames are evaluated again from the nearest checkpoint, in a run that had thinned them."""
+    shot.run()
+    shot.tally()
+    for frame in (8, 10):
+        shot.store.remove(shot.store.object_path(shot.results()[f"sum@{frame}"]["state"]))
+    shot.path.write_text(shot.path.read_text().replace("[1, 10]", "[1, 11]"))
+    assert shot.run().exit_code == 0 and shot.tally()["add_up"] == 7
+    results = shot.results()
+    assert [f for f in range(1, 12) if shot.store.has(results[f"sum@{f}"]["state"])] == [4, 8, 11]
