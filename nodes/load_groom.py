@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from hairpipe.data import Body, Groom
 from hairpipe.graph import node
+from hairpipe.groom.cutting import SHORTEST
 from hairpipe.units import Ge, Gt, Interval, Metres
 
 
@@ -16,6 +17,8 @@ def load_groom(
     unit: Annotated[Metres, Gt(0.0)] = 1.0,
     up: Literal["y", "z"] = "y",
     segments: Annotated[int, Interval(ge=1, le=10_000)] | None = None,
+    segment_length: Annotated[Metres, Gt(0.0)] | None = None,
+    shortest: Annotated[Metres, Gt(0.0)] = SHORTEST,
     strands: Annotated[int, Ge(1)] | None = None,
     reach: Annotated[Metres, Gt(0.0)] = 0.02,
 ) -> Groom:
@@ -23,15 +26,18 @@ def load_groom(
 
     A root off the skin stays where it is and moves with the closest place of the body.
 
-    file      .usd, .usda, .usdc, .usdz or .tfx; curves of purpose guide are read where a stage has no others
-    unit      of a .tfx file, which does not say; a USD file does
-    up        axis of a .tfx file
-    segments  of equal length, of every strand; as many as it has unless given
-    strands   how many to keep, evenly spread over the order in the file; all unless given
-    reach     farthest a root may lie from the body
+    file            .usd, .usda, .usdc, .usdz or .tfx; curves of purpose guide are read where a stage has no others
+    unit            of a .tfx file, which does not say; a USD file does
+    up              axis of a .tfx file
+    segments        of equal length, of every strand; as many as it has unless given
+    segment_length  of the longest segment, in place of their number: strands of unlike length have unlike numbers
+    shortest        segment: strands have fewer where theirs are shorter, and shorter strands are left out
+    strands         how many to keep, evenly spread over the order in the file; all unless given
+    reach           farthest a root may lie from the body
     """
     from hairpipe.errors import BadInput
     from hairpipe.groom.adopting import adopt
+    from hairpipe.groom.cutting import Cut
     from hairpipe.io.body import USD_SUFFIXES
     from hairpipe.io.tfx import read_tfx
     from hairpipe.io.usd.read import read_curves
@@ -41,4 +47,5 @@ def load_groom(
         right = f"{', '.join(USD_SUFFIXES)} or .tfx"
         raise BadInput(f"hair is not read from {suffix or 'such'} files", where=file, right=right)
     points, offsets = read_tfx(file, unit, up) if suffix == ".tfx" else read_curves(file)
-    return adopt(scalp, points, offsets, segments=segments, strands=strands, reach=reach)
+    cut = Cut(segments, segment_length, shortest)
+    return adopt(scalp, points, offsets, cut=cut, strands=strands, reach=reach)

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from hairpipe.body.surface import Sites, site_points
+from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.adopting import adopt, choose_strands
+from hairpipe.groom.cutting import SHORTEST, Cut
 
 
 @pytest.fixture
@@ -23,8 +25,8 @@ def strands(ball):
     return np.concatenate(curves), np.cumsum([0, *map(len, curves)]).astype(np.int32)
 
 
-def adopted(ball, strands, segments=None, count=None, reach=0.01):
-    return adopt(ball, *strands, segments=segments, strands=count, reach=reach)
+def adopted(ball, strands, segments=None, count=None, reach=0.01, segment_length=None, shortest=SHORTEST):
+    return adopt(ball, *strands, cut=Cut(segments, segment_length, shortest), strands=count, reach=reach)
 
 
 def test_every_strand_is_cut_into_equal_segments_from_root_to_tip(ball, strands):
@@ -65,15 +67,44 @@ def test_strands_that_are_no_curves_are_named(ball, strands):
     broken[offsets[3] + 1, 2] = np.nan
     with pytest.raises(BadInput, match="strands 3 have points that are not finite"):
         adopted(ball, (broken, offsets))
-    flat = points.copy()
-    for s in (2, 7):
-        flat[offsets[s] : offsets[s + 1]] = flat[offsets[s]]
-    with pytest.raises(BadInput, match="strands 2, 7 have no length"):
-        adopted(ball, (flat, offsets))
-    with pytest.raises(BadInput, match="strands 1 have no length"):
-        adopted(ball, (np.array([[0, 0.1, 0], [0, 0.2, 0], [0.1, 0, 0]]), np.array([0, 2, 3], np.int32)))
     with pytest.raises(BadInput, match="no strands"):
         adopted(ball, (np.zeros((0, 3)), np.zeros(1, np.int32)))
+
+
+def test_strands_that_are_too_short_are_left_out_by_name(ball, strands):
+    points, offsets = strands[0].copy(), strands[1]
+    for s in (2, 7):  # a point, and a stub
+        first = points[offsets[s]]
+        points[offsets[s] : offsets[s + 1]] = (
+            first + np.linspace(0.0, 3e-4 * (s == 7), offsets[s + 1] - offsets[s])[:, None]
+        )
+    with pytest.warns(UserWarning, match=r"2 strands are left out, shorter than shortest = 0.001 m: strands 2, 7$"):
+        groom = adopted(ball, (points, offsets))
+    assert np.array_equal(groom.ids, np.delete(np.arange(20), [2, 7]))
+    with pytest.warns(UserWarning, match="1 strands are left out"):
+        assert 7 in adopted(ball, (points, offsets), shortest=1e-5).ids
+    one = np.array([[0, 0.1, 0], [0, 0.2, 0], [0.1, 0, 0]]), np.array([0, 2, 3], np.int32)
+    with pytest.warns(UserWarning, match="strands 1$"):
+        assert adopted(ball, one).ids.tolist() == [0]
+    with pytest.warns(UserWarning), pytest.raises(BadInput, match="all strands are shorter than shortest = 1 m"):
+        adopted(ball, strands, shortest=1.0)
+
+
+def test_strands_with_segments_too_short_have_fewer_of_them(ball, strands):
+    with pytest.warns(UserWarning, match=r"5 strands are cut into fewer segments, .*: strands 0, 1, 2, 3, 4$"):
+        groom = adopted(ball, strands, segments=90)
+    counts, lengths = np.diff(groom.offsets) - 1, strand_lengths(groom.points, groom.offsets)
+    assert (counts[5:] == 90).all() and (lengths / counts >= 0.999 * SHORTEST).all()
+    assert (counts[:5] >= 0.97 * lengths[:5] / SHORTEST - 1).all(), "no fewer than needed"
+
+
+def test_segments_may_be_given_by_their_length(ball, strands):
+    groom = adopted(ball, strands, segment_length=0.025)
+    counts, lengths = np.diff(groom.offsets) - 1, strand_lengths(groom.points, groom.offsets)
+    assert (lengths / counts <= 0.025).all() and len(np.unique(counts)) > 5
+    assert np.array_equal(counts, np.ceil(strand_lengths(*strands) / 0.025))
+    with pytest.raises(BadInput, match=r"segments = 9 and segment_length = 0.025 are both given \(one of the two\)"):
+        adopted(ball, strands, segments=9, segment_length=0.025)
 
 
 def test_roots_out_of_reach_are_refused(ball, strands):

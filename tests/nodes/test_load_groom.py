@@ -9,6 +9,10 @@ from hairpipe.nodes.load_groom import load_groom
 
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
+from hairpipe.sim.advance import advance_frame, start, strands_of
+from hairpipe.sim.hair import make_hair
+from hairpipe.sim.material import Material
+from hairpipe.sim.scene import Scene
 
 USD = """#usda 1.0
 (
@@ -72,3 +76,27 @@ def test_files_of_another_kind_are_refused(floor: Body, tmp_path: Path) -> None:
     file.write_bytes(b"not hair")
     with pytest.raises(BadInput, match=r"hair\.abc: hair is not read from \.abc files \(\.usd, .*, \.usdz or \.tfx\)"):
         load_groom(floor, file=file)
+
+
+def test_short_strands_are_simulated_once_they_are_loaded(floor: Body, tmp_path: Path) -> None:
+    file = tmp_path / "hair.usda"
+    points = "(10, 0, 10), (10, 10, 10), (10, 30, 10), (20, 0, 50), (20, 0.02, 50), (30, 0, 50), (30, 0.5, 50)"
+    file.write_text(USD.replace("[3, 2]", "[3, 2, 2]").split("points =")[0] + f"points = [{points}]\n}}\n")
+    with pytest.warns(UserWarning) as told:
+        groom = load_groom(floor, file=file, segments=12)
+    assert [str(warning.message).partition(",")[0] for warning in told] == [
+        "1 strands are left out",
+        "1 strands are cut into fewer segments",
+    ]
+    assert np.diff(groom.offsets).tolist() == [13, 6] and groom.ids.tolist() == [0, 2]
+    hair, scene = make_hair(groom, Material()), Scene()
+    still = (floor.mesh, floor.mesh)
+    state = advance_frame(hair, start(hair, floor.mesh, scene), still, (), 1 / 24, scene)
+    moved = strands_of(hair, state).points
+    assert np.isfinite(moved).all() and np.allclose(moved[groom.offsets[:-1]], groom.points[groom.offsets[:-1]])
+
+
+def test_segments_by_their_length(floor: Body, tmp_path: Path) -> None:
+    file = tmp_path / "hair.usda"
+    file.write_text(USD)
+    assert np.diff(load_groom(floor, file=file, segment_length=0.05).offsets).tolist() == [7, 3]
