@@ -14,9 +14,10 @@ from hairpipe.errors import BadInput
 from hairpipe.groom.adopting import offsets_of, warn_of_fewer
 from hairpipe.groom.binding import root_frames
 from hairpipe.groom.chance import stream
+from hairpipe.groom.closing import closed
 from hairpipe.groom.curling import wind
 from hairpipe.groom.cutting import Cut, fitting
-from hairpipe.groom.laying import lay, lift_off
+from hairpipe.groom.laying import keep_out, lay, lift_off
 from hairpipe.groom.layout import GAP, Layout, lay_out
 from hairpipe.groom.ordering import order_along_curve
 from hairpipe.groom.paint import Canvas, vertex_coat
@@ -52,7 +53,7 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
     sites, layout = Sites(*(array[ids] for array in sites)), Layout(*(array[ids] for array in layout))
     offsets = offsets_of(count_segments(layout, cut, ids) + 1)
     onset = style.curl.onset if style.curl else np.inf
-    points = grow_strands(*solid_of(mesh), layout, style.bend, onset, offsets)
+    points = grow_strands(*solid_of(closed(mesh)), layout, style.bend, onset, offsets)
     return Groom(points, offsets, ids, *sites, frames[ids], site_uv(mesh, sites))
 
 
@@ -117,5 +118,7 @@ def grow_strands(
         if radius > 0.0:
             wind(axis, step, radius, pitch, onset, layout.phases[s])
         lift_off(solid, axis, GAP)
-        stride_on(axis, length / segments, points[offsets[s] : offsets[s + 1]])
+        strand = points[offsets[s] : offsets[s + 1]]
+        stride_on(axis, length / segments, strand)
+        keep_out(solid, strand, GAP)
     return points
