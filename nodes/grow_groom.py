@@ -4,6 +4,7 @@ from typing import Annotated
 
 from hairpipe.data import Body, Groom
 from hairpipe.graph import node
+from hairpipe.groom.cutting import SHORTEST
 from hairpipe.groom.style import Comb, Curl, Paint, PaintedDegrees, PaintedMetres, Style
 from hairpipe.units import Ge, Gt, Interval, Metres
 
@@ -13,7 +14,9 @@ def grow_groom(
     scalp: Body,
     *,
     strands: Annotated[int, Interval(ge=1, le=1_000_000)] = 2500,
-    segments: Annotated[int, Interval(ge=1, le=10_000)] = 25,
+    segments: Annotated[int, Interval(ge=1, le=10_000)] | None = None,
+    segment_length: Annotated[Metres, Gt(0.0)] | None = None,
+    shortest: Annotated[Metres, Gt(0.0)] = SHORTEST,
     density: Paint | None = None,
     length: PaintedMetres = Style.length,
     lift: PaintedDegrees = Style.lift,
@@ -25,20 +28,26 @@ def grow_groom(
 ) -> Groom:
     """Hair grown where the body's map "scalp" says, evenly or as dense as painted, and combed from a parting.
 
-    strands   number of roots
-    segments  of equal length, of every strand
-    density   paint that thins the hair out
-    length    along the hair, from root to tip
-    lift      between the skin and the hair that leaves it
-    bend      length over which hair turns from there to where it is pulled
-    volume    thickness of the hair lying on the body, each strand in a layer of its own
-    comb      where hair lying on the body is pulled
-    curl      curly hair; without it hair is straight
-    seed      of all random numbers
+    strands         number of roots
+    segments        of equal length, of every strand; unless given, each has one for every 5 mm and 16 for every turn
+                    of its curl, from 25 to 200: within 0.5 % of its length of rod theory, and of a curl's stiffness
+                    within 5 %. Half as many take about half the time, and miss by 2 and by 8 %
+    segment_length  of the longest segment, in place of their number
+    shortest        segment: strands have fewer where theirs are shorter, and shorter strands are left out
+    density         paint that thins the hair out
+    length          along the hair, from root to tip
+    lift            between the skin and the hair that leaves it
+    bend            length over which hair turns from there to where it is pulled
+    volume          thickness of the hair lying on the body, each strand in a layer of its own
+    comb            where hair lying on the body is pulled
+    curl            curly hair; without it hair is straight
+    seed            of all random numbers
     """
+    from hairpipe.groom.cutting import Cut
     from hairpipe.groom.growing import grow
     from hairpipe.groom.paint import Canvas
     from hairpipe.io.image import read_image
 
     style = Style(length, lift, bend, volume, comb, curl)
-    return grow(Canvas(scalp, read_image, seed), style, density, strands, segments)
+    cut = Cut(segments, segment_length, shortest)
+    return grow(Canvas(scalp, read_image, seed), style, density, strands, cut)

@@ -17,7 +17,8 @@ def make_strands(
     *,
     strands: Annotated[int, Interval(ge=1, le=1_000_000)] = 1,
     length: Annotated[Metres, Gt(0.0)] = 0.3,
-    segments: Annotated[int, Interval(ge=1, le=10_000)] = 50,
+    segments: Annotated[int, Interval(ge=1, le=10_000)] | None = None,
+    segment_length: Annotated[Metres, Gt(0.0)] | None = None,
     direction: Direction = (1.0, 0.0, 0.0),
     spacing: Shift = (0.0, 0.0, 0.01),
     curl: Helix | None = None,
@@ -26,17 +27,20 @@ def make_strands(
 ) -> Groom:
     """Strands in a row, all alike, the root of the first at the origin; no body holds them.
 
-    strands    number of roots
-    length     along the segments, from root to tip
-    segments   of equal length, of every strand
-    direction  from root to tip
-    spacing    from one root to the next
-    curl       helix along the direction; straight without it
-    arch       rise over span of a parabola towards +Y, or +Z where the strand lies along Y
-    tuft       more such rows; one row without it
+    strands         number of roots
+    length          along the segments, from root to tip
+    segments        of equal length, of every strand; 50 unless given
+    segment_length  of the longest segment, in place of their number
+    direction       from root to tip
+    spacing         from one root to the next
+    curl            helix along the direction; straight without it
+    arch            rise over span of a parabola towards +Y, or +Z where the strand lies along Y
+    tuft            more such rows; one row without it
     """
-    from hairpipe.groom.strands import lay_strands
+    from hairpipe.groom.cutting import Cut
+    from hairpipe.groom.strands import SEGMENTS, lay_strands
     from hairpipe.groom.tuft import gather_tuft
 
-    row = lay_strands(strands, length, segments, direction, spacing, curl, arch)
+    count = int(Cut(segments, segment_length).wanted(length, SEGMENTS))
+    row = lay_strands(strands, length, count, direction, spacing, curl, arch)
     return gather_tuft(row, tuft) if tuft else row

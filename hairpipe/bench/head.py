@@ -10,6 +10,7 @@ from hairpipe.body.bust import build_bust
 from hairpipe.body.skinning import skin
 from hairpipe.data import Body, BodyParts, Mesh, Pose
 from hairpipe.data.hair import HairState
+from hairpipe.groom.cutting import Cut
 from hairpipe.groom.growing import grow
 from hairpipe.groom.paint import Canvas
 from hairpipe.groom.style import PaintedMetres, Style
@@ -75,7 +76,7 @@ def grow_head(segments: int) -> Head:
     """Grow a head of long straight hair with about so many segments in all."""
     bust = build_bust()
     style = Style(length=PaintedMetres(LENGTH))
-    groom = grow(Canvas(bust, no_image, 0), style, None, max(segments // SEGMENTS, 1), SEGMENTS)
+    groom = grow(Canvas(bust, no_image, 0), style, None, max(segments // SEGMENTS, 1), Cut(SEGMENTS))
     hair = make_hair(groom, Material())
     return Head(bust, hair, start(hair, mesh_at(bust, 0.0), everything()))
 

@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from hairpipe.body.rigid import Z_UP
-from hairpipe.body.scalp import Scalp, paint_scalp
+from hairpipe.body.scalp import Scalp, between_ears, paint_scalp
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
 
+LARGEST_HEAD = 0.35  # from the chin up, with hair that is modelled [m]
 SMALLEST, LARGEST = 0.05, 4.0  # [m] of a head and of a person, with room to spare
 
 
@@ -32,7 +33,22 @@ def prepare(body: Body, *, unit: float, up: str, joint: str, scalp: Scalp | None
         )
     if not body.skeleton.names:
         body = rig_rigidly(body, joint)
+        scalp = scalp and seated(scalp, body.mesh.points)
     return body if scalp is None else replace(body, maps={**body.maps, "scalp": paint_scalp(body, scalp)})
+
+
+def seated(scalp: Scalp, points: np.ndarray) -> Scalp:
+    """Return a hairline that says where the head is, guessed and warned of where the mesh is more than a head; pure.
+
+    points  of a body without a skeleton [m], (n, 3)
+    """
+    if scalp.at is not None or np.ptp(points[:, 1]) <= LARGEST_HEAD:
+        return scalp
+    at = between_ears(points)
+    place = ", ".join(f"{x:.3f}" for x in at)
+    guessed = f"the body has no skeleton that tells where its head is: the hairline goes around ({place}) m"
+    warnings.warn(f"{guessed}; state scalp.at, the point between the ears, where that is wrong", stacklevel=3)
+    return replace(scalp, at=at)
 
 
 def check(body: Body) -> Body:

@@ -19,6 +19,7 @@ class Scalp:
     joint     that carries the head
     up        from the joint to the point between the ear canals
     forward   likewise
+    at        that point itself, which a body without a skeleton has no joint to tell by
     front     elevation of the hairline in the middle of the forehead
     temple    at its corner above the temple
     sideburn  before the ear
@@ -31,6 +32,7 @@ class Scalp:
     joint: str = "head"
     up: Metres = 0.010
     forward: Metres = 0.035
+    at: tuple[Metres, Metres, Metres] | None = None
     front: Elevation = 46.0
     temple: Elevation = 44.0
     sideburn: Elevation = 16.0
@@ -40,7 +42,18 @@ class Scalp:
     edge: Annotated[Degrees, Interval(ge=0.1, le=90.0)] = 12.0
 
 
+HEAD, CROWN = 0.2, 0.13  # height of a head above the chin, and of its crown above the ear canals [m]
 AZIMUTHS = (0.0, 45.0, 76.0, 98.0, 130.0, 180.0)  # of front, temple, sideburn, ear, behind and nape [deg from +Z]
+
+
+def between_ears(points: np.ndarray) -> tuple[float, float, float]:
+    """Return about where the point between the ear canals is [m] of a bust, or a person, that stands upright; pure.
+
+    points  of its skin, the face towards +Z [m], (n, 3)
+    """
+    head = points[points[:, 1] > points[:, 1].max() - HEAD]
+    middle = 0.5 * (head.min(axis=0) + head.max(axis=0))
+    return float(middle[0]), float(points[:, 1].max() - CROWN), float(middle[2])
 
 
 def paint_scalp(body: Body, rule: Scalp) -> np.ndarray:
@@ -52,7 +65,7 @@ def paint_scalp(body: Body, rule: Scalp) -> np.ndarray:
         names = ", ".join(body.skeleton.names[:12])
         raise BadInput(f"the body has no joint {rule.joint!r}", where="scalp.joint", right=f"one of {names}")
     joint = body.skeleton.names.index(rule.joint)
-    centre = body.skeleton.rest[joint, :3, 3] + (0.0, rule.up, rule.forward)
+    centre = body.skeleton.rest[joint, :3, 3] + (0.0, rule.up, rule.forward) if rule.at is None else np.array(rule.at)
     carried = np.where(body.joints == joint, body.weights, 0.0).sum(axis=1)
     return height_above(rule, body.mesh.points - centre) * smooth_step(carried, 0.0, 0.25)
 

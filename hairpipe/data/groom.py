@@ -16,6 +16,10 @@ class Groom:
     root_barycentrics where in it, (S, 3) float64, rows sum to 1
     root_frames       rest frame of the root: columns tangent, bitangent, outward normal, origin [m], (S, 3, 4) float64
     root_uv           texture coordinates of the root, (S, 2) float32
+    tip_triangles     triangle of the body that holds the tip, -1 where it is free, (S,) int32; without, all are free
+    tip_barycentrics  where in it, (S, 3) float64
+    tip_frames        rest frame of the tip, as that of the root, (S, 3, 4) float64
+    widths            of the strands at all points as a file gave them, to draw with [m], (p,) float64
     """
 
     points: np.ndarray
@@ -25,6 +29,10 @@ class Groom:
     root_barycentrics: np.ndarray
     root_frames: np.ndarray
     root_uv: np.ndarray
+    tip_triangles: np.ndarray | None = None
+    tip_barycentrics: np.ndarray | None = None
+    tip_frames: np.ndarray | None = None
+    widths: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,5 +1,8 @@
 """Roots bound to the body: a place in a triangle, and the frame that the triangle carries along."""
 
+import warnings
+from dataclasses import replace
+
 import numpy as np
 from numba import njit, prange
 
@@ -7,10 +10,12 @@ from hairpipe.body.closest import project
 from hairpipe.body.surface import Sites
 from hairpipe.body.tree import tree_over
 from hairpipe.body.vectors import blend, cross, minus, row, unit
-from hairpipe.data import Mesh
+from hairpipe.data import Groom, Mesh
 from hairpipe.errors import BadInput
 
 MOST_NAMED = 5
+TIPS = ("tip_triangles", "tip_barycentrics", "tip_frames")  # fields of a groom some of whose tips are held
+FREE = -1  # triangle of a tip that nothing holds
 
 
 def bind_roots(mesh: Mesh, roots: np.ndarray, reach: float, ids: np.ndarray) -> Sites:
@@ -27,6 +32,22 @@ def bind_roots(mesh: Mesh, roots: np.ndarray, reach: float, ids: np.ndarray) -> 
             right=f"every root within reach = {reach:g} m of the body; look at the unit and the up axis",
         )
     return sites
+
+
+def bind_tips(mesh: Mesh, groom: Groom, held: np.ndarray, reach: float) -> Groom:
+    """Return the groom with its tips bound to the closest sites of a mesh where they are held, (S,) bool; pure.
+
+    A tip off the surface moves with its site, as a root does; warn of those farther than reach [m], by their ids.
+    """
+    if not held.any():
+        return groom
+    sites, distances = project(tree_over(mesh.points[mesh.triangles]), groom.points[groom.offsets[1:] - 1])
+    if len(far := groom.ids[held & (distances > reach)]):
+        told = f"{len(far)} tips are held more than reach = {reach:g} m off the body, by its closest place"
+        warnings.warn(f"{told}: {name_strands(far)}", stacklevel=3)
+    frames = root_frames(mesh.points, mesh.triangles, *sites)
+    triangles = np.where(held, sites.triangles, FREE).astype(np.int32)
+    return replace(groom, tip_triangles=triangles, tip_barycentrics=sites.barycentrics, tip_frames=frames)
 
 
 def name_strands(ids: np.ndarray) -> str:

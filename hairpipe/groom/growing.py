@@ -11,11 +11,14 @@ from hairpipe.body.tree import Tree
 from hairpipe.body.vectors import row
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
+from hairpipe.groom.adopting import offsets_of, warn_of_fewer
 from hairpipe.groom.binding import root_frames
 from hairpipe.groom.chance import stream
+from hairpipe.groom.closing import closed
 from hairpipe.groom.curling import wind
-from hairpipe.groom.laying import lay, lift_off
-from hairpipe.groom.layout import GAP, SHORTEST, Layout, lay_out
+from hairpipe.groom.cutting import Cut, fitting
+from hairpipe.groom.laying import keep_out, lay, lift_off
+from hairpipe.groom.layout import GAP, Layout, lay_out
 from hairpipe.groom.ordering import order_along_curve
 from hairpipe.groom.paint import Canvas, vertex_coat
 from hairpipe.groom.resampling import put, stride_on
@@ -28,12 +31,12 @@ OVERGROWTH = 1.25  # of the axis: the chords of curved hair are shorter than the
 FEWEST_SEGMENTS_A_TURN = 4  # that still look like a curl
 
 
-def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, segments: int) -> Groom:
+def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut: Cut) -> Groom:
     """Return hair grown on the scalp, every strand cut into equal segments that add up to its length.
 
     density   painted number of roots per area, relative to that of the scalp map alone
-    strands   number of roots; hair that comes out shorter than a millimetre is left out
-    segments  of every strand
+    strands   number of roots; hair that comes out shorter than the shortest segment is left out
+    cut       of every strand; as its length and its curl need where nothing is said
     Raise BadInput where no hair can grow.
     """
     mesh = canvas.body.mesh
@@ -42,14 +45,27 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, segm
     sites = Sites(*(array[order] for array in sites))
     frames = root_frames(mesh.points, mesh.triangles, *sites)
     layout = lay_out(canvas, style, sites, frames)
-    ids = np.flatnonzero(layout.lengths >= SHORTEST)
+    ids = np.flatnonzero(layout.lengths >= cut.shortest).astype(np.int32)
     if len(ids) == 0:
-        raise BadInput("all hair is shorter than a millimetre", where="length", right="paint some of it longer")
+        raise BadInput(
+            f"all hair is shorter than {cut.shortest:g} m", where="length", right="longer, or a lesser `shortest`"
+        )
     sites, layout = Sites(*(array[ids] for array in sites)), Layout(*(array[ids] for array in layout))
-    warn_of_zigzag(layout, segments)
-    points = grow_strands(*solid_of(mesh), layout, style.bend, style.curl.onset if style.curl else np.inf, segments)
-    offsets = np.arange(len(ids) + 1, dtype=np.int32) * np.int32(segments + 1)
-    return Groom(points.reshape(-1, 3), offsets, ids.astype(np.int32), *sites, frames[ids], site_uv(mesh, sites))
+    offsets = offsets_of(count_segments(layout, cut, ids) + 1)
+    onset = style.curl.onset if style.curl else np.inf
+    points = grow_strands(*solid_of(closed(mesh)), layout, style.bend, onset, offsets)
+    return Groom(points, offsets, ids, *sites, frames[ids], site_uv(mesh, sites))
+
+
+def count_segments(layout: Layout, cut: Cut, ids: np.ndarray) -> np.ndarray:
+    """Return how many segments every strand has, (S,); warn of what is fewer than asked for, or than curls need."""
+    turns = np.where(layout.radii > 0.0, np.hypot(2.0 * np.pi * layout.radii, layout.pitches), np.inf)
+    wanted, most = cut.wanted(layout.lengths, fitting(layout.lengths, turns)), cut.bearable(layout.lengths)
+    if cut != Cut(shortest=cut.shortest):
+        warn_of_fewer(ids[most < wanted], cut.shortest)
+    counts = np.minimum(wanted, most)
+    warn_of_zigzag(layout.lengths / turns, counts)
+    return counts
 
 
 def scalp_density(canvas: Canvas, paint: Paint | None) -> Density:
@@ -59,17 +75,16 @@ def scalp_density(canvas: Canvas, paint: Paint | None) -> Density:
     return scalp if coat is None else lambda sites: scalp(sites) * coat(sites)
 
 
-def warn_of_zigzag(layout: Layout, segments: int) -> None:
-    """Warn where curls have too few segments a turn to be round."""
-    turn = np.hypot(2.0 * np.pi * layout.radii, layout.pitches)
-    needed = FEWEST_SEGMENTS_A_TURN * layout.lengths / turn
-    coarse = (layout.radii > 0.0) & (needed > segments)
+def warn_of_zigzag(turns: np.ndarray, segments: np.ndarray) -> None:
+    """Warn where curls of so many turns, (S,), have too few segments, (S,), to be round."""
+    needed = FEWEST_SEGMENTS_A_TURN * turns
+    coarse = needed > segments
     if coarse.any():
         count, most = np.count_nonzero(coarse), int(np.ceil(needed[coarse].max()))
         warnings.warn(
             f"{count} curls have fewer than {FEWEST_SEGMENTS_A_TURN} segments a turn and come out angular: "
             f"with segments = {most} none would",
-            stacklevel=2,
+            stacklevel=3,
         )
 
 
@@ -82,17 +97,19 @@ def axis_step(length: float, segments: int, radius: float, pitch: float) -> floa
 
 @njit(cache=True, parallel=True)
 def grow_strands(
-    tree: Tree, normals: np.ndarray, layout: Layout, bend: float, onset: float, segments: int
+    tree: Tree, normals: np.ndarray, layout: Layout, bend: float, onset: float, offsets: np.ndarray
 ) -> np.ndarray:
-    """Return the points of strands of equal segments [m], (S, segments + 1, 3).
+    """Return the points of strands of equal segments [m], (P, 3).
 
     tree, normals  of the body's Solid: a parallel loop takes no tuple within a tuple
     bend           length over which a strand turns to where it is pulled [m]
     onset          length over which the radius of its curl grows [m]
+    offsets        strand s gets points offsets[s]:offsets[s+1], (S+1,) int32
     """
-    points = np.empty((len(layout.roots), segments + 1, 3))
-    for s in prange(len(points)):
+    points = np.empty((offsets[-1], 3))
+    for s in prange(len(layout.roots)):
         length, radius, pitch = layout.lengths[s], layout.radii[s], layout.pitches[s]
+        segments = offsets[s + 1] - offsets[s] - 1
         step = axis_step(length, segments, radius, pitch)
         axis = np.empty((int(np.ceil(OVERGROWTH * length / step)) + 1, 3))
         put(axis, 0, row(layout.roots, s))
@@ -101,5 +118,7 @@ def grow_strands(
         if radius > 0.0:
             wind(axis, step, radius, pitch, onset, layout.phases[s])
         lift_off(solid, axis, GAP)
-        stride_on(axis, length / segments, points[s])
+        strand = points[offsets[s] : offsets[s + 1]]
+        stride_on(axis, length / segments, strand)
+        keep_out(solid, strand, GAP)
     return points

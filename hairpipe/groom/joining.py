@@ -1,24 +1,39 @@
 """Several grooms as one."""
 
 from dataclasses import fields
+from types import SimpleNamespace
 
 import numpy as np
 
 from hairpipe.data import Ends, Groom
 from hairpipe.groom.adopting import offsets_of
+from hairpipe.groom.binding import FREE, TIPS
 
 
 def joined_strands(grooms: tuple[Groom, ...]) -> Groom:
     """Return the strands of all grooms in turn, numbered anew; pure.
 
-    Roots keep their triangles, so that grooms on a body belong to the same body.
+    Roots keep their triangles, so that grooms on a body belong to the same body. Tips are free in grooms that do not
+    say, and widths are kept where all have some.
     """
     kept = {
         name: np.concatenate([getattr(groom, name) for groom in grooms])
         for name in ("points", "root_triangles", "root_barycentrics", "root_frames", "root_uv")
     }
+    if any(groom.tip_triangles is not None for groom in grooms):
+        tips = [free_tips(len(groom.ids)) if groom.tip_triangles is None else groom for groom in grooms]
+        kept |= {name: np.concatenate([getattr(of, name) for of in tips]) for name in TIPS}
+    widths = [groom.widths for groom in grooms if groom.widths is not None]
+    if len(widths) == len(grooms):
+        kept["widths"] = np.concatenate(widths)
     counts = np.concatenate([np.diff(groom.offsets) for groom in grooms])
     return Groom(offsets=offsets_of(counts), ids=np.arange(len(counts), dtype=np.int32), **kept)
+
+
+def free_tips(count: int) -> SimpleNamespace:
+    """Return the fields of a groom that say of so many strands that their tips are free."""
+    triangles, frames = np.full(count, FREE, np.int32), np.broadcast_to(np.eye(3, 4), (count, 3, 4))
+    return SimpleNamespace(tip_triangles=triangles, tip_barycentrics=np.zeros((count, 3)), tip_frames=frames)
 
 
 def joined_ends(ends: tuple[Ends, ...]) -> Ends:

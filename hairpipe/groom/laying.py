@@ -9,6 +9,10 @@ from hairpipe.groom.resampling import put
 
 DOWN = (0.0, -1.0, 0.0)
 FADE = 0.01  # above the layer it lies in, over which a strand leaves the comb to gravity [m]
+LEAST = 0.5  # of the gap, that is enough where segments cut corners
+PUSHES, WAYS = 8, 200  # attempts to turn a segment out of the body, and directions tried where all fail
+GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # angle that spreads directions evenly over the sphere [rad]
+TOUCHED = 1e-7  # that may lack of the gap [m]
 RISE = 0.03  # from the root, over which a strand rises to its layer, and clears the skin by the full gap [m]
 
 
@@ -62,3 +66,74 @@ def lift_off(solid: Solid, curve: np.ndarray, gap: float) -> None:
             need = gap * min(way / RISE, 1.0)
             if d < need:
                 put(curve, k, plus(here, times(need - d, normal)))
+
+
+@njit(cache=True)
+def clearance(solid: Solid, here: Vector, there: Vector, need: float, place: int) -> tuple[float, float, Vector, int]:
+    """Return how far a segment is from the body at its end [m], and what it lacks [m] in which direction.
+
+    need   distance from the body that its end should have [m]; its middle should be outside
+    place  guess of the closest triangle
+
+    The third is the outward direction in which the end has to move by what is lacking; the last the closest triangle.
+    """
+    gap, normal, place = distance_and_normal(solid, there, place)
+    lack = need - gap
+    if gap < length(minus(there, here)):
+        inside, across, _ = distance_and_normal(solid, mix(here, there, 0.5), place)
+        if -2.0 * inside > lack:
+            lack, normal = -2.0 * inside, across
+    return gap, lack, normal, place
+
+
+@njit(cache=True)
+def turned_out(solid: Solid, here: Vector, there: Vector, need: float, place: int) -> Vector:
+    """Return the end of a segment turned about its root, which is outside, until it is clear of the body.
+
+    What it lacks is added to it and its length restored, over and over. Where that finds no way, as between two walls,
+    it takes the direction nearest to its own that is clear enough, of many; the clearest where none is.
+    """
+    way, end = length(minus(there, here)), there
+    for _ in range(PUSHES):
+        _, lack, normal, place = clearance(solid, here, end, need, place)
+        if lack <= TOUCHED:
+            return end
+        end = plus(here, times(way, unit(minus(plus(end, times(lack, normal)), here), normal)))
+    best, least, nearest = end, np.inf, -np.inf
+    for i in range(WAYS):
+        height, turn = 1.0 - (2.0 * i + 1.0) / WAYS, i * GOLDEN
+        across = np.sqrt(1.0 - height * height)
+        aside = (across * np.cos(turn), height, across * np.sin(turn))
+        end = plus(here, times(way, aside))
+        _, lack, _, _ = clearance(solid, here, end, LEAST * need, place)
+        along = dot(aside, minus(there, here)) if lack <= 0.0 else -np.inf
+        if along > nearest or (nearest == -np.inf and lack < least):
+            best, least, nearest = end, lack, along
+    return best
+
+
+@njit(cache=True)
+def keep_out(solid: Solid, points: np.ndarray, gap: float) -> None:
+    """Turn segments that are in the body out of it, in place, from the root on; all lengths stay what they are.
+
+    points  of a strand, the first on the skin [m], (k, 3)
+    gap     that points should clear the body by, from RISE on [m]; only those with less than LEAST of it are moved
+
+    The strand beyond a segment is shifted along with its end, so that its shape stays: a curl stays a curl.
+    """
+    free, way, place = 0.0, 0.0, 0
+    for k in range(1, len(points)):
+        here, there = row(points, k - 1), row(points, k)
+        step = length(minus(there, here))
+        free, way = free - step, way + step
+        if free > 0.0:
+            continue
+        need = gap * min(way / RISE, 1.0)
+        d, lack, _, place = clearance(solid, here, there, LEAST * need, place)
+        if lack > 0.0:
+            clear = turned_out(solid, here, there, need, place)
+            shift = minus(clear, there)
+            for j in range(k, len(points)):
+                put(points, j, plus(row(points, j), shift))
+            d, _, place = distance_and_normal(solid, clear, place)
+        free = d - gap

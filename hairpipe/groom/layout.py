@@ -10,7 +10,7 @@ from hairpipe.groom.paint import Canvas
 from hairpipe.groom.style import Comb, Curl, Style
 
 GAP = 0.001  # between the skin and any hair beyond its root [m]
-SHORTEST = 0.001  # hair, and pitch of a curl, that is not taken for nothing [m]
+FLATTEST = 0.001  # pitch of a curl that is not taken for nothing [m]
 BACK_OF_HEAD = 0.6  # how far the skin faces backwards where nothing is left of the parting
 
 
@@ -79,4 +79,4 @@ def curls(canvas: Canvas, curl: Curl | None, sites: Sites) -> tuple[np.ndarray, 
         return np.zeros(len(sites.triangles)), np.ones(len(sites.triangles))
     radii = canvas.numbers(curl.radius, "curl.radius", sites)
     pitches = canvas.numbers(curl.pitch, "curl.pitch", sites)
-    return np.where(pitches < SHORTEST, 0.0, radii), np.maximum(pitches, SHORTEST)
+    return np.where(pitches < FLATTEST, 0.0, radii), np.maximum(pitches, FLATTEST)

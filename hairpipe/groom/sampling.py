@@ -5,6 +5,7 @@ import numpy as np
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.groom.adopting import take_strands
+from hairpipe.groom.binding import TIPS
 from hairpipe.groom.ordering import order_along_curve
 
 GOLDEN = 0.6180339887498949  # every further sample has its seeds where gaps are widest
@@ -48,4 +49,9 @@ def take(groom: Groom, strands: np.ndarray) -> Groom:
     """Return some strands of a groom, with the ids they have, in the order in which they are named; pure."""
     points, offsets = take_strands(groom.points, groom.offsets, strands)
     names = ("ids", "root_triangles", "root_barycentrics", "root_frames", "root_uv")
-    return Groom(points, offsets, **{name: np.ascontiguousarray(getattr(groom, name)[strands]) for name in names})
+    more = {name: getattr(groom, name)[strands] for name in TIPS if groom.tip_triangles is not None}
+    if groom.widths is not None:
+        more["widths"] = take_strands(groom.widths, groom.offsets, strands)[0]
+    return Groom(
+        points, offsets, **{name: np.ascontiguousarray(getattr(groom, name)[strands]) for name in names}, **more
+    )

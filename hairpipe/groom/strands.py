@@ -9,6 +9,7 @@ from hairpipe.groom.adopting import offsets_of
 from hairpipe.groom.helix import Helix, wound
 from hairpipe.groom.resampling import divide
 
+SEGMENTS = 50  # of a strand of which nothing is said
 FINE = 64  # pieces of the parabola to a segment
 
 

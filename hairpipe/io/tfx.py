@@ -1,40 +1,67 @@
-"""Strands of AMD TressFX files (.tfx, version 4.0), little-endian.
+"""Strands of AMD TressFX files (.tfx), little-endian, of versions 3 and 4 of the binary format.
 
-byte 0 float32 version | 4 uint32 strands | 8 uint32 points a strand | 12 uint32 where the positions begin |
-16..31 uint32 where other values begin | 32..159 reserved | then float32[4] for every point: x, y, z, inverse mass.
+Both:      byte 0 float32 version | 4 uint32 strands | 8 uint32 points a strand
+Version 4: 12 uint32 where the positions begin | .. 159 header | float32[4] for every point: x, y, z, inverse mass
+Version 3: 16 uint32 not 0 where both ends of strands are held | 144 uint32 where the positions begin | .. 295 header |
+           float32[3] for every point
+
+In version 4 an end is held whose inverse mass is 0. Thickness, colours and texture coordinates are not read: TressFX
+gives the first no unit, and roots have those of the body.
 """
 
 import struct
 from pathlib import Path
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
+from hairpipe.data.curves import Curves
 from hairpipe.errors import BadInput
 
-HEADER = struct.Struct("<f3I")
-SIZE_OF_HEADER, SIZE_OF_POINT = 160, 16
-VERSION = 4.0
+START = struct.Struct("<f2I")
 
 
-def read_tfx(path: Path, unit: float = 1.0, up: Literal["y", "z"] = "y") -> tuple[np.ndarray, np.ndarray]:
-    """Return the points of all strands, root first [m], Y up, (p, 3) float64, and their offsets, (S+1,) int32.
+class Format(NamedTuple):
+    """What a version has where.
+
+    header  size of it [bytes]
+    begin   byte that says where the positions begin
+    width   numbers of a point
+    """
+
+    header: int
+    begin: int
+    width: int
+
+
+FORMATS = {3.0: Format(296, 144, 3), 4.0: Format(160, 12, 4)}
+BOTH_ENDS = 16
+
+
+def read_tfx(path: Path, unit: float = 1.0, up: Literal["y", "z"] = "y") -> Curves:
+    """Return the strands, root first, Y up, numbered by their places.
 
     unit  of the file's coordinates, which it does not say [m]
     up    axis of the file
     Raise BadInput where the file cannot be read, its header contradicts its size, or a position is not finite.
     """
     data = read_bytes(path)
-    strands, count, start = read_header(data, path)
-    size = strands * count
-    table = np.frombuffer(data, "<f4", 4 * size, start).reshape(size, 4)
+    form, strands, count, start = read_header(data, path)
+    table = np.frombuffer(data, "<f4", form.width * strands * count, start).reshape(-1, form.width)
     bad = np.flatnonzero(~np.isfinite(table[:, :3]).all(axis=1))
     if len(bad):
-        where = f"{path}, byte {start + SIZE_OF_POINT * bad[0]}, strand {bad[0] // count}, point {bad[0] % count}"
+        byte = start + 4 * form.width * bad[0]
+        where = f"{path}, byte {byte}, strand {bad[0] // count}, point {bad[0] % count}"
         raise BadInput("a position is not finite", where=where, right="finite coordinates")
     x, y, z = table[:, :3].astype(np.float64).T * unit
     points = np.stack((x, y, z) if up == "y" else (x, z, -y), axis=1)
-    return points, np.arange(strands + 1, dtype=np.int32) * np.int32(count)
+    offsets = np.arange(strands + 1, dtype=np.int32) * np.int32(count)
+    if form.width == 4:
+        free = table[:, 3].reshape(strands, count) != 0.0
+        held = ~free[:, -1] & free.any(axis=1)
+    else:
+        held = np.full(strands, struct.unpack_from("<I", data, BOTH_ENDS)[0] != 0)
+    return Curves(points, offsets, np.arange(strands, dtype=np.int32), held, np.zeros(strands, np.int64))
 
 
 def read_bytes(path: Path) -> bytes:
@@ -45,21 +72,26 @@ def read_bytes(path: Path) -> bytes:
         raise BadInput(f"the file cannot be read: {error.strerror}", where=path, right="a .tfx file") from None
 
 
-def read_header(data: bytes, path: Path) -> tuple[int, int, int]:
-    """Return how many strands there are, points in each, and the byte where they begin; checked against the size."""
-    if len(data) < SIZE_OF_HEADER:
-        raise BadInput(f"the file has {len(data)} bytes", where=path, right=f"a header of {SIZE_OF_HEADER} bytes")
-    version, strands, count, start = HEADER.unpack_from(data)
-    if version != VERSION:
-        raise BadInput(f"version {version:g}", where=f"{path}, byte 0", right="TressFX version 4.0")
+def read_header(data: bytes, path: Path) -> tuple[Format, int, int, int]:
+    """Return the format, how many strands there are, points in each, and the byte where they begin; all checked."""
+    if len(data) < START.size:
+        raise BadInput(f"the file has {len(data)} bytes", where=path, right="the header of a .tfx file")
+    version, strands, count = START.unpack_from(data)
+    form = FORMATS.get(version)
+    if form is None:
+        raise BadInput(f"version {version:g}", where=f"{path}, byte 0", right="binary TressFX of version 3.0 or 4.0")
+    if len(data) < form.header:
+        raise BadInput(f"the file has {len(data)} bytes", where=path, right=f"a header of {form.header} bytes")
+    (start,) = struct.unpack_from("<I", data, form.begin)
     if strands < 1:
         raise BadInput("no strands", where=f"{path}, byte 4", right="at least 1")
     if count < 2:
         raise BadInput(f"{count} points a strand", where=f"{path}, byte 8", right="at least 2")
-    if start < SIZE_OF_HEADER:
-        raise BadInput(f"positions begin at byte {start}", where=f"{path}, byte 12", right=f"{SIZE_OF_HEADER} or more")
-    needed = start + SIZE_OF_POINT * strands * count
+    if start < form.header:
+        where = f"{path}, byte {form.begin}"
+        raise BadInput(f"positions begin at byte {start}", where=where, right=f"{form.header} or more")
+    needed = start + 4 * form.width * strands * count
     if len(data) < needed:
         what = f"{strands} strands of {count} points need {needed} bytes, the file has {len(data)}"
         raise BadInput(what, where=f"{path}, byte 4", right="a whole file")
-    return strands, count, start
+    return form, strands, count, start

@@ -61,7 +61,8 @@ class Contents:
     def __post_init__(self) -> None:
         digest = blake2b()
         for name in Groom.__dataclass_fields__:
-            values = np.ascontiguousarray(getattr(self.groom, name))
+            known = getattr(self.groom, name)
+            values = np.ascontiguousarray([] if known is None else known)
             digest.update(f"{name} {values.dtype} {values.shape}".encode())
             digest.update(values.data)
         object.__setattr__(self, "digest", digest.digest())

@@ -11,7 +11,7 @@ import numpy as np
 
 from hairpipe.data import Ends, Groom, Mesh
 from hairpipe.errors import BadInput
-from hairpipe.groom.binding import name_strands, root_frames
+from hairpipe.groom.binding import FREE, name_strands, root_frames
 from hairpipe.sim.layout import Layout
 
 B = TypeVar("B")
@@ -74,25 +74,35 @@ def lead_of(body: B | None, ends: E | None) -> B | E | None:
 
 def check_lead(lead: Mesh | Ends | None, groom: Groom) -> None:
     """Raise BadInput where what leads the roots is not that of this groom."""
-    if isinstance(lead, Mesh) and groom.root_triangles.max(initial=-1) >= len(lead.triangles):
-        what = f"hair grows from triangle {groom.root_triangles.max()} of a body that has {len(lead.triangles)}"
+    bound = max(ends.max(initial=-1) for ends in (groom.root_triangles, groom.tip_triangles) if ends is not None)
+    if isinstance(lead, Mesh) and bound >= len(lead.triangles):
+        what = f"hair grows from triangle {bound} of a body that has {len(lead.triangles)}"
         raise BadInput(what, where="in.body", right="the body that the groom was grown on")
     if isinstance(lead, Ends) and len(lead.roots) != len(groom.ids):
         what = f"ends of {len(lead.roots)} strands, the groom has {len(groom.ids)}"
         raise BadInput(what, where="in.ends", right="ends driven of the same groom")
 
 
-def _frames(mesh: Mesh, groom: Groom, ahead: float) -> np.ndarray:
-    """Root frames on the moving body, (strands, 3, 4), a little ahead in time [s] along its present velocity."""
-    points = mesh.points if mesh.velocities is None else mesh.points + ahead * mesh.velocities
-    return root_frames(points, mesh.triangles, groom.root_triangles, groom.root_barycentrics)
-
-
-def _from_rest(frames: np.ndarray, groom: Groom) -> np.ndarray:
-    """Rigid motion that takes the rest frame of every root to the given one: x -> R x + t, (strands, 3, 4)."""
-    turn = np.einsum("sij,skj->sik", frames[:, :, :3], groom.root_frames[:, :, :3])
-    shift = frames[:, :, 3] - np.einsum("sij,sj->si", turn, groom.root_frames[:, :, 3])
+def _from_rest(frames: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Rigid motion that takes the rest frame of every end to the given one: x -> R x + t, (strands, 3, 4)."""
+    turn = np.einsum("sij,skj->sik", frames[:, :, :3], rest[:, :, :3])
+    shift = frames[:, :, 3] - np.einsum("sij,sj->si", turn, rest[:, :, 3])
     return np.concatenate([turn, shift[:, :, None]], axis=2)
+
+
+def _motion_on(
+    mesh: Mesh | None, triangles: np.ndarray, barycentrics: np.ndarray, rest: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Rigid motions of ends that are bound to a body from their rest frames, and their rates; still without a body."""
+    if mesh is None:
+        still = np.broadcast_to(np.eye(3, 4), (len(triangles), 3, 4))
+        return still, np.zeros_like(still)
+    ahead = np.zeros_like(mesh.points) if mesh.velocities is None else _INSTANT * mesh.velocities
+    before, now, after = (
+        _from_rest(root_frames(mesh.points + way * ahead, mesh.triangles, triangles, barycentrics), rest)
+        for way in (-1.0, 0.0, 1.0)
+    )
+    return now, (after - before) / (2 * _INSTANT)
 
 
 def motion_of_roots(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray, np.ndarray]:
@@ -103,11 +113,7 @@ def motion_of_roots(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray,
     check_lead(lead, groom)
     if isinstance(lead, Ends):
         return lead.roots, lead.roots_rate
-    if lead is None:
-        still = np.broadcast_to(np.eye(3, 4), (len(groom.ids), 3, 4))
-        return still, np.zeros_like(still)
-    before, now, after = (_from_rest(_frames(lead, groom, t), groom) for t in (-_INSTANT, 0.0, _INSTANT))
-    return now, (after - before) / (2 * _INSTANT)
+    return _motion_on(lead, groom.root_triangles, groom.root_barycentrics, groom.root_frames)
 
 
 def carry(motions: np.ndarray, points: np.ndarray, strands: np.ndarray) -> np.ndarray:
@@ -150,7 +156,10 @@ def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layou
     shape = (layout.blocks, clamped, 3, layout.width)
     strands = np.repeat(layout.strands, clamped, axis=0)
     ends = []
-    for at, motions in ((layout.first[:-1], motion_of_roots(lead, groom)), (layout.first[1:] - clamped, _tips(lead))):
+    for at, motions in (
+        (layout.first[:-1], motion_of_roots(lead, groom)),
+        (layout.first[1:] - clamped, _tips(lead, groom)),
+    ):
         points = rest[(at[:, None] + np.arange(clamped)).reshape(-1)]
         ends.append(
             [
@@ -159,7 +168,7 @@ def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layou
             ]
         )
     positions, velocities = (np.concatenate(both, axis=1) for both in zip(*ends, strict=True))
-    tips = _held_tips(lead, layout)
+    tips = _held_tips(lead, groom, layout)
     if len(tips):
         short = layout.strands[(tips > 0.0) & (np.diff(layout.first) < 2 * clamped)[:, None]]
         if len(short):
@@ -168,14 +177,18 @@ def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layou
     return Held(positions, velocities, tips)
 
 
-def _tips(lead: Mesh | Ends | None) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Rigid motions of the tips and their rates, zero where they are free; None where all are."""
-    if not isinstance(lead, Ends):
+def _tips(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray | None, np.ndarray | None]:
+    """Rigid motions of the tips and their rates, anything where they are free; None where all are."""
+    if isinstance(lead, Ends):
+        return np.nan_to_num(lead.tips), np.nan_to_num(lead.tips_rate)
+    if groom.tip_triangles is None or groom.tip_barycentrics is None or groom.tip_frames is None:
         return None, None
-    return np.nan_to_num(lead.tips), np.nan_to_num(lead.tips_rate)
+    return _motion_on(lead, np.maximum(groom.tip_triangles, 0), groom.tip_barycentrics, groom.tip_frames)
 
 
-def _held_tips(lead: Mesh | Ends | None, layout: Layout) -> np.ndarray:
-    if not isinstance(lead, Ends) or np.isnan(lead.tips).any((1, 2)).all():
-        return np.zeros((0, layout.width), layout.dtype)
-    return (~np.isnan(lead.tips).any((1, 2))).astype(layout.dtype)[layout.strands]
+def _held_tips(lead: Mesh | Ends | None, groom: Groom, layout: Layout) -> np.ndarray:
+    if isinstance(lead, Ends):
+        held = ~np.isnan(lead.tips).any((1, 2))
+    else:
+        held = np.zeros(0, bool) if groom.tip_triangles is None else groom.tip_triangles != FREE
+    return held.astype(layout.dtype)[layout.strands] if held.any() else np.zeros((0, layout.width), layout.dtype)

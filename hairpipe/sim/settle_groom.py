@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hairpipe.data import Groom
+from hairpipe.errors import BadInput
 from hairpipe.sim.hair import make_hair
 from hairpipe.sim.integrators.catalogue import gravity_of
 from hairpipe.sim.material import Material
@@ -18,8 +19,10 @@ def settle_groom(groom: Groom, material: Material, construction: Construction, g
 
     gravity  along -Y [m/s^2]
 
-    Strands that do not come to rest are named in a warning.
+    Strands that do not come to rest are named in a warning. Raise BadInput where the body holds tips.
     """
+    if groom.tip_triangles is not None:
+        raise BadInput("tips that the body holds would be let go of", where="in.groom", right="a groom of free tips")
     hair = make_hair(groom, material, "network", construction)
     everyone = np.ones(hair.layout.strands.shape, bool)
     settled = settle(hair.model, hair.layout, groom.ids, hair.rest, gravity_of(Scene(gravity)), everyone)

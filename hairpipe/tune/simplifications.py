@@ -10,6 +10,8 @@ from hairpipe.graph.graph import Graph, Node
 SEGMENTS = (0.75, 0.5, 0.33)
 """Shares of the segments."""
 FEWEST_SEGMENTS = 3
+USUAL_LENGTHS = {"grow_groom": 0.005, "make_strands": 0.006}
+"""Of segments where nothing is said of them [m]: of 30 cm of straight hair."""
 STEPS = (2.0, 4.0, 8.0)
 """Factors on the lengths that bound a step."""
 FARTHEST = 1e3
@@ -72,14 +74,23 @@ def of_precision(node: Node) -> Iterator[Simplification]:
 
 
 def of_segments(graph: Graph, node: Node) -> Iterator[Simplification]:
-    """Cut hair into fewer segments, where its grooms come from nodes that have a setting for it."""
-    behind = above(graph, node.edges["groom"].node)
-    counts = {maker.name: maker.settings["segments"] for maker in behind if maker.settings.get("segments")}
-    fewest = min(counts.values(), default=0)
+    """Cut hair into fewer segments, or longer ones, where its grooms come from nodes that have settings for it."""
+    behind = [maker for maker in above(graph, node.edges["groom"].node) if "segment_length" in maker.settings]
+    counts = {maker.name: maker.settings["segments"] for maker in behind if maker.settings["segments"]}
+    lengths = {
+        maker.name: maker.settings["segment_length"] or USUAL_LENGTHS[maker.type.name]
+        for maker in behind
+        if maker.name not in counts and (maker.settings["segment_length"] or maker.type.name in USUAL_LENGTHS)
+    }
+    fewest = min(counts.values(), default=FEWEST_SEGMENTS / SEGMENTS[-1] if lengths else 0)
     for level, share in enumerate((share for share in SEGMENTS if round(fewest * share) >= FEWEST_SEGMENTS), 1):
         fewer = {name: round(count * share) for name, count in counts.items()}
-        text = f"{listed(fewer.values())} segments, not {listed(counts.values())}"
-        yield Simplification("segments", level, text, tuple((f"{name}.segments", n) for name, n in fewer.items()))
+        longer = {name: float(f"{length / share:.6g}") for name, length in lengths.items()}
+        texts = [f"{listed(fewer.values())} segments, not {listed(counts.values())}"] if fewer else []
+        texts += [f"segments of {listed(longer.values())} m"] if longer else []
+        changed = [(f"{name}.segments", n) for name, n in fewer.items()]
+        changed += [(f"{name}.segment_length", length) for name, length in longer.items()]
+        yield Simplification("segments", level, "; ".join(texts), tuple(changed))
 
 
 def of_steps(graph: Graph, node: Node) -> Iterator[Simplification]:
@@ -118,7 +129,7 @@ def of_groups(node: Node) -> Iterator[Simplification]:
             yield Simplification(group, 1, text, drops=(f"{node.name}.{group}",))
 
 
-def listed(counts: Iterable[int]) -> str:
+def listed(counts: Iterable[float]) -> str:
     """Write counts, equal ones once."""
     return ", ".join(str(count) for count in dict.fromkeys(counts))
 

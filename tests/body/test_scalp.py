@@ -1,6 +1,11 @@
+import warnings
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from hairpipe.body.bust import build_bust
+from hairpipe.body.preparation import prepare
 from hairpipe.body.scalp import AZIMUTHS, Scalp, height_above, interpolate_hairline, paint_scalp, smooth_step
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
@@ -52,13 +57,31 @@ def test_a_missing_joint_is_named():
         paint_scalp(make_body(np.zeros((1, 3)), np.array([[0.0, 1.0]])), Scalp(joint="skull"))
 
 
+def test_the_point_between_the_ears_may_be_said_in_place_of_the_joint():
+    points = np.array([[0.0, 1.4, 0.0], [0.0, 2.3, 0.0], [0.0, 1.9, 0.0]])
+    body = make_body(points, np.tile([0.0, 1.0], (3, 1)))
+    np.testing.assert_array_equal(paint_scalp(body, RULE), [1.0, 1.0, 1.0])
+    np.testing.assert_array_equal(paint_scalp(body, replace(RULE, at=(0.0, 2.0, 0.0))), [0.0, 1.0, 0.0])
+
+
+def test_a_bust_without_a_skeleton_gets_its_hairline_about_its_head():
+    bust = build_bust()
+    rigid = replace(bust, skeleton=Skeleton((), np.zeros(0, np.int32), np.zeros((0, 4, 4)), np.zeros((0, 3))))
+    with pytest.warns(UserWarning, match=r"no skeleton .* goes around \(0\.000, .*state scalp\.at"):
+        painted = prepare(rigid, unit=1.0, up="y", joint="head", scalp=Scalp()).maps["scalp"]
+    assert np.mean(np.abs(painted - bust.maps["scalp"]) > 0.5) < 0.02, "as on the bust itself"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        said = prepare(rigid, unit=1.0, up="y", joint="head", scalp=Scalp(at=(0.0, 0.3, 0.0))).maps["scalp"]
+    assert not np.array_equal(said, painted)
+
+
 def test_smooth_step_rises_level_at_both_ends():
     t = np.array([-1.0, 0.0, 0.5, 1.0, 2.0])
     np.testing.assert_allclose(smooth_step(2.0 * t + 3.0, 3.0, 5.0), [0.0, 0.0, 0.5, 1.0, 1.0])
 
 
 def test_the_default_hairline_fits_the_makehuman_head(shared):
-    from hairpipe.body.preparation import prepare
     from hairpipe.io.body import read_body
 
     folder = shared / "body_makehuman"

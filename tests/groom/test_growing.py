@@ -11,6 +11,7 @@ from hairpipe.body.surface import Sites, site_points
 from hairpipe.body.tree import tree_over
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
+from hairpipe.groom.cutting import Cut
 from hairpipe.groom.growing import grow
 from hairpipe.groom.laying import RISE
 from hairpipe.groom.layout import GAP
@@ -26,7 +27,7 @@ def no_image(path: Path) -> np.ndarray:
 
 
 def grown(body: Body, style: Style = SHORT, strands=200, segments=SEGMENTS, density=None, seed=0):
-    groom = grow(Canvas(body, no_image, seed), style, density, strands, segments)
+    groom = grow(Canvas(body, no_image, seed), style, density, strands, Cut(segments))
     return groom, groom.points.reshape(-1, segments + 1, 3)
 
 
@@ -114,11 +115,11 @@ def test_length_follows_paint_and_varies_by_chance(ball, body_of):
 def test_hair_painted_away_is_left_out_and_the_rest_keeps_its_ids(ball, body_of):
     left = (ball.mesh.points[:, 0] > 0).astype(float)
     body = body_of(ball.mesh, scalp=ball.maps["scalp"], left=left, none=0 * left)
-    groom, points = grown(body, Style(PaintedMetres(0.08, map="left")))
+    groom = grow(Canvas(body, no_image, 0), Style(PaintedMetres(0.08, map="left")), None, 200, Cut())
     _, whole = grown(ball)
     assert 80 < len(groom.ids) < 140 and len(groom.offsets) == len(groom.ids) + 1
-    assert np.array_equal(points[:, 0], whole[groom.ids, 0])
-    with pytest.raises(BadInput, match="shorter than a millimetre"):
+    assert np.array_equal(groom.points[groom.offsets[:-1]], whole[groom.ids, 0])
+    with pytest.raises(BadInput, match=r"shorter than 0\.001 m"):
         grown(body, Style(PaintedMetres(0.08, map="none")))
 
 
@@ -149,6 +150,33 @@ def test_too_few_segments_for_a_curl_are_warned_of(ball):
     enough = int(str(found[0].message).split("segments = ")[1].split()[0])
     turn = np.hypot(2 * np.pi * 0.004, 0.02)
     assert enough == np.ceil(4 * 0.08 / turn)
+
+
+def test_hair_has_the_segments_that_its_length_and_its_curl_need_unless_told(ball):
+    def counts(length, curl=None):
+        style = Style(length=PaintedMetres(length), curl=curl)
+        groom = grow(Canvas(ball, no_image, 0), style, None, 20, Cut())
+        lengths = np.linalg.norm(np.diff(groom.points, axis=0), axis=1)
+        assert np.allclose(np.delete(lengths, groom.offsets[1:-1] - 1).sum(), 20 * length)
+        return set(np.diff(groom.offsets) - 1)
+
+    assert counts(0.25) == {50} and counts(0.262) == {55} and counts(0.06) == {25} and counts(2.0) == {200}
+    assert counts(0.012) == {12}, "none shorter than a millimetre"
+    assert counts(0.25, Curl(PaintedMetres(0.004), PaintedMetres(0.008))) == {155}
+
+
+def test_segments_may_be_given_by_their_length(ball):
+    style = Style(length=PaintedMetres(0.08, variation=0.5))
+    groom = grow(Canvas(ball, no_image, 0), style, None, 50, Cut(segment_length=0.01))
+    lengths = grow(Canvas(ball, no_image, 0), style, None, 50, Cut(1)).points.reshape(50, 2, 3)
+    lengths = np.linalg.norm(lengths[:, 1] - lengths[:, 0], axis=1)
+    assert np.array_equal(np.diff(groom.offsets) - 1, np.ceil(lengths / 0.01))
+
+
+def test_segments_too_short_for_hair_are_told_of_by_name(ball):
+    with pytest.warns(UserWarning, match=r"200 strands are cut into fewer segments, .* 0.001 m: strands 0, 1, .* more"):
+        groom = grow(Canvas(ball, no_image, 0), Style(length=PaintedMetres(0.008)), None, 200, Cut(20))
+    assert (np.diff(groom.offsets) == 9).all()
 
 
 def test_it_depends_on_the_seed_and_not_on_the_threads(ball, threads):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.body.solid import solid_of
-from hairpipe.groom.laying import RISE, lay, lift_off
+from hairpipe.groom.laying import RISE, keep_out, lay, lift_off
 
 STEP = 0.002
 
@@ -62,3 +62,27 @@ def test_curves_are_lifted_out_of_the_body_and_no_farther(solid):
     assert (height > 0.003 * np.minimum(way / RISE, 1) - 2e-4).all()
     clear = np.linalg.norm(curve, axis=1) > 0.1035
     assert clear.any() and np.array_equal(lifted[clear], curve[clear])
+
+
+@pytest.mark.parametrize("start", [(0.1, 0.0, 0.0), (0.0, 0.3, 0.0)], ids=["from the skin", "from above"])
+def test_a_curl_that_runs_through_the_body_is_kept_out_and_keeps_its_lengths(solid, start):
+    way = np.linspace(0.0, 0.5, 126)[:, None]
+    turn = way / 0.03 * 2.0 * np.pi
+    aside = np.cross(start, (0.0, 0.0, 10.0)) * 0.006 / np.linalg.norm(start) / 10.0
+    curl = np.array(start) * (1.0 - way / np.linalg.norm(start))
+    curl = curl + aside * (np.cos(turn) - 1.0) + np.array((0.0, 0.0, 0.006)) * np.sin(turn)
+    kept = curl.copy()
+    keep_out(solid, kept, 0.001)
+    height = np.linalg.norm(kept, axis=1) - 0.1
+    middles = np.linalg.norm(0.5 * (kept[1:] + kept[:-1]), axis=1) - 0.1
+    assert np.array_equal(kept[0], curl[0]) and np.linalg.norm(curl, axis=1).min() < 0.01
+    assert height[1:].min() > 0.0 and height[20:].min() > 0.0004 and middles.min() > -1e-4
+    lengths, before = (np.linalg.norm(np.diff(points, axis=0), axis=1) for points in (kept, curl))
+    assert np.allclose(lengths, before, rtol=1e-12)
+
+
+def test_what_is_out_of_the_body_is_not_touched(solid):
+    curve = np.array((0.1, 0.0, 0.0)) + np.linspace(0.0, 0.2, 41)[:, None] * (0.8, -0.6, 0.0)
+    kept = curve.copy()
+    keep_out(solid, kept, 0.001)
+    assert np.array_equal(kept, curve)

@@ -5,6 +5,7 @@ import pytest
 
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
+from hairpipe.groom.cutting import Cut
 from hairpipe.groom.growing import grow
 from hairpipe.groom.paint import Canvas
 from hairpipe.groom.sampling import choose_patches, sample_patches
@@ -13,7 +14,7 @@ from hairpipe.groom.style import Style
 
 @pytest.fixture(scope="module")
 def groom(ball) -> Groom:
-    return grow(Canvas(ball, lambda path: None, 0), Style(), None, 400, 6)
+    return grow(Canvas(ball, lambda path: None, 0), Style(), None, 400, Cut(6))
 
 
 def test_strands_are_those_of_the_groom(groom):
@@ -49,5 +50,5 @@ def test_a_small_groom_is_given_as_it_is_and_too_many_samples_are_refused(groom)
 
 
 def test_it_depends_on_roots_alone(groom, ball):
-    finer = grow(Canvas(ball, lambda path: None, 0), Style(), None, 400, 9)
+    finer = grow(Canvas(ball, lambda path: None, 0), Style(), None, 400, Cut(9))
     assert np.array_equal(sample_patches(groom, 40, 4, 1).ids, sample_patches(finer, 40, 4, 1).ids)

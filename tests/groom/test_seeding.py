@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from hairpipe.body.bust import build_bust
 from hairpipe.body.surface import Sites, area_vectors, blend_corners, site_points
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
@@ -47,9 +48,23 @@ def random_sites(mesh, count):
     return Sites(triangles, random.dirichlet([1, 1, 1], count))
 
 
-def test_uniform_roots_are_even_and_random_ones_are_not(sphere):
+@pytest.mark.parametrize("count", [300, 2500, 8000])
+@pytest.mark.parametrize("level", [1, 3, 5])
+def test_distances_of_neighbours_vary_by_less_than_a_twentieth_on_coarse_and_fine_meshes(sphere, level, count):
+    mesh = sphere(0.1, level=level)
+    for number in range(2):
+        assert spacing_variation(site_points(mesh, seed(mesh, uniform, count, number))) < 0.05
+
+
+def test_they_do_on_a_head_up_to_its_hairline():
+    bust = build_bust()
+    scalp = painted(bust.mesh, bust.maps["scalp"])
+    points = site_points(bust.mesh, seed(bust.mesh, lambda sites: (scalp(sites) > 0.5).astype(float), 4000))
+    assert spacing_variation(points) < 0.05
+
+
+def test_random_roots_are_not_even(sphere):
     mesh = sphere(0.1, level=4)
-    assert spacing_variation(site_points(mesh, seed(mesh, uniform, 2500))) < 0.1
     assert abs(spacing_variation(site_points(mesh, random_sites(mesh, 2500))) - 0.52) < 0.03
 
 

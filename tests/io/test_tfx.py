@@ -23,6 +23,13 @@ def pack(points=POINTS, *, version=4.0, strands=None, count=None, start=160, tai
     return header + b"\0" * (start - 160) + body + tail
 
 
+def pack_3(points=POINTS, *, held=0, start=296):
+    """The same in version 3: a header of 296 bytes, then x, y, z of every point."""
+    header = struct.pack("<f4I", 3.0, len(points), len(points[0]), 4, held).ljust(144, b"\0")
+    header = (header + struct.pack("<I", start)).ljust(start, b"\0")
+    return header + b"".join(struct.pack("<3f", *p) for strand in points for p in strand)
+
+
 def write(folder: Path, data: bytes) -> Path:
     path = folder / "hair.tfx"
     path.write_bytes(data)
@@ -31,34 +38,53 @@ def write(folder: Path, data: bytes) -> Path:
 
 @pytest.mark.parametrize("more", [{}, {"tail": b"uv and more"}, {"start": 176}])
 def test_positions_are_read_strand_after_strand(tmp_path, more):
-    points, offsets = read_tfx(write(tmp_path, pack(**more)))
+    found = read_tfx(write(tmp_path, pack(**more)))
+    points, offsets = found.points, found.offsets
     assert np.array_equal(points, np.array(POINTS, float).reshape(-1, 3)) and points.dtype == np.float64
     assert np.array_equal(offsets, [0, 3, 6]) and offsets.dtype == np.int32
     assert points.flags.c_contiguous
 
 
 def test_centimetres_with_z_up_become_metres_with_y_up(tmp_path):
-    points, _ = read_tfx(write(tmp_path, pack()), 0.01, "z")
-    assert np.allclose(points[:2], [[0.0, 0.02, -0.01], [0.03, 0.05, -0.04]])
+    found = read_tfx(write(tmp_path, pack()), 0.01, "z")
+    assert np.allclose(found.points[:2], [[0.0, 0.02, -0.01], [0.03, 0.05, -0.04]])
+
+
+@pytest.mark.parametrize("start", [296, 304])
+def test_version_3_is_read_as_version_4_is(tmp_path, start):
+    new, old = read_tfx(write(tmp_path, pack())), read_tfx(write(tmp_path, pack_3(start=start)))
+    assert np.array_equal(new.points, old.points) and np.array_equal(new.offsets, old.offsets)
+    assert not new.held.any() and not old.held.any()
+    assert read_tfx(write(tmp_path, pack_3(held=1))).held.all()
+
+
+def test_a_tip_without_inverse_mass_is_held_as_the_root_is(tmp_path):
+    data = bytearray(pack())
+    struct.pack_into("<f", data, 160 + 2 * 16 + 12, 0.0)
+    assert read_tfx(write(tmp_path, bytes(data))).held.tolist() == [True, False]
 
 
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"", r"hair.tfx: the file has 0 bytes \(a header of 160 bytes\)"),
+        (b"", r"hair.tfx: the file has 0 bytes \(the header of a .tfx file\)"),
         (pack()[:159], "the file has 159 bytes"),
         (pack()[:-1], r"byte 4: 2 strands of 3 points need 256 bytes, the file has 255"),
         (pack(strands=2**32 - 1), "4294967295 strands of 3 points need"),
         (pack(count=2**32 - 1), "2 strands of 4294967295 points need"),
         (pack(strands=0), "byte 4: no strands"),
         (pack(count=1), "byte 8: 1 points a strand"),
-        (pack(version=3.0), r"byte 0: version 3 \(TressFX version 4.0\)"),
+        (pack(version=2.0), r"byte 0: version 2 \(binary TressFX of version 3.0 or 4.0\)"),
         (pack(version=float("nan")), "version nan"),
         (pack()[:12] + b"\0\0\0\0" + pack()[16:], "byte 12: positions begin at byte 0"),
         (
             pack([[(0, 0, 0), (0, 1, 0)], [(0, 0, 0), (0, float("inf"), 0)]]),
             "byte 208, strand 1, point 1: a position is",
         ),
+        (pack_3()[:295], r"the file has 295 bytes \(a header of 296 bytes\)"),
+        (pack_3()[:-1], "2 strands of 3 points need 368 bytes, the file has 367"),
+        (pack_3(start=296)[:144] + bytes(4) + pack_3()[148:], "byte 144: positions begin at byte 0"),
+        (b"version 2.0\nscale 1.0\nrotation 0 0 0\n", "binary TressFX of version 3.0 or 4.0"),
         (b"v 0 0 0\r\n" * 40, "version"),
     ],
 )
@@ -77,20 +103,22 @@ def test_a_file_that_cannot_be_read_is_told(tmp_path):
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.data())
 def test_damage_anywhere_gives_points_or_a_message(tmp_path, data):
-    whole = bytearray(pack())
+    whole = bytearray(data.draw(st.sampled_from([pack(), pack_3()])))
     for _ in range(data.draw(st.integers(0, 4))):
         whole[data.draw(st.integers(0, len(whole) - 1))] = data.draw(st.integers(0, 255))
     path = write(tmp_path, bytes(whole[: data.draw(st.integers(0, len(whole)))]))
     try:
-        points, offsets = read_tfx(path)
+        found = read_tfx(path)
     except BadInput:
         return
-    assert np.isfinite(points).all() and len(points) == offsets[-1]
+    assert np.isfinite(found.points).all() and len(found.points) == found.offsets[-1]
+    assert len(found.ids) == len(found.held) == len(found.offsets) - 1
 
 
 def test_sintels_hair_is_what_was_measured(shared):
-    points, offsets = read_tfx(shared / "sintel" / "SintelHairOriginal-sintel_hair.16points.tfx")
-    assert len(offsets) - 1 == 11_400 and (np.diff(offsets) == 16).all()
+    found = read_tfx(shared / "sintel" / "SintelHairOriginal-sintel_hair.16points.tfx")
+    points, offsets = found.points, found.offsets
+    assert not found.held.any() and len(offsets) - 1 == 11_400 and (np.diff(offsets) == 16).all()
     roots = points[offsets[:-1]]
     assert np.allclose(roots.min(axis=0), (-0.082, 1.476, -0.102), atol=1e-3)
     assert np.allclose(roots.max(axis=0), (0.082, 1.655, 0.098), atol=1e-3)

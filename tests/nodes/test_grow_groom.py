@@ -1,6 +1,7 @@
 """Hair on our own bust, and the settings as a graph file gives them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,10 @@ from hairpipe.nodes.make_bust import make_bust
 from PIL import Image
 
 from hairpipe.body.solid import distance_and_normal, solid_of
-from hairpipe.data import Body
+from hairpipe.data import Body, Mesh
 from hairpipe.errors import BadInput
 from hairpipe.graph.settings import build_settings, check_settings
+from hairpipe.groom.closing import closed
 from hairpipe.groom.style import Curl, Paint, PaintedMetres
 
 NODE = grow_groom.__node__
@@ -81,3 +83,25 @@ def test_an_image_thins_the_hair_out(bust: Body, tmp_path: Path) -> None:
     assert (groom.root_uv[:, 0] > 0.48).all() and groom.points[groom.offsets[:-1], 0].min() > -0.01
     with pytest.raises(BadInput, match="has no map 'beard'"):
         grow_groom(bust, **given(density={"map": "beard"}))
+
+
+@pytest.mark.parametrize("style", [{}, {"curl": {"radius": 0.015, "pitch": 0.03}}], ids=["straight", "curly"])
+def test_no_hair_grows_through_a_bust_that_is_open_where_it_ends(bust: Body, style: dict[str, object]) -> None:
+    x, y, z = bust.mesh.points.T
+    lowest = y.min() + 0.04
+    mouth = (np.abs(x) < 0.02) & (z > 0.08) & (np.abs(y - 0.23) < 0.02)
+    gone = (y < lowest) | (np.abs(x) > 0.17) | mouth
+    triangles = bust.mesh.triangles
+    kept = ~gone[triangles].any(axis=1)
+    uv = None if bust.mesh.uv is None else bust.mesh.uv[kept]
+    opened = replace(bust, mesh=Mesh(bust.mesh.points, triangles[kept], uv=uv))
+    groom = grow_groom(opened, **given(strands=150, length=0.5, segments=60, **style))
+    whole, roots = solid_of(bust.mesh), groom.offsets[:-1]
+    points = np.delete(groom.points, roots, axis=0)
+    around = points[(points[:, 1] > lowest + 0.005) & (np.abs(points[:, 0]) < 0.165)]
+    depth = np.array([distance_and_normal(whole, tuple(point), 0)[0] for point in around])
+    assert depth.min() > -1e-5, "where the bust is, hair is outside it"
+    cut = solid_of(closed(opened.mesh))
+    assert min(distance_and_normal(cut, tuple(point), 0)[0] for point in points) > 0.0
+    lengths = np.linalg.norm(np.diff(groom.points.reshape(len(roots), -1, 3), axis=1), axis=2)
+    assert np.allclose(lengths, 0.5 / 60, rtol=1e-9)

@@ -1,5 +1,6 @@
 """Hair made elsewhere, on the body it was made for."""
 
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,10 @@ from hairpipe.nodes.load_groom import load_groom
 
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
+from hairpipe.sim.advance import advance_frame, start, strands_of
+from hairpipe.sim.hair import make_hair
+from hairpipe.sim.material import Material
+from hairpipe.sim.scene import Scene
 
 USD = """#usda 1.0
 (
@@ -72,3 +77,70 @@ def test_files_of_another_kind_are_refused(floor: Body, tmp_path: Path) -> None:
     file.write_bytes(b"not hair")
     with pytest.raises(BadInput, match=r"hair\.abc: hair is not read from \.abc files \(\.usd, .*, \.usdz or \.tfx\)"):
         load_groom(floor, file=file)
+
+
+def test_short_strands_are_simulated_once_they_are_loaded(floor: Body, tmp_path: Path) -> None:
+    file = tmp_path / "hair.usda"
+    points = "(10, 0, 10), (10, 10, 10), (10, 30, 10), (20, 0, 50), (20, 0.02, 50), (30, 0, 50), (30, 0.5, 50)"
+    file.write_text(USD.replace("[3, 2]", "[3, 2, 2]").split("points =")[0] + f"points = [{points}]\n}}\n")
+    with pytest.warns(UserWarning) as told:
+        groom = load_groom(floor, file=file, segments=12)
+    assert [str(warning.message).partition(",")[0] for warning in told] == [
+        "1 strands are left out",
+        "1 strands are cut into fewer segments",
+    ]
+    assert np.diff(groom.offsets).tolist() == [13, 6] and groom.ids.tolist() == [0, 2]
+    hair, scene = make_hair(groom, Material()), Scene()
+    still = (floor.mesh, floor.mesh)
+    state = advance_frame(hair, start(hair, floor.mesh, scene), still, (), 1 / 24, scene)
+    moved = strands_of(hair, state).points
+    assert np.isfinite(moved).all() and np.allclose(moved[groom.offsets[:-1]], groom.points[groom.offsets[:-1]])
+
+
+def test_segments_by_their_length(floor: Body, tmp_path: Path) -> None:
+    file = tmp_path / "hair.usda"
+    file.write_text(USD)
+    assert np.diff(load_groom(floor, file=file, segment_length=0.05).offsets).tolist() == [7, 3]
+
+
+def tfx_3(strands: list[list[tuple[float, float, float]]], held: int) -> bytes:
+    """A TressFX file of version 3."""
+    header = struct.pack("<f4I", 3.0, len(strands), len(strands[0]), 0, held).ljust(144, b"\0")
+    header = (header + struct.pack("<I", 296)).ljust(296, b"\0")
+    return header + b"".join(struct.pack("<3f", *point) for strand in strands for point in strand)
+
+
+def test_tressfx_of_both_ends_immovable_is_held_by_the_body(floor: Body, tmp_path: Path) -> None:
+    file = tmp_path / "tail.tfx"
+    loop = [(0.2, 0.0, 0.2), (0.2, 0.1, 0.2), (0.3, 0.1, 0.2), (0.3, 0.0, 0.2)]
+    file.write_bytes(tfx_3([loop], held=1))
+    groom = load_groom(floor, file=file, segments=8)
+    assert groom.tip_triangles is not None and np.allclose(groom.tip_frames[0, :, 3], loop[-1])
+    file.write_bytes(tfx_3([loop], held=0))
+    assert load_groom(floor, file=file, segments=8).tip_triangles is None
+    assert load_groom(floor, file=file, segments=8, tips="held").tip_triangles is not None
+
+
+def test_what_is_wrong_with_strands_names_the_file(floor: Body, tmp_path: Path) -> None:
+    file = tmp_path / "far.tfx"
+    file.write_bytes(tfx_3([[(0.2, 9.0, 0.2), (0.2, 9.1, 0.2)]], held=0))
+    with pytest.raises(BadInput, match=r"far\.tfx: roots up to 9 m off the body: strands 0 \("):
+        load_groom(floor, file=file)
+
+
+def test_a_b_spline_as_blender_writes_it_begins_at_its_first_control_vertex_on_the_skin(
+    floor: Body, tmp_path: Path
+) -> None:
+    file = tmp_path / "hair.usda"
+    file.write_text(
+        USD.replace('"linear"', '"cubic"')
+        .replace("{\n    uniform", '{\n    uniform token basis = "bspline"\n    uniform')
+        .split("    int[]")[0]
+        + "    int[] curveVertexCounts = [4]\n"
+        + "    point3f[] points = [(10, 0, 10), (10, 10, 10), (10, 20, 10), (10, 30, 10)]\n"
+        + '    float[] widths = [0.01]\n    int[] primvars:hairId = [77] (interpolation = "uniform")\n}\n'
+    )
+    groom = load_groom(floor, file=file)
+    assert np.allclose(groom.points[0], (0.1, 0.0, 0.1), atol=1e-7), "and not 0.1 m above it"
+    assert np.allclose(groom.points[-1], (0.1, 0.3, 0.1), atol=1e-7)
+    assert groom.ids.tolist() == [77] and np.allclose(groom.widths, 1e-4)

@@ -133,6 +133,15 @@ def test_every_groom_behind_the_hair_gets_fewer_segments(scene):
     assert parts[1].text == "10, 4 segments, not 20, 8"
 
 
+def test_segments_of_which_a_length_or_nothing_is_said_get_longer(scene):
+    for said, before in (("segment_length = 0.02", 0.02), ("", 0.005)):
+        scene.write_text(SCENE.replace("segments = 20", said))
+        parts = parts_by_axis(scene)["segments"]
+        lengths = [dict(part.puts)["groom.segment_length"] for part in parts]
+        assert lengths == pytest.approx([before / 0.75, before / 0.5, before / 0.33], rel=1e-5)
+        assert parts[1].text == f"segments of {2 * before:g} m"
+
+
 def test_whatever_bounds_a_step_is_scaled_as_far_as_a_graph_can_state(scene):
     scene.write_text(SCENE.replace("[hair.stiction]", "[hair.stiction]\n[hair.steps]\ncourant = 4.0\ntravel = 1e3"))
     node = load_graph(scene).nodes["hair"]

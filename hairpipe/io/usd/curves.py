@@ -1,43 +1,83 @@
 """Curves of a stage as polylines in metres."""
 
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from pxr import UsdGeom
 
+from hairpipe.data.curves import Curves
 from hairpipe.errors import BadInput
+from hairpipe.io.usd.attributes import own_ids, rest_points, strand_ids, widths
 from hairpipe.io.usd.stage import location, move, numbers, open_alone, place, shown, usd_faults
 
 STEPS = 8  # chords per span of a cubic that does not pass through its points: off the curve by 1/64 of its sagitta
+BEYOND = {UsdGeom.Tokens.catmullRom: 1, UsdGeom.Tokens.bspline: STEPS}
+"""Points at either end of a pinned curve that it does not reach without its pins."""
 BSPLINE = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
 BEZIER = np.array([[1, 0, 0, 0], [-3, 3, 0, 0], [3, -6, 3, 0], [-1, 3, -3, 1.0]])
 
 
-def read(path: Path, prim: str | None) -> tuple[np.ndarray, np.ndarray]:
+def read(path: Path, prim: str | None) -> Curves:
     """Read the visible curves at or under a prim; see `hairpipe.io.usd.read.read_curves`."""
     with usd_faults(path):
         stage = open_alone(path)
         prims = [UsdGeom.BasisCurves(p) for p in shown(stage, UsdGeom.BasisCurves, prim, guides=True)]
-        strands = [strand for curves in prims for strand in _read_strands(curves)]
-    if not strands:
+        parts = [_read_part(curves) for curves in prims]
+    lines = [line for part in parts for line in part.lines]
+    if not lines:
         raise BadInput("the curves have no points", where=path, right="at least one curve")
-    offsets = np.cumsum([0] + [len(strand) for strand in strands]).astype(np.int32)
-    return np.concatenate(strands), offsets
+    columns, offsets = np.concatenate(lines), np.cumsum([0] + [len(line) for line in lines]).astype(np.int32)
+    parts = [part for part in parts if part.lines]
+    return Curves(
+        np.ascontiguousarray(columns[:, :3]),
+        offsets,
+        own_ids([part.ids for part in parts], len(lines), path),
+        np.zeros(len(lines), bool),
+        np.concatenate([part.spare for part in parts]),
+        np.ascontiguousarray(columns[:, 3:6]) if any(part.rested for part in parts) else None,
+        np.ascontiguousarray(columns[:, 6]) if not np.isnan(columns[:, 6]).any() else None,
+    )
 
 
-def _read_strands(curves: UsdGeom.BasisCurves) -> list[np.ndarray]:
+class _Part(NamedTuple):
+    """The curves of one prim.
+
+    lines   points on each, with the rest shape and the width beside them, (n, 7) float64
+    spare   points at either end of each that lie beyond where it ends, (S,) int64
+    ids     of its own, (S,) int64, or None
+    rested  whether it has a rest shape of its own
+    """
+
+    lines: list[np.ndarray]
+    spare: np.ndarray
+    ids: np.ndarray | None
+    rested: bool
+
+
+def _read_part(curves: UsdGeom.BasisCurves) -> _Part:
     points = numbers(curves.GetPointsAttr(), 3)
     counts = numbers(curves.GetCurveVertexCountsAttr(), kind=np.int64)
     where = location(curves.GetPrim())
     if counts.sum() != len(points) or (counts < 0).any():
         right = f"the number of points, {len(points)}"
         raise BadInput(f"curveVertexCounts sum to {counts.sum()}", where=where, right=right)
-    strands = np.split(move(place(curves.GetPrim()), points), np.cumsum(counts)[:-1]) if len(counts) else []
-    return [_polyline(curves, strand, f"{where} curve {i}") for i, strand in enumerate(strands)]
+    matrix = place(curves.GetPrim())
+    rest = rest_points(curves, len(points))
+    shapes = (move(matrix, points), move(matrix, points if rest is None else rest))
+    scale = np.cbrt(abs(np.linalg.det(matrix[:3, :3])))
+    columns = np.column_stack([*shapes, scale * widths(curves, counts)])
+    strands = np.split(columns, np.cumsum(counts)[:-1]) if len(counts) else []
+    drawn = [_polyline(curves, strand, f"{where} curve {i}") for i, strand in enumerate(strands)]
+    spare = np.array([spare for _, spare in drawn], np.int64)
+    return _Part([line for line, _ in drawn], spare, strand_ids(curves, len(counts)), rest is not None)
 
 
-def _polyline(curves: UsdGeom.BasisCurves, points: np.ndarray, where: str) -> np.ndarray:
-    """Return the points of a curve that passes through them, else points on the curve, (n, 3) float64."""
+def _polyline(curves: UsdGeom.BasisCurves, points: np.ndarray, where: str) -> tuple[np.ndarray, int]:
+    """Return points on a curve pinned at its first and last, (n, k) float64, and how many lie beyond its either end.
+
+    A curve that passes through its points keeps them.
+    """
     cubic = curves.GetTypeAttr().Get() == UsdGeom.Tokens.cubic
     basis, wrap = curves.GetBasisAttr().Get(), curves.GetWrapAttr().Get()
     if wrap == UsdGeom.Tokens.periodic:
@@ -45,33 +85,26 @@ def _polyline(curves: UsdGeom.BasisCurves, points: np.ndarray, where: str) -> np
     if len(points) < 2:
         raise BadInput(f"the curve has {len(points)} points", where=where, right="2 or more")
     if not cubic:
-        return points
+        return points, 0
+    pinned = wrap == UsdGeom.Tokens.pinned
+    if basis in BEYOND and not pinned and len(points) < 4:
+        name = "Catmull-Rom curve" if basis == UsdGeom.Tokens.catmullRom else "B-spline"
+        raise BadInput(f"the {name} has {len(points)} points", where=where, right="4 or more, or wrap pinned")
     if basis == UsdGeom.Tokens.catmullRom:
-        return _catmull_rom(points, wrap == UsdGeom.Tokens.pinned, where)
+        return points, 0 if pinned else BEYOND[basis]
     if basis == UsdGeom.Tokens.bspline:
-        return _bspline(points, wrap == UsdGeom.Tokens.pinned, where)
+        return _bspline(points), 0 if pinned else BEYOND[basis]
     if basis == UsdGeom.Tokens.bezier:
-        return _bezier(points, where)
+        return _bezier(points, where), 0
     raise BadInput(f"the basis is {basis}", where=where, right="catmullRom, bspline or bezier")
 
 
-def _catmull_rom(points: np.ndarray, pinned: bool, where: str) -> np.ndarray:
-    """Return the points that a Catmull-Rom curve passes through: without wrap pinned not the first and the last."""
-    if pinned:
-        return points
-    if len(points) < 4:
-        raise BadInput(
-            f"the Catmull-Rom curve has {len(points)} points", where=where, right="4 or more, or wrap pinned"
-        )
-    return points[1:-1]
+def _bspline(points: np.ndarray) -> np.ndarray:
+    """Return points on a uniform cubic B-spline that is pinned by mirroring its ends, p[-1] = 2 p[0] - p[1].
 
-
-def _bspline(points: np.ndarray, pinned: bool, where: str) -> np.ndarray:
-    """Return points on a uniform cubic B-spline; USD pins it by mirroring its ends, p[-1] = 2 p[0] - p[1]."""
-    if pinned:
-        points = np.concatenate([[2 * points[0] - points[1]], points, [2 * points[-1] - points[-2]]])
-    if len(points) < 4:
-        raise BadInput(f"the B-spline has {len(points)} points", where=where, right="4 or more, or wrap pinned")
+    That of the same points without wrap pinned is the same curve without its first and its last span.
+    """
+    points = np.concatenate([[2 * points[0] - points[1]], points, [2 * points[-1] - points[-2]]])
     return _sample(BSPLINE, np.arange(len(points) - 3), points)
 
 
@@ -88,4 +121,4 @@ def _sample(basis: np.ndarray, spans: np.ndarray, points: np.ndarray) -> np.ndar
     """
     powers = np.vander(np.linspace(0, 1, STEPS + 1), 4, increasing=True)
     curve = np.einsum("tk,kp,spx->stx", powers, basis, points[spans[:, None] + np.arange(4)])
-    return np.concatenate([curve[:, :-1].reshape(-1, 3), curve[-1, -1:]])
+    return np.concatenate([curve[:, :-1].reshape(-1, points.shape[1]), curve[-1, -1:]])

@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from hairpipe.data import Body
+from hairpipe.data.curves import Curves
 from hairpipe.io.usd import body, curves
 from hairpipe.io.usd.apart import work_apart
 
@@ -23,16 +22,15 @@ def read_body(path: Path, prim: str | None = None) -> Body:
     return work_apart(body.read, path, prim)
 
 
-def read_curves(path: Path, prim: str | None = None) -> tuple[np.ndarray, np.ndarray]:
+def read_curves(path: Path, prim: str | None = None) -> Curves:
     """Read all BasisCurves of a stage at the earliest time as strands, root first.
 
     Invisible curves and those of purpose proxy are left out; those of purpose guide, too, where there are others.
     Linear and Catmull-Rom curves pass through their points, which are returned as they are; B-spline and Bezier
-    curves are evaluated.
+    curves are evaluated. Those without pins are returned with the ends that pins would give them, as spare points. The
+    rest shape is that of primvar `pref` or `rest`, ids are those of `hairId`, `groom_id` or `id`.
 
     prim  path of curves or of what contains them; the whole stage if not given
-
-    Returns points [m], (p, 3) float64, and offsets: strand s owns points offsets[s]:offsets[s+1], (S+1,) int32.
 
     Raises BadInput if the file, or what it says, cannot be used; the message names the prim and the curve.
     """

@@ -5,7 +5,7 @@ the root on the skin in every client, and widths on vertices are the only ones t
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pxr import Kind, Sdf, Tf, Usd, UsdGeom
@@ -103,7 +103,10 @@ def _first_frame(shot: Shot) -> Frame:
 
 
 def _load(shot: Shot, frame: int) -> Frame:
-    return Frame(shot.hair[frame], None if shot.body is None else shot.body[frame])
+    hair = shot.hair[frame]
+    if shot.groom is not None and shot.groom.widths is not None:
+        hair = replace(hair, diameter=float(shot.groom.widths.max()))  # that extents have room for
+    return Frame(hair, None if shot.body is None else shot.body[frame])
 
 
 def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:

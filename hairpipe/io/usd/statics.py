@@ -41,6 +41,8 @@ def _author_groom(prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom) -> 
     _primvar(prim, coordinates, TYPES.TexCoord2fArray, TOKENS.uniform, pairs(np.float32(groom.root_uv)))
     _primvar(prim, "skinprim", TYPES.IntArray, TOKENS.uniform, integers(groom.root_triangles))
     _primvar(prim, "skinprimuv", TYPES.Float2Array, TOKENS.uniform, pairs(in_triangle))
+    if groom.widths is not None:
+        prim.GetWidthsAttr().Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(groom.widths, np.float32)))
 
 
 def author_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:

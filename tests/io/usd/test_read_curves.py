@@ -1,17 +1,27 @@
 """Curves come as polylines in metres, Y up, root first: their own points, or points on the curve."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 from scipy.interpolate import BSpline
 
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.curves import STEPS, read
+from hairpipe.io.usd.curves import STEPS
+from hairpipe.io.usd.curves import read as read_file
 from hairpipe.io.usd.read import read_curves
 
 TOKENS = UsdGeom.Tokens
+
+
+def read(path: Path, prim: str | None) -> tuple[np.ndarray, np.ndarray]:
+    """Points and offsets of curves as the file says that they are: without what pins would add."""
+    found = read_file(path, prim)
+    first, last = found.offsets[:-1] + found.spare, found.offsets[1:] - found.spare
+    rows = [np.arange(*ends) for ends in zip(first, last, strict=True)]
+    return found.points[np.concatenate(rows)], np.cumsum([0, *map(len, rows)]).astype(np.int32)
 
 
 def curves(
@@ -99,8 +109,77 @@ def test_the_door_reads_the_same(new_stage, saved) -> None:
     stage = new_stage("Z", 0.01)
     curves(stage, wild(4, 7))
     path = saved(stage)
-    for told, seen in zip(read_curves(path), read(path, None), strict=True):
-        np.testing.assert_array_equal(told, seen)
+    told, seen = read_curves(path), read_file(path, None)
+    for name in ("points", "offsets", "ids", "held", "spare"):
+        np.testing.assert_array_equal(getattr(told, name), getattr(seen, name))
+    assert told.rest is seen.rest is told.widths is seen.widths is None
+
+
+def primvar(prim: UsdGeom.BasisCurves, name: str, kind: Sdf.ValueTypeName, interpolation: str, values: object) -> None:
+    UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, kind, interpolation).Set(values)
+
+
+def test_without_pins_the_ends_that_pins_would_give_are_spare(new_stage, saved) -> None:
+    stage, (strand,) = new_stage(), wild(6)
+    curves(stage, [strand], TOKENS.bspline, TOKENS.nonperiodic, path="/groom/a")
+    curves(stage, [strand], TOKENS.catmullRom, TOKENS.nonperiodic, path="/groom/b")
+    curves(stage, [strand], TOKENS.bspline, TOKENS.pinned, path="/groom/c")
+    found = read_file(saved(stage), None)
+    assert found.spare.tolist() == [STEPS, 1, 0]
+    for begin in found.offsets[:-1]:
+        np.testing.assert_allclose(found.points[begin], strand[0], atol=1e-6)
+    first, third = found.points[: found.offsets[1]], found.points[found.offsets[2] :]
+    np.testing.assert_array_equal(first, third)
+
+
+@pytest.mark.parametrize("name", ["hairId", "groom_id", "id"])
+def test_ids_of_the_file_are_taken_over(new_stage, saved, name: str) -> None:
+    stage = new_stage()
+    for path, ids in (("/groom/a", [7, 3]), ("/groom/b", [12])):
+        primvar(curves(stage, wild(*[4] * len(ids)), path=path), name, Sdf.ValueTypeNames.IntArray, TOKENS.uniform, ids)
+    assert read_file(saved(stage), None).ids.tolist() == [7, 3, 12]
+
+
+@pytest.mark.parametrize(
+    ("kind", "ids"), [("IntArray", [4, 4]), ("IntArray", [1]), ("StringArray", ["a", "b"]), ("FloatArray", [0.5, 1.0])]
+)
+def test_ids_that_number_nothing_are_told_of_and_not_taken(new_stage, saved, kind: str, ids: list) -> None:
+    stage = new_stage()
+    primvar(curves(stage, wild(4, 4)), "hairId", getattr(Sdf.ValueTypeNames, kind), TOKENS.uniform, ids)
+    with pytest.warns(UserWarning, match=r"ids of curves .* repeat: not used|hairId is not .*: not used"):
+        assert read_file(saved(stage), None).ids.tolist() == [0, 1]
+
+
+@pytest.mark.parametrize("name", ["pref", "rest"])
+def test_the_rest_shape_is_read_as_the_points_are(new_stage, saved, name: str) -> None:
+    stage, (strand, rest) = new_stage("Z", 0.01), wild(6, 6)
+    prim = curves(stage, [strand], TOKENS.bspline, TOKENS.pinned)
+    values = Vt.Vec3fArray.FromNumpy(rest.astype(np.float32))
+    primvar(prim, name, Sdf.ValueTypeNames.Point3fArray, TOKENS.vertex, values)
+    found = read_file(saved(stage), None)
+    prim.GetPointsAttr().Set(values)
+    np.testing.assert_allclose(found.rest, read_file(saved(stage), None).points, atol=1e-9)
+
+
+def test_a_rest_shape_of_other_points_is_told_of(new_stage, saved) -> None:
+    stage = new_stage()
+    primvar(curves(stage, wild(6)), "pref", Sdf.ValueTypeNames.Point3fArray, TOKENS.vertex, [Gf.Vec3f(0)] * 5)
+    with pytest.warns(UserWarning, match="primvars:pref has 5 values for 6 points: not used"):
+        assert read_file(saved(stage), None).rest is None
+
+
+@pytest.mark.parametrize(("count", "expected"), [(1, [2] * 9), (2, [2] * 4 + [3] * 5), (9, list(range(2, 11)))])
+def test_widths_are_those_of_the_points_in_metres(new_stage, saved, count: int, expected: list) -> None:
+    stage = new_stage("Y", 0.01)
+    curves(stage, wild(4, 5)).CreateWidthsAttr([2.0 + i for i in range(count)])
+    np.testing.assert_allclose(read_file(saved(stage), None).widths, 0.01 * np.array(expected))
+
+
+def test_widths_that_are_none_are_told_of(new_stage, saved) -> None:
+    stage = new_stage()
+    curves(stage, wild(4, 5)).CreateWidthsAttr([1.0, 0.0])
+    with pytest.warns(UserWarning, match="widths are not positive numbers, 1, 2 or 9 of them: not used"):
+        assert read_file(saved(stage), None).widths is None
 
 
 def test_takes_the_earliest_time(new_stage, saved) -> None:

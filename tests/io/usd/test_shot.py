@@ -128,13 +128,25 @@ def test_the_stage_follows_the_conventions(write, shot: Shot) -> None:
 
 def test_reads_back_to_the_same_groom_and_body(write, shot: Shot) -> None:
     path = write(shot)
-    points, offsets = read_curves(path, None)
-    np.testing.assert_array_equal(points.astype(np.float32), shot.hair[1001].points)
-    np.testing.assert_array_equal(offsets, shot.groom.offsets)
+    found = read_curves(path, None)
+    np.testing.assert_array_equal(found.points.astype(np.float32), shot.hair[1001].points)
+    np.testing.assert_array_equal(found.offsets, shot.groom.offsets)
+    np.testing.assert_array_equal(found.ids, shot.groom.ids)
+    np.testing.assert_allclose(found.rest, shot.groom.points, atol=1e-7)
+    np.testing.assert_allclose(found.widths, shot.hair[1001].diameter)
     mesh, first = read_body(path, None).mesh, shot.body[1001]
     np.testing.assert_allclose(mesh.points, first.points, atol=1e-8)
     np.testing.assert_array_equal(mesh.triangles, first.triangles)
     np.testing.assert_array_equal(mesh.uv, first.uv)
+
+
+def test_widths_of_a_file_go_out_again_and_extents_have_room_for_them(write, shot: Shot) -> None:
+    widths = np.linspace(1e-4, 5e-3, len(shot.groom.points))
+    opened = Opened(write(dataclasses.replace(shot, groom=dataclasses.replace(shot.groom, widths=widths))))
+    np.testing.assert_allclose(opened.hair.GetWidthsAttr().Get(), widths, rtol=1e-6)
+    lower, upper = np.array(opened.hair.GetExtentAttr().Get(1002))
+    points = shot.hair[1002].points
+    np.testing.assert_allclose([lower, upper], [points.min(axis=0) - 2.5e-3, points.max(axis=0) + 2.5e-3], atol=1e-7)
 
 
 def test_hair_alone_is_numbered(write, shot: Shot) -> None:

@@ -1,0 +1,61 @@
+"""How many segments strands are cut into: as many as asked, as long as asked, or as their shape needs."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hairpipe.errors import BadInput
+
+SHORTEST = 0.001
+"""Segment that hair of common material bears [m]: 80 um, softened by 100, is a rod down to 0.63 mm."""
+FINE, A_TURN = 0.005, 16
+"""Segment of straight hair [m], and segments in a turn of a curl."""
+FEWEST, MOST, LATTICE = 25, 200, 5
+"""Segments of a strand; in whole runs of the lattice, which turns one way for five (`sim/models/lattice.py`)."""
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Cut:
+    """How strands are cut; BadInput where it is said twice.
+
+    segments        of every strand; None: not said
+    segment_length  longest that a segment may be [m]; None: not said
+    shortest        that a segment may be [m]
+    """
+
+    segments: int | None = None
+    segment_length: float | None = None
+    shortest: float = SHORTEST
+
+    def __post_init__(self) -> None:
+        if self.segments is not None and self.segment_length is not None:
+            both = f"segments = {self.segments} and segment_length = {self.segment_length:g} are both given"
+            raise BadInput(both, right="one of the two")
+
+    def wanted(self, lengths: np.ndarray | float, unless_said: np.ndarray | int) -> np.ndarray:
+        """Return how many segments strands of given lengths [m] are asked to have, (S,) int64."""
+        if self.segment_length is not None:
+            asked = np.maximum(np.ceil(np.asarray(lengths) / self.segment_length - ROUNDING), 1.0)
+            return asked.astype(np.int64)
+        asked = unless_said if self.segments is None else self.segments
+        return np.broadcast_to(asked, np.shape(lengths)).astype(np.int64)
+
+    def bearable(self, lengths: np.ndarray) -> np.ndarray:
+        """Return how many segments strands of given lengths [m] bear, (S,) int64; 0 where they are shorter than one."""
+        return np.floor(lengths / self.shortest + ROUNDING).astype(np.int64)
+
+
+def fitting(lengths: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """Return as many segments as hair needs, (S,) int64; pure.
+
+    One for every FINE of the length, A_TURN for every turn of a curl, from FEWEST to MOST, rounded up to whole runs of
+    the lattice: the tip of a heavy cantilever is then within 0.5 % of the length of rod theory, a curl within 5 % of
+    its stiffness; `graphs/experiments/accuracy.toml` measures both.
+
+    lengths  of the strands [m], (S,)
+    turns    of a turn of their curls, along the hair [m], (S,); inf where they are straight
+    """
+    needed = lengths * np.maximum(1.0 / FINE, A_TURN / turns)
+    runs = np.ceil(np.clip(needed, FEWEST, MOST) / LATTICE - ROUNDING)
+    return (LATTICE * runs).astype(np.int64)

@@ -1,0 +1,40 @@
+"""Which of the shapes that a file gives for its strands is the one that grows from the body."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hairpipe.body.closest import project
+from hairpipe.body.tree import Tree, tree_over
+from hairpipe.data import Mesh
+from hairpipe.data.curves import Curves
+
+
+def placed(mesh: Mesh, curves: Curves) -> Curves:
+    """Return the curves as they grow from a mesh, without a rest shape or spare points; pure.
+
+    The rest shape is taken where its roots lie at least as near to the skin as those of the points: a file may show
+    hair at another time than it shows the body. Curves are taken with the ends that pins would give them where these
+    lie nearer to the skin: B-splines that were hair of which the first control vertex is the root, as Blender writes
+    it, would begin off the skin. Of distances the median over the strands counts.
+    """
+    tree = tree_over(mesh.points[mesh.triangles])
+    rest = curves.points if curves.rest is None else curves.rest
+    shapes = [(shape, spare) for spare in (curves.spare, 0 * curves.spare) for shape in (rest, curves.points)]
+    distances = [off(tree, shape, curves.offsets, spare) for shape, spare in shapes]
+    shape, spare = shapes[int(np.argmin(distances))]
+    first, last = curves.offsets[:-1] + spare, curves.offsets[1:] - spare
+    counts = last - first
+    offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+    rows = np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], counts)
+    widths = None if curves.widths is None else curves.widths[rows]
+    return replace(
+        curves, points=shape[rows], offsets=offsets, spare=np.zeros_like(curves.spare), rest=None, widths=widths
+    )
+
+
+def off(tree: Tree, points: np.ndarray, offsets: np.ndarray, spare: np.ndarray) -> float:
+    """Return how far roots lie from the skin [m], on the median."""
+    roots = points[offsets[:-1] + spare]
+    finite = np.isfinite(roots).all(axis=1)
+    return float(np.median(project(tree, roots[finite])[1])) if finite.any() else np.inf

@@ -1,0 +1,32 @@
+"""A picture of where hair will grow."""
+
+from typing import Annotated
+
+from hairpipe.data import Body
+from hairpipe.graph import File, Workspace, node
+from hairpipe.units import Interval, Pixels
+
+
+@node(frames="once")
+def preview_scalp(
+    scalp: Body,
+    workspace: Workspace,
+    *,
+    map: str = "scalp",
+    width: Annotated[Pixels, Interval(ge=16, le=4096)] = 360,
+    height: Annotated[Pixels, Interval(ge=16, le=4096)] = 480,
+) -> File:
+    """PNG of a body at rest from the front, the side and the back, with a map painted on it and its line of a half.
+
+    map     of the body: "scalp" is where hair grows
+    width   of the picture from each side
+    height  of the picture
+    """
+    from hairpipe.io.panels import write_beside
+    from hairpipe.picture.framing import Shot
+    from hairpipe.picture.hairline import draw_hairline
+
+    views = ("front", "side", "back")
+    path = workspace / "picture.png"
+    write_beside(path, [draw_hairline(scalp, map, Shot(width, height, view)) for view in views], views, map)
+    return File(path)

@@ -1,0 +1,36 @@
+"""How many segments strands get."""
+
+import numpy as np
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.groom.cutting import SHORTEST, Cut, fitting
+from hairpipe.sim.material import Material
+from hairpipe.sim.models.calibration import spring_constants
+from hairpipe.sim.models.construction import Construction
+
+
+def test_nothing_is_said_twice():
+    with pytest.raises(BadInput, match=r"segments = 9 and segment_length = 0.01 are both given \(one of the two\)"):
+        Cut(9, 0.01)
+
+
+def test_a_number_a_length_or_what_is_usual():
+    lengths = np.array([0.0095, 0.01, 0.0501])
+    assert Cut(7).wanted(lengths, 50).tolist() == [7, 7, 7]
+    assert Cut(segment_length=0.01).wanted(lengths, 50).tolist() == [1, 1, 6]
+    assert Cut().wanted(lengths, 50).tolist() == [50, 50, 50]
+    assert int(Cut(segment_length=0.01).wanted(0.3, 50)) == 30
+
+
+def test_curls_have_sixteen_segments_a_turn_and_straight_hair_one_every_five_millimetres():
+    lengths, turns = np.array([0.3, 0.3, 0.3, 0.02, 9.0]), np.array([np.inf, 0.099, 0.03, 0.001, np.inf])
+    counts = fitting(lengths, turns)
+    assert counts.tolist() == [60, 60, 160, 200, 200]
+    assert (counts * turns / lengths >= 15.99)[:3].all()
+
+
+def test_the_shortest_segment_is_a_rod_of_common_hair():
+    spring_constants(Material(), Construction(), np.array([SHORTEST]))
+    with pytest.raises(BadInput, match="softened"):
+        spring_constants(Material(), Construction(), np.array([0.6 * SHORTEST]))
