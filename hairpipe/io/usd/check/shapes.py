@@ -98,6 +98,15 @@ def extent(shape: Snapshot) -> Iterator[Fault]:
         yield Fault(shape.path("extent"), "is much larger than the shape", shape.code)
 
 
+def defaults(shape: Snapshot) -> Iterator[Fault]:
+    """Find points without a time that are fewer or more than those with one: some clients read only these."""
+    points = shape.prim.GetAttribute("points")
+    still = points.Get() if points and points.GetNumTimeSamples() else None
+    if still is not None and len(still) != len(shape.points):
+        message = f"have {len(still)} elements without a time and {len(shape.points)} at this one"
+        yield Fault(shape.path("points"), message, shape.code)
+
+
 def _half_width(shape: Snapshot) -> float:
     values = shape.array("widths") if shape.curves else None
     values = np.empty(0) if values is None else values[np.isfinite(values)]
@@ -110,4 +119,5 @@ RULES = (
     Rule("element-count", "error", element_count),
     Rule("hair-interpolation", "warning", hair_interpolation),
     Rule("extent", "error", extent),
+    Rule("defaults", "error", defaults),
 )

@@ -46,6 +46,7 @@ def add_character(stage: Usd.Stage) -> None:
     skin = UsdGeom.Mesh.Define(stage, SKIN)
     skin.CreatePointsAttr([Gf.Vec3f(0), Gf.Vec3f(1, 0, 0), Gf.Vec3f(0, 1, 0)])
     skin.CreateFaceVertexCountsAttr([3])
+    skin.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     skin.CreateFaceVertexIndicesAttr([0, 1, 2])
     skin.CreateExtentAttr([Gf.Vec3f(0), Gf.Vec3f(1, 1, 0)])
     binding = UsdSkel.BindingAPI.Apply(skin.GetPrim())

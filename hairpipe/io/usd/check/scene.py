@@ -1,0 +1,124 @@
+"""What a stage draws: hair and meshes over time, one frame of one shape in memory at a time."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, Vt
+
+from hairpipe.errors import BadInput
+from hairpipe.io.usd.check.snapshot import Snapshot
+from hairpipe.io.usd.skeleton import Binding, find_bindings
+from hairpipe.io.usd.stage import RENDERED, to_metres
+
+OURS = ("primvars:hairId", "primvars:pref", "primvars:skinprim", "velocities")
+MANY = 20  # curves, from which on they count as hair
+
+
+class Track:
+    """A shape over time.
+
+    prim   curves or a mesh
+    times  codes at which anything of it has a sample; none where nothing has
+    """
+
+    def __init__(self, prim: Usd.Prim) -> None:
+        self.prim = prim
+        self.times = sorted({time for attribute in prim.GetAttributes() for time in attribute.GetTimeSamples()})
+
+    def at(self, time: float | None) -> Snapshot:
+        """Return the shape at a time code, or as it is where nothing changes."""
+        return Snapshot(self.prim, Usd.TimeCode.Default() if time is None else Usd.TimeCode(time))
+
+    def path(self, name: str) -> str:
+        """Return the path of an attribute, for messages."""
+        return f"{self.prim.GetPath()}.{name}"
+
+    def __iter__(self) -> Iterator[Snapshot]:
+        """Give the shape at every time, each read when it is asked for."""
+        return (self.at(time) for time in self.times or [None])
+
+    @cached_property
+    def first(self) -> Snapshot:
+        """Return the shape at its first time."""
+        return self.at(self.times[0] if self.times else None)
+
+    @cached_property
+    def points(self) -> list[float]:
+        """Return the codes at which the points have samples."""
+        return self.prim.GetAttribute("points").GetTimeSamples()
+
+    @property
+    def moves(self) -> bool:
+        """Return whether its points have samples at more than one time."""
+        return len(self.points) > 1
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What of a stage is drawn.
+
+    hair    curves of hair
+    meshes  all meshes
+    roots   where hair stands on them, by its path, as far as it was searched
+    """
+
+    stage: Usd.Stage
+    hair: list[Track]
+    meshes: list[Track]
+    roots: dict[Sdf.Path, Any] = field(default_factory=dict)
+
+    @cached_property
+    def bindings(self) -> dict[Sdf.Path, Binding]:
+        """Return what skeletons move; nothing where they are broken."""
+        try:
+            return find_bindings(self.stage)
+        except BadInput:
+            return {}
+
+    @cached_property
+    def metres(self) -> np.ndarray:
+        """Return the matrix from the world to metres with Y up, column vectors, (4, 4) float64."""
+        return to_metres(self.stage)
+
+    def place(self, mesh: Track, time: float | None) -> np.ndarray:
+        """Return the points of a mesh in the world, moved by its skeleton if it has one, (n, 3) float64."""
+        shape, binding = mesh.at(time), self.bindings.get(mesh.prim.GetPath())
+        if binding is None or not len(shape.points):
+            return shape.placed
+        points = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(shape.points))
+        transforms = binding.skeleton.ComputeSkinningTransforms(shape.time)
+        binding.skinning.ComputeSkinnedPoints(transforms, points, shape.time)
+        skeleton = UsdGeom.Xformable(binding.skeleton.GetPrim()).ComputeLocalToWorldTransform(shape.time)
+        return np.array(points) @ np.array(skeleton)[:3, :3] + np.array(skeleton)[3, :3]
+
+    def moves(self, mesh: Track) -> bool:
+        """Return whether a mesh changes its place in time."""
+        above = [mesh.prim]
+        while above[-1].GetParent().IsA(UsdGeom.Xformable):
+            above.append(above[-1].GetParent())
+        turned = any(UsdGeom.Xformable(prim).TransformMightBeTimeVarying() for prim in above)
+        return mesh.moves or turned or mesh.prim.GetPath() in self.bindings
+
+
+def find_scene(stage: Usd.Stage) -> Scene:
+    """Find what of a stage is drawn at its first time, hair and meshes."""
+    prims = [prim for prim in stage.Traverse(Usd.TraverseInstanceProxies()) if _is_drawn(prim)]
+    hair = [Track(prim) for prim in prims if prim.IsA(UsdGeom.BasisCurves)]
+    meshes = [Track(prim) for prim in prims if prim.IsA(UsdGeom.Mesh)]
+    return Scene(stage, [track for track in hair if _is_hair(track)], meshes)
+
+
+def _is_drawn(prim: Usd.Prim) -> bool:
+    image = UsdGeom.Imageable(prim)
+    shown = image and image.ComputeVisibility(Usd.TimeCode.EarliestTime()) != UsdGeom.Tokens.invisible
+    return bool(shown and image.ComputePurpose() in RENDERED)
+
+
+def _is_hair(track: Track) -> bool:
+    """Return whether curves are hair, not a wire or a rope: there are many, or they carry what hair carries."""
+    return len(track.first.counts) >= MANY or any(
+        track.prim.GetAttribute(name).HasAuthoredValue() for name in OURS
+    )

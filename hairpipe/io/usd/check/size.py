@@ -1,0 +1,95 @@
+"""Rules for size: hair is as thick and as long as hair, and numbers have room for it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from pxr import UsdGeom
+
+from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.scene import Scene, Track
+from hairpipe.io.usd.check.snapshot import Snapshot
+
+WIDTH = (1e-5, 3e-3)
+LENGTH = (2e-3, 2.0)
+SCALP = (0.03, 1.3)
+BODY = (0.08, 30.0)
+"""What hair, the place it grows on, and the body may measure [m]: from fine down to dreadlocks, from a doll to a dragon."""
+ROOM = 0.05  # of a width, that positions in single precision may be off by
+FEW = 8  # strands that say nothing about the size of what they grow on
+
+
+def plausible_size(scene: Scene) -> Iterator[Fault]:
+    """Find units that make a head as small as a pea or as large as a house, and hair of other units than its stage."""
+    if not UsdGeom.GetStageMetersPerUnit(scene.stage) > 0 or not UsdGeom.StageHasAuthoredMetersPerUnit(scene.stage):
+        return
+    body = max((_box(track.first.placed, scene) for track in scene.meshes), default=None)
+    for track in scene.hair:
+        hair = track.first
+        if not hair.sound:
+            continue
+        width, length = _width(hair, scene), float(np.median(hair.lengths)) * _scale(hair, scene)
+        scalp = _box(hair.placed[hair.roots], scene) if len(hair.counts) >= FEW else None
+        votes = [_side(width, WIDTH), _side(length, LENGTH), _side(scalp, SCALP), _side(body, BODY)]
+        sizes = f"widths of {_said(width)}, strands of {_said(length)}" + (f", a body of {_said(body)}" if body else "")
+        if abs(sum(votes)) >= 2:  # noqa: PLR2004
+            what = "large" if sum(votes) > 0 else "small"
+            message = f"metersPerUnit is {UsdGeom.GetStageMetersPerUnit(scene.stage):g}, which makes {sizes}: too {what}"
+            yield Fault("/", message)
+        elif votes[0]:
+            right = f"{_said(WIDTH[0])} to {_said(WIDTH[1])} is hair"
+            yield Fault(track.path("widths"), f"are {_said(width)} in the median; {right}", hair.code)
+        elif votes[1]:
+            right = f"{_said(LENGTH[0])} to {_said(LENGTH[1])} is hair"
+            yield Fault(track.path("points"), f"make strands of {_said(length)} in the median; {right}", hair.code)
+
+
+def _side(value: float | None, usual: tuple[float, float]) -> int:
+    """Return -1, 0 or 1 for what is too small, usual or unknown, or too large."""
+    return 0 if value is None or not np.isfinite(value) else int(value > usual[1]) - int(value < usual[0])
+
+
+def _said(metres: float | None) -> str:
+    return "none" if metres is None else f"{metres:.2g} m" if metres > 0.01 else f"{metres * 1000:.2g} mm"  # noqa: PLR2004
+
+
+def _scale(shape: Snapshot, scene: Scene) -> float:
+    """Return how many metres a unit of the shape is."""
+    return float(np.cbrt(abs(np.linalg.det(scene.metres[:3, :3] @ shape.world[:3, :3].T))))
+
+
+def _width(hair: Snapshot, scene: Scene) -> float | None:
+    """Return the median of the widths that are not 0 [m], None where there are none."""
+    widths = hair.array("widths")
+    thick = np.empty(0) if widths is None else widths[np.isfinite(widths) & (widths > 0)]
+    return float(np.median(thick)) * _scale(hair, scene) if len(thick) else None
+
+
+def _box(points: np.ndarray, scene: Scene) -> float:
+    """Return the diagonal of the box of points in the world [m]."""
+    scale = float(np.cbrt(abs(np.linalg.det(scene.metres[:3, :3]))))
+    return float(np.linalg.norm(np.ptp(points, axis=0))) * scale if len(points) else 0.0
+
+
+def precision(scene: Scene) -> Iterator[Fault]:
+    """Find points so far from the origin of their prim that single precision shakes them by more than hair allows."""
+    for track in scene.hair:
+        fault = next((fault for shape in track for fault in _shaken(track, shape)), None)
+        if fault:
+            yield fault
+
+
+def _shaken(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    widths = hair.array("widths")
+    if hair.sound and widths is not None and np.median(widths) > 0:
+        far = float(np.abs(hair.points).max())
+        step = float(np.spacing(np.float32(far)))
+        if step > ROOM * np.median(widths):
+            message = f"are up to {far:.3g} from the origin of the prim, where single precision has steps of {step:.1g}"
+            right = "write them about a nearer origin, and move the prim by a translate in double precision"
+            yield Fault(track.path("points"), f"{message}; {right}", hair.code)
+
+
+RULES = (
+    Rule("size", "error", plausible_size),
+    Rule("precision", "warning", precision),
+)
