@@ -3,12 +3,13 @@
 from collections.abc import Iterator
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.scene import Scene, Track
 from hairpipe.io.usd.check.roots import find_roots
+from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
+from hairpipe.io.usd.check.track import Track
 
 TOKENS = UsdGeom.Tokens
 INWARD = -0.5  # mean cosine between normals and faces, or faces and the way out
@@ -24,7 +25,7 @@ def subdivision(scene: Scene) -> Iterator[Fault]:
             continue
         if track.prim.GetAttribute("normals").HasAuthoredValue():
             yield Fault(track.path("subdivisionScheme"), f"is {scheme}, which ignores the normals; use none")
-        elif scheme == TOKENS.catmullClark and len(mesh.counts) > 3 and (mesh.counts == 3).all():  # noqa: PLR2004
+        elif scheme == TOKENS.catmullClark and len(mesh.counts) > 3 and (mesh.counts == 3).all():
             yield Fault(track.path("subdivisionScheme"), f"is {scheme}, on triangles alone; use none")
 
 
@@ -47,7 +48,7 @@ def normals(scene: Scene) -> Iterator[Fault]:
 
 def _face_normals(mesh: Snapshot) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """Return centres (f, 3), areas (f,) and unit normals (f, 3) of the first triangle of each face."""
-    whole = mesh.consistent and len(mesh.counts) and (mesh.counts > 2).all() and len(mesh.points)  # noqa: PLR2004
+    whole = mesh.consistent and len(mesh.counts) and (mesh.counts > 2).all() and len(mesh.points)
     if not whole or mesh.corners.min() < 0 or mesh.corners.max() >= len(mesh.points):
         return None
     firsts = np.cumsum(mesh.counts) - mesh.counts
@@ -93,7 +94,7 @@ def up_axis(scene: Scene) -> Iterator[Fault]:
         signs = _ways_up(track, scene.place(roots.mesh, track.first.code))
         axis = int(np.argmax([sum(sign[i] for sign in signs) for i in range(3)]))
         ours, theirs = (sum(sign[i] for sign in signs) for i in (up, axis))
-        if axis != up and ours <= 0 and theirs >= 2:  # noqa: PLR2004
+        if axis != up and ours <= 0 and theirs >= 2:
             message = f"upAxis is {'XYZ'[up]}, but {roots.mesh.prim.GetPath()} stands along {'XYZ'[axis]}"
             yield Fault("/", message)
 

@@ -53,26 +53,29 @@ def clip_times(prim: Usd.Prim) -> Iterator[Fault]:
         files, path = api.ComputeClipAssetPaths(name), api.GetClipPrimPath(name)
         if api.GetClipTemplateAssetPath(name) or not path:
             continue
-        active, times = api.GetClipActive(name) or [], dict(api.GetClipTimes(name) or [])
-        unknown = [int(index) for _, index in active if not 0 <= index < len(files)]
-        idle = set(range(len(files))) - {int(index) for _, index in active}
+        active = [(time, int(index)) for time, index in api.GetClipActive(name) or []]
+        unknown = [index for _, index in active if not 0 <= index < len(files)]
+        idle = sorted(set(range(len(files))) - {index for _, index in active})
         if unknown or idle:
-            what = f"activates clip {unknown[0]}" if unknown else f"never activates {files[min(idle)].path}"
+            what = f"activates clip {unknown[0]}" if unknown else f"never activates {files[idle[0]].path}"
             yield Fault(str(prim.GetPath()), f"clip set {name} {what}; there are {len(files)} clips")
-        wrong = [(t, files[int(i)]) for t, i in active if 0 <= i < len(files) and not _has_sample(prim, files, t, i, times)]
-        if wrong:
-            time, file = wrong[0]
-            message = f"{file.path} has no sample at {times.get(time, time):g}, when it is played; {len(wrong)} such"
-            yield Fault(str(prim.GetPath()), message, time)
+        played = [(time, files[index]) for time, index in active if 0 <= index < len(files)]
+        yield from _unsampled(prim, played, dict(api.GetClipTimes(name) or []))
 
 
-def _has_sample(
-    prim: Usd.Prim, files: Sequence[Sdf.AssetPath], time: float, index: float, times: Mapping[float, float]
-) -> bool:
-    """Return whether a clip has a sample at the time of its own that is played at a stage time; or none at all."""
-    clip = _open(prim, files[int(index)])
-    own = clip.ListAllTimeSamples() if clip else []
-    return not own or times.get(time, time) in own
+def _unsampled(
+    prim: Usd.Prim, played: Sequence[tuple[float, Sdf.AssetPath]], times: Mapping[float, float]
+) -> Iterator[Fault]:
+    """Find clips without a sample at the time of their own that is played when they begin."""
+    wrong = []
+    for time, file in played:
+        clip = _open(prim, file)
+        own = clip.ListAllTimeSamples() if clip else []
+        wrong += [(time, file)] if own and times.get(time, time) not in own else []
+    if wrong:
+        time, file = wrong[0]
+        message = f"{file.path} has no sample at {times.get(time, time):g}, when it is played; {len(wrong)} such"
+        yield Fault(str(prim.GetPath()), message, time)
 
 
 def _open(prim: Usd.Prim, asset: Sdf.AssetPath | None) -> Sdf.Layer | None:

@@ -81,7 +81,8 @@ def two_of_one(curves: Snapshot) -> Iterator[Fault]:
     for name in ("points", "widths", "velocities", "normals", "accelerations"):
         primvar, own = (curves.prim.GetAttribute(n) for n in (f"primvars:{name}", name))
         if primvar and primvar.HasAuthoredValue() and own.HasAuthoredValue():
-            yield Fault(str(primvar.GetPath()), f"replaces {name} in some clients, in others not; keep one", curves.code)
+            message = f"replaces {name} in some clients and not in others; keep one"
+            yield Fault(str(primvar.GetPath()), message, curves.code)
 
 
 def hair_ids(curves: Snapshot) -> Iterator[Fault]:

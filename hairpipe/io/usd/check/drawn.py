@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.scene import Scene, Track
+from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
 from hairpipe.io.usd.stage import RENDERED
 

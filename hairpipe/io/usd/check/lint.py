@@ -25,7 +25,8 @@ from hairpipe.io.usd.check import (
     velocity,
 )
 from hairpipe.io.usd.check.finding import Fault, Finding, Rule
-from hairpipe.io.usd.check.scene import Track, find_scene
+from hairpipe.io.usd.check.scene import find_scene
+from hairpipe.io.usd.check.track import Track
 from hairpipe.io.usd.stage import open_stage, said, usd_faults
 
 UNREADABLE = Rule("unreadable", "error", lambda: iter(()))  # broken by whatever the other rules cannot read
@@ -38,6 +39,7 @@ PRIM = (
     *clips.RULES,
     *layers.PRIM_RULES,
 )
+FRAME = (*strands.FRAME_RULES, *size.FRAME_RULES)
 SCENE = (
     *drawn.RULES,
     *transforms.RULES,
@@ -84,7 +86,11 @@ def _lint_stage(opened: Usd.Stage, inspect: assets.Inspect | None) -> Found:
             rules = (*curves.RULES, *shapes.RULES) if prim.IsA(UsdGeom.BasisCurves) else shapes.RULES
             for shape in Track(prim):
                 yield from _apply(rules, shape)
-    yield from _apply(SCENE, find_scene(opened))
+    scene = find_scene(opened)
+    for track in scene.hair:
+        for hair in track:
+            yield from _apply(FRAME, track, hair)
+    yield from _apply(SCENE, scene)
 
 
 def _apply(rules: Iterable[Rule], *subject: Any) -> Found:
@@ -94,4 +100,3 @@ def _apply(rules: Iterable[Rule], *subject: Any) -> Found:
             yield from ((rule, fault) for fault in rule.faults(*subject))
         except Tf.ErrorException as error:
             yield UNREADABLE, Fault("/", said(error))
-

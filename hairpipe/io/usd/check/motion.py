@@ -18,7 +18,7 @@ CLOSE = 1e-2  # frames between samples that are one, badly rounded
 def sample_gaps(prim: Usd.Prim) -> Iterator[Fault]:
     """Find frames without a sample: clients make one up from its neighbours and say nothing."""
     attribute, stage = _leader(prim), prim.GetStage()
-    times = np.array(attribute.GetTimeSamples())
+    times = np.unique(attribute.GetTimeSamples())
     times = times[times == np.round(times)]  # those between frames are for the shutter
     if len(times) < 2:
         return

@@ -6,8 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from hairpipe.io.usd.check.nearest import nearest_on_triangles
-from hairpipe.io.usd.check.scene import Scene, Track
+from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
+from hairpipe.io.usd.check.track import Track
 
 OFF = 0.01  # of a strand's length, that a bound root may be off the skin
 LOOSE = 0.1  # of a strand's length, that the root of hair that says no face may be off it, or slide
@@ -90,13 +91,14 @@ def _told(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
     if known.mean() < MOST:
         return None
     corners = skin.corners.reshape(-1, 3)[faces[known].astype(np.int64)]
-    weights = np.column_stack([1 - uv.sum(axis=1), uv])[known].astype(np.float64)
+    inside = uv[known].astype(np.float64)  # so that weights sum to 1 also far from the origin
+    weights = np.column_stack([1 - inside.sum(axis=1), inside])
     return Roots(scene, hair, mesh, np.flatnonzero(known), corners, weights, told=True)
 
 
 def is_triangles(mesh: Snapshot) -> bool:
     """Return whether all faces of a mesh are triangles, of points that there are."""
-    whole = mesh.consistent and len(mesh.counts) and (mesh.counts == 3).all()  # noqa: PLR2004
+    whole = mesh.consistent and len(mesh.counts) and (mesh.counts == 3).all()
     inside = whole and mesh.corners.min() >= 0 and mesh.corners.max() < len(mesh.points)
     return bool(inside and np.isfinite(mesh.points).all())
 

@@ -1,6 +1,5 @@
 """What a stage draws: hair and meshes over time, one frame of one shape in memory at a time."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -9,51 +8,12 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.check.snapshot import Snapshot
+from hairpipe.io.usd.check.track import Track
 from hairpipe.io.usd.skeleton import Binding, find_bindings
 from hairpipe.io.usd.stage import RENDERED, to_metres
 
 OURS = ("primvars:hairId", "primvars:pref", "primvars:skinprim", "velocities")
 MANY = 20  # curves, from which on they count as hair
-
-
-class Track:
-    """A shape over time.
-
-    prim   curves or a mesh
-    times  codes at which anything of it has a sample; none where nothing has
-    """
-
-    def __init__(self, prim: Usd.Prim) -> None:
-        self.prim = prim
-        self.times = sorted({time for attribute in prim.GetAttributes() for time in attribute.GetTimeSamples()})
-
-    def at(self, time: float | None) -> Snapshot:
-        """Return the shape at a time code, or as it is where nothing changes."""
-        return Snapshot(self.prim, Usd.TimeCode.Default() if time is None else Usd.TimeCode(time))
-
-    def path(self, name: str) -> str:
-        """Return the path of an attribute, for messages."""
-        return f"{self.prim.GetPath()}.{name}"
-
-    def __iter__(self) -> Iterator[Snapshot]:
-        """Give the shape at every time, each read when it is asked for."""
-        return (self.at(time) for time in self.times or [None])
-
-    @cached_property
-    def first(self) -> Snapshot:
-        """Return the shape at its first time."""
-        return self.at(self.times[0] if self.times else None)
-
-    @cached_property
-    def points(self) -> list[float]:
-        """Return the codes at which the points have samples."""
-        return self.prim.GetAttribute("points").GetTimeSamples()
-
-    @property
-    def moves(self) -> bool:
-        """Return whether its points have samples at more than one time."""
-        return len(self.points) > 1
 
 
 @dataclass(frozen=True)
@@ -119,6 +79,4 @@ def _is_drawn(prim: Usd.Prim) -> bool:
 
 def _is_hair(track: Track) -> bool:
     """Return whether curves are hair, not a wire or a rope: there are many, or they carry what hair carries."""
-    return len(track.first.counts) >= MANY or any(
-        track.prim.GetAttribute(name).HasAuthoredValue() for name in OURS
-    )
+    return len(track.first.counts) >= MANY or any(track.prim.GetAttribute(name).HasAuthoredValue() for name in OURS)

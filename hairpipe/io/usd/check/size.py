@@ -6,14 +6,15 @@ import numpy as np
 from pxr import UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.scene import Scene, Track
+from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
+from hairpipe.io.usd.check.track import Track
 
 WIDTH = (1e-5, 3e-3)
-LENGTH = (2e-3, 2.0)
+LENGTH = (2e-3, 1.5)
 SCALP = (0.03, 1.3)
 BODY = (0.08, 30.0)
-"""What hair, the place it grows on, and the body may measure [m]: from fine down to dreadlocks, from a doll to a dragon."""
+"""What hair, where it grows, and the body may measure [m]: from down to dreadlocks, from a doll to a dragon."""
 ROOM = 0.05  # of a width, that positions in single precision may be off by
 FEW = 8  # strands that say nothing about the size of what they grow on
 
@@ -25,15 +26,16 @@ def plausible_size(scene: Scene) -> Iterator[Fault]:
     body = max((_box(track.first.placed, scene) for track in scene.meshes), default=None)
     for track in scene.hair:
         hair = track.first
-        if not hair.sound:
+        if not hair.sound or not _scale(hair, scene) > 0:
             continue
         width, length = _width(hair, scene), float(np.median(hair.lengths)) * _scale(hair, scene)
         scalp = _box(hair.placed[hair.roots], scene) if len(hair.counts) >= FEW else None
         votes = [_side(width, WIDTH), _side(length, LENGTH), _side(scalp, SCALP), _side(body, BODY)]
         sizes = f"widths of {_said(width)}, strands of {_said(length)}" + (f", a body of {_said(body)}" if body else "")
-        if abs(sum(votes)) >= 2:  # noqa: PLR2004
+        if abs(sum(votes)) >= 2:
             what = "large" if sum(votes) > 0 else "small"
-            message = f"metersPerUnit is {UsdGeom.GetStageMetersPerUnit(scene.stage):g}, which makes {sizes}: too {what}"
+            unit = UsdGeom.GetStageMetersPerUnit(scene.stage)
+            message = f"metersPerUnit is {unit:g}, which makes {sizes}: too {what}"
             yield Fault("/", message)
         elif votes[0]:
             right = f"{_said(WIDTH[0])} to {_said(WIDTH[1])} is hair"
@@ -44,12 +46,12 @@ def plausible_size(scene: Scene) -> Iterator[Fault]:
 
 
 def _side(value: float | None, usual: tuple[float, float]) -> int:
-    """Return -1, 0 or 1 for what is too small, usual or unknown, or too large."""
-    return 0 if value is None or not np.isfinite(value) else int(value > usual[1]) - int(value < usual[0])
+    """Return -1, 0 or 1 for what is too small, usual or unknown (as 0 is), or too large."""
+    return 0 if not value or not np.isfinite(value) else int(value > usual[1]) - int(value < usual[0])
 
 
 def _said(metres: float | None) -> str:
-    return "none" if metres is None else f"{metres:.2g} m" if metres > 0.01 else f"{metres * 1000:.2g} mm"  # noqa: PLR2004
+    return "none" if metres is None else f"{metres:.2g} m" if metres > 0.01 else f"{metres * 1000:.2g} mm"
 
 
 def _scale(shape: Snapshot, scene: Scene) -> float:
@@ -70,17 +72,10 @@ def _box(points: np.ndarray, scene: Scene) -> float:
     return float(np.linalg.norm(np.ptp(points, axis=0))) * scale if len(points) else 0.0
 
 
-def precision(scene: Scene) -> Iterator[Fault]:
+def precision(track: Track, hair: Snapshot) -> Iterator[Fault]:
     """Find points so far from the origin of their prim that single precision shakes them by more than hair allows."""
-    for track in scene.hair:
-        fault = next((fault for shape in track for fault in _shaken(track, shape)), None)
-        if fault:
-            yield fault
-
-
-def _shaken(track: Track, hair: Snapshot) -> Iterator[Fault]:
     widths = hair.array("widths")
-    if hair.sound and widths is not None and np.median(widths) > 0:
+    if hair.sound and widths is not None and len(widths) and np.median(widths) > 0:
         far = float(np.abs(hair.points).max())
         step = float(np.spacing(np.float32(far)))
         if step > ROOM * np.median(widths):
@@ -89,7 +84,5 @@ def _shaken(track: Track, hair: Snapshot) -> Iterator[Fault]:
             yield Fault(track.path("points"), f"{message}; {right}", hair.code)
 
 
-RULES = (
-    Rule("size", "error", plausible_size),
-    Rule("precision", "warning", precision),
-)
+FRAME_RULES = (Rule("precision", "warning", precision),)
+RULES = (Rule("size", "error", plausible_size),)

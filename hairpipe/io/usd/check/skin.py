@@ -39,7 +39,7 @@ def roots_on_skin(scene: Scene) -> Iterator[Fault]:
     """Find roots off the skin, strands that stand on their tips, and hair that does not go with the body."""
     for track in scene.hair:
         roots = find_roots(scene, track)
-        if roots is None:
+        if roots is None or not roots.reach:
             continue
         first = track.first
         off = roots.misses(first, first.code) > roots.reach

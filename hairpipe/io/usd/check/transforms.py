@@ -6,7 +6,8 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.scene import Scene, Track
+from hairpipe.io.usd.check.scene import Scene
+from hairpipe.io.usd.check.track import Track
 
 PREFIX, ORDER = "xformOp:", "xformOpOrder"
 RESET, INVERT = "!resetXformStack!", "!invert!"
@@ -65,7 +66,8 @@ def hair_transform(scene: Scene) -> Iterator[Fault]:
         if np.linalg.det(axes) < 0:
             yield Fault(path, "is mirrored by its transform; mirror the points, and keep the transform a movement")
         elif scales[0] > (1 + EQUAL) * scales[-1]:
-            yield Fault(path, f"is scaled by {scales[0]:.3g} one way and {scales[-1]:.3g} another; widths know one scale")
+            message = f"is scaled by {scales[0]:.3g} one way and by {scales[-1]:.3g} another"
+            yield Fault(path, f"{message}; widths know one scale")
         elif bodies and all(abs(_scale(axes) / body - 1) > EQUAL for body in bodies):
             yield Fault(path, f"is scaled by {_scale(axes):.3g}, where the body is by {bodies[0]:.3g}")
         elif abs(_scale(own) - 1) > EQUAL and not bodies:
