@@ -101,7 +101,7 @@ def extent(shape: Snapshot) -> Iterator[Fault]:
 def defaults(shape: Snapshot) -> Iterator[Fault]:
     """Find points without a time that are fewer or more than those with one: some clients read only these."""
     points = shape.prim.GetAttribute("points")
-    still = points.Get() if points and points.GetNumTimeSamples() else None
+    still = points.Get() if points and points.GetNumTimeSamples() and shape.consistent else None
     if still is not None and len(still) != len(shape.points):
         message = f"have {len(still)} elements without a time and {len(shape.points)} at this one"
         yield Fault(shape.path("points"), message, shape.code)

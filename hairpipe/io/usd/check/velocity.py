@@ -83,7 +83,7 @@ def _overall(track: Track) -> Iterator[str]:
     elif right.correlation < BELONG:
         yield "do not belong to these points"
     elif abs(right.scale - 1) > max(EXACT, scatter):
-        yield f"carry the points {1 / right.scale:.3g} times as far as they go"
+        yield f"carry the points {np.sqrt(right.told / max(right.seen, 1e-300)):.3g} times as far as they go"
 
 
 def _trios(track: Track) -> Iterator[list[Snapshot]]:
