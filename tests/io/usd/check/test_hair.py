@@ -18,7 +18,7 @@ def edit(path: str, name: str, change: Callable[[np.ndarray], np.ndarray], *time
     def plant(stage: Usd.Stage) -> None:
         attribute = stage.GetAttributeAtPath(f"{path}.{name}")
         codes = [Usd.TimeCode(t) for t in times or attribute.GetTimeSamples()]
-        codes += [] if times else [Usd.TimeCode.Default()]
+        codes += [] if times or attribute.Get() is None else [Usd.TimeCode.Default()]
         for at in codes:
             old = attribute.Get(at)
             new = np.asarray(change(np.array(old)), np.array(old).dtype)
