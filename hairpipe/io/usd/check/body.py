@@ -13,6 +13,7 @@ from hairpipe.io.usd.check.track import Track
 
 TOKENS = UsdGeom.Tokens
 INWARD = -0.5  # mean cosine between normals and faces, or faces and the way out
+UNIT, SOME = 0.1, 0.05  # by which normals may be off unit length, and the share of faces that may have others
 UPRIGHT = 0.3  # of a size, by which the scalp lies above the middle, or hair below the scalp
 
 
@@ -39,7 +40,11 @@ def normals(scene: Scene) -> Iterator[Fault]:
             continue
         centres, areas, outward = faces
         told = _told_normals(mesh)
-        if told is not None and _mean_cosine(told, outward, areas) < INWARD:
+        lengths = None if told is None else np.linalg.norm(told.astype(np.float64), axis=1)
+        if lengths is not None and (np.abs(lengths - 1) > UNIT).mean() > SOME:
+            message = f"are {np.median(lengths):.3g} long in the median; unit vectors are right"
+            yield Fault(track.path("normals"), message, mesh.code)
+        elif told is not None and _mean_cosine(told, outward, areas) < INWARD:
             yield Fault(track.path("normals"), "look the other way than the faces; outward is right", mesh.code)
         elif track.prim.GetPath() in skins and _outward(centres, areas, outward) < INWARD:
             message = "make faces that look inward; corners go counter-clockwise seen from outside"
@@ -73,7 +78,8 @@ def _told_normals(mesh: Snapshot) -> np.ndarray | None:
 
 def _mean_cosine(these: np.ndarray, those: np.ndarray, weights: np.ndarray) -> float:
     """Return the weighted mean cosine of two fields of directions, 0 where nothing is known."""
-    cosines = (these * those).sum(axis=1) / np.maximum(np.linalg.norm(these, axis=1), np.finfo(np.float64).tiny)
+    lengths = np.linalg.norm(these.astype(np.float64), axis=1)
+    cosines = (these * those).sum(axis=1) / np.maximum(lengths, np.finfo(np.float64).tiny)
     known = np.isfinite(cosines) & np.isfinite(weights)
     return float(np.average(cosines[known], weights=weights[known])) if weights[known].sum() > 0 else 0.0
 

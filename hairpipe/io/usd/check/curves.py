@@ -12,6 +12,7 @@ from hairpipe.io.usd.check.snapshot import Snapshot
 TOKENS = UsdGeom.Tokens
 IDS = re.compile(r"(?i)(^|[:_])((hair|strand|curve|groom)?_?ids?|[a-z]+Id)$")
 """Names under which strands are told from each other by others."""
+THICK = 1.5  # times the root, a tip that is too thick
 SMALLEST = {TOKENS.nonperiodic: 4, TOKENS.periodic: 3, TOKENS.pinned: 2}
 """Fewest points of a cubic curve by its wrap mode."""
 
@@ -76,6 +77,17 @@ def widths(curves: Snapshot) -> Iterator[Fault]:
             yield Fault(curves.path("widths"), message, curves.code)
 
 
+def taper(curves: Snapshot) -> Iterator[Fault]:
+    """Find hair that is thicker at its tip than at its root: widths that run the other way than the points."""
+    values = curves.array("widths")
+    if values is None or not curves.sound or len(values) != len(curves.points):
+        return
+    roots, tips = values[curves.roots], values[curves.tips]
+    if np.median(tips) > THICK * max(np.median(roots), 0):
+        message = f"are {np.median(tips):.3g} at tips and {np.median(roots):.3g} at roots; they begin at the root"
+        yield Fault(curves.path("widths"), message, curves.code)
+
+
 def two_of_one(curves: Snapshot) -> Iterator[Fault]:
     """Find primvars that replace, in some clients, the attribute of the same name."""
     for name in ("points", "widths", "velocities", "normals", "accelerations"):
@@ -116,6 +128,7 @@ RULES = (
     Rule("curve-length", "error", curve_length),
     Rule("hair-basis", "warning", hair_basis),
     Rule("widths", "error", widths),
+    Rule("taper", "warning", taper),
     Rule("two-of-one", "error", two_of_one),
     Rule("hair-ids", "error", hair_ids),
 )

@@ -79,11 +79,13 @@ def hair_looks(scene: Scene) -> Iterator[Fault]:
             yield Fault(track.path("primvars:displayOpacity"), "is 0, so that nothing is seen")
     shapes = [*scene.hair, *scene.meshes]
     bound = [bool(UsdShade.MaterialBindingAPI(t.prim).ComputeBoundMaterial()[0]) for t in shapes]
-    bound_directly = [bool(t.prim.GetAuthoredPropertiesInNamespace("material")) for t in shapes]
+    tried = [t.prim.HasRelationship("material:binding") for t in shapes]
     material = any(prim.IsA(UsdShade.Material) for prim in scene.stage.Traverse())
-    for track, has, tries in zip(scene.hair, bound, bound_directly, strict=False):
+    for track, has, tries in zip(scene.hair, bound, tried, strict=False):
         if material and not has and not tries:
-            yield Fault(str(track.prim.GetPath()), "is bound to no material, and the stage has some")
+            some = track.prim.GetAuthoredPropertiesInNamespace("material:binding")
+            message = f"{some[0].GetName()} alone leaves out previews" if some else "the stage has some"
+            yield Fault(str(track.prim.GetPath()), f"is bound to no material for all purposes; {message}")
 
 
 PRIM_RULES = (

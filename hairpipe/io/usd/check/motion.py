@@ -1,5 +1,6 @@
 """Rules for what moves: a sample at every frame, the same strands throughout."""
 
+import re
 from collections.abc import Iterator
 from itertools import pairwise
 
@@ -12,6 +13,8 @@ from hairpipe.io.usd.check.stage import has_range
 FOLLOWERS = ("velocities", "accelerations", "normals", "extent")
 TOPOLOGY = ("curveVertexCounts", "faceVertexCounts", "faceVertexIndices", "primvars:hairId")
 LISTED = 8  # gaps that a message names
+NUMBER = re.compile(r"(\d+)\.\w+$")
+NEAR = 2  # frames, by which files are late or early by mistake
 CLOSE = 1e-2  # frames between samples that are one, badly rounded
 
 
@@ -72,6 +75,20 @@ def topology(prim: Usd.Prim) -> Iterator[Fault]:
             yield Fault(str(attribute.GetPath()), f"changes in time, at {len(changed)} samples", changed[0])
 
 
+def frame_names(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find files of another frame than the one at which they are shown, by the number in their name."""
+    attribute = prim.GetAttribute("filePath")
+    times = attribute.GetTimeSamples() if prim.IsA(UsdVol.OpenVDBAsset) else []
+    names = {time: NUMBER.search(attribute.Get(time).path) for time in times if attribute.Get(time)}
+    late = {time: int(found[1]) - time for time, found in names.items() if found}
+    usual = np.median(list(late.values())) if late else 0.0
+    wanted = 0.0 if abs(usual) <= NEAR else usual  # frames may be counted from 1, but hardly from one beside
+    wrong = [time for time, offset in late.items() if offset != wanted]
+    if wrong:
+        message = f"is frame {wrong[0] + late[wrong[0]]:g} by its name, not {wrong[0] + wanted:g}; {len(wrong)} such"
+        yield Fault(str(attribute.GetPath()), message, wrong[0])
+
+
 def _leader(prim: Usd.Prim) -> Usd.Attribute:
     """Return the attribute that has a sample at every frame."""
     return prim.GetAttribute("filePath" if prim.IsA(UsdVol.OpenVDBAsset) else "points")
@@ -82,4 +99,5 @@ RULES = (
     Rule("sample-range", "warning", sample_range),
     Rule("sample-times", "error", sample_times),
     Rule("topology", "error", topology),
+    Rule("frame-names", "warning", frame_names),
 )

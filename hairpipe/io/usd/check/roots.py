@@ -72,7 +72,7 @@ def _search(scene: Scene, hair: Track) -> Roots | None:
 
 def told_roots(scene: Scene, hair: Track) -> Roots | None:
     """Find the mesh that has the faces on which the hair says it stands; the nearest one, if several have."""
-    return _best([roots for mesh in scene.meshes if hair.first.sound and (roots := _told(scene, hair, mesh))])
+    return _best([roots for mesh in scene.skins if hair.first.sound and (roots := _told(scene, hair, mesh))])
 
 
 def _best(found: list[Roots]) -> Roots | None:

@@ -21,13 +21,15 @@ class Scene:
     """What of a stage is drawn.
 
     hair    curves of hair
-    meshes  all meshes
+    meshes  those that are drawn
+    skins   all meshes, for hair may stand on one that is not
     roots   where hair stands on them, by its path, as far as it was searched
     """
 
     stage: Usd.Stage
     hair: list[Track]
     meshes: list[Track]
+    skins: list[Track]
     roots: dict[Sdf.Path, Any] = field(default_factory=dict)
 
     @cached_property
@@ -65,10 +67,11 @@ class Scene:
 
 def find_scene(stage: Usd.Stage) -> Scene:
     """Find what of a stage is drawn at its first time, hair and meshes."""
-    prims = [prim for prim in stage.Traverse(Usd.TraverseInstanceProxies()) if _is_drawn(prim)]
-    hair = [Track(prim) for prim in prims if prim.IsA(UsdGeom.BasisCurves)]
-    meshes = [Track(prim) for prim in prims if prim.IsA(UsdGeom.Mesh)]
-    return Scene(stage, [track for track in hair if _is_hair(track)], meshes)
+    prims = list(stage.Traverse(Usd.TraverseInstanceProxies()))
+    hair = [Track(prim) for prim in prims if prim.IsA(UsdGeom.BasisCurves) and _is_drawn(prim)]
+    skins = [Track(prim) for prim in prims if prim.IsA(UsdGeom.Mesh)]
+    meshes = [track for track in skins if _is_drawn(track.prim)]
+    return Scene(stage, [track for track in hair if _is_hair(track)], meshes, skins)
 
 
 def _is_drawn(prim: Usd.Prim) -> bool:

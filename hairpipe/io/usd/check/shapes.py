@@ -11,6 +11,7 @@ from hairpipe.io.usd.check.snapshot import Snapshot
 TOKENS = UsdGeom.Tokens
 USUAL = {"pref": TOKENS.vertex, "hairId": TOKENS.uniform, "st": TOKENS.uniform}
 """How the values of a hair are laid over it: one rest position a point, one id and one place on the skin a hair."""
+ALIKE = 5.0  # times, by which a shape without a time may be larger or smaller
 TOUCH, SLACK = 1e-5, 0.1  # an extent may miss the points, and be too large, by these parts of their box
 
 
@@ -105,6 +106,11 @@ def defaults(shape: Snapshot) -> Iterator[Fault]:
     if still is not None and len(still) != len(shape.points):
         message = f"have {len(still)} elements without a time and {len(shape.points)} at this one"
         yield Fault(shape.path("points"), message, shape.code)
+    elif still is not None and len(still) and shape.code == points.GetTimeSamples()[0]:
+        sizes = [float(np.linalg.norm(np.ptp(array, axis=0))) for array in (np.asarray(still), shape.points)]
+        if not sizes[1] / ALIKE <= sizes[0] <= sizes[1] * ALIKE:
+            message = f"are {sizes[0]:.3g} large without a time and {sizes[1]:.3g} at this one"
+            yield Fault(shape.path("points"), message, shape.code)
 
 
 def _half_width(shape: Snapshot) -> float:

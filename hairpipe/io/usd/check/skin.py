@@ -19,8 +19,8 @@ def skin_range(scene: Scene) -> Iterator[Fault]:
     """Find roots on faces that no mesh has, or outside of the triangle they name."""
     for track in scene.hair:
         faces, uv = track.first.array("primvars:skinprim"), track.first.array("primvars:skinprimuv", 2)
-        meshes = [len(mesh.first.counts) for mesh in scene.meshes if mesh.first.consistent]
-        if faces is not None and len(faces) and meshes and len(meshes) == len(scene.meshes):
+        meshes = [len(mesh.first.counts) for mesh in scene.skins if mesh.first.consistent]
+        if faces is not None and len(faces) and meshes and len(meshes) == len(scene.skins):
             wrong = (faces < 0) | (faces >= max(meshes))
             if wrong.any():
                 message = f"strand {np.argmax(wrong)} stands on face {faces[np.argmax(wrong)]}; {wrong.sum()} such"

@@ -19,6 +19,9 @@ SPIKE = 8.0  # times the other segments of a strand
 LEAST = 3  # points of a strand of which one segment can be odd
 SOME = 0.01  # share of strands that a rule minds
 SHORT = 0.2  # of the median, below which a segment is not minded
+ROUGH = 0.01  # of a segment, a lattice that points are seen to jump on
+FEW = 8  # places that say nothing of a lattice
+ON_LATTICE = 0.02  # of its step, by which single precision may miss a lattice
 TINY = np.finfo(np.float64).tiny
 
 
@@ -80,6 +83,41 @@ def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
         yield Fault(track.path("points"), f"{message}; {torn.sum()} such strands", hair.code)
 
 
+def widths_steady(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find widths that change in time: hair flickers."""
+    before, now = track.first.array("widths"), hair.array("widths")
+    if before is None or now is None or len(before) != len(now) or not len(now):
+        return
+    thick = before > 0
+    changed = thick & ((now > OTHER[1] * before) | (now < OTHER[0] * before))
+    if changed.sum() > SOME * len(now):
+        message = (
+            f"element {np.argmax(changed)} is {now[np.argmax(changed)]:.3g} and was {before[np.argmax(changed)]:.3g}"
+        )
+        yield Fault(track.path("widths"), f"{message}; {changed.sum()} such, hair keeps its width", hair.code)
+
+
+def rounded(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find points that were rounded: moving hair does not stay on a lattice."""
+    if not hair.sound or not track.moves or hair.code != track.points[-1]:
+        return
+    steps = [_lattice(hair.points[:, axis]) for axis in range(3)]
+    if min(steps) > ROUGH * np.median(hair.segments):
+        message = f"lie on a lattice of {min(steps):.2g}, {np.median(hair.segments) / min(steps):.2g} steps a segment"
+        yield Fault(track.path("points"), f"{message}; single precision is right", hair.code)
+
+
+def _lattice(values: np.ndarray) -> float:
+    """Return the step of which all values are multiples, 0 where they are of none that counts."""
+    places = np.unique(values.astype(np.float64))
+    step = float(np.diff(places).min()) if len(places) > FEW else 0.0
+    if not step:
+        return 0.0
+    step = np.ptp(places) / np.round(np.ptp(places) / step)  # what single precision has made of the least is inexact
+    off = (places - places[0]) / step
+    return float(step) if np.abs(off - np.round(off)).max() < ON_LATTICE else 0.0
+
+
 def rest(scene: Scene) -> Iterator[Fault]:
     """Find a rest pose in another unit than the hair, or of other strands."""
     for track in scene.hair:
@@ -99,5 +137,7 @@ FRAME_RULES = (
     Rule("collapsed", "error", collapsed),
     Rule("spike", "warning", spikes),
     Rule("stretch", "error", stretch),
+    Rule("widths-steady", "warning", widths_steady),
+    Rule("rounded", "warning", rounded),
 )
 RULES = (Rule("rest", "error", rest),)

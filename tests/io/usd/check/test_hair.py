@@ -139,7 +139,6 @@ def far(stage: Usd.Stage) -> None:
 DEFECTS: dict[str, tuple[Plant, str, str]] = {
     # seen
     "invisible": (prim(lambda p: UsdGeom.Imageable(p).MakeInvisible()), "hair-drawn", HAIR),
-    "root invisible": (prim(lambda p: UsdGeom.Imageable(p).MakeInvisible(), "/shot"), "hair-drawn", HAIR),
     "invisible from frame 5": (
         prim(lambda p: UsdGeom.Imageable(p).CreateVisibilityAttr().Set("invisible", 1005)),
         "hair-drawn",
@@ -166,7 +165,6 @@ DEFECTS: dict[str, tuple[Plant, str, str]] = {
     ),
     # size
     "centimetres": (meta("metersPerUnit", 0.01), "size", "/"),
-    "millimetres": (meta("metersPerUnit", 0.001), "size", "/"),
     "hundreds of metres": (meta("metersPerUnit", 100.0), "size", "/"),
     "ten metres": (meta("metersPerUnit", 10.0), "size", "/"),
     "own scale": (xform(lambda x: x.AddScaleOp().Set(Gf.Vec3f(1.2))), "hair-transform roots", f"{HAIR} {HAIR}.points"),
@@ -192,6 +190,29 @@ DEFECTS: dict[str, tuple[Plant, str, str]] = {
         f"{HAIR}.primvars:pref",
     ),
     "far from the origin": (far, "precision", f"{HAIR}.points"),
+    "moved far in single precision": (
+        xform(lambda x: x.AddTranslateOp(UsdGeom.XformOp.PrecisionFloat).Set(Gf.Vec3f(3e6, 0, 0)), "/shot"),
+        "precision",
+        "/shot.xformOp:translate",
+    ),
+    "thick tips": (
+        boxed(edit(HAIR, "widths", lambda w: w * np.tile(np.linspace(0.2, 2, COUNT), 30))),
+        "taper",
+        f"{HAIR}.widths",
+    ),
+    "flickering widths": (
+        lambda s: [
+            s.GetAttributeAtPath(f"{HAIR}.widths").Set(Vt.FloatArray(180, 8e-5 if t % 2 else 3e-5), t) for t in FRAMES
+        ],
+        "widths-steady",
+        f"{HAIR}.widths",
+    ),
+    "rounded": (points(lambda p: np.round(p / 0.001) * 0.001), "rounded", f"{HAIR}.points"),
+    "another unit without a time": (
+        lambda s: (a := s.GetAttributeAtPath(f"{HAIR}.points")).Set(Vt.Vec3fArray([100 * p for p in a.Get()])),
+        "defaults",
+        f"{HAIR}.points",
+    ),
     # bound
     "roots off": (points(lambda p: np.add(p, [0.1, 0, 0])), "roots", f"{HAIR}.points"),
     "half the roots off": (
@@ -237,7 +258,6 @@ DEFECTS: dict[str, tuple[Plant, str, str]] = {
     "st constant": (edit(HAIR, "primvars:st", lambda f: 0 * f), "root-uv", f"{HAIR}.primvars:st"),
     "no ids": (remove(HAIR, "primvars:hairId"), "hair-ids", f"{HAIR}.primvars:hairId"),
     "float ids": (ids_of(TYPES.FloatArray, Vt.FloatArray(range(30))), "hair-ids", f"{HAIR}.primvars:hairId"),
-    "text ids": (ids_of(TYPES.StringArray, list(map(str, range(30)))), "hair-ids", f"{HAIR}.primvars:hairId"),
     # motion
     "one frame late": (
         all_of(*(at_frames(HAIR, n, lambda a, f: a.Get(max(f - 1, 1001))) for n in ("points", "velocities", "extent"))),
@@ -257,7 +277,6 @@ DEFECTS: dict[str, tuple[Plant, str, str]] = {
     "velocities x 0.5": (edit(HAIR, "velocities", lambda v: v / 2), "velocity-match", f"{HAIR}.velocities"),
     "velocities x 2": (edit(HAIR, "velocities", lambda v: v * 2), "velocity-match", f"{HAIR}.velocities"),
     "velocities x 1.25": (edit(HAIR, "velocities", lambda v: v * 1.25), "velocity-match", f"{HAIR}.velocities"),
-    "velocities backwards": (edit(HAIR, "velocities", lambda v: -v), "velocity-match", f"{HAIR}.velocities"),
     "velocities of another frame": (
         at_frames(HAIR, "velocities", lambda a, f: a.Get(min(f + 1, 1008))),
         "velocity-match",
@@ -298,11 +317,6 @@ DEFECTS: dict[str, tuple[Plant, str, str]] = {
         "collapsed velocity-match",
         f"{HAIR}.points {HAIR}.velocities",
     ),
-    "collapsed at one frame": (
-        strands(lambda s: 0 * s + s[:, :1], 1004),
-        "collapsed velocity-match",
-        f"{HAIR}.points {HAIR}.velocities",
-    ),
     "points on each other": (strands(lambda s: s[:, [0, 1, 1, 3, 4, 5]]), "collapsed", f"{HAIR}.points"),
     "tips at roots": (strands(lambda s: np.concatenate([s[:, :5], s[:, :1]], 1)), "stretch", f"{HAIR}.points"),
     "tips stretched by 3": (
@@ -326,6 +340,7 @@ DEFECTS: dict[str, tuple[Plant, str, str]] = {
         "normals",
         f"{BODY}.faceVertexIndices",
     ),
+    "normals of any length": (edit(BODY, "normals", lambda n: 0.1 * n), "normals", f"{BODY}.normals"),
     "other up": (meta("upAxis", "Z"), "up-axis", "/"),
     "ignored transform": (
         prim(lambda p: p.CreateAttribute("xformOp:translate", TYPES.Double3).Set(Gf.Vec3d(1, 0, 0))),
@@ -347,6 +362,16 @@ DEFECTS: dict[str, tuple[Plant, str, str]] = {
         f"{LOOK}.inputs:diffuseColor",
     ),
     "not bound": (remove(HAIR, "material:binding"), "hair-material", HAIR),
+    "bound for full renders": (
+        prim(
+            lambda p: (
+                p.RemoveProperty("material:binding")
+                and p.CreateRelationship("material:binding:full").SetTargets(["/shot/Looks/hair"])
+            )
+        ),
+        "hair-material",
+        HAIR,
+    ),
     "looks outside": (
         lambda s: [
             copy("/Looks", "/shot/Looks")(s),
