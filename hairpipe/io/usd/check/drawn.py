@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.scene import Scene
+from hairpipe.io.usd.check.scene import OURS, Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
 from hairpipe.io.usd.stage import RENDERED
 
@@ -28,7 +28,8 @@ def hair_drawn(stage: Usd.Stage) -> Iterator[Fault]:
 
 def _holds_hair(prim: Usd.Prim) -> bool:
     if prim.IsActive() and prim.IsLoaded():
-        odd = prim.HasAttribute("curveVertexCounts") and not prim.IsA(UsdGeom.Curves)
+        named = any(prim.GetAttribute(name).HasAuthoredValue() for name in (*OURS, "basis", "wrap"))
+        odd = prim.HasAttribute("curveVertexCounts") and (named or not prim.IsA(UsdGeom.Curves))
         return prim.IsA(UsdGeom.BasisCurves) or odd
     return any(_curves_under(spec) for spec in prim.GetPrimStack())
 
@@ -77,6 +78,15 @@ def instanced(scene: Scene) -> Iterator[Fault]:
     for track in scene.hair:
         if track.moves and track.prim.IsInstanceProxy():
             yield Fault(str(track.prim.GetPath()), "is simulated, but an instance; set instanceable to false")
+    moving = [track.prim.GetPath() for track in scene.hair if track.moves]
+    for prim in scene.stage.Traverse():
+        prototypes = UsdGeom.PointInstancer(prim).GetPrototypesRel().GetTargets() if _scatters(prim) else []
+        for path in (hair for hair in moving if any(hair.HasPrefix(above) for above in prototypes)):
+            yield Fault(str(path), f"is simulated, but scattered by {prim.GetPath()}; all of it moves alike")
+
+
+def _scatters(prim: Usd.Prim) -> bool:
+    return prim.IsA(UsdGeom.PointInstancer)
 
 
 def doubled(scene: Scene) -> Iterator[Fault]:

@@ -58,11 +58,14 @@ def shader_inputs(prim: Usd.Prim) -> Iterator[Fault]:
     shader = UsdShade.Shader(prim)
     if not shader or shader.GetShaderId() != OWN:
         return
-    known = Sdr.Registry().GetShaderNodeByIdentifier(OWN).GetShaderInputNames()
+    node = Sdr.Registry().GetShaderNodeByIdentifier(OWN)
+    known = node.GetShaderInputNames()
     for given in shader.GetInputs():
         name, value = given.GetBaseName(), None if given.HasConnectedSource() else given.Get()
         if name not in known:
             yield Fault(str(given.GetAttr().GetPath()), f"is no input of {OWN}, which has {', '.join(known)}")
+        elif given.GetTypeName() != (kind := node.GetShaderInput(name).GetTypeAsSdfType().GetSdfType()):
+            yield Fault(str(given.GetAttr().GetPath()), f"is of type {given.GetTypeName()}; it has to be {kind}")
         elif value is not None and name in BETWEEN:
             least, most = BETWEEN[name]
             if not ((np.asarray(value) >= least) & (np.asarray(value) <= most)).all():

@@ -19,6 +19,7 @@ SPIKE = 8.0  # times the other segments of a strand
 LEAST = 3  # points of a strand of which one segment can be odd
 SOME = 0.01  # share of strands that a rule minds
 SHORT = 0.2  # of the median, below which a segment is not minded
+MUCH = 4.0  # times better, by which tips have to fit where roots should
 ROUGH = 0.01  # of a segment, a lattice that points are seen to jump on
 FEW = 8  # places that say nothing of a lattice
 ON_LATTICE = 0.02  # of its step, by which single precision may miss a lattice
@@ -131,6 +132,24 @@ def rest(scene: Scene) -> Iterator[Fault]:
         elif apart.mean() > SOME:
             message = f"strand {np.argmax(apart)} is {track.growth[np.argmax(apart)]:.2g} times as long as in points"
             yield Fault(track.path("primvars:pref"), f"{message}; {apart.sum()} such strands, are they others?")
+        elif _is_reversed(track.first, track.still):
+            yield Fault(track.path("primvars:pref"), "has its tips where points has its roots; the root comes first")
+
+
+def _is_reversed(hair: Snapshot, still: Snapshot) -> bool:
+    """Return whether the roots are laid out as the tips at rest are, and not as the roots are."""
+    if len(hair.counts) < FEW:
+        return False
+    here = hair.points[hair.roots]
+    return _unlike(here, still.points[still.tips]) < _unlike(here, still.points[still.roots]) / MUCH
+
+
+def _unlike(these: np.ndarray, those: np.ndarray) -> float:
+    """Return how far two sets of places in one order are apart after the movement that brings them nearest [Kabsch]."""
+    a, b = (places.astype(np.float64) - places.mean(axis=0, dtype=np.float64) for places in (these, those))
+    left, _, right = np.linalg.svd(a.T @ b)
+    turn = left @ np.diag([1, 1, np.linalg.det(left @ right)]) @ right
+    return float(np.sqrt(((a @ turn - b) ** 2).sum(axis=1).mean()))
 
 
 FRAME_RULES = (

@@ -230,8 +230,8 @@ DEFECTS: dict[str, tuple[Plant, str, str]] = {
             strands(lambda s: s[:, ::-1]),
             edit(HAIR, "velocities", lambda v: v.reshape(-1, COUNT, 3)[:, ::-1].reshape(-1, 3)),
         ),
-        "roots",
-        f"{HAIR}.points",
+        "roots rest",
+        f"{HAIR}.points {HAIR}.primvars:pref",
     ),
     "placed twice": (xform(lambda x: x.AddTranslateOp().Set(Gf.Vec3d(0, 1.6, 0))), "roots", f"{HAIR}.points"),
     "faces out of range": (

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
@@ -102,6 +103,21 @@ def guide(stage: Usd.Stage) -> None:
     UsdGeom.Imageable(stage.GetPrimAtPath("/shot/guides")).CreatePurposeAttr("guide")
 
 
+def scatter(stage: Usd.Stage) -> None:
+    UsdGeom.PointInstancer.Define(stage, "/shot/scatter").CreatePrototypesRel().SetTargets([HAIR])
+
+
+def turn_rest(stage: Usd.Stage) -> None:
+    attribute = stage.GetAttributeAtPath(f"{HAIR}.primvars:pref")
+    attribute.Set(Vt.Vec3fArray.FromNumpy(np.array(attribute.Get()).reshape(30, -1, 3)[:, ::-1].reshape(-1, 3).copy()))
+
+
+def retype(stage: Usd.Stage) -> None:
+    shader = stage.GetPrimAtPath("/shot/Looks/hair/surface")
+    shader.RemoveProperty("inputs:roughness")
+    shader.CreateAttribute("inputs:roughness", Sdf.ValueTypeNames.Color3f).Set(Gf.Vec3f(0.4))
+
+
 LAYERS: dict[str, tuple[Plant, str]] = {
     "another unit": (layer("cm.usda", metersPerUnit=0.01), "layer-units"),
     "another up": (layer("z.usda", upAxis="Z"), "layer-units"),
@@ -109,6 +125,10 @@ LAYERS: dict[str, tuple[Plant, str]] = {
     "no such prim": (refer("/shot/prop", "/prop/hair"), "composition"),
     "no default prim": (refer("/shot/prop"), "composition"),
     "no such variant": (choose, "variant"),
+    "scattered": (scatter, "instanced-hair"),
+    "another kind of curves": (lambda s: s.GetPrimAtPath(HAIR).SetTypeName("NurbsCurves"), "hair-drawn"),
+    "rest upside down": (turn_rest, "rest"),
+    "input of another type": (retype, "shader-input"),
     "backslashes": (
         lambda s: s.DefinePrim("/shot/prop").GetPayloads().AddPayload(".\\prop.usda"),
         "missing-file absolute-path",
