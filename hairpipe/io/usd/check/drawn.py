@@ -28,9 +28,10 @@ def hair_drawn(stage: Usd.Stage) -> Iterator[Fault]:
 
 def _holds_hair(prim: Usd.Prim) -> bool:
     if prim.IsActive() and prim.IsLoaded():
+        if prim.IsA(UsdGeom.BasisCurves) or not prim.HasAttribute("curveVertexCounts"):
+            return prim.IsA(UsdGeom.BasisCurves)
         named = any(prim.GetAttribute(name).HasAuthoredValue() for name in (*OURS, "basis", "wrap"))
-        odd = prim.HasAttribute("curveVertexCounts") and (named or not prim.IsA(UsdGeom.Curves))
-        return prim.IsA(UsdGeom.BasisCurves) or odd
+        return named or not prim.IsA(UsdGeom.Curves)
     return any(_curves_under(spec) for spec in prim.GetPrimStack())
 
 
