@@ -11,6 +11,7 @@ def export_usd(
     hair: Frames[Strands],
     body: Frames[Mesh] | None,
     groom: Groom | None,
+    volume: Frames[File] | None,
     time: Time,
     workspace: Workspace,
     *,
@@ -19,13 +20,16 @@ def export_usd(
 ) -> File:
     """USD of the hair as Catmull-Rom curves and of the body as a mesh, with velocities, at every frame.
 
+    The files of `export_vdb`, given as `volume`, become a Volume, and lie beside the file in a folder.
+
     layout  one file, or one file a frame that the first one joins as value clips
-    name    of the root prim, and of the folder of clips: give two shots in one place two names
+    name    of the root prim, and of the folders of clips and of level sets: give two shots in one place two names
     """
     from hairpipe.io.usd.shot import Shot, write_clips, write_shot
+    from hairpipe.io.usd.volume import VolumeFile
+    from hairpipe.levelset.vdb_header import box
 
-    path, shot = workspace / f"{name}.usdc", Shot(hair, body, groom, time.fps, name)
-    if layout == "clips":
-        return File(path, write_clips(path, shot))
-    write_shot(path, shot)
-    return File(path)
+    vdb = {} if volume is None else {frame: volume[frame].path for frame in volume.numbers}
+    files = None if volume is None else {frame: VolumeFile(path, box(path)) for frame, path in vdb.items()}
+    path, shot = workspace / f"{name}.usdc", Shot(hair, body, groom, time.fps, name, files)
+    return File(path, (write_clips if layout == "clips" else write_shot)(path, shot))

@@ -8,13 +8,15 @@ and MetaMap, file versions 222 (2014) on.
 import os
 import struct
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 from hairpipe.errors import BadInput
 
 MAGIC = 0x56444220
 OLDEST = 222
 UUID = slice(21, 57)
+NUMBERS = {"vec3i": "<3i", "float": "<f", "double": "<d"}
+"""Layouts of metadata that are numbers, by the name of their type."""
 
 
 class Grid(NamedTuple):
@@ -22,10 +24,12 @@ class Grid(NamedTuple):
 
     name        of the grid
     grid_class  "level set", "fog volume", "staggered" or ""
+    box         lower and upper corner of its active voxels, as `hairpipe.levelset.vdb` wrote it [m]; else None
     """
 
     name: str
     grid_class: str
+    box: tuple[tuple[float, ...], tuple[float, ...]] | None = None
 
 
 class Cursor:
@@ -73,6 +77,17 @@ def inspect(path: Path) -> list[Grid]:
         raise BadInput(error.strerror or str(error), where=path, right="a readable OpenVDB file") from error
 
 
+def box(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return the corners of the box of the level set `surface` in a file of ours [m].
+
+    Raises BadInput where the file has none, or is damaged.
+    """
+    found = next((grid.box for grid in inspect(path) if grid.name == "surface" and grid.box), None)
+    if found is None:
+        raise BadInput("it has no level set 'surface' of known size", where=path, right="a file of export_vdb")
+    return found
+
+
 def read_grids(cursor: Cursor) -> list[Grid]:
     """Return the grids of a file, from its first byte on."""
     if cursor.number("q") != MAGIC:
@@ -101,18 +116,29 @@ def read_grid(cursor: Cursor) -> Grid:
     start, _, end = cursor.numbers("3q")
     cursor.seek(start)
     cursor.number("I")
-    kind = read_metadata(cursor).get("class", "")
+    facts = read_metadata(cursor)
     cursor.seek(end)
     # OpenVDB numbers grids of one name behind this character.
-    return Grid(name.split("\x1e")[0], kind.replace("unknown", ""))
+    return Grid(name.split("\x1e")[0], str(facts.get("class", "")).replace("unknown", ""), box_of(facts))
 
 
-def read_metadata(cursor: Cursor) -> dict[str, str]:
-    """Return the texts in the metadata that follows, by name."""
-    found = {}
+def box_of(facts: dict[str, Any]) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+    """Return the corners of the box of the active voxels [m]: OpenVDB counts them, and we wrote how large they are."""
+    lower, upper, voxel = (facts.get(name) for name in ("file_bbox_min", "file_bbox_max", "voxel"))
+    if not (lower and upper and voxel) or any(a > b for a, b in zip(lower, upper, strict=True)):
+        return None
+    return tuple(i * voxel for i in lower), tuple(i * voxel for i in upper)
+
+
+def read_metadata(cursor: Cursor) -> dict[str, Any]:
+    """Return the texts, lengths and places in the metadata that follows, by name."""
+    found: dict[str, Any] = {}
     for _ in range(checked_count(cursor, 12)):
         name, kind = cursor.text(), cursor.text()
         data = cursor.bytes(cursor.number("I"))
         if kind == "string":
             found[name] = data.decode("utf-8", errors="replace")
+        elif kind in NUMBERS and len(data) == struct.calcsize(NUMBERS[kind]):
+            numbers = struct.unpack(NUMBERS[kind], data)
+            found[name] = numbers if len(numbers) > 1 else numbers[0]
     return found

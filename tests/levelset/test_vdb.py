@@ -86,7 +86,7 @@ def test_two_writes_are_the_same_bytes(openvdb, written, surface, tmp_path):
 
 
 def test_a_file_tells_class_and_metadata(openvdb, written):
-    assert vdb.inspect(written) == [("surface", "level set"), ("vel", "")]
+    assert [(grid.name, grid.grid_class) for grid in vdb.inspect(written)] == [("surface", "level set"), ("vel", "")]
     band, vel = openvdb.readAllGridMetadata(str(written))
     assert np.allclose(band.transform.voxelSize(), VOXEL)
     assert (band["creator"], band["file_units"]) == ("hairpipe", "metres")

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from hairpipe.errors import BadInput
-from hairpipe.levelset.vdb_header import inspect
+from hairpipe.levelset.vdb_header import box, inspect
 
 
 def text(value: str) -> bytes:
@@ -45,6 +45,7 @@ def file_of(*grids: tuple) -> bytes:
 
 UNIFORM = text("UniformScaleMap") + struct.pack("<15d", *[0.5] * 15)
 FRUSTUM = text("NonlinearFrustumMap") + b"?" * 80
+BOX = {"min": (-4, 0, 2), "max": (4, 8, 10)}
 SOUND = file_of(
     ("surface", "Tree_float_5_4_3_HalfFloat", UNIFORM, entry("class", "string", b"level set")),
     ("density\x1e1", "Tree_float_5_4_3", UNIFORM, entry("class", "string", b"unknown")),
@@ -60,8 +61,20 @@ def write(folder: Path, data: bytes) -> Path:
 
 
 def test_grids_are_told_in_order(tmp_path):
-    grids = inspect(write(tmp_path, SOUND))
+    grids = [(grid.name, grid.grid_class) for grid in inspect(write(tmp_path, SOUND))]
     assert grids == [("surface", "level set"), ("density", ""), ("vel", ""), ("warped", "")]
+
+
+def test_a_level_set_says_how_large_it_is(tmp_path):
+    corners = [entry(f"file_bbox_{end}", "vec3i", struct.pack("<3i", *at)) for end, at in BOX.items()]
+    facts = [entry("class", "string", b"level set"), *corners, entry("voxel", "float", struct.pack("<f", 0.25))]
+    path = write(tmp_path, file_of(("surface", "Tree_float_5_4_3", UNIFORM, *facts)))
+    assert box(path) == ((-1.0, 0.0, 0.5), (1.0, 2.0, 2.5))
+
+
+def test_what_says_nothing_of_its_size_is_refused(tmp_path):
+    with pytest.raises(BadInput, match=r"no level set 'surface' of known size.*export_vdb"):
+        box(write(tmp_path, SOUND))
 
 
 @pytest.mark.parametrize(

@@ -7,11 +7,14 @@ from typing import Literal
 import numpy as np
 import pytest
 from hairpipe.nodes.export_usd import export_usd
-from pxr import Usd
+from hairpipe.nodes.export_vdb import export_vdb
+from pxr import Usd, UsdGeom, UsdVol
 
-from hairpipe.data import Mesh, Strands
+from hairpipe.data import LevelSet, Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import File, Frames, Time, Workspace
+from hairpipe.io.usd.check.lint import lint
+from hairpipe.levelset.vdb import inspect
 
 NUMBERS = (1001, 1002, 1004)
 
@@ -25,19 +28,60 @@ def body(frame: int) -> Mesh:
     return Mesh(np.eye(3) + (frame - 1001), np.array([[0, 1, 2]], np.int32), np.full((3, 3), 30.0))
 
 
-def export(folder: Path, layout: Literal["single", "clips"]) -> File:
+def export(folder: Path, layout: Literal["single", "clips"], volume: Frames[File] | None = None) -> File:
     folder.mkdir()
     frames = Frames(NUMBERS, hair), Frames(NUMBERS, body)
-    return export_usd(*frames, None, Time(1001, 30.0), Workspace(folder), layout=layout, name="shake")
+    return export_usd(*frames, None, volume, Time(1001, 30.0), Workspace(folder), layout=layout, name="shake")
+
+
+def publish(file: File, folder: Path) -> None:
+    for name, path in {"final.usd": file.path, **file.companions}.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, folder / name)
+
+
+def level_set(folder: Path, frame: int) -> File:
+    """A slab that rises by a voxel a frame, as OpenVDB."""
+    height = (np.arange(9, dtype=np.float32) - np.float32(frame - 1000)) * np.float32(0.1)
+    distance = np.broadcast_to(height[:, None], (1, 9, 9, 9)).copy()
+    surface = LevelSet(
+        np.zeros((1, 1, 1), np.int32), distance, np.zeros((1, 9, 9, 9, 3), np.float32), np.zeros(3), 0.1, 3
+    )
+    folder.mkdir()
+    return export_vdb(surface, Time(frame, 30.0), Workspace(folder))
+
+
+@pytest.mark.parametrize("layout", ["single", "clips"])
+def test_level_sets_are_a_volume_that_resolves_where_it_is_published(
+    tmp_path: Path, layout: Literal["single", "clips"]
+) -> None:
+    volume = Frames(NUMBERS, lambda frame: level_set(tmp_path / str(frame), frame))
+    file = export(tmp_path / "workspace", layout, volume)
+    publish(file, tmp_path / "out")
+    shutil.rmtree(tmp_path / "workspace")
+    stage = Usd.Stage.Open(str(tmp_path / "out" / "final.usd"))
+    prim = UsdVol.Volume(stage.GetPrimAtPath("/shake/levelset"))
+    fields = {name: UsdVol.OpenVDBAsset(stage.GetPrimAtPath(path)) for name, path in prim.GetFieldPaths().items()}
+    assert set(fields) == {"surface", "vel"}
+    assert np.allclose(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(0), np.eye(4))
+    for frame in NUMBERS:
+        for name, field in fields.items():
+            asset = field.GetFilePathAttr().Get(frame)
+            assert asset.path == f"./shake.volume/shake.{frame}.vdb"
+            grids = {grid.name: grid.grid_class for grid in inspect(Path(asset.resolvedPath))}
+            assert name == field.GetFieldNameAttr().Get() and grids["surface"] == "level set"
+        lower, upper = np.array(prim.GetExtentAttr().Get(frame))
+        assert lower[1] == pytest.approx(max(0, (frame - 1000 - 2) * 0.1), abs=0.11) and 0 < upper[1] - lower[1] < 0.71
+    assert UsdGeom.Imageable(prim).ComputePurpose() == "guide"
+    found = [f.rule for f in lint(tmp_path / "out" / "final.usd", inspect) if "levelset" in f.path]
+    assert set(found) == {"sample-gaps"}, "frame 1003 was left out, and nothing else is wrong"
 
 
 @pytest.mark.parametrize("layout", ["single", "clips"])
 def test_the_published_file_has_every_frame(tmp_path: Path, layout: Literal["single", "clips"]) -> None:
     file = export(tmp_path / "workspace", layout)
     assert bool(file.companions) == (layout == "clips")
-    for name, path in {"final.usd": file.path, **file.companions}.items():
-        (tmp_path / "out" / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, tmp_path / "out" / name)
+    publish(file, tmp_path / "out")
     shutil.rmtree(tmp_path / "workspace")
     stage = Usd.Stage.Open(str(tmp_path / "out" / "final.usd"))
     assert stage.GetTimeCodesPerSecond() == 30 and (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (1001, 1004)
@@ -56,4 +100,4 @@ def test_the_same_input_gives_the_same_bytes(tmp_path: Path, layout: Literal["si
 
 def test_refuses_a_name_that_usd_does_not_know(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="'a/b' cannot name a prim"):
-        export_usd(Frames(NUMBERS, hair), None, None, Time(1001, 30.0), Workspace(tmp_path), name="a/b")
+        export_usd(Frames(NUMBERS, hair), None, None, None, Time(1001, 30.0), Workspace(tmp_path), name="a/b")

@@ -30,6 +30,19 @@ def sample_hair(prim: UsdGeom.BasisCurves, frame: int, strands: Strands, first: 
     return strands.points.nbytes + strands.velocities.nbytes
 
 
+def hold_hair(prim: UsdGeom.BasisCurves, strands: Strands) -> None:
+    """Author the points and their box without a time, for clients that read no other."""
+    prim.GetPointsAttr().Set(vectors(strands.points))
+    prim.GetExtentAttr().Set(extent(strands.points, strands.diameter / 2))
+
+
+def hold_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
+    """Author the points, their normals and their box without a time, for clients that read no other."""
+    prim.GetPointsAttr().Set(vectors(mesh.points))
+    prim.GetNormalsAttr().Set(vectors(vertex_normals(mesh)))
+    prim.GetExtentAttr().Set(extent(mesh.points, 0.0))
+
+
 def sample_body(prim: UsdGeom.Mesh, frame: int, mesh: Mesh, first: Mesh) -> int:
     """Author the body at a frame; returns the bytes.
 

@@ -13,9 +13,10 @@ from pxr import Kind, Sdf, Tf, Usd, UsdGeom
 from hairpipe import __version__
 from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.samples import sample_body, sample_hair
+from hairpipe.io.usd.samples import hold_body, hold_hair, sample_body, sample_hair
 from hairpipe.io.usd.stage import create_stage
 from hairpipe.io.usd.statics import author_body, author_hair
+from hairpipe.io.usd.volume import VolumeFile, write_volume
 
 PENDING = 1 << 24  # bytes of samples that a stage holds before they are saved: memory does not grow with the shot
 
@@ -29,6 +30,7 @@ class Shot:
     groom  that the hair was grown as: rest positions, ids, bindings of the roots
     fps    frames per second [1/s]
     name   of the root prim, and of the clips
+    levelsets  of the body, at the same frames
     """
 
     hair: Mapping[int, Strands]
@@ -36,6 +38,7 @@ class Shot:
     groom: Groom | None
     fps: float
     name: str = "shot"
+    levelsets: Mapping[int, VolumeFile] | None = None
 
 
 @dataclass(frozen=True)
@@ -46,26 +49,29 @@ class Frame:
     body: Mesh | None
 
 
-def write_shot(path: Path, shot: Shot) -> None:
-    """Write the whole shot into one crate file.
+def write_shot(path: Path, shot: Shot) -> dict[str, Path]:
+    """Write the whole shot into one crate file, and level sets beside it.
+
+    Returns the files beside it by the names, relative to the file, under which it refers to them.
 
     Raises BadInput if points are not finite, or strands or triangles change from frame to frame.
     """
     first = _first_frame(shot)
     stage = _begin_shot(path, shot, first)
+    _hold(stage, stage.GetDefaultPrim().GetPath(), first)
     pending = 0
     for frame in shot.hair:
         pending += _sample(stage, frame, _load(shot, frame), first)
         if pending > PENDING:
             stage.Save()
             pending = 0
-    stage.Save()
+    return _finish(stage, shot)
 
 
 def write_clips(path: Path, shot: Shot) -> dict[str, Path]:
     """Write what does not change into a crate file, and each frame into a value clip of its own beside it.
 
-    Returns the clips and their manifest by the names, relative to the file, under which it refers to them.
+    Returns these and the level sets by the names, relative to the file, under which it refers to them.
 
     Raises BadInput as `write_shot` does.
     """
@@ -81,8 +87,8 @@ def write_clips(path: Path, shot: Shot) -> dict[str, Path]:
     _begin_stage(path.parent / manifest, shot, first).Save()
     stage = _begin_shot(path, shot, first)
     _refer(Usd.ClipsAPI(stage.GetDefaultPrim()), clips, manifest)
-    stage.Save()
-    return {name: path.parent / name for name in [*clips, manifest]}
+    _hold_weakly(stage, shot, first)
+    return {name: path.parent / name for name in [*clips, manifest]} | _finish(stage, shot)
 
 
 def _refer(api: Usd.ClipsAPI, clips: Mapping[str, int], manifest: str) -> None:
@@ -91,6 +97,29 @@ def _refer(api: Usd.ClipsAPI, clips: Mapping[str, int], manifest: str) -> None:
     api.SetClipAssetPaths(Sdf.AssetPathArray([Sdf.AssetPath(f"./{name}") for name in clips]))
     api.SetClipActive([(frame, index) for index, frame in enumerate(clips.values())])
     api.SetClipManifestAssetPath(Sdf.AssetPath(f"./{manifest}"))
+
+
+def _finish(stage: Usd.Stage, shot: Shot) -> dict[str, Path]:
+    """Add the level sets and save; returns their files."""
+    files = {} if shot.levelsets is None else write_volume(stage, shot.name, shot.levelsets)
+    stage.Save()
+    return files
+
+
+def _hold(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
+    """Author the first frame without a time, at or under a prim."""
+    hold_hair(UsdGeom.BasisCurves(stage.OverridePrim(root.AppendChild("hair"))), first.hair)
+    if first.body is not None:
+        hold_body(UsdGeom.Mesh(stage.OverridePrim(root.AppendChild("body"))), first.body)
+
+
+def _hold_weakly(stage: Usd.Stage, shot: Shot, first: Frame) -> None:
+    """Author the first frame without a time in a class that the shot refers to: beside the clips it would hide them."""
+    path = Sdf.Path(f"/_{shot.name}_at_first")
+    stage.CreateClassPrim(path)
+    _declare(stage, path, first)
+    _hold(stage, path, first)
+    stage.GetDefaultPrim().GetReferences().AddInternalReference(path)
 
 
 def _first_frame(shot: Shot) -> Frame:
@@ -129,15 +158,20 @@ def _begin_stage(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     """Create a stage whose prims declare what changes and give it no value: so is a manifest of clips."""
     stage = create_stage(path, shot.fps)
     stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{shot.name}").GetPrim())
-    hair = UsdGeom.BasisCurves.Define(stage, f"/{shot.name}/hair")
+    _declare(stage, stage.GetDefaultPrim().GetPath(), first)
+    return stage
+
+
+def _declare(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
+    """Declare what changes, under a prim."""
+    hair = UsdGeom.BasisCurves.Define(stage, root.AppendChild("hair"))
     changing = [hair.CreatePointsAttr, hair.CreateVelocitiesAttr, hair.CreateExtentAttr]
     if first.body is not None:
-        body = UsdGeom.Mesh.Define(stage, f"/{shot.name}/body")
+        body = UsdGeom.Mesh.Define(stage, root.AppendChild("body"))
         changing += [body.CreatePointsAttr, body.CreateNormalsAttr, body.CreateExtentAttr]
         changing += [] if first.body.velocities is None else [body.CreateVelocitiesAttr]
     for declare in changing:
         declare()
-    return stage
 
 
 def _hair(stage: Usd.Stage) -> UsdGeom.BasisCurves:

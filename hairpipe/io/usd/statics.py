@@ -7,8 +7,12 @@ from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.samples import vectors
 
-HAIR_COLOUR, HAIR_ROUGHNESS = Gf.Vec3f(0.06, 0.03, 0.015), 0.4
-SKIN_COLOUR, SKIN_ROUGHNESS = Gf.Vec3f(0.6, 0.4, 0.33), 0.6
+HAIR_COLOUR, HAIR_ROUGHNESS = Gf.Vec3f(0.09, 0.045, 0.013), 0.4
+"""Of many brown hairs: eumelanin 0.4 absorbs 0.4 (0.419, 0.697, 1.37) [d'Eon et al. 2011], which makes this the colour
+of a mass of hair, exp(-5.89 sqrt(absorption)) [Chiang et al. 2016, azimuthal roughness 0.3]."""
+KERATIN = 1.55
+"""Index of refraction."""
+SKIN_COLOUR, SKIN_ROUGHNESS, FLESH = Gf.Vec3f(0.6, 0.4, 0.33), 0.6, 1.4
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
 
 
@@ -28,7 +32,7 @@ def author_hair(prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom | None
         _primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(np.arange(len(counts))))
     else:
         _author_groom(prim, strands, groom)
-    _bind(prim, "hair", HAIR_COLOUR, HAIR_ROUGHNESS)
+    _bind(prim, "hair", HAIR_COLOUR, HAIR_ROUGHNESS, KERATIN)
 
 
 def _author_groom(prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom) -> None:
@@ -38,7 +42,8 @@ def _author_groom(prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom) -> 
     in_triangle = np.ascontiguousarray(groom.root_barycentrics[:, 1:], np.float32)
     _primvar(prim, UsdUtils.GetPrefName(), TYPES.Point3fArray, TOKENS.vertex, vectors(groom.points))
     _primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(groom.ids))
-    _primvar(prim, coordinates, TYPES.TexCoord2fArray, TOKENS.uniform, pairs(np.float32(groom.root_uv)))
+    if groom.root_uv.any():  # a scalp without texture coordinates leaves 0
+        _primvar(prim, coordinates, TYPES.TexCoord2fArray, TOKENS.uniform, pairs(np.float32(groom.root_uv)))
     _primvar(prim, "skinprim", TYPES.IntArray, TOKENS.uniform, integers(groom.root_triangles))
     _primvar(prim, "skinprimuv", TYPES.Float2Array, TOKENS.uniform, pairs(in_triangle))
     if groom.widths is not None:
@@ -54,7 +59,7 @@ def author_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
     if mesh.uv is not None:
         values = Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(mesh.uv.reshape(-1, 2), np.float32))
         _primvar(prim, UsdUtils.GetPrimaryUVSetName(), TYPES.TexCoord2fArray, TOKENS.faceVarying, values)
-    _bind(prim, "skin", SKIN_COLOUR, SKIN_ROUGHNESS)
+    _bind(prim, "skin", SKIN_COLOUR, SKIN_ROUGHNESS, FLESH)
 
 
 def integers(array: np.ndarray) -> Vt.IntArray:
@@ -66,8 +71,12 @@ def _primvar(prim: UsdGeom.Gprim, name: str, kind: Sdf.ValueTypeName, interpolat
     UsdGeom.PrimvarsAPI(prim).CreatePrimvar(name, kind, interpolation).Set(value)
 
 
-def _bind(prim: UsdGeom.Gprim, name: str, colour: Gf.Vec3f, roughness: float) -> None:
-    """Give the prim a plain material of its own, which clients are welcome to replace."""
+def _bind(prim: UsdGeom.Gprim, name: str, colour: Gf.Vec3f, roughness: float, ior: float) -> None:
+    """Give the prim a plain material of its own, and its colour, for clients that drop materials of curves.
+
+    The binding is for all purposes: previews leave out one for `full`.
+    """
+    prim.CreateDisplayColorAttr([colour])
     stage, root = prim.GetPrim().GetStage(), prim.GetPrim().GetParent().GetPath()
     looks = UsdGeom.Scope.Define(stage, root.AppendChild(UsdUtils.GetMaterialsScopeName()))
     material = UsdShade.Material.Define(stage, looks.GetPath().AppendChild(name))
@@ -75,5 +84,6 @@ def _bind(prim: UsdGeom.Gprim, name: str, colour: Gf.Vec3f, roughness: float) ->
     shader.CreateIdAttr("UsdPreviewSurface")
     shader.CreateInput("diffuseColor", TYPES.Color3f).Set(colour)
     shader.CreateInput("roughness", TYPES.Float).Set(roughness)
+    shader.CreateInput("ior", TYPES.Float).Set(ior)
     material.CreateSurfaceOutput().ConnectToSource(shader.ConnectableAPI(), "surface")
     UsdShade.MaterialBindingAPI.Apply(prim.GetPrim()).Bind(material)

@@ -28,9 +28,15 @@ def spin(points: np.ndarray, frame: int) -> tuple[np.ndarray, np.ndarray]:
     return moved, np.cross([0.0, 1.0, 0.0], moved)
 
 
+RANDOM = np.random.default_rng(3)
+TRIANGLES = np.arange(STRANDS, dtype=np.int32) % len(FACES)
+BARYCENTRICS = RANDOM.dirichlet([2.0, 2.0, 2.0], STRANDS)
+UV = np.linspace(0, 1, 24, dtype=np.float32).reshape(4, 3, 2)
+
+
 def rest() -> np.ndarray:
-    roots = np.random.default_rng(3).random((STRANDS, 1, 3)) * 0.1
-    return (roots + np.linspace(0, 0.2, POINTS)[None, :, None] * np.array([0.6, -0.8, 0.0])).reshape(-1, 3)
+    roots = np.einsum("sk,skx->sx", BARYCENTRICS, TETRAHEDRON[FACES[TRIANGLES]])
+    return (roots[:, None] + np.linspace(0, 0.2, POINTS)[None, :, None] * np.array([0.6, -0.8, 0.0])).reshape(-1, 3)
 
 
 def hair(frame: int) -> Strands:
@@ -40,15 +46,13 @@ def hair(frame: int) -> Strands:
 
 def body(frame: int) -> Mesh:
     points, velocities = spin(TETRAHEDRON, frame)
-    uv = np.linspace(0, 1, 24, dtype=np.float32).reshape(4, 3, 2)
-    return Mesh(points, FACES, velocities, uv)
+    return Mesh(points, FACES, velocities, UV)
 
 
 def groom() -> Groom:
-    barycentrics = np.tile([0.2, 0.3, 0.5], (STRANDS, 1))
-    frames, uv = np.zeros((STRANDS, 3, 4)), np.linspace(0, 1, 2 * STRANDS, dtype=np.float32).reshape(-1, 2)
-    ids, triangles = np.arange(10, 10 + STRANDS, dtype=np.int32), np.zeros(STRANDS, np.int32)
-    return Groom(rest(), OFFSETS, ids, triangles, barycentrics, frames, uv)
+    frames, uv = np.zeros((STRANDS, 3, 4)), np.einsum("sk,skx->sx", BARYCENTRICS, UV[TRIANGLES])
+    ids = np.arange(10, 10 + STRANDS, dtype=np.int32)
+    return Groom(rest(), OFFSETS, ids, TRIANGLES, BARYCENTRICS, frames, uv.astype(np.float32))
 
 
 class Spun(dict):

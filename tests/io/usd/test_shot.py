@@ -61,6 +61,28 @@ def test_times_between_are_blended_and_times_outside_held(write, shot: Shot) -> 
     np.testing.assert_array_equal(points.Get(2000), shot.hair[1005].points)
 
 
+def test_who_reads_no_samples_sees_the_first_frame(write, shot: Shot) -> None:
+    """Without a time there are points and boxes, in clips too, where they must not hide those of the frames."""
+    opened = Opened(write(shot))
+    assert opened.stage.GetPrimAtPath("/shot").IsDefined()
+    for shape, first in ((opened.hair, shot.hair[1001]), (opened.body, shot.body[1001])):
+        np.testing.assert_array_equal(shape.GetPointsAttr().Get(), first.points.astype(np.float32))
+        np.testing.assert_array_equal(shape.GetExtentAttr().Get(), shape.GetExtentAttr().Get(1001))
+    np.testing.assert_array_equal(opened.body.GetNormalsAttr().Get(), opened.body.GetNormalsAttr().Get(1001))
+    assert not np.array_equal(opened.hair.GetPointsAttr().Get(1004), opened.hair.GetPointsAttr().Get())
+
+
+def test_the_colour_of_hair_outlives_its_material(write, shot: Shot) -> None:
+    """Some clients drop the materials of curves: what is seen then is displayColor, which is that of the material."""
+    opened = Opened(write(shot))
+    for prim in (opened.hair, opened.body):
+        binding = UsdShade.MaterialBindingAPI(prim).GetDirectBinding()
+        assert binding.GetMaterialPurpose() == UsdShade.Tokens.allPurpose
+        shader, _, _ = binding.GetMaterial().ComputeSurfaceSource()
+        assert [shader.GetInput("diffuseColor").Get()] == list(prim.GetDisplayColorAttr().Get())
+        assert prim.GetDisplayColorPrimvar().GetInterpolation() == TOKENS.constant
+
+
 def test_velocities_are_per_second(write, shot: Shot) -> None:
     opened = Opened(write(shot))
     hair, body = opened.hair, opened.body

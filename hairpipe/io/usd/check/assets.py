@@ -27,12 +27,14 @@ class Asset:
     path   of the prim or attribute where it does
     name   as it is written
     time   code of the sample, or None
+    data   whether it holds frames, which travel with the layer, and is no asset that many share
     """
 
     layer: Sdf.Layer
     path: str
     name: str
     time: float | None = None
+    data: bool = False
 
     @property
     def file(self) -> str:
@@ -53,14 +55,19 @@ def _named_by(layer: Sdf.Layer) -> Iterator[Asset]:
         spec = layer.GetObjectAtPath(path)
         if isinstance(spec, Sdf.PrimSpec):
             yield from (Asset(layer, str(path), name) for name in _composed(spec))
+            yield from (Asset(layer, str(path), name, data=True) for name in _clips(spec))
         elif isinstance(spec, Sdf.AttributeSpec) and spec.typeName.scalarType == Sdf.ValueTypeNames.Asset:
             yield from _values(layer, spec)
 
 
 def _composed(spec: Sdf.PrimSpec) -> Iterator[str]:
-    """Name the files of references, payloads and value clips."""
+    """Name the files of references and payloads."""
     for arcs in (spec.referenceList, spec.payloadList):
         yield from (arc.assetPath for arc in arcs.GetAddedOrExplicitItems() if arc.assetPath)
+
+
+def _clips(spec: Sdf.PrimSpec) -> Iterator[str]:
+    """Name the files of value clips."""
     for clips in (spec.GetInfo("clips") or {}).values():
         if isinstance(clips, dict):
             yield from _in_clips(clips)
@@ -91,7 +98,7 @@ def _values(layer: Sdf.Layer, spec: Sdf.AttributeSpec) -> Iterator[Asset]:
     for time, value in values:
         for asset in value if isinstance(value, Sdf.AssetPathArray) else [value]:
             if isinstance(asset, Sdf.AssetPath) and asset.path and "<UDIM>" not in asset.path:
-                yield Asset(layer, str(spec.path), asset.path, time)
+                yield Asset(layer, str(spec.path), asset.path, time, data=time is not None)
 
 
 def missing_file(asset: Asset) -> Iterator[Fault]:
@@ -113,6 +120,10 @@ def absolute_path(asset: Asset) -> Iterator[Fault]:
     """Find files that nobody finds on another machine."""
     if ABSOLUTE.match(asset.name):
         yield Fault(asset.path, f"names {asset.name}; write it relative to the layer", asset.time)
+    elif "\\" in asset.name:
+        yield Fault(asset.path, f"names {asset.name}, found on one system alone; write / between folders", asset.time)
+    elif asset.data and asset.name.startswith("../"):
+        yield Fault(asset.path, f"names {asset.name}, which does not lie beside or below the layer", asset.time)
 
 
 class Grid(Protocol):

@@ -1,6 +1,6 @@
 """Rules for value clips."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 from pxr import Sdf, Usd
 
@@ -28,6 +28,56 @@ def clip_values(prim: Usd.Prim) -> Iterator[Fault]:
                 yield Fault(str(prim.GetPath()), f"{asset.path} has no samples of {lacking[0]}; {len(lacking)} such")
 
 
+def clip_undeclared(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find what clips hold and their manifest does not declare: it is never read."""
+    api = Usd.ClipsAPI(prim)
+    for name in prim.GetMetadata("clips") or {}:
+        manifest, path = _open(prim, api.GetClipManifestAssetPath(name)), api.GetClipPrimPath(name)
+        if manifest is None:
+            continue
+        if not path or not manifest.GetPrimAtPath(path):
+            yield Fault(str(prim.GetPath()), f"clip set {name} has the primPath {path!r}, which its manifest has not")
+            continue
+        for asset in api.ComputeClipAssetPaths(name):
+            clip = _open(prim, asset)
+            held = [p for p in _attributes(clip, Sdf.Path(path)) if clip.ListTimeSamplesForPath(p)] if clip else []
+            lacking = [p for p in held if not manifest.GetAttributeAtPath(p)]
+            if lacking:
+                yield Fault(str(lacking[0]), f"{asset.path} has samples, but the manifest does not declare it")
+
+
+def clip_times(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find clips that are played at times at which they have no sample."""
+    api = Usd.ClipsAPI(prim)
+    for name in prim.GetMetadata("clips") or {}:
+        files, path = api.ComputeClipAssetPaths(name), api.GetClipPrimPath(name)
+        if api.GetClipTemplateAssetPath(name) or not path:
+            continue
+        active = [(time, int(index)) for time, index in api.GetClipActive(name) or []]
+        unknown = [index for _, index in active if not 0 <= index < len(files)]
+        idle = sorted(set(range(len(files))) - {index for _, index in active})
+        if unknown or idle:
+            what = f"activates clip {unknown[0]}" if unknown else f"never activates {files[idle[0]].path}"
+            yield Fault(str(prim.GetPath()), f"clip set {name} {what}; there are {len(files)} clips")
+        played = [(time, files[index]) for time, index in active if 0 <= index < len(files)]
+        yield from _unsampled(prim, played, dict(api.GetClipTimes(name) or []))
+
+
+def _unsampled(
+    prim: Usd.Prim, played: Sequence[tuple[float, Sdf.AssetPath]], times: Mapping[float, float]
+) -> Iterator[Fault]:
+    """Find clips without a sample at the time of their own that is played when they begin."""
+    wrong = []
+    for time, file in played:
+        clip = _open(prim, file)
+        own = clip.ListAllTimeSamples() if clip else []
+        wrong += [(time, file)] if own and times.get(time, time) not in own else []
+    if wrong:
+        time, file = wrong[0]
+        message = f"{file.path} has no sample at {times.get(time, time):g}, when it is played; {len(wrong)} such"
+        yield Fault(str(prim.GetPath()), message, time)
+
+
 def _open(prim: Usd.Prim, asset: Sdf.AssetPath | None) -> Sdf.Layer | None:
     if not asset or not asset.path:
         return None
@@ -45,4 +95,6 @@ def _attributes(layer: Sdf.Layer, root: Sdf.Path) -> list[Sdf.Path]:
 RULES = (
     Rule("clip-manifest", "warning", clip_manifest),
     Rule("clip-values", "error", clip_values),
+    Rule("clip-undeclared", "error", clip_undeclared),
+    Rule("clip-times", "error", clip_times),
 )

@@ -1,5 +1,6 @@
 """Rules for curves at one time."""
 
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -9,6 +10,9 @@ from hairpipe.io.usd.check.finding import Fault, Rule
 from hairpipe.io.usd.check.snapshot import Snapshot
 
 TOKENS = UsdGeom.Tokens
+IDS = re.compile(r"(?i)(^|[:_])((hair|strand|curve|groom)?_?ids?|[a-z]+Id)$")
+"""Names under which strands are told from each other by others."""
+THICK = 1.5  # times the root, a tip that is too thick
 SMALLEST = {TOKENS.nonperiodic: 4, TOKENS.periodic: 3, TOKENS.pinned: 2}
 """Fewest points of a cubic curve by its wrap mode."""
 
@@ -19,6 +23,8 @@ def curve_counts(curves: Snapshot) -> Iterator[Fault]:
         if curves.array(name, columns) is None:
             yield Fault(curves.path(name), "has no value", curves.code)
             return
+    if not len(curves.counts):
+        yield Fault(curves.path("curveVertexCounts"), "is empty; there is no hair", curves.code)
     if not curves.consistent:
         message = f"sums to {curves.counts.sum()}, but there are {len(curves.points)} points"
         yield Fault(curves.path("curveVertexCounts"), message, curves.code)
@@ -56,6 +62,8 @@ def widths(curves: Snapshot) -> Iterator[Fault]:
     values = curves.array("widths")
     if values is None or not len(values):
         yield Fault(curves.path("widths"), "has no value; every hair is drawn one unit thick", curves.code)
+    elif not (values > 0).any():
+        yield Fault(curves.path("widths"), "are all 0, so that nothing is drawn", curves.code)
     elif (values < 0).any():
         yield Fault(curves.path("widths"), f"element {np.argmax(values < 0)} is negative", curves.code)
     elif curves.consistent:
@@ -69,10 +77,38 @@ def widths(curves: Snapshot) -> Iterator[Fault]:
             yield Fault(curves.path("widths"), message, curves.code)
 
 
+def taper(curves: Snapshot) -> Iterator[Fault]:
+    """Find hair that is thicker at its tip than at its root: widths that run the other way than the points."""
+    values = curves.array("widths")
+    if values is None or not curves.sound or len(values) != len(curves.points):
+        return
+    roots, tips = values[curves.roots], values[curves.tips]
+    if np.median(tips) > THICK * max(np.median(roots), 0):
+        message = f"are {np.median(tips):.3g} at tips and {np.median(roots):.3g} at roots; they begin at the root"
+        yield Fault(curves.path("widths"), message, curves.code)
+
+
+def two_of_one(curves: Snapshot) -> Iterator[Fault]:
+    """Find primvars that replace, in some clients, the attribute of the same name."""
+    for name in ("points", "widths", "velocities", "normals", "accelerations"):
+        primvar, own = (curves.prim.GetAttribute(n) for n in (f"primvars:{name}", name))
+        if primvar and primvar.HasAuthoredValue() and own.HasAuthoredValue():
+            message = f"replaces {name} in some clients and not in others; keep one"
+            yield Fault(str(primvar.GetPath()), message, curves.code)
+
+
 def hair_ids(curves: Snapshot) -> Iterator[Fault]:
-    """Find two hairs of one name."""
-    ids = curves.array("primvars:hairId")
-    if ids is None:
+    """Find hair that moves without names, names that are no whole numbers, and two hairs of one name."""
+    attribute, ids = curves.prim.GetAttribute("primvars:hairId"), curves.array("primvars:hairId")
+    if not (attribute and attribute.HasValue()):
+        moves = curves.prim.GetAttribute("points").GetNumTimeSamples() > 1
+        if moves and not any(IDS.search(name) for name in curves.prim.GetAuthoredPropertyNames()):
+            message = "has no value; strands that move are told from each other by whole numbers, one a strand"
+            yield Fault(curves.path("primvars:hairId"), message)
+        return
+    if ids is None or ids.dtype.kind == "f":
+        message = f"is of type {attribute.GetTypeName()}; whole numbers name strands, int[] is right"
+        yield Fault(curves.path("primvars:hairId"), message)
         return
     names, first, seen = np.unique(ids, return_index=True, return_counts=True)
     if (seen > 1).any():
@@ -92,5 +128,7 @@ RULES = (
     Rule("curve-length", "error", curve_length),
     Rule("hair-basis", "warning", hair_basis),
     Rule("widths", "error", widths),
+    Rule("taper", "warning", taper),
+    Rule("two-of-one", "error", two_of_one),
     Rule("hair-ids", "error", hair_ids),
 )

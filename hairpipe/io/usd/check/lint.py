@@ -6,12 +6,50 @@ from typing import Any
 
 from pxr import Tf, Usd, UsdGeom
 
-from hairpipe.io.usd.check import assets, clips, curves, motion, prims, shapes, stage
+from hairpipe.io.usd.check import (
+    assets,
+    body,
+    clips,
+    curves,
+    drawn,
+    layers,
+    looks,
+    motion,
+    prims,
+    shapes,
+    size,
+    skin,
+    stage,
+    strands,
+    transforms,
+    velocity,
+)
 from hairpipe.io.usd.check.finding import Fault, Finding, Rule
-from hairpipe.io.usd.check.snapshot import Snapshot
+from hairpipe.io.usd.check.scene import find_scene
+from hairpipe.io.usd.check.track import Track
 from hairpipe.io.usd.stage import open_stage, said, usd_faults
 
 UNREADABLE = Rule("unreadable", "error", lambda: iter(()))  # broken by whatever the other rules cannot read
+STAGE = (*stage.RULES, *layers.RULES, *drawn.STAGE_RULES)
+PRIM = (
+    *prims.RULES,
+    *looks.PRIM_RULES,
+    *transforms.PRIM_RULES,
+    *motion.RULES,
+    *clips.RULES,
+    *layers.PRIM_RULES,
+)
+FRAME = (*strands.FRAME_RULES, *size.FRAME_RULES)
+SCENE = (
+    *drawn.RULES,
+    *transforms.RULES,
+    *size.RULES,
+    *strands.RULES,
+    *skin.RULES,
+    *body.RULES,
+    *velocity.RULES,
+    *looks.RULES,
+)
 Found = Iterator[tuple[Rule, Fault]]
 
 
@@ -38,24 +76,21 @@ def summarise(found: Iterable[tuple[Rule, Fault]]) -> list[Finding]:
 
 
 def _lint_stage(opened: Usd.Stage, inspect: assets.Inspect | None) -> Found:
-    yield from _apply(stage.RULES, opened)
+    yield from _apply(STAGE, opened)
     for asset in assets.find_assets(opened):
         yield from _apply(assets.RULES, asset)
     for prim in opened.Traverse(Usd.TraverseInstanceProxies()):
-        yield from _apply((*prims.RULES, *motion.RULES, *clips.RULES), prim)
+        yield from _apply(PRIM, prim)
         yield from _apply(assets.PRIM_RULES, prim, inspect)
         if prim.IsA(UsdGeom.BasisCurves) or prim.IsA(UsdGeom.Mesh):
-            yield from _lint_shape(prim)
-
-
-def _lint_shape(prim: Usd.Prim) -> Found:
-    before: Snapshot | None = None
-    rules = (*curves.RULES, *shapes.RULES) if prim.IsA(UsdGeom.BasisCurves) else shapes.RULES
-    for time in _times(prim):
-        now = Snapshot(prim, time)
-        yield from _apply(rules, now)
-        yield from _apply(motion.PAIR_RULES, before, now) if before else ()
-        before = now
+            rules = (*curves.RULES, *shapes.RULES) if prim.IsA(UsdGeom.BasisCurves) else shapes.RULES
+            for shape in Track(prim):
+                yield from _apply(rules, shape)
+    scene = find_scene(opened)
+    for track in scene.hair:
+        for hair in track:
+            yield from _apply(FRAME, track, hair)
+    yield from _apply(SCENE, scene)
 
 
 def _apply(rules: Iterable[Rule], *subject: Any) -> Found:
@@ -65,8 +100,3 @@ def _apply(rules: Iterable[Rule], *subject: Any) -> Found:
             yield from ((rule, fault) for fault in rule.faults(*subject))
         except Tf.ErrorException as error:
             yield UNREADABLE, Fault("/", said(error))
-
-
-def _times(prim: Usd.Prim) -> list[Usd.TimeCode]:
-    samples = {time for attribute in prim.GetAttributes() for time in attribute.GetTimeSamples()}
-    return [Usd.TimeCode(time) for time in sorted(samples)] or [Usd.TimeCode.Default()]

@@ -1,9 +1,8 @@
-"""Rules for every prim, whatever it is: types, tokens, relationships, materials, skinning."""
+"""Rules for every prim, whatever it is: types, tokens, relationships, skinning."""
 
 from collections.abc import Iterator
 
-import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdSkel, UsdVol
+from pxr import Kind, Sdf, Usd, UsdGeom, UsdSkel, UsdVol
 
 from hairpipe.io.usd.check.finding import Fault, Rule
 
@@ -45,6 +44,47 @@ def dangling_target(prim: Usd.Prim) -> Iterator[Fault]:
                 yield Fault(str(source.GetPath()), f"leads to {target}, which does not exist")
 
 
+def target_outside(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find relationships that leave the default prim: they are lost where somebody refers to the file."""
+    default = prim.GetStage().GetDefaultPrim()
+    root = default.GetPath() if default else Sdf.Path.emptyPath
+    if not default or not prim.GetPath().HasPrefix(root) or prim.IsInstanceProxy():
+        return
+    for relationship in prim.GetAuthoredRelationships():
+        for target in relationship.GetTargets():
+            if not target.HasPrefix(root) and prim.GetStage().GetObjectAtPath(target):
+                message = f"leads to {target}, outside of {root}; who refers to this file loses it"
+                yield Fault(str(relationship.GetPath()), message)
+
+
+def proxy_target(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find a stand-in of the wrong purpose, which is drawn beside what it stands for."""
+    relationship = prim.GetRelationship("proxyPrim")
+    for path in relationship.GetTargets() if relationship else ():
+        proxy = UsdGeom.Imageable(prim.GetStage().GetPrimAtPath(path))
+        if proxy and proxy.ComputePurpose() != UsdGeom.Tokens.proxy:
+            yield Fault(str(relationship.GetPath()), f"leads to {path} of purpose {proxy.ComputePurpose()}; use proxy")
+
+
+def kind(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find kinds that nobody knows, and components in a component."""
+    name = Usd.ModelAPI(prim).GetKind()
+    if name and not Kind.Registry.HasKind(name):
+        known = ", ".join(sorted(Kind.Registry.GetAllKinds()))
+        yield Fault(str(prim.GetPath()), f"the kind {name!r} is unknown; there are {known}")
+    elif name == Kind.Tokens.component and any(_is_component(above) for above in _above(prim)):
+        yield Fault(str(prim.GetPath()), "is a component in a component; use subcomponent")
+
+
+def _is_component(prim: Usd.Prim) -> bool:
+    return Usd.ModelAPI(prim).GetKind() == Kind.Tokens.component
+
+
+def _above(prim: Usd.Prim) -> Iterator[Usd.Prim]:
+    while prim := prim.GetParent():
+        yield prim
+
+
 def volume_fields(prim: Usd.Prim) -> Iterator[Fault]:
     """Find volumes without a field, or whose field relationship leads to something else."""
     if not prim.IsA(UsdVol.Volume):
@@ -60,25 +100,6 @@ def volume_fields(prim: Usd.Prim) -> Iterator[Fault]:
             )
 
 
-def material_binding(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find bindings that are ignored since the API is not applied, or that lead to something other than a material."""
-    bindings = [r for r in prim.GetAuthoredRelationships() if r.GetName().split(":")[:2] == ["material", "binding"]]
-    if bindings and not prim.HasAPI(UsdShade.MaterialBindingAPI):
-        yield Fault(str(prim.GetPath()), "binds a material without the MaterialBindingAPI")
-    for binding in bindings:
-        for path in binding.GetTargets():
-            target = prim.GetStage().GetPrimAtPath(path)
-            if target and not target.IsA(UsdShade.Material) and "collection" not in binding.GetName():
-                yield Fault(str(binding.GetPath()), f"leads to {path}, a {target.GetTypeName()} and no Material")
-
-
-def shader_id(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find shaders that do not say which one they are."""
-    shader = UsdShade.Shader(prim)
-    if shader and shader.GetImplementationSource() == UsdShade.Tokens.id and not shader.GetShaderId():
-        yield Fault(str(prim.GetPath()), "the shader has no info:id")
-
-
 def skin_binding(prim: Usd.Prim) -> Iterator[Fault]:
     """Find skinning that is ignored: without the SkelBindingAPI, or not under a SkelRoot."""
     if prim.IsA(UsdSkel.Skeleton) or prim.IsA(UsdSkel.Root):
@@ -88,14 +109,6 @@ def skin_binding(prim: Usd.Prim) -> Iterator[Fault]:
         yield Fault(str(prim.GetPath()), "has skinning attributes without the SkelBindingAPI")
     elif skinned and not _within(prim, UsdSkel.Root):
         yield Fault(str(prim.GetPath()), "is skinned, but stands under no SkelRoot")
-
-
-def transform(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find prims that are nowhere."""
-    if prim.IsA(UsdGeom.Xformable):
-        world = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.EarliestTime())
-        if not np.isfinite(np.array(world)).all():
-            yield Fault(str(prim.GetPath()), "the transform to the world is not finite")
 
 
 def _within(prim: Usd.Prim, schema: type) -> bool:
@@ -109,9 +122,9 @@ RULES = (
     Rule("attribute-type", "error", attribute_type),
     Rule("token", "error", token),
     Rule("dangling-target", "error", dangling_target),
+    Rule("target-outside", "warning", target_outside),
+    Rule("proxy-target", "warning", proxy_target),
+    Rule("kind", "warning", kind),
     Rule("volume-fields", "error", volume_fields),
-    Rule("material-binding", "error", material_binding),
-    Rule("shader-id", "error", shader_id),
     Rule("skin-binding", "error", skin_binding),
-    Rule("transform", "error", transform),
 )

@@ -11,6 +11,7 @@ from hairpipe.io.usd.check.snapshot import Snapshot
 TOKENS = UsdGeom.Tokens
 USUAL = {"pref": TOKENS.vertex, "hairId": TOKENS.uniform, "st": TOKENS.uniform}
 """How the values of a hair are laid over it: one rest position a point, one id and one place on the skin a hair."""
+ALIKE = 5.0  # times, by which a shape without a time may be larger or smaller
 TOUCH, SLACK = 1e-5, 0.1  # an extent may miss the points, and be too large, by these parts of their box
 
 
@@ -98,6 +99,20 @@ def extent(shape: Snapshot) -> Iterator[Fault]:
         yield Fault(shape.path("extent"), "is much larger than the shape", shape.code)
 
 
+def defaults(shape: Snapshot) -> Iterator[Fault]:
+    """Find points without a time that are fewer or more than those with one: some clients read only these."""
+    points = shape.prim.GetAttribute("points")
+    still = points.Get() if points and points.GetNumTimeSamples() and shape.consistent else None
+    if still is not None and len(still) != len(shape.points):
+        message = f"have {len(still)} elements without a time and {len(shape.points)} at this one"
+        yield Fault(shape.path("points"), message, shape.code)
+    elif still is not None and len(still) and shape.code == points.GetTimeSamples()[0]:
+        sizes = [float(np.linalg.norm(np.ptp(array, axis=0))) for array in (np.asarray(still), shape.points)]
+        if not sizes[1] / ALIKE <= sizes[0] <= sizes[1] * ALIKE:
+            message = f"are {sizes[0]:.3g} large without a time and {sizes[1]:.3g} at this one"
+            yield Fault(shape.path("points"), message, shape.code)
+
+
 def _half_width(shape: Snapshot) -> float:
     values = shape.array("widths") if shape.curves else None
     values = np.empty(0) if values is None else values[np.isfinite(values)]
@@ -110,4 +125,5 @@ RULES = (
     Rule("element-count", "error", element_count),
     Rule("hair-interpolation", "warning", hair_interpolation),
     Rule("extent", "error", extent),
+    Rule("defaults", "error", defaults),
 )

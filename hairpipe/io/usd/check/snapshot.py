@@ -60,6 +60,47 @@ class Snapshot:
         elements = self.points if self.curves else self.corners
         return bool(self.counts.sum() == len(elements) and (self.counts >= 0).all())
 
+    @cached_property
+    def sound(self) -> bool:
+        """Return whether these are curves of two points or more each, all finite, so that they can be measured."""
+        whole = self.curves and self.consistent and len(self.counts) and (self.counts > 1).all()
+        return bool(whole and np.isfinite(self.points).all())
+
+    @cached_property
+    def world(self) -> np.ndarray:
+        """Return the matrix from the shape to the world, which acts on row vectors, (4, 4) float64."""
+        return np.array(UsdGeom.Xformable(self.prim).ComputeLocalToWorldTransform(self.time))
+
+    @cached_property
+    def placed(self) -> np.ndarray:
+        """Return positions in the world, (n, 3) float64."""
+        return self.points @ self.world[:3, :3] + self.world[3, :3]
+
+    @cached_property
+    def roots(self) -> np.ndarray:
+        """Return the index of the first point of every curve, (c,) int64."""
+        return np.cumsum(self.counts) - self.counts
+
+    @cached_property
+    def tips(self) -> np.ndarray:
+        """Return the index of the last point of every curve, (c,) int64."""
+        return np.cumsum(self.counts) - 1
+
+    @cached_property
+    def segments(self) -> np.ndarray:
+        """Return the lengths of all segments of sound curves, one curve after the other, (n - c,) float64."""
+        steps = np.linalg.norm(np.diff(self.points.astype(np.float64), axis=0), axis=1)
+        return np.delete(steps, self.tips[:-1])
+
+    @cached_property
+    def lengths(self) -> np.ndarray:
+        """Return the lengths of sound curves, (c,) float64."""
+        return self.per_strand(np.add, self.segments)
+
+    def per_strand(self, reduce: np.ufunc, values: np.ndarray) -> np.ndarray:
+        """Reduce values of the segments, (n - c,), to one for every curve, (c,)."""
+        return reduce.reduceat(values, self.roots - np.arange(len(self.counts)))
+
     def size(self, interpolation: str) -> int:
         """Return how many values an interpolation asks for."""
         if interpolation == TOKENS.constant:

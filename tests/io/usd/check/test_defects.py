@@ -270,6 +270,19 @@ DEFECTS: dict[str, tuple[Callable[[Usd.Stage], object], str, str]] = {
         "transform",
         "/shot/prop",
     ),
+    "level set one late": (
+        lambda s: [
+            s.GetAttributeAtPath(f"{FIELD}.filePath").Set(Sdf.AssetPath(f"./body.{t}.vdb"), t + 1)
+            for t in range(1001, 1005)
+        ],
+        "frame-names",
+        f"{FIELD}.filePath",
+    ),
+    "level set of another unit": (
+        lambda s: UsdGeom.Xformable(s.GetPrimAtPath("/shot/volume")).AddScaleOp().Set(Gf.Vec3f(100)),
+        "volume-size",
+        "/shot/volume",
+    ),
     # files
     "reference missing": (lambda s: drop(s, "prop.usda"), "missing-file", "/shot/prop"),
     "level set file missing": (lambda s: drop(s, "body.1003.vdb"), "missing-file", f"{FIELD}.filePath"),

@@ -1,0 +1,67 @@
+"""Rules for how a stage is put together: arcs that fail, layers of other units, axes or rates."""
+
+import math
+from collections.abc import Iterator
+
+from pxr import Pcp, Sdf, Usd, UsdGeom
+
+from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.stage import LINE
+
+UNIT, UP, CODES = "metersPerUnit", "upAxis", "timeCodesPerSecond"
+MENDED = ("scale", "transform", "rotate", "orient")
+"""What the names of xformOps begin with that bring an asset of other units or axes into ours."""
+
+
+def composition(stage: Usd.Stage) -> Iterator[Fault]:
+    """Find references, payloads, inherits and the like that lead nowhere."""
+    for error in stage.GetCompositionErrors():
+        if not isinstance(error, (Pcp.ErrorInvalidAssetPath, Pcp.ErrorInvalidSublayerPath)):  # files have a rule
+            path = getattr(error, "rootSite", None)
+            said = " ".join(str(error).split())
+            yield Fault(str(path.path) if path else "/", said if len(said) <= LINE else said[:LINE] + "...")
+
+
+def variants(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find selections of a variant that there is not."""
+    for name in prim.GetVariantSets().GetNames():
+        chosen, there = prim.GetVariantSet(name).GetVariantSelection(), prim.GetVariantSet(name).GetVariantNames()
+        if chosen and chosen not in there:
+            message = f"the variant {chosen!r} of {name} is not there; there are {', '.join(there) or 'none'}"
+            yield Fault(str(prim.GetPath()), message)
+
+
+def layer_units(stage: Usd.Stage) -> Iterator[Fault]:
+    """Find layers of another unit or up axis, which nothing converts, and of another rate, which nothing expects."""
+    unit, up, rate = UsdGeom.GetStageMetersPerUnit(stage), UsdGeom.GetStageUpAxis(stage), stage.GetTimeCodesPerSecond()
+    mended = _mended_layers(stage)
+    for layer in stage.GetUsedLayers(includeClipLayers=True):
+        if layer.anonymous or layer == stage.GetRootLayer():
+            continue
+        facts = layer.pseudoRoot.GetInfo
+        name, free = layer.GetDisplayName(), layer in mended
+        own = facts(UNIT) if layer.pseudoRoot.HasInfo(UNIT) else None
+        if not free and own is not None and not math.isclose(own, unit, rel_tol=1e-6):
+            yield Fault("/", f"{name} has {UNIT} {own:g}, the stage {unit:g}; nothing converts one into the other")
+        if not free and layer.pseudoRoot.HasInfo(UP) and facts(UP) != up:
+            yield Fault("/", f"{name} has {UP} {facts(UP)}, the stage {up}; nothing turns one into the other")
+        if layer.HasTimeCodesPerSecond() and layer.timeCodesPerSecond != rate:
+            message = f"{name} has {CODES} {layer.timeCodesPerSecond:g}, the stage {rate:g}; frames do not meet"
+            yield Fault("/", message)
+
+
+def _mended_layers(stage: Usd.Stage) -> set[Sdf.Layer]:
+    """Return the layers that come in under a prim which is scaled or turned, as assets of other units are."""
+    found: set[Sdf.Layer] = set()
+    for prim in stage.TraverseAll():
+        ops = [n for n in prim.GetAuthoredPropertyNames() if n.startswith("xformOp:")]
+        if any(name.split(":")[1].startswith(MENDED) for name in ops):
+            found |= {spec.layer for spec in prim.GetPrimStack()}
+    return found
+
+
+RULES = (
+    Rule("composition", "error", composition),
+    Rule("layer-units", "error", layer_units),
+)
+PRIM_RULES = (Rule("variant", "error", variants),)

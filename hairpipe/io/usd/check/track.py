@@ -1,0 +1,80 @@
+"""A shape over time, one frame of it in memory at a time."""
+
+from collections.abc import Iterator
+from functools import cached_property
+
+import numpy as np
+from pxr import Usd
+
+from hairpipe.io.usd.check.snapshot import Snapshot
+
+REST = (2 / 3, 3 / 2)
+"""Lengths at rest over those at the first time, of a rest pose in the unit of the points."""
+
+
+class Track:
+    """A shape over time.
+
+    prim   curves or a mesh
+    times  codes at which anything of it has a sample; none where nothing has
+    """
+
+    def __init__(self, prim: Usd.Prim) -> None:
+        self.prim = prim
+        self.times = sorted({time for attribute in prim.GetAttributes() for time in attribute.GetTimeSamples()})
+
+    def at(self, time: float | None) -> Snapshot:
+        """Return the shape at a time code, or as it is where nothing changes."""
+        return Snapshot(self.prim, Usd.TimeCode.Default() if time is None else Usd.TimeCode(time))
+
+    def path(self, name: str) -> str:
+        """Return the path of an attribute, for messages."""
+        return f"{self.prim.GetPath()}.{name}"
+
+    def __iter__(self) -> Iterator[Snapshot]:
+        """Give the shape at every time, each read when it is asked for."""
+        return (self.at(time) for time in self.times or [None])
+
+    @cached_property
+    def first(self) -> Snapshot:
+        """Return the shape at its first time."""
+        return self.at(self.times[0] if self.times else None)
+
+    @cached_property
+    def points(self) -> list[float]:
+        """Return the codes at which the points have samples."""
+        return self.prim.GetAttribute("points").GetTimeSamples()
+
+    @property
+    def moves(self) -> bool:
+        """Return whether its points have samples at more than one time."""
+        return len(self.points) > 1
+
+    @cached_property
+    def still(self) -> Snapshot | None:
+        """Return hair in its rest pose; None where it has none that can be measured, or hair has not."""
+        still = Still(self.prim, self.first.time)
+        return still if still.sound and self.first.sound else None
+
+    @cached_property
+    def growth(self) -> np.ndarray:
+        """Return the lengths of strands at rest over those at the first time, (c,); 1 where there is no rest."""
+        if self.still is None:
+            return np.ones(len(self.first.counts))
+        return self.still.lengths / np.maximum(self.first.lengths, np.finfo(np.float64).tiny)
+
+    @cached_property
+    def reference(self) -> Snapshot | None:
+        """Return hair at rest, if that is its own, else as it is first; None where it cannot be measured."""
+        near = self.still is not None and REST[0] <= np.median(self.growth) <= REST[1]
+        return self.still if near else self.first if self.first.sound else None
+
+
+class Still(Snapshot):
+    """Hair at rest."""
+
+    @cached_property
+    def points(self) -> np.ndarray:
+        """Return rest positions, (n, 3) float32."""
+        pref = self.array("primvars:pref", 3)
+        return np.empty((0, 3), np.float32) if pref is None else pref
