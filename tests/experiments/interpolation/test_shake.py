@@ -46,7 +46,7 @@ def whole(bust, poses):
 
 def test_parts_between_frames_are_off_by_no_more_than_samples_are(bust, poses, parts, whole):
     skins = [skin(bust, pose) for pose in poses]
-    clip = Clip(*(dict(enumerate(values)) for values in (skins, whole, parts)))
+    clip = Clip(dict(enumerate(skins)), dict(enumerate(whole)), dict(enumerate(parts)))
     table = clip_table(bust.mesh, clip, 2, 0.5 * FRAME)
     names = np.array(table["interpolation"])
     for column in ("error mean [mm]", "error max [mm]"):
