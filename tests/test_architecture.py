@@ -16,13 +16,14 @@ TESTS = sorted((HOME / "tests").rglob("*.py"))
 PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name == "__init__.py")
 
 BASE, DOMAIN = (
-    {"data", "units", "errors"},
+    {"data", "units", "errors", "plain_file"},
     {"body", "experiments", "groom", "levelset", "measure", "motion", "sim", "picture", "rod"},
 )
 ROOMS = {
     "data": set(),
     "units": set(),
     "errors": set(),
+    "plain_file": {"errors"},
     **dict.fromkeys(DOMAIN, BASE | DOMAIN),
     "bench": BASE | DOMAIN | {"graph"},
     "io": BASE,

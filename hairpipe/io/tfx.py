@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import content
 
 HEADER = struct.Struct("<f3I")
 SIZE_OF_HEADER, SIZE_OF_POINT = 160, 16
@@ -24,7 +25,7 @@ def read_tfx(path: Path, unit: float = 1.0, up: Literal["y", "z"] = "y") -> tupl
     up    axis of the file
     Raise BadInput where the file cannot be read, its header contradicts its size, or a position is not finite.
     """
-    data = read_bytes(path)
+    data = content(path, "a .tfx file")
     strands, count, start = read_header(data, path)
     size = strands * count
     table = np.frombuffer(data, "<f4", 4 * size, start).reshape(size, 4)
@@ -35,14 +36,6 @@ def read_tfx(path: Path, unit: float = 1.0, up: Literal["y", "z"] = "y") -> tupl
     x, y, z = table[:, :3].astype(np.float64).T * unit
     points = np.stack((x, y, z) if up == "y" else (x, z, -y), axis=1)
     return points, np.arange(strands + 1, dtype=np.int32) * np.int32(count)
-
-
-def read_bytes(path: Path) -> bytes:
-    """Return the content of a file; BadInput where there is none to be had."""
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise BadInput(f"the file cannot be read: {error.strerror}", where=path, right="a .tfx file") from None
 
 
 def read_header(data: bytes, path: Path) -> tuple[int, int, int]:

@@ -1,0 +1,57 @@
+"""Files that may be read: regular ones. Reading a device, a pipe or a log of the kernel may never end."""
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+from hairpipe.errors import BadInput
+
+KINDS = {
+    stat.S_IFDIR: "a directory",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+def oddity(found: os.stat_result) -> str | None:
+    """Return what stands in the place of a regular file, or None where there is one; pure."""
+    return None if stat.S_ISREG(found.st_mode) else KINDS.get(stat.S_IFMT(found.st_mode), "no file")
+
+
+def checked_size(path: Path, right: str) -> int:
+    """Return the size of a regular file [bytes]; links are followed.
+
+    right  what would be accepted instead
+
+    Raises BadInput where it is missing, forbidden, something else than a file, or empty: files of the kernel's own file
+    systems have no size, and reading one may wait for ever.
+    """
+    try:
+        found = Path(path).stat()
+    except (OSError, ValueError) as fault:  # the latter of a name that no file can have
+        raise BadInput(f"the file cannot be read: {said(fault)}", where=path, right=right) from None
+    if odd := oddity(found):
+        raise BadInput(f"the file cannot be read: it is {odd}", where=path, right=right)
+    if not found.st_size:
+        raise BadInput("the file is empty", where=path, right=right)
+    if not os.access(path, os.R_OK):
+        raise BadInput(f"the file cannot be read: {os.strerror(errno.EACCES)}", where=path, right=right)
+    return found.st_size
+
+
+def content(path: Path, right: str) -> bytes:
+    """Return what is in a regular file; raises BadInput as `checked_size` does."""
+    size = checked_size(path, right)
+    try:
+        with Path(path).open("rb") as file:
+            return file.read(size)
+    except OSError as fault:
+        raise BadInput(f"the file cannot be read: {said(fault)}", where=path, right=right) from None
+
+
+def said(fault: OSError | ValueError) -> str:
+    """Return what the system says of a fault."""
+    return getattr(fault, "strerror", None) or str(fault)
