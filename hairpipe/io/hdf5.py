@@ -22,6 +22,7 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import h5py
 import numpy as np
+from h5py import h5o
 
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import oddity
@@ -235,7 +236,7 @@ class Reader:
 
     def visit(self, item: h5py.Group | h5py.Dataset) -> None:
         """Note that something is read; ValueError where it was before."""
-        address = h5py.h5o.get_info(item.id).addr
+        address = h5o.get_info(item.id).addr
         if address in self.seen:
             raise ValueError(f"{item.name} has two names")
         self.seen.add(address)
