@@ -34,8 +34,8 @@ def load_motion(
     up         axis of the clip that points up; told from its all-zero pose if not given
     reference  pose of the clip that stands for the body at rest: zero in all channels, or its first frame
     skip       frames to drop at the beginning; a T pose is recognised and dropped if not given
-    floor      clip: its own; feet: lowered until feet that rest stand on the body's, by a look at the whole clip, so that
-               an edit of its tail may move all frames; by default so for a single pose, and else a warning where it is off
+    floor      clip: its own; feet: lowered until feet that rest stand on the body's, by a look at the whole clip, an
+               edit of whose tail may move all frames; by default feet for a single pose, else clip with a warning
     joints     pairs of a joint of the body and the joint of the clip it follows, where their names do not tell
     """
     from hairpipe.body.motion import Playback, pose_at
