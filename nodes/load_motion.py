@@ -21,6 +21,7 @@ def load_motion(
     up: Literal["y", "z"] | None = None,
     reference: Literal["zero", "first"] | None = None,
     skip: Annotated[int, Ge(0)] | None = None,
+    floor: Literal["clip", "feet"] | None = None,
     joints: tuple[tuple[str, str], ...] = (),
 ) -> Pose:
     """The pose of the body at a frame, from a BVH clip of any skeleton, resampled to the frame rate.
@@ -33,11 +34,13 @@ def load_motion(
     up         axis of the clip that points up; told from its all-zero pose if not given
     reference  pose of the clip that stands for the body at rest: zero in all channels, or its first frame
     skip       frames to drop at the beginning; a T pose is recognised and dropped if not given
+    floor      clip: its own; feet: lowered until feet that rest stand on the body's, by a look at the whole clip, an
+               edit of whose tail may move all frames; by default feet for a single pose, else clip with a warning
     joints     pairs of a joint of the body and the joint of the clip it follows, where their names do not tell
     """
     from hairpipe.body.motion import Playback, pose_at
     from hairpipe.io.bvh import recall_bvh
 
     seconds = start + (time.frame - at) / time.fps * speed
-    playback = Playback(up=up, reference=reference, unit=unit, skip=skip, joints=joints)
+    playback = Playback(up=up, reference=reference, unit=unit, skip=skip, joints=joints, floor=floor)
     return pose_at(rest.skeleton, recall_bvh(file), seconds, speed, playback)

@@ -16,7 +16,8 @@ def measure_interpolation(
 ) -> Table:
     """Errors of level sets between frames: ellipsoids and capsules that travel, turn, open a hinge, come close.
 
-    fractions   times after the first frame, in frames
+    fractions   times after the first frame, in frames; "two-sided" is as published, but that a velocity which one frame
+                alone knows is taken whole, not halved: at a radius a frame it is off by 0.26 % of it, the print by 4.1
     voxel       spacing of the samples; the bodies are about 0.6 m large
     half_width  of the band
     """

@@ -16,7 +16,7 @@ TESTS = sorted((HOME / "tests").rglob("*.py"))
 PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name == "__init__.py")
 
 BASE, DOMAIN = (
-    {"data", "units", "errors", "child"},
+    {"data", "units", "errors", "child", "plain_file"},
     {"body", "experiments", "groom", "levelset", "measure", "motion", "sim", "picture", "rod"},
 )
 ROOMS = {
@@ -24,14 +24,15 @@ ROOMS = {
     "units": set(),
     "errors": set(),
     "child": set(),
+    "plain_file": {"errors"},
     **dict.fromkeys(DOMAIN, BASE | DOMAIN),
     "bench": BASE | DOMAIN | {"graph"},
     "io": BASE,
-    "graph": {"errors", "units", "child"},
+    "graph": {"errors", "units", "child", "plain_file"},
     "nodes": BASE | DOMAIN | {"io", "graph"},
     "graphs": BASE | DOMAIN | {"io"},
     "tune": BASE | {"graph"},
-    "cli": {"bench", "child", "errors", "graph", "graphs", "io", "levelset.vdb", "tune"},
+    "cli": {"bench", "child", "errors", "graph", "graphs", "io", "levelset.vdb", "plain_file", "tune"},
 }
 """Which other rooms the files of a room may import."""
 PLACES = {

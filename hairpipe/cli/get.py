@@ -9,7 +9,7 @@ import click
 from hairpipe.cli import options
 from hairpipe.cli.wording import shown, size
 from hairpipe.errors import BadInput
-from hairpipe.graph.special import check_plain
+from hairpipe.plain_file import check_plain
 
 if TYPE_CHECKING:
     from hairpipe.graph.files import File

@@ -19,7 +19,7 @@ import click
 
 from hairpipe.cli.completion import complete_graph, complete_node, complete_setting, complete_target
 from hairpipe.errors import BadInput
-from hairpipe.graph.special import check_plain
+from hairpipe.plain_file import check_plain
 
 
 class Target(NamedTuple):

@@ -14,8 +14,8 @@ from hairpipe.cli import completion, options
 from hairpipe.cli.run import make_folder
 from hairpipe.cli.wording import say, shown, table
 from hairpipe.errors import BadInput
-from hairpipe.graph.special import check_plain
 from hairpipe.graph.wording import one_line
+from hairpipe.plain_file import check_plain
 
 if TYPE_CHECKING:
     from hairpipe.graph.events import Event, Outcome

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from hairpipe.cli import options
-from hairpipe.graph.special import check_plain
 from hairpipe.graph.wording import one_line
+from hairpipe.plain_file import check_plain
 
 if TYPE_CHECKING:
     from hairpipe.io.usd.check.finding import Finding

@@ -17,9 +17,9 @@ from hairpipe.graph.graph import FRAME_MARK, Graph, Node, project_of
 from hairpipe.graph.like import write_out
 from hairpipe.graph.read import GraphText, read_graph_text
 from hairpipe.graph.settings import check_settings, map_files
-from hairpipe.graph.special import special
 from hairpipe.graph.trust import Untrusted
 from hairpipe.graph.wording import brief, nearest
+from hairpipe.plain_file import special
 
 SCHEMA = 1
 KEYS = ("schema", "frames", "fps")

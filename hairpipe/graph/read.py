@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.special import check_plain
+from hairpipe.plain_file import check_plain
 
 MOST_BYTES = 1 << 20
 HEADER = re.compile(r"""\s*\[\s*(?:([\w-]+)|["']([^"']*)["'])\s*[\].]""")

@@ -22,8 +22,10 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import h5py
 import numpy as np
+from h5py import h5o
 
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import oddity
 
 T = TypeVar("T")
 Tree = Any
@@ -169,10 +171,12 @@ def read(path: Path) -> Tree:
 
     Only its digest tells that all of it is as written.
     """
-    size = path.stat().st_size
+    found = path.stat()
+    if odd := oddity(found):
+        raise BadInput(f"not a whole HDF5 value: it is {odd}", where=path)
     try:
         with h5py.File(path, "r", locking=False) as file:
-            return read_group(file, size)["value"]
+            return Reader(found.st_size).group(file)["value"]
     except (OSError, KeyError, ValueError, TypeError, RuntimeError, OverflowError) as error:
         refused = REFUSED.search(str(error))
         if refused:
@@ -185,32 +189,57 @@ def digest_file(path: Path) -> str:
     return digest_tree(read(path))
 
 
-def read_group(group: h5py.Group, size: int) -> dict[str, Tree]:
-    """Read everything in a group."""
-    tree: dict[str, Tree] = {}
-    for name, value in group.attrs.items():
-        tree[unescape(name)] = None if isinstance(value, h5py.Empty) else plain_scalar(value, name)
-    for name, item in group.items():
-        if isinstance(item, h5py.Group):
-            tree[unescape(name)] = read_group(item, size)
-        elif isinstance(item, h5py.Dataset):
-            tree[unescape(name)] = read_dataset(item, size)
-        else:
-            raise ValueError(f"{name} is neither a group nor an array")
-    return ordered(tree)
+class Reader:
+    """Reads what `write` writes and nothing else that HDF5 can hold: no links to elsewhere, no data outside the file.
 
+    room  bytes that arrays may still take: they lie in the file as they are, so that all of them are no larger than it
+    seen  addresses of what was read: every name leads to something of its own, so that there are no loops
+    """
 
-def read_dataset(dataset: h5py.Dataset, size: int) -> Tree:
-    """Read an array or texts; ValueError where it claims to be larger than its file."""
-    if dataset.nbytes > size:
-        raise ValueError(f"{dataset.name} is larger than its file")
-    if dataset.dtype.kind == "S":
-        texts = dataset.asstr()[()]
-        return tuple(texts.tolist()) if isinstance(texts, np.ndarray) else texts
-    array = np.empty(dataset.shape, dataset.dtype)
-    if array.size:
-        dataset.read_direct(array)
-    return plain_array(array, str(dataset.name))
+    def __init__(self, size: int) -> None:
+        self.room, self.seen = size, set[int]()
+
+    def group(self, group: h5py.Group) -> dict[str, Tree]:
+        """Read everything in a group; ValueError where that is not of ours."""
+        self.visit(group)
+        tree: dict[str, Tree] = {}
+        for name, value in group.attrs.items():
+            tree[unescape(name)] = None if isinstance(value, h5py.Empty) else plain_scalar(value, name)
+        for name in group:
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                raise ValueError(f"{name} is a link to elsewhere")
+            item = group[name]
+            if isinstance(item, h5py.Group):
+                tree[unescape(name)] = self.group(item)
+            elif isinstance(item, h5py.Dataset):
+                tree[unescape(name)] = self.dataset(item)
+            else:
+                raise ValueError(f"{name} is neither a group nor an array")
+        return ordered(tree)
+
+    def dataset(self, dataset: h5py.Dataset) -> Tree:
+        """Read an array or texts; ValueError where its data is not in the file, or claims to be larger than that."""
+        self.visit(dataset)
+        if not 0 <= dataset.nbytes <= self.room:
+            raise ValueError(f"{dataset.name} is larger than its file")
+        self.room -= dataset.nbytes
+        layout = dataset.id.get_create_plist()
+        if layout.get_layout() != h5py.h5d.CONTIGUOUS or layout.get_external_count() or dataset.dtype.hasobject:
+            raise ValueError(f"the data of {dataset.name} does not lie in the file as one piece")
+        if dataset.dtype.kind == "S":
+            texts = dataset.asstr()[()]
+            return tuple(texts.tolist()) if isinstance(texts, np.ndarray) else texts
+        array = np.empty(dataset.shape, dataset.dtype)
+        if array.size:
+            dataset.read_direct(array)
+        return plain_array(array, str(dataset.name))
+
+    def visit(self, item: h5py.Group | h5py.Dataset) -> None:
+        """Note that something is read; ValueError where it was before."""
+        address = h5o.get_info(item.id).addr
+        if address in self.seen:
+            raise ValueError(f"{item.name} has two names")
+        self.seen.add(address)
 
 
 def escape(name: str) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import checked_size
 
 FORMATS = "a PNG, TIFF, JPEG or another picture that Pillow reads"
 EIGHT_BITS, SIXTEEN_BITS = 255.0, 65535.0
@@ -18,6 +19,7 @@ def read_image(path: Path) -> np.ndarray:
     Values are those in the file over the largest there can be: paint is a number, not light, and no gamma is undone.
     Raise BadInput where the file cannot be read, is no image, is broken, or has more pixels than Pillow takes for sane.
     """
+    checked_size(path, FORMATS)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", Image.DecompressionBombWarning)

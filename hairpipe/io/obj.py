@@ -29,6 +29,7 @@ class _Face:
     corners: list[int]
     texture: list[int | None]
     groups: tuple[str, ...]
+    line: int
 
 
 @dataclass
@@ -69,7 +70,7 @@ class _Obj:
         if len(corners) < 3:
             raise self.fault(f"a face has {len(corners)} corners", "three or more")
         points, texture = zip(*corners, strict=True)
-        self.faces.append(_Face(list(points), list(texture), self.groups + self.object))
+        self.faces.append(_Face(list(points), list(texture), self.groups + self.object, self.line))
 
     def corner(self, word: str) -> tuple[int, int | None]:
         """Indices from 0 of the vertex and of the texture coordinate: i, i/j, i//k or i/j/k."""
@@ -99,6 +100,9 @@ class _Obj:
         chosen = triangulate(points[corners], sizes)
         triangles = corners[chosen]
         real = (triangles != triangles[:, (1, 2, 0)]).all(axis=1)
+        if not real.any():
+            what = "there is no triangle between three different vertices"
+            raise BadInput(what, where=f"{self.path}, line {faces[0].line}", right="faces of three corners or more")
         texture = [corner for face in faces for corner in face.texture if corner is not None]
         uv = None if len(texture) < len(corners) else np.array(self.coordinates, np.float32)[texture][chosen][real]
         return Mesh(points, triangles[real], uv=uv)

@@ -8,6 +8,7 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import checked_size
 
 EFFORT = 4
 """Of the WebP encoder, 0..6: higher is slower and smaller."""
@@ -72,6 +73,7 @@ class Reel(Image.Image):
 
 def read_picture(path: Path) -> Image.Image:
     """Read a picture of any kind that Pillow knows as RGB; BadInput where it is none or damaged."""
+    checked_size(path, "a whole PNG file")
     try:
         with Image.open(path) as image:
             return image.convert("RGB")

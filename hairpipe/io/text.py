@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import content
 
 LARGEST = 1e12  # no position, angle or time of ours comes near; squares and products of such numbers stay finite
 
@@ -10,12 +11,10 @@ LARGEST = 1e12  # no position, angle or time of ours comes near; squares and pro
 def read_text(path: Path) -> str:
     """Return the whole text of a UTF-8 file, with lines that end in "\\n".
 
-    Raises BadInput where it is missing, a directory, forbidden, empty or not text.
+    Raises BadInput where it is missing, no regular file, forbidden, empty or not text.
     """
     try:
-        text = Path(path).read_bytes().decode("utf-8-sig")
-    except OSError as fault:
-        raise BadInput(f"the file cannot be read: {fault.strerror}", where=path, right="a readable file") from None
+        text = content(path, "a text file").decode("utf-8-sig")
     except UnicodeDecodeError as fault:
         raise BadInput(f"byte {fault.start} is not UTF-8", where=path, right="a text file in UTF-8") from None
     if not text.strip():

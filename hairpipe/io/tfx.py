@@ -17,6 +17,7 @@ import numpy as np
 
 from hairpipe.data.curves import Curves
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import content
 
 START = struct.Struct("<f2I")
 
@@ -45,7 +46,7 @@ def read_tfx(path: Path, unit: float = 1.0, up: Literal["y", "z"] = "y") -> Curv
     up    axis of the file
     Raise BadInput where the file cannot be read, its header contradicts its size, or a position is not finite.
     """
-    data = read_bytes(path)
+    data = content(path, "a .tfx file")
     form, strands, count, start = read_header(data, path)
     table = np.frombuffer(data, "<f4", form.width * strands * count, start).reshape(-1, form.width)
     bad = np.flatnonzero(~np.isfinite(table[:, :3]).all(axis=1))
@@ -62,14 +63,6 @@ def read_tfx(path: Path, unit: float = 1.0, up: Literal["y", "z"] = "y") -> Curv
     else:
         held = np.full(strands, struct.unpack_from("<I", data, BOTH_ENDS)[0] != 0)
     return Curves(points, offsets, np.arange(strands, dtype=np.int32), held, np.zeros(strands, np.int64))
-
-
-def read_bytes(path: Path) -> bytes:
-    """Return the content of a file; BadInput where there is none to be had."""
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise BadInput(f"the file cannot be read: {error.strerror}", where=path, right="a .tfx file") from None
 
 
 def read_header(data: bytes, path: Path) -> tuple[Format, int, int, int]:

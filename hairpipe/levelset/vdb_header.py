@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple
 
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import checked_size
 
 MAGIC = 0x56444220
 OLDEST = 222
@@ -70,6 +71,7 @@ class Cursor:
 
 def inspect(path: Path) -> list[Grid]:
     """Return what an OpenVDB file says about its grids; raises BadInput where it is none, or damaged."""
+    checked_size(path, "a readable OpenVDB file")
     try:
         with path.open("rb") as file:
             return read_grids(Cursor(file, path))

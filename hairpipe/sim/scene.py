@@ -34,7 +34,8 @@ class BodyContact:
 
     friction       Coulomb coefficient
     thickness      distance kept from the surface, from the fifth particle on; one fifth of it at the first
-    interpolation  of whole level sets between frames: two_sided as published, linear and one_sided beside it
+    interpolation  of whole level sets between frames: two_sided as published, but that where one frame alone knows a
+                   velocity it is taken whole, not halved (which is better); linear and one_sided beside it
     folds          share of their shape that a body leaves to curls; without, they keep it by their springs alone
     """
 

@@ -38,6 +38,7 @@ def test_rates_approach_the_true_derivative_of_smooth_motion(skeleton, make_clip
     np.testing.assert_allclose(pose.rates, (after - before) / (2.0 * step), atol=0.05 * np.abs(pose.rates).max())
 
 
+@pytest.mark.filterwarnings("ignore:where the clip's feet")
 def test_a_tail_edit_leaves_earlier_poses_as_they_were(skeleton, make_clip):
     clip = make_clip(60, seed=3)
     values = clip.values.copy()

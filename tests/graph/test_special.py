@@ -8,7 +8,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.load import load_graph
-from hairpipe.graph.special import special
+from hairpipe.plain_file import special
 
 
 @pytest.fixture

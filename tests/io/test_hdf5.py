@@ -223,6 +223,66 @@ def test_foreign_hdf5_is_refused_or_read_as_what_it_is(tmp_path):
         hdf5.read(tmp_path / "a.h5")
 
 
+def loop(file: h5py.File, folder) -> None:
+    group = file.create_group("value")
+    group["again"] = group
+
+
+def two_names(file: h5py.File, folder) -> None:
+    file["value/a"] = np.zeros(3)
+    file["value/b"] = file["value/a"]
+
+
+def soft(file: h5py.File, folder) -> None:
+    file["value/a"] = h5py.SoftLink("/value")
+
+
+def external(file: h5py.File, folder) -> None:
+    hdf5.encode(value(), folder / "other.h5")
+    file["value"] = h5py.ExternalLink(str(folder / "other.h5"), "/value")
+
+
+def data_elsewhere(file: h5py.File, folder) -> None:
+    (folder / "raw").write_bytes(bytes(24))
+    file.create_dataset("value", (3,), "f8", external=[(str(folder / "raw"), 0, 24)])
+
+
+def virtual(file: h5py.File, folder) -> None:
+    layout = h5py.VirtualLayout((3,), "f8")
+    layout[:] = h5py.VirtualSource(str(folder / "other.h5"), "value", (3,))
+    file.create_virtual_dataset("value", layout)
+
+
+def packed(file: h5py.File, folder) -> None:
+    file.create_dataset("value", data=np.zeros(64), chunks=(64,), compression="gzip")
+    file["fill"] = np.zeros(128)
+
+
+def many_that_claim_all_of_it(file: h5py.File, folder) -> None:
+    for n in range(30):
+        file.create_dataset(f"value/{n}", (500,), "f8")  # nothing is written: it takes no room
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (loop, "has two names"),
+        (two_names, "has two names"),
+        (soft, "link to elsewhere"),
+        (external, "link to elsewhere"),
+        (data_elsewhere, "does not lie in the file"),
+        (virtual, "does not lie in the file"),
+        (packed, "does not lie in the file"),
+        (many_that_claim_all_of_it, "larger than its file"),
+    ],
+)
+def test_a_file_that_leads_elsewhere_or_in_a_circle_is_refused(tmp_path, make, message):
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        make(file, tmp_path)
+    with pytest.raises(BadInput, match=message):
+        hdf5.read(tmp_path / "a.h5")
+
+
 def test_damage_is_refused_or_shows_in_the_digest(tmp_path):
     """Bits flipped, bytes scrambled, ends cut off: never another value under this digest, or another exception."""
     path, damaged = tmp_path / "a.h5", tmp_path / "b.h5"

@@ -47,13 +47,16 @@ def test_black_and_white_pictures_are_zero_and_one(tmp_path):
 
 def test_what_is_no_image_is_told(tmp_path):
     text = tmp_path / "paint.png"
-    for content in (b"", b"length,radius\r\n1,2\r\n", bytes(range(256))):
+    text.write_bytes(b"")
+    with pytest.raises(BadInput, match=r"paint.png: the file is empty"):
+        read_image(text)
+    for content in (b"length,radius\r\n1,2\r\n", bytes(range(256))):
         text.write_bytes(content)
         with pytest.raises(BadInput, match=r"paint.png: not an image \(a PNG"):
             read_image(text)
     with pytest.raises(BadInput, match="cannot be read: No such file"):
         read_image(tmp_path / "none.png")
-    with pytest.raises(BadInput, match="cannot be read: Is a directory"):
+    with pytest.raises(BadInput, match="cannot be read: it is a directory"):
         read_image(tmp_path)
 
 

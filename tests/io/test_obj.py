@@ -105,6 +105,11 @@ def test_files_without_faces_are_refused(tmp_path, text):
         read_text_as_obj(tmp_path, text)
 
 
+def test_faces_without_a_triangle_are_refused_with_file_and_line(tmp_path):
+    with pytest.raises(BadInput, match=r"\.obj, line 3: there is no triangle"):
+        read_text_as_obj(tmp_path, "v 0 0 0\nv 1 0 0\nf 1 2 1\n")
+
+
 words = st.sampled_from(
     ["v", "vt", "f", "g", "o", "1", "-1", "7", "0", "1e400", "nan", "2/2", "3//1", "1/1/1", "/", "\\", "#", "\n"]
 )

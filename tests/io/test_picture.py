@@ -106,7 +106,7 @@ def test_one_picture_is_open_at_a_time(files: list[Path], tmp_path: Path) -> Non
 @pytest.mark.parametrize("content", [b"", b"not a picture", b"\x89PNG\r\n\x1a\n"])
 def test_a_damaged_picture_is_named(files: list[Path], tmp_path: Path, content: bytes) -> None:
     files[4].write_bytes(content)
-    with pytest.raises(BadInput, match=r"4\.png: cannot be read as a picture"):
+    with pytest.raises(BadInput, match=r"4\.png: (the file is empty|cannot be read as a picture)"):
         write(files, tmp_path / "film.webp")
 
 

@@ -67,7 +67,7 @@ def test_a_tip_without_inverse_mass_is_held_as_the_root_is(tmp_path):
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"", r"hair.tfx: the file has 0 bytes \(the header of a .tfx file\)"),
+        (b"", r"hair.tfx: the file is empty"),
         (pack()[:159], "the file has 159 bytes"),
         (pack()[:-1], r"byte 4: 2 strands of 3 points need 256 bytes, the file has 255"),
         (pack(strands=2**32 - 1), "4294967295 strands of 3 points need"),
@@ -96,7 +96,7 @@ def test_a_bad_file_is_told_by_place_and_fault(tmp_path, data, message):
 def test_a_file_that_cannot_be_read_is_told(tmp_path):
     with pytest.raises(BadInput, match="cannot be read: No such file"):
         read_tfx(tmp_path / "none.tfx")
-    with pytest.raises(BadInput, match="cannot be read: Is a directory"):
+    with pytest.raises(BadInput, match="cannot be read: it is a directory"):
         read_tfx(tmp_path)
 
 

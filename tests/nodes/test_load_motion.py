@@ -67,7 +67,7 @@ def person(shared) -> Body:
 UPRIGHT = {"cmu_05_06": 6.0, "cmu_61_12_scaled": 0.1, "fair1_dab": 0.1, "rokoko_jesse_dance": 0.1}
 
 
-@pytest.mark.filterwarnings("ignore:the clip's first frame")
+@pytest.mark.filterwarnings("ignore:the clip's first frame", "ignore:where the clip's feet")
 @pytest.mark.parametrize("name", UPRIGHT)
 def test_a_person_stands_where_the_performer_stands(shared, person, name):
     from hairpipe.body.skinning import skin
@@ -83,7 +83,7 @@ def test_a_person_stands_where_the_performer_stands(shared, person, name):
     assert sole == pytest.approx(floor, abs=0.08)
 
 
-@pytest.mark.filterwarnings("ignore:the clip's first frame")
+@pytest.mark.filterwarnings("ignore:the clip's first frame", "ignore:where the clip's feet")
 def test_a_cartwheel_turns_the_person_over(shared, person):
     file, head, root = shared / "mocap" / "cmu_49_08.bvh", person.skeleton.names.index("head"), 0
     heights = []

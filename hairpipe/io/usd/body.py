@@ -14,6 +14,7 @@ from hairpipe.io.usd.skeleton import (
     Binding,
     Rig,
     find_bindings,
+    has_blend_shapes,
     join_rigs,
     read_influences,
     read_rig,
@@ -60,6 +61,8 @@ def _read_rigs(bindings: Sequence[Binding]) -> dict[Sdf.Path, Rig]:
 
 def _read_piece(mesh: UsdGeom.Mesh, binding: Binding | None, rigs: dict[Sdf.Path, Rig]) -> Piece:
     points = numbers(mesh.GetPointsAttr(), 3)
+    if has_blend_shapes(mesh):
+        warnings.warn(f"{mesh.GetPath()} has blend shapes; they are not followed, it is read at rest", stacklevel=2)
     if binding is None:
         if rigs:
             warnings.warn(f"{mesh.GetPath()} is bound to no skeleton; it follows the first joint", stacklevel=2)

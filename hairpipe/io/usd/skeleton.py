@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from hairpipe.data import Skeleton
 from hairpipe.errors import BadInput
@@ -61,6 +61,11 @@ def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
 
 def _says_joints(skin: UsdSkel.SkinningQuery) -> bool:
     return bool(skin.GetJointIndicesPrimvar() or skin.GetJointWeightsPrimvar())
+
+
+def has_blend_shapes(mesh: UsdGeom.Mesh) -> bool:
+    """Tell whether a mesh names shapes that an animation could blend in."""
+    return bool(UsdSkel.BindingAPI(mesh).GetBlendShapeTargetsRel().GetTargets())
 
 
 def _query(cache: UsdSkel.Cache, skeleton: UsdSkel.Skeleton) -> UsdSkel.SkeletonQuery:
@@ -147,6 +152,11 @@ def read_influences(rig: Rig, skinning: UsdSkel.SkinningQuery, n: int) -> tuple[
         raise BadInput("jointIndices names no joint", where=where, right=f"0 to {len(order) - 1}")
     if not np.isfinite(weights).all() or weights.min() < 0:
         raise BadInput("jointWeights holds a negative or not finite weight", where=where, right="0 or more")
+    first = np.take_along_axis(joints, weights.argmax(axis=1)[:, None], axis=1)
+    bends = ((joints != first) & (weights > 0.0)).any()
+    if bends and skinning.GetSkinningMethod() == UsdSkel.Tokens.dualQuaternion:
+        right = "classicLinear, the only one that bodies here are moved by"
+        raise BadInput("skinned by dual quaternions (primvars:skel:skinningMethod)", where=where, right=right)
     bare = weights.sum(axis=1) == 0
     weights[bare, 0] = 1.0
     joints = (rig.first + np.where(bare[:, None], 0, order[joints])).astype(np.int32)

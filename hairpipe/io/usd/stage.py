@@ -9,6 +9,7 @@ import numpy as np
 from pxr import Tf, Usd, UsdGeom
 
 from hairpipe.errors import BadInput
+from hairpipe.plain_file import checked_size
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 LINE = 160  # characters of a message of OpenUSD that are shown
@@ -55,13 +56,7 @@ def check_file(path: Path) -> None:
     right = "a file that ends in " + ", ".join(SUFFIXES)
     if path.suffix.lower() not in SUFFIXES:
         raise BadInput("not named like a USD file", where=path, right=right)
-    try:
-        with path.open("rb") as file:
-            empty = not file.read(1)
-    except OSError as error:
-        raise BadInput(f"cannot be read: {error.strerror or error}", where=path, right=right) from None
-    if empty:
-        raise BadInput("the file is empty", where=path, right=right)
+    checked_size(path, right)
 
 
 @contextmanager

@@ -32,8 +32,8 @@ def test_bad_input_comes_through_with_its_parts(tmp_path: Path) -> None:
     with pytest.raises(BadInput) as caught:
         work_apart(check_file, tmp_path / "none.usd")
     fault = caught.value
-    assert str(fault).startswith(f"{tmp_path / 'none.usd'}: cannot be read: No such file or directory (")
-    assert fault.what.startswith("cannot be read") and fault.where == tmp_path / "none.usd"
+    assert str(fault).startswith(f"{tmp_path / 'none.usd'}: the file cannot be read: No such file or directory (")
+    assert fault.what.startswith("the file cannot be read") and fault.where == tmp_path / "none.usd"
 
 
 def test_a_fault_of_ours_is_no_bad_input() -> None:

@@ -130,8 +130,7 @@ def test_weights_are_normalised_and_a_bare_vertex_follows_the_root(new_stage, sa
     assert body.joints[3, 0] == 0 and body.weights[3, 0] == 1
 
 
-@pytest.mark.parametrize("method", ["classicLinear", "dualQuaternion"])
-def test_weights_of_any_sum_rest_where_those_of_sum_1_do(new_stage, saved, method: str) -> None:
+def test_weights_of_any_sum_rest_where_those_of_sum_1_do(new_stage, saved) -> None:
     rest = locals_of([at(*o, turn=-20 * (n + 1)) for n, o in enumerate(ORIGINS)])
     joints, weights = np.stack([np.arange(N) % 4, np.arange(N) // 4], axis=1), np.tile([0.75, 0.25], (N, 1))
     joints[3], weights[3] = 0, (1.0, 0.0)
@@ -139,7 +138,6 @@ def test_weights_of_any_sum_rest_where_those_of_sum_1_do(new_stage, saved, metho
     for scale, bare in ((1.0, weights[3]), (2.0, np.zeros(2))):
         stage = new_stage(name=f"{scale}.usda")
         binding = UsdSkel.BindingAPI(character(stage, rest))
-        binding.CreateSkinningMethodAttr(method)
         weights[3] = bare
         binding.GetJointIndicesPrimvar().Set(joints.ravel().tolist())
         binding.GetJointWeightsPrimvar().Set((scale * weights).ravel().tolist())
@@ -148,6 +146,42 @@ def test_weights_of_any_sum_rest_where_those_of_sum_1_do(new_stage, saved, metho
     np.testing.assert_allclose(points[1], points[0], atol=1e-5)
     binding.GetJointWeightsPrimvar().Set(np.vstack([weights[:3], [[1.0, 0.0]], weights[4:]]).ravel().tolist())
     np.testing.assert_allclose(points[1], baked(stage, pose), atol=1e-5)
+
+
+def test_skins_of_dual_quaternions_are_refused_where_they_bend(new_stage, saved) -> None:
+    stage = new_stage("Z", 0.01)
+    binding = UsdSkel.BindingAPI(character(stage))
+    binding.CreateSkinningMethodAttr("dualQuaternion")
+    with pytest.raises(BadInput, match=r"/char/mesh.*skinned by dual quaternions .*classicLinear"):
+        read(saved(stage), None)
+    binding.GetJointIndicesPrimvar().Set([n % 4 for n in range(N) for _ in range(2)])
+    body = read(saved(stage), None)
+    world = [at(*o, turn=25 * n) for n, o in enumerate(ORIGINS)]
+    to_metres = np.array([[0.01, 0, 0, 0], [0, 0, 0.01, 0], [0, -0.01, 0, 0], [0, 0, 0, 1]])
+    joints = np.stack([to_metres @ np.array(w * PLACE).T for w in world])
+    joints[:, :3, :3] *= 100
+    np.testing.assert_allclose(bend(body, joints), y_up(baked(stage, locals_of(world))), atol=1e-7)
+
+
+@pytest.mark.parametrize("boned", [True, False])
+def test_blend_shapes_are_read_at_rest_with_a_warning(new_stage, saved, boned: bool) -> None:
+    stage = new_stage("Y", 1.0)
+    mesh = character(stage)
+    binding = UsdSkel.BindingAPI(mesh)
+    if not boned:
+        for name in ("primvars:skel:jointIndices", "primvars:skel:jointWeights", "skel:skeleton"):
+            mesh.GetPrim().RemoveProperty(name)
+        stage.RemovePrim("/char/skeleton")
+    shape = UsdSkel.BlendShape.Define(stage, "/char/mesh/smile")
+    shape.CreateOffsetsAttr([Gf.Vec3f(0, 1, 0)] * N)
+    binding.CreateBlendShapesAttr(["smile"])
+    binding.CreateBlendShapeTargetsRel().SetTargets([shape.GetPath()])
+    with pytest.warns(UserWarning, match="/char/mesh has blend shapes; they are not followed"):
+        body = read(saved(stage), None)
+    assert len(body.skeleton.names) == (4 if boned else 0)
+    if not boned:
+        still = [PLACE.Transform(Gf.Vec3d(p)) for p in mesh.GetPointsAttr().Get()]
+        np.testing.assert_allclose(body.mesh.points, still, atol=1e-6)
 
 
 def test_weights_are_no_map(new_stage, saved) -> None:

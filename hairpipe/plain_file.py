@@ -1,0 +1,79 @@
+"""Files that may be read or replaced: regular ones. Reading a device, a pipe or a log of the kernel may never end."""
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+from hairpipe.errors import BadInput
+
+SYSTEM = ("/proc", "/sys")
+"""Where files are no files: reading one may wait for ever (`/proc/kmsg`), or give what has no end."""
+KINDS = {
+    stat.S_IFDIR: "a directory",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+}
+
+
+def oddity(found: os.stat_result) -> str | None:
+    """Return what stands in the place of a regular file, or None where there is one; pure."""
+    return None if stat.S_ISREG(found.st_mode) else KINDS.get(stat.S_IFMT(found.st_mode), "no file")
+
+
+def special(path: Path) -> str | None:
+    """Say what a path leads to that is never read or replaced; None for a file, a folder, or nothing.
+
+    OSError or ValueError where a path cannot be asked about.
+    """
+    try:
+        mode = stat.S_IFMT(path.stat().st_mode)
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    inside = any(Path(os.path.realpath(path)).is_relative_to(place) for place in SYSTEM)
+    return "part of the system" if inside else KINDS.get(mode) if mode != stat.S_IFDIR else None
+
+
+def check_plain(path: Path, right: str) -> None:
+    """Refuse what is neither a file, a folder, nor nothing; BadInput says what it is, and what would be right."""
+    kind = special(path)
+    if kind:
+        raise BadInput(f"it is {kind}", where=path, right=right)
+
+
+def checked_size(path: Path, right: str) -> int:
+    """Return the size of a regular file [bytes]; links are followed.
+
+    right  what would be accepted instead
+
+    Raises BadInput where it is missing, forbidden, something else than a file, or empty: files of the kernel's own file
+    systems have no size, and reading one may wait for ever.
+    """
+    try:
+        found = Path(path).stat()
+    except (OSError, ValueError) as fault:  # the latter of a name that no file can have
+        raise BadInput(f"the file cannot be read: {said(fault)}", where=path, right=right) from None
+    if odd := oddity(found):
+        raise BadInput(f"the file cannot be read: it is {odd}", where=path, right=right)
+    if not found.st_size:
+        raise BadInput("the file is empty", where=path, right=right)
+    if not os.access(path, os.R_OK):
+        raise BadInput(f"the file cannot be read: {os.strerror(errno.EACCES)}", where=path, right=right)
+    return found.st_size
+
+
+def content(path: Path, right: str) -> bytes:
+    """Return what is in a regular file; raises BadInput as `checked_size` does."""
+    size = checked_size(path, right)
+    try:
+        with Path(path).open("rb") as file:
+            return file.read(size)
+    except OSError as fault:
+        raise BadInput(f"the file cannot be read: {said(fault)}", where=path, right=right) from None
+
+
+def said(fault: OSError | ValueError) -> str:
+    """Return what the system says of a fault."""
+    return getattr(fault, "strerror", None) or str(fault)
