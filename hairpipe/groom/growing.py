@@ -25,6 +25,7 @@ from hairpipe.groom.style import Paint, Style
 LONGEST_STEP = 0.0025  # along the axis of a strand, which is fine enough for ears and shoulders [m]
 STEPS_A_TURN, STEPS_A_SEGMENT = 24, 3
 OVERGROWTH = 1.25  # of the axis: the chords of curved hair are shorter than their arcs
+LONGEST = 3.0  # [m]; hair of more is likelier a length in another unit
 FEWEST_SEGMENTS_A_TURN = 4  # that still look like a curl
 
 
@@ -47,6 +48,8 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, segm
         raise BadInput("all hair is shorter than a millimetre", where="length", right="paint some of it longer")
     sites, layout = Sites(*(array[ids] for array in sites)), Layout(*(array[ids] for array in layout))
     warn_of_zigzag(layout, segments)
+    if layout.lengths.max() > LONGEST:
+        warnings.warn(f"hair of up to {layout.lengths.max():.3g} m: is length in metres?", stacklevel=2)
     points = grow_strands(*solid_of(mesh), layout, style.bend, style.curl.onset if style.curl else np.inf, segments)
     offsets = np.arange(len(ids) + 1, dtype=np.int32) * np.int32(segments + 1)
     return Groom(points.reshape(-1, 3), offsets, ids.astype(np.int32), *sites, frames[ids], site_uv(mesh, sites))
