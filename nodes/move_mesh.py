@@ -10,7 +10,8 @@ def move_mesh(mesh: Mesh, time: Time, *, at: int = 1001, motion: Track = Track()
     """The mesh at a frame, where keys move and turn it, besides what it does by itself; with exact velocities.
 
     at      frame of the shot at which time is zero
-    motion  keys; moves are from where the mesh is, and the pivot of the turns is a place in space
+    motion  keys; moves are from where the mesh is, and the pivot of the turns is a place in space; `move_levelset`
+            takes the same and carries the level set of the still mesh along, which is then baked once
     """
     from hairpipe.motion.bodies import carried
 

@@ -28,6 +28,7 @@ from hairpipe.groom.style import Paint, Style
 LONGEST_STEP = 0.0025  # along the axis of a strand, which is fine enough for ears and shoulders [m]
 STEPS_A_TURN, STEPS_A_SEGMENT = 24, 3
 OVERGROWTH = 1.25  # of the axis: the chords of curved hair are shorter than their arcs
+LONGEST = 3.0  # [m]; hair of more is likelier a length in another unit
 FEWEST_SEGMENTS_A_TURN = 4  # that still look like a curl
 
 
@@ -51,6 +52,8 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
             f"all hair is shorter than {cut.shortest:g} m", where="length", right="longer, or a lesser `shortest`"
         )
     sites, layout = Sites(*(array[ids] for array in sites)), Layout(*(array[ids] for array in layout))
+    if layout.lengths.max() > LONGEST:
+        warnings.warn(f"hair of up to {layout.lengths.max():.3g} m: is length in metres?", stacklevel=2)
     offsets = offsets_of(count_segments(layout, cut, ids) + 1)
     onset = style.curl.onset if style.curl else np.inf
     points = grow_strands(*solid_of(closed(mesh)), layout, style.bend, onset, offsets)

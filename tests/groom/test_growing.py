@@ -57,6 +57,11 @@ def test_hair_starts_on_the_skin_and_stays_outside_the_body(ball, style):
     assert outside.all() and (distance.reshape(200, SEGMENTS) > 0.9 * GAP * np.minimum(way / RISE, 1)).all()
 
 
+def test_hair_of_metres_is_told(ball):
+    with pytest.warns(UserWarning, match="hair of up to 20 m: is length in metres"):
+        grown(ball, replace(SHORT, length=PaintedMetres(20.0)), strands=3)
+
+
 def test_a_groom_says_what_the_data_type_says(ball):
     groom, _ = grown(ball)
     assert groom.points.dtype == np.float64 and groom.points.flags.c_contiguous

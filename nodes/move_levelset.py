@@ -1,0 +1,17 @@
+"""The space around a rigid body that is carried along keys."""
+
+from hairpipe.data import BodyParts, LevelSet
+from hairpipe.graph import Time, node
+from hairpipe.motion.track import Track
+
+
+@node(frames="each")
+def move_levelset(surface: LevelSet, time: Time, *, at: int = 1001, motion: Track = Track()) -> BodyParts:  # noqa: B008
+    """The level set of a still body where keys take it, for `parts`: baked once, exact between frames, for any motion.
+
+    at      frame of the shot at which time is zero
+    motion  keys, as those of `move_mesh`
+    """
+    from hairpipe.motion.surfaces import carried_surface
+
+    return carried_surface(surface, motion, (time.frame - at) / time.fps)
