@@ -96,7 +96,7 @@ def add_up(number: Number, previous: Total | None, time: Time) -> Added:
     """Numbers added up over time."""
     tally("add_up", time.frame)
     total = number.value + (0.9 * previous.value if previous else 0.0)
-    return Added(Number(total), Total(total))
+    return Added(Number(2.0 * total), Total(total))
 ''',
     "write_list": '''from toy_value import Number, tally
 

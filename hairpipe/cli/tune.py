@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 import click
 
 from hairpipe.cli import completion, options
-from hairpipe.cli.run import make_folder
 from hairpipe.cli.wording import say, shown, table
 from hairpipe.errors import BadInput
 from hairpipe.graph.wording import one_line
@@ -108,7 +107,7 @@ def tune(
     from hairpipe.tune.tuning import tune as find
 
     text = written_out(read_edited(find_graph(graph), overrides))
-    make_folder(cache)
+    cache.mkdir(parents=True, exist_ok=True)
     store = Store(cache)
     task = Task(text, node, store, tolerance, runner(store, quiet), budget, check)
     try:

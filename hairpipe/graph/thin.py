@@ -28,9 +28,11 @@ class Thinner:
     def take(self, task: Task, record: Record, before: Record | None) -> None:
         """Count in which roles a result holds objects that has been established, in place of the one before."""
         if before is not None:
-            self._roles.subtract(others(before) | ({} if task in self._passed else state(before)))
+            self._roles.subtract(others(before))
+            self._roles.subtract([] if task in self._passed else state(before))
         self._passed.discard(task)
-        self._roles.update(others(record) | state(record))
+        self._roles.update(others(record))
+        self._roles.update(state(record))
         if task.frame is not None:
             self._next[task.node] = min(self._next.get(task.node, task.frame), task.frame)
 
@@ -59,11 +61,10 @@ class Thinner:
             if record is None or task in self._passed or is_checkpoint(node, task, self.resolver.graph.frames[0]):
                 continue
             self._passed.add(task)
-            for object_name in state(record):
-                self._roles[object_name] -= 1
-                is_spare = self._roles[object_name] <= 0 and store.has(object_name)
-                if is_spare and object_name not in self._held_before:
-                    store.remove(store.object_path(object_name))
+            for spared in state(record):
+                self._roles[spared] -= 1
+                if self._roles[spared] <= 0 and store.has(spared) and spared not in self._held_before:
+                    store.remove(store.object_path(spared))
 
     @cached_property
     def _held_before(self) -> set[str]:
@@ -77,11 +78,11 @@ def is_checkpoint(node: Node, task: Task, first: int) -> bool:
     return task.frame is not None and (task.frame - first + 1) % node.checkpoint == 0
 
 
-def others(record: Record) -> dict[str, int]:
-    """Count the objects that a record holds other than as the state of a scan: each once."""
-    return dict.fromkeys((name for name, _ in record.objects(without=record.state)), 1)
+def others(record: Record) -> set[str]:
+    """Name the objects that a record holds other than as the state of a scan."""
+    return {name for name, _ in record.objects(without=record.state)}
 
 
-def state(record: Record) -> dict[str, int]:
-    """Count the object that a record holds as the state of a scan, where there is one."""
-    return {} if record.state is None else {record.outputs[record.state].object: 1}
+def state(record: Record) -> list[str]:
+    """Name the object that a record holds as the state of a scan, where there is one."""
+    return [] if record.state is None else [record.outputs[record.state].object]

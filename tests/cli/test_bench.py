@@ -95,3 +95,15 @@ def test_a_table_that_is_wider_than_the_screen_is_whole(monkeypatch, hairpipe):
     lines = [line.split() for line in hairpipe("bench contact").stdout.splitlines()]
     assert ["1,000,000", "2,040,000", "987,654", "2", "117.50", *["10.25"] * 7] in lines
     assert ["triad,", "1", "thread", "20.0", "(19.0-21.0)", "GB/s"] in lines
+
+
+@pytest.mark.parametrize(("found", "code"), [([], 0), (["kill 3: other results"], 1)])
+def test_faults_are_a_table_and_an_exit_code(hairpipe, monkeypatch, found, code):
+    from hairpipe.bench import faults
+
+    row = faults.Row("kill", "coordinator", 60, 60 - len(found), 0, 0, found)
+    monkeypatch.setattr(faults, "try_faults", lambda say, check, seed: faults.Report(seed, 90.0, [row]))
+    result = hairpipe("bench faults --seed 7")
+    assert result.exit_code == code and "seed 7" in result.stdout and all(fault in result.stdout for fault in found)
+    document = json.loads(hairpipe("bench faults --json").stdout)
+    assert document["held"] == (code == 0) and document["rows"][0]["faults"] == found

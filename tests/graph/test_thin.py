@@ -169,3 +169,17 @@ def test_a_state_that_was_computed_again_is_let_go_of_again(shot):
     assert shot.run().exit_code == 0 and shot.tally()["add_up"] == 7
     results = shot.results()
     assert [f for f in range(1, 12) if shot.store.has(results[f"sum@{f}"]["state"])] == [4, 8, 11]
+
+
+SHOWN = "@dataclass(frozen=True)\nclass Shown:\n    total: float\n    history: np.ndarray\n\n\n"
+
+
+def test_a_state_that_is_shown_as_well_stays(shot):
+    """One object, under two names of one result."""
+    shot.edit("numeral.py", "@dataclass(frozen=True)\nclass Bent", SHOWN + "@dataclass(frozen=True)\nclass Bent")
+    shot.edit("add_up.py", "import Numeral", "import Numeral, Shown")
+    shot.edit("add_up.py", "Added(numeral(total), ", "Added(Shown(total, history), ")
+    shot.edit("add_up.py", "    number: Numeral\n", "    number: Shown\n")
+    shot.path.write_text(shot.path.read_text().split("[list]")[0])
+    assert shot.run().exit_code == 0 and shot.tally()["add_up"] == 10
+    assert kept(shot) == list(range(1, 11))
