@@ -50,8 +50,8 @@ def fitting(lengths: np.ndarray, turns: np.ndarray) -> np.ndarray:
     """Return as many segments as hair needs, (S,) int64; pure.
 
     One for every FINE of the length, A_TURN for every turn of a curl, from FEWEST to MOST, rounded up to whole runs of
-    the lattice: the tip of a heavy cantilever is then within 0.5 % of the length of rod theory, a curl within 5 % of
-    its stiffness; `graphs/experiments/accuracy.toml` measures both.
+    the lattice. Against rod theory the tip of a cantilever of 5 to 25 cm is then within 0.7 % of its length, the
+    stiffness of helices of 4 to 15 mm within 3 %, where half as many leave 12 to 21 %.
 
     lengths  of the strands [m], (S,)
     turns    of a turn of their curls, along the hair [m], (S,); inf where they are straight

@@ -7,9 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from hairpipe.nodes.grow_groom import grow_groom
+from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.make_bust import make_bust
 from PIL import Image
 
+from hairpipe.body.scalp import Scalp
 from hairpipe.body.solid import distance_and_normal, solid_of
 from hairpipe.data import Body, Mesh
 from hairpipe.errors import BadInput
@@ -105,3 +107,12 @@ def test_no_hair_grows_through_a_bust_that_is_open_where_it_ends(bust: Body, sty
     assert min(distance_and_normal(cut, tuple(point), 0)[0] for point in points) > 0.0
     lengths = np.linalg.norm(np.diff(groom.points.reshape(len(roots), -1, 3), axis=1), axis=2)
     assert np.allclose(lengths, 0.5 / 60, rtol=1e-9)
+
+
+def test_no_curl_grows_into_sintel_whose_bust_is_open_at_six_places(shared: Path) -> None:
+    with pytest.warns(UserWarning, match="no skeleton that tells where its head is"):
+        sintel = load_body(file=shared / "sintel" / "sintel.obj", scalp=Scalp())
+    curl = {"radius": 0.015, "pitch": 0.03}
+    groom = grow_groom(sintel, **given(strands=400, length=0.1, segments=25, curl=curl, seed=1))
+    points, solid = np.delete(groom.points, groom.offsets[:-1], axis=0), solid_of(closed(sintel.mesh))
+    assert min(distance_and_normal(solid, tuple(point), 0)[0] for point in points) > 0.0
