@@ -68,6 +68,7 @@ class Surroundings:
     model, layout  of the strands
     strain         how far a segment may be stretched
     began          time of the shot at the previous frame [s]
+    origin         about which positions of strands are [m], (3,); what acts on points sees them in the world
     """
 
     model: Network | Chain
@@ -77,6 +78,7 @@ class Surroundings:
     body: BodyContacts | None = None
     hair: HairContacts | None = None
     began: float = 0.0
+    origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
     _axis: Axis = field(init=False)
     _everyone: np.ndarray = field(init=False)
     _masses: np.ndarray = field(init=False)
@@ -98,7 +100,7 @@ class Surroundings:
         """Look around at the start of a step."""
         self._hold_tips(step.held)
         if self.wind is not None or self.body is not None or self.hair is not None:
-            points, speeds = self._points(motion.x), self._points(motion.v)
+            points, speeds = self._places(motion.x), self._points(motion.v)
             if self.wind is not None:
                 self.wind.begin(points, self.layout.offsets)
             if self.body is not None:
@@ -133,7 +135,7 @@ class Surroundings:
         who = np.ones(self.layout.strands.shape, x.dtype) if who is None else who
         again, marked = who, np.empty(len(self._masses), np.bool_)
         points_of(self._axis, who, marked)
-        points, speeds, kick = self._points(x), self._points(v), np.zeros((len(self._masses), 3))
+        points, speeds, kick = self._places(x), self._points(v), np.zeros((len(self._masses), 3))
         felt = speeds if stage.began is v else self._points(stage.began)
         if self.body is not None and not stage.held_normals:
             self.body.foresee(points, stage.time, marked)
@@ -149,6 +151,7 @@ class Surroundings:
                 kicked(marked, received, self._masses, kick)
             update_stages(self.model, x, v, T, b, again, stage.h, rule)
             gather(self._axis, again, x, points)
+            np.add(points, self.origin, out=points, where=marked[:, None])
             gather(self._axis, again, v, speeds)
             felt = speeds
             wrong = self._judge(points, speeds, stage, marked) * who
@@ -310,7 +313,7 @@ class Surroundings:
     def cross(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> None:
         """Bring back hair that passed through hair in a step, in place; arguments as for `collide`."""
         if self.hair is not None:
-            change = self.hair.collide(self._points(before), self._points(x), self._masses, step.dt)
+            change = self.hair.collide(self._places(before), self._places(x), self._masses, step.dt)
             if change is not None:
                 follow(self._axis, change, step.dt, x)
                 follow(self._axis, change, 1.0, v)
@@ -325,7 +328,7 @@ class Surroundings:
         if self.hair is not None and self.hair.sweeps:
             speeds = self._points(v)
             slowed = speeds.copy()
-            self.hair.repel(self._points(x), slowed, self._masses, step.dt, elastic=elastic)
+            self.hair.repel(self._places(x), slowed, self._masses, step.dt, elastic=elastic)
             follow(self._axis, slowed - speeds, 1.0, v)
 
     def body_speed(self) -> float:
@@ -348,7 +351,7 @@ class Surroundings:
     def _put_right(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> tuple[np.ndarray, np.ndarray]:
         """Move hair out of the body; return which points touched it and its normals there."""
         assert self.body is not None
-        begun, ended, speeds = self._points(before), self._points(x), self._points(v)
+        begun, ended, speeds = self._places(before), self._places(x), self._points(v)
         dx, dv, touched, normals = self.body.correct(begun, ended, speeds, self._masses, step.time, step.dt)
         follow(self._axis, dx, 1.0, x)
         follow(self._axis, dv, 1.0, v)
@@ -358,6 +361,12 @@ class Surroundings:
     def _rows(self) -> int:
         """Numbers by which points are acted on from outside."""
         return ROWS if self.hair is None else ROWS_WITH_NEXT
+
+    def _places(self, x: np.ndarray) -> np.ndarray:
+        """Return where the points of strands at x, (rows, 3, W), are in the world [m], (P, 3) float64."""
+        points = self._points(x)
+        points += self.origin
+        return points
 
     def _points(self, lanes: np.ndarray) -> np.ndarray:
         points = np.empty((len(self._masses), lanes.shape[1]))
