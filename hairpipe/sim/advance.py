@@ -37,7 +37,8 @@ def start(hair: Hair, lead: Lead, scene: Scene) -> HairState:
     origin = origin_of(positions, hair.layout)
     near = about(origin, positions, hair.layout)
     stance = stand(hair.model, hair.layout, hair.groom.ids, near, gravity, scene.sag_free)
-    positions = origin[:, None] + stance.positions
+    # What stands as groomed stays where it is, to the bit.
+    positions = positions + (stance.positions - near)
     velocities = follow(lead, hair.groom, positions, hair.layout)
     pull = np.where(stance.rests[:, None], 0.0, gravity[:, None])
     accelerations = _at_first(pull, velocities, scene)
