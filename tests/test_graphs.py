@@ -62,7 +62,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "load_groom": {"strands": 24},
     "measure_cantilever": {"segments": [8], "angles": [90], "rolls": 1, "gammas": [1]},
     "measure_torsion": {"segments": [8], "twists": [1]},
-    "measure_helix": {"segments": [25], "gravities": [0.1]},
+    "measure_helix": {"segments": [25], "gravities": [0.1], "orientations": 1},
     "measure_vibration": {"segments": [8], "modes": 2},
     "measure_writhe": {"segments": [5]},
     "measure_stack": {"layers": [2], "iterations": 5, "seconds": 0.01},

@@ -59,7 +59,9 @@ def hang(count: int, segments: int, dtype: DTypeLike) -> Strands:
     strand = np.linspace(0.0, LENGTH, segments + 1)[:, None] * np.array([0.1, -0.95, 0.2])
     offsets = np.arange(count + 1, dtype=np.int32) * (segments + 1)
     layout = lay_out(offsets, SHAPE, dtype)
-    model, rest = build_network(layout, np.tile(strand, (count, 1)), Material(), Construction())
+    frames = np.broadcast_to(np.eye(3), (count, 3, 3))
+    model, rest = build_network(layout, np.tile(strand, (count, 1)), frames, Material(), Construction())
+    rest = rest.astype(dtype)
     roots = rest.reshape(layout.blocks, -1, *rest.shape[1:])[:, : SHAPE.clamped]
     ends = np.concatenate([roots, np.zeros_like(roots)], axis=1)
     still = Held(ends, np.zeros_like(ends), np.zeros((0, layout.width), layout.dtype))

@@ -9,9 +9,9 @@ import numpy as np
 class HairState:
     """Everything the next frame needs, in the simulation's own layout: particles in rows, strands in the last axis.
 
-    positions        [m], (rows, 3, lanes) float64, or float32 where hair is computed in that
-    velocities       [m/s], same shape
-    accelerations    that the last step found [m/s^2], same shape; NaN where they are not known
+    positions        in the world [m], (rows, 3, lanes) float64
+    velocities       [m/s], same shape, float64, or float32 where hair is computed in that
+    accelerations    that the last step found [m/s^2], same shape and precision; NaN where they are not known
     tensions         multipliers of the springs to the next particles [N], (rows, springs, lanes)
     inverse_lengths  1 / rest length of those springs [1/m], same shape; no rows where they rest in the groom's shape
     stuck            segments of the groom that stick together, first < second, (n, 2) int32

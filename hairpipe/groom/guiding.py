@@ -32,7 +32,7 @@ def guided(hair: Strands, guides: Groom, groom: Groom, motions: np.ndarray, rate
     carried = groom.points - along(guides.points, guides.offsets)
     placed = _moved(motions[strand], carried) + along(hair.points, hair.offsets)
     speeds = _moved(rates[strand], carried) + along(hair.velocities, hair.offsets)
-    return Strands(placed.astype(np.float32), speeds.astype(np.float32), groom.offsets, hair.diameter)
+    return Strands(placed, speeds.astype(np.float32), groom.offsets, hair.diameter)
 
 
 def guides_of(groom: Groom, guides: Groom) -> np.ndarray:

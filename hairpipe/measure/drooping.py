@@ -18,7 +18,7 @@ def drooped(groom: Groom, material: Material, gravity: float) -> Strands:
     Raise BadInput where a strand is not straight, or upright, where the elastica has no plane.
     """
     strands, shares = shares_of(groom.offsets)
-    points = np.empty((len(strands), 3), np.float32)
+    points = np.empty((len(strands), 3))
     known: dict[tuple[float, float], Elastica] = {}
     for strand in range(len(groom.ids)):
         mine = slice(*groom.offsets[strand : strand + 2])
@@ -36,4 +36,4 @@ def drooped(groom: Groom, material: Material, gravity: float) -> Strands:
         bent = known[case]
         out, up = (length * np.interp(shares[mine], bent.arc, bent.points[:, axis]) for axis in (0, 1))
         points[mine] = root + np.outer(out, level / np.linalg.norm(level)) + np.outer(up, (0.0, 1.0, 0.0))
-    return Strands(points, np.zeros_like(points), groom.offsets, material.diameter)
+    return Strands(points, np.zeros_like(points, np.float32), groom.offsets, material.diameter)

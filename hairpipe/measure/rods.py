@@ -114,8 +114,8 @@ def at(shape: Shape, arc: np.ndarray) -> Shape:
 def strands_of(shape: Shape, count: int) -> Strands:
     """Show a rod as a strand of equal segments."""
     arc = np.linspace(0.0, shape.arc[-1], count)
-    points = at(shape, arc).points.astype(np.float32)
-    return Strands(points, np.zeros_like(points), np.array([0, count], np.int32), 0.0)
+    points = at(shape, arc).points
+    return Strands(points, np.zeros_like(points, np.float32), np.array([0, count], np.int32), 0.0)
 
 
 def first_of(ends: Ends) -> Ends:

@@ -54,7 +54,7 @@ def turns(points: np.ndarray) -> np.ndarray:
 
 def layout_of(groom: Groom, state: HairState) -> Layout:
     """Return the layout that a state is in, of the model with as many particles; BadInput where there is none."""
-    dtype = state.positions.dtype
+    dtype = state.velocities.dtype
     layouts = [lay_out(groom.offsets, shape, dtype) for shape in (network.SHAPE, chain.SHAPE)]
     found = next((layout for layout in layouts if layout.first[-1] == len(state.positions)), None)
     if found is None:

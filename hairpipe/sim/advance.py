@@ -13,7 +13,7 @@ from hairpipe.sim.control import limits_of, next_step, pace_of
 from hairpipe.sim.hair import Hair
 from hairpipe.sim.integrators.catalogue import gravity_of, integrator_of
 from hairpipe.sim.motion import Motion, Step
-from hairpipe.sim.roots import Path, follow, hold, place
+from hairpipe.sim.roots import Path, about, follow, hold, origin_of, place
 from hairpipe.sim.sag_free import stand
 from hairpipe.sim.scene import Scene
 
@@ -34,11 +34,15 @@ def start(hair: Hair, lead: Lead, scene: Scene) -> HairState:
         tensions = np.zeros_like(hair.model.inverse_lengths)
         accelerations = _at_first(gravity[:, None], velocities, scene)
         return HairState(positions, velocities, accelerations, tensions, tensions[:0], *AT_FIRST)
-    stance = stand(hair.model, hair.layout, hair.groom.ids, positions, gravity, scene.sag_free)
-    velocities = follow(lead, hair.groom, stance.positions, hair.layout)
+    origin = origin_of(positions, hair.layout)
+    near = about(origin, positions, hair.layout)
+    stance = stand(hair.model, hair.layout, hair.groom.ids, near, gravity, scene.sag_free)
+    # What stands as groomed stays where it is, to the bit.
+    positions = positions + (stance.positions - near)
+    velocities = follow(lead, hair.groom, positions, hair.layout)
     pull = np.where(stance.rests[:, None], 0.0, gravity[:, None])
     accelerations = _at_first(pull, velocities, scene)
-    return HairState(stance.positions, velocities, accelerations, stance.tensions, stance.inverse_lengths, *AT_FIRST)
+    return HairState(positions, velocities, accelerations, stance.tensions, stance.inverse_lengths, *AT_FIRST)
 
 
 def _at_first(pull: np.ndarray, velocities: np.ndarray, scene: Scene) -> np.ndarray:
@@ -64,15 +68,17 @@ def advance_frame(
     bodies  that hair does not pass through
     frame   time between them [s]
     began   time of the shot at the previous frame [s]
-    watch   sees the motion after every step, with the times at which that began and ended since the previous frame [s]
+    watch   sees the motion after every step, about the middle of the roots, with the times at which the step began and
+            ended since the previous frame [s]
 
     Raises ArithmeticError, naming strands, where what strands do to each other cannot be found as they are not finite.
     """
     model = hair.model if not len(state.inverse_lengths) else hair.model._replace(inverse_lengths=state.inverse_lengths)
-    arrays = (state.positions, state.velocities, state.accelerations, state.tensions)
+    origin = origin_of(state.positions, hair.layout)
+    arrays = (about(origin, state.positions, hair.layout), state.velocities, state.accelerations, state.tensions)
     motion = Motion(*(array.copy() for array in arrays))
-    path = Path(*(hold(lead, hair.groom, hair.rest, hair.layout) for lead in leads), frame)
-    around = surroundings_of(hair, model, state, bodies, scene, began)
+    path = Path(*(hold(lead, hair.groom, hair.rest, hair.layout, origin) for lead in leads), frame)
+    around = surroundings_of(hair, model, state, bodies, scene, began, origin)
     integrator, pace = integrator_of(scene), pace_of(scene.steps, state.pace)
     limits = [*limits_of(scene.steps, model, around), pace]
     time = 0.0
@@ -87,7 +93,8 @@ def advance_frame(
             watch(motion, time, time + dt)
         time += dt
     stuck = around.hair.connections if around.hair is not None else (state.stuck, state.stuck_at)
-    return HairState(motion.x, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck, pace.step)
+    positions = origin[:, None] + motion.x
+    return HairState(positions, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck, pace.step)
 
 
 def strands_of(hair: Hair, state: HairState) -> Strands:
@@ -96,7 +103,7 @@ def strands_of(hair: Hair, state: HairState) -> Strands:
     finite = np.isfinite(points).all(1) & np.isfinite(velocities).all(1)
     if not finite.all():
         raise _lost(hair, np.flatnonzero(~finite))
-    return Strands(points.astype(np.float32), velocities.astype(np.float32), hair.layout.offsets, hair.diameter)
+    return Strands(points, velocities.astype(np.float32), hair.layout.offsets, hair.diameter)
 
 
 def _lost(hair: Hair, points: np.ndarray) -> ArithmeticError:

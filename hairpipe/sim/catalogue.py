@@ -23,6 +23,7 @@ from hairpipe.sim.contact.stiction import Connections, same_hair_keys
 from hairpipe.sim.hair import Hair
 from hairpipe.sim.models.chain import Chain
 from hairpipe.sim.models.network import Network
+from hairpipe.sim.roots import WORLD
 from hairpipe.sim.scene import BodyContact, Collisions, Scene, Stiction
 from hairpipe.sim.surroundings import Surroundings
 
@@ -40,9 +41,15 @@ def bodies_of(
 
 
 def surroundings_of(
-    hair: Hair, model: Network | Chain, state: HairState, bodies: Sequence[MovingSurface], scene: Scene, began: float
+    hair: Hair,
+    model: Network | Chain,
+    state: HairState,
+    bodies: Sequence[MovingSurface],
+    scene: Scene,
+    began: float,
+    origin: np.ndarray = WORLD,
 ) -> Surroundings:
-    """Collect what acts on hair in a frame."""
+    """Collect what acts on hair in a frame, which is computed about an origin [m], (3,)."""
     offsets = hair.layout.offsets
     body = wind = touching = None
     if bodies:
@@ -55,7 +62,7 @@ def surroundings_of(
         stuck = Connections(state.stuck, state.stuck_at)
         at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
         touching = HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest)
-    return Surroundings(model, hair.layout, scene.strain, wind, body, touching, began)
+    return Surroundings(model, hair.layout, scene.strain, wind, body, touching, began, origin)
 
 
 @lru_cache(maxsize=2)

@@ -27,7 +27,7 @@ AS_IT_WORKS = Construction()
 class Hair:
     """What stays the same through a shot: the groom as a model of strands.
 
-    rest  particles of the groom [m], (rows, 3, W)
+    rest  particles of the groom in the world [m], (rows, 3, W) float64
     """
 
     groom: Groom
@@ -79,7 +79,7 @@ def _make_hair(
         model, rest = build_chain(layout, groom.points, material)
     else:
         layout = lay_out(groom.offsets, network.SHAPE, dtype)
-        model, rest = build_network(layout, groom.points, material, construction)
+        model, rest = build_network(layout, groom.points, groom.root_frames, material, construction)
     return Hair(groom, layout, model, rest, material.diameter)
 
 

@@ -46,9 +46,9 @@ class Layout:
         """Number of particles of all strands, without those of idle lanes."""
         return sum(map(self.shape.count, (np.diff(self.offsets) - 1).tolist()))
 
-    def empty(self, *components: int) -> np.ndarray:
-        """Make room for values of all particles, (rows, *components, width)."""
-        return np.empty((self.first[-1], *components, self.width), self.dtype)
+    def empty(self, *components: int, dtype: DTypeLike = None) -> np.ndarray:
+        """Make room for values of all particles, (rows, *components, width), of another dtype where one is given."""
+        return np.empty((self.first[-1], *components, self.width), dtype or self.dtype)
 
     def empty_blocks(self, *components: int) -> np.ndarray:
         """Make room for values of all strands, (blocks, *components, width)."""

@@ -11,6 +11,9 @@ good as in double, in half the time; hair on a body is three times as far off an
 into probing the body; hair among hair saves a tenth, and goes ways of its own. So hair that may touch anything
 stays in double precision, as does hair that stands without sag, whose springs cancel. What is exchanged between
 strands, and their factors there, are in single precision whatever this says: nothing is eliminated any more.
+
+A frame is computed about the middle of the roots (`roots.origin_of`), and positions between frames are in double
+precision: single precision rounds them to 6e-8 of the way from there, wherever in the world that is.
 """
 
 from functools import lru_cache

@@ -16,6 +16,8 @@ from hairpipe.sim.layout import Layout
 
 B = TypeVar("B")
 E = TypeVar("E")
+WORLD = np.zeros(3)
+"""The origin of the world [m]."""
 _INSTANT = 1e-5  # [s]; velocities of root frames are differences over this time, the body moving in a straight line
 
 
@@ -63,6 +65,21 @@ class Path:
         """Tips that are held through the frame: held at both ends of it."""
         both = min(len(self.start.tips), len(self.end.tips))
         return self.start.tips[:both] * self.end.tips[:both]
+
+
+def origin_of(x: np.ndarray, layout: Layout) -> np.ndarray:
+    """Return the middle of the roots of strands [m], (3,), about which a frame is computed; x [m], (rows, 3, W).
+
+    So hair is as precise far from the origin of the world as near it. Roots that are not finite are left out.
+    """
+    roots = layout.axis(x)[layout.offsets[:-1]]
+    roots = roots[np.isfinite(roots).all(axis=1)]
+    return roots.mean(axis=0) if len(roots) else WORLD
+
+
+def about(origin: np.ndarray, x: np.ndarray, layout: Layout) -> np.ndarray:
+    """Return x [m], (..., 3, W) float64, about an origin, in the precision that strands are computed in."""
+    return (x - origin[:, None]).astype(layout.dtype)
 
 
 def lead_of(body: B | None, ends: E | None) -> B | E | None:
@@ -133,25 +150,28 @@ def place(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layo
     """Put particles where their roots are led, every strand rigidly with its root.
 
     lead     the body, or what leads the ends; None: roots stand still
-    rest     particles of the groom [m], (rows, 3, W)
-    returns  positions [m] and velocities [m/s], (rows, 3, W)
+    rest     particles of the groom [m], (rows, 3, W) float64
+    returns  positions [m], float64, and velocities [m/s], (rows, 3, W)
     """
     strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
     places, rates = motion_of_roots(lead, groom)
-    return carry(places, rest, strands), carry(rates, rest, strands)
+    return carry(places, rest, strands), carry(rates, rest, strands).astype(layout.dtype, copy=False)
 
 
 def follow(lead: Mesh | Ends | None, groom: Groom, x: np.ndarray, layout: Layout) -> np.ndarray:
-    """Find the velocities [m/s] of particles at x [m], both (rows, 3, W), that go rigidly with their roots."""
+    """Find the velocities [m/s] of particles at x [m], float64, both (rows, 3, W), that go rigidly with their roots."""
     places, rates = motion_of_roots(lead, groom)
     spin = rates[:, :, :3] @ places[:, :, :3].transpose(0, 2, 1)
     drift = rates[:, :, 3] - np.einsum("sij,sj->si", spin, places[:, :, 3])
     strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
-    return carry(np.concatenate([spin, drift[:, :, None]], axis=2), x, strands)
+    return carry(np.concatenate([spin, drift[:, :, None]], axis=2), x, strands).astype(layout.dtype, copy=False)
 
 
-def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layout) -> Held:
-    """Find the held particles at a frame; arguments as for `place`. BadInput where both ends are one segment."""
+def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layout, origin: np.ndarray = WORLD) -> Held:
+    """Find the held particles at a frame, about an origin [m], (3,); other arguments as for `place`.
+
+    BadInput where both ends are one segment.
+    """
     clamped = layout.shape.clamped
     shape = (layout.blocks, clamped, 3, layout.width)
     strands = np.repeat(layout.strands, clamped, axis=0)
@@ -168,6 +188,7 @@ def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layou
             ]
         )
     positions, velocities = (np.concatenate(both, axis=1) for both in zip(*ends, strict=True))
+    positions, velocities = about(origin, positions, layout), velocities.astype(layout.dtype, copy=False)
     tips = _held_tips(lead, groom, layout)
     if len(tips):
         short = layout.strands[(tips > 0.0) & (np.diff(layout.first) < 2 * clamped)[:, None]]

@@ -42,7 +42,8 @@ def of(hair):
 
 def test_it_moves_hair_as_double_does(swing):
     double, single = (swing(precision, 10, 1 / 480).run(SECONDS) for precision in ("double", "single"))
-    assert single.state.positions.dtype == single.state.tensions.dtype == np.float32
+    assert single.state.velocities.dtype == single.state.tensions.dtype == np.float32
+    assert single.state.positions.dtype == np.float64  # of the world
     assert np.abs(double.points - swing("double", 10, 1 / 480).points).max() > 0.05
     assert np.abs(single.points - double.points).max() < 2e-4
 

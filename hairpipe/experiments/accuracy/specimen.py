@@ -48,7 +48,9 @@ def straight_specimen(sample: Sample, segments: int) -> Specimen:
 def specimen_of(sample: Sample, points: np.ndarray) -> Specimen:
     """Make a strand of points at equal distances [m], (n+1, 3)."""
     layout = lay_out(np.array([0, len(points)], np.int32), SHAPE)
-    model, rest = build_network(layout, np.asarray(points, float), sample.material, sample.construction)
+    model, rest = build_network(
+        layout, np.asarray(points, float), np.eye(3)[None], sample.material, sample.construction
+    )
     if sample.constants == "guessed":
         unit = sample.material.bending / np.linalg.norm(points[1] - points[0]) ** 2
         model.constants[:, 1:] = unit * np.array([1.0, 1.0, sample.construction.altitude])[:, None]

@@ -31,12 +31,15 @@ class Balance(NamedTuple):
         return self.residual < 10 * _TOLERANCE
 
 
-def stiffness(specimen: Specimen, x: np.ndarray) -> np.ndarray:
-    """Second derivatives of the energy [N/m], (3p, 3p), at x [m], (p, 3)."""
+def stiffness(specimen: Specimen, x: np.ndarray, step: float = _STEP) -> np.ndarray:
+    """Second derivatives of the energy [N/m], (3p, 3p), at x [m], (p, 3).
+
+    step  of the differences, over the length of a segment
+    """
     from hairpipe.sim.tangent import tangent
 
     lanes = np.repeat(x[:, :, None], specimen.model.mass.shape[1], axis=2)
-    bands = tangent(specimen.model, 0, lanes, np.full((1, lanes.shape[2]), _STEP * specimen.segment))[:, :, 0]
+    bands = tangent(specimen.model, 0, lanes, np.full((1, lanes.shape[2]), step * specimen.segment))[:, :, 0]
     matrix = np.zeros((3 * len(x), 3 * len(x)))
     for k, band in enumerate(bands.T):
         i = np.arange(len(band) - k)

@@ -1,7 +1,8 @@
 """A shot: simulated hair and the body under it, as one file or as one value clip a frame.
 
 What is authored follows what renderers agree on: Catmull-Rom curves pass through the simulated points, `pinned` keeps
-the root on the skin in every client, and widths on vertices are the only ones that all clients count alike.
+the root on the skin in every client, and widths on vertices are the only ones that all clients count alike. Points are
+about the origin of the world, in single precision, as USD keeps them: a kilometre away they are off by up to 0.03 mm.
 """
 
 from collections.abc import Mapping

@@ -26,8 +26,7 @@ def write_still(path: Path, value: Mesh | Strands | Groom, frame: int, fps: floa
     if isinstance(value, Mesh):
         write_mesh(path, value, frame, fps)
     elif isinstance(value, Groom):
-        points = value.points.astype(np.float32)
-        strands = Strands(points, np.zeros_like(points), value.offsets, DIAMETER)
+        strands = Strands(value.points, np.zeros_like(value.points, np.float32), value.offsets, DIAMETER)
         write_shot(path, Shot({frame: strands}, None, value, fps))
     else:
         write_shot(path, Shot({frame: value}, None, None, fps))

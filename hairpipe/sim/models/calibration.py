@@ -46,12 +46,17 @@ def spring_constants(material: Material, construction: Construction, length: np.
     # Fits lie on a fixed grid, not at the lengths at hand: a strand's constants must not depend on the other strands.
     below = np.floor(slack / _GRID).astype(int)
     turn = np.deg2rad(construction.turn)
-    turn = turn if _SINGULAR < turn < np.pi - _SINGULAR else lattice.TURN
+    turn = turn if works(turn) else lattice.TURN
     fits = {n: _fit(n * _GRID, ratio, construction.altitude, turn) for n in {*below.tolist(), *(below + 1).tolist()}}
     low, high = (np.array([fits[n + up] for n in below.tolist()]) for up in (0, 1))
     bending, torsion = unit / (low + (slack / _GRID - below)[:, None] * (high - low)).T
     bending, torsion = construction.bending * bending, construction.torsion * torsion
     return np.stack([np.full_like(length, material.axial), bending, torsion, construction.altitude * torsion])
+
+
+def works(turn: float) -> bool:
+    """Whether a lattice that turns so [rad] has stiffness in all of its modes."""
+    return bool(_SINGULAR < turn < np.pi - _SINGULAR)
 
 
 @lru_cache(maxsize=64)
@@ -95,7 +100,7 @@ def rod_stiffness(constants: np.ndarray, turn: float) -> np.ndarray:
     segments = _PROBED + 2 * _MARGIN
     axis = np.zeros((1, segments + 1, 3))
     axis[0, :, 2] = np.arange(segments + 1)
-    particles = lattice.perturb(axis, turn)[0]
+    particles = lattice.perturb(axis, np.array([[0.0, 1.0, 0.0]]), turn)[0]
     free = slice(3 * lattice.CLAMPED, None)
     hessian = _hessian(particles, constants)[free, free]
     loads = np.zeros((len(particles), 3, 3))

@@ -53,7 +53,7 @@ def build_chain(layout: Layout, points: np.ndarray, material: Material) -> tuple
 
     BadInput where a strand is not straight.
     """
-    rest = layout.empty(3)
+    rest = layout.empty(3, dtype=np.float64)
     chain = Chain(layout.first, layout.empty(), layout.empty(1), layout.empty_blocks(2))
     for blocks, axis in layout.classes(points):
         particles = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)

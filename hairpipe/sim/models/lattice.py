@@ -22,6 +22,8 @@ We differ from the paper:
   than against it. Ten segments look in all directions alike.
 - One segment (m_-1, q_-1, m_0) is buried and clamped. The network bends at the m_i, and m_0 stands for half a segment
   of free hair only: springs across it are twice as stiff. The free length is then exact for every roll of the strand.
+- The first q stands where the strand bends to, or where the skin says, not along an axis of the world: a groom that
+  is turned is the same groom (`first_normals`). Curls turn and stiffen theirs, see `curl.py`.
 - Curls are perturbed too, instead of using their own turns as triangles, which degenerate as a curl is drawn out.
 - Perturbed particles carry 5 % of the mass instead of a third: off-axis mass slows torsion by orders of magnitude.
 """
@@ -35,31 +37,34 @@ CLAMPED = 3
 REVERSAL = 5
 TURN = np.deg2rad(Construction().turn)
 HEIGHT = np.sqrt(3.0) / 2.0
+_STRAIGHT = 1e-6
+"""How far the middle of a straight strand is off the line of its first segment, over its way from the root."""
 
 
-def perturb(axis: np.ndarray, turn: float = TURN) -> np.ndarray:
+def perturb(axis: np.ndarray, normals: np.ndarray, turn: float | np.ndarray = TURN) -> np.ndarray:
     """Interleave the perturbed particles with the axis.
 
     axis     points of strands of n equal segments, root first [m], (s, n+1, 3)
-    turn     of the perturbed particles about the axis from segment to segment [rad]
+    normals  of the first segments: where the first perturbed particles stand, see `first_normals`, (s, 3)
+    turn     of the perturbed particles about the axis from segment to segment [rad], or of every strand, (s, 1)
     returns  particles in the order of the chain [m], (s, 2n+3, 3)
     """
     axis = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
     edges = np.diff(axis, axis=1)
     lengths = np.linalg.norm(edges, axis=2, keepdims=True)
-    off_axis = (axis[:, :-1] + axis[:, 1:]) / 2 + HEIGHT * lengths * _normals(edges / lengths, turn)
+    off_axis = (axis[:, :-1] + axis[:, 1:]) / 2 + HEIGHT * lengths * _carried(edges / lengths, normals, turn)
     particles = np.empty((len(axis), 2 * axis.shape[1] - 1, 3))
     particles[:, ::2], particles[:, 1::2] = axis, off_axis
     return particles
 
 
-def _normals(tangents: np.ndarray, turn: float) -> np.ndarray:
-    """Unit normals that are carried along the axis without twist and turned at every segment, (s, n+1, 3).
+def _carried(tangents: np.ndarray, first: np.ndarray, turn: float | np.ndarray) -> np.ndarray:
+    """Carry unit normals, (s, 3), along the axis without twist, and turn them at every segment, (s, n+1, 3).
 
     The turn reverses its sense every REVERSAL segments.
     """
     normals = np.empty_like(tangents)
-    normals[:, 0] = _any_normal(tangents[:, 0])
+    normals[:, 0] = first
     for i in range(1, tangents.shape[1]):
         carried = transport(normals[:, i - 1], tangents[:, i - 1], tangents[:, i])
         sense = 1 - 2 * ((i - 1) // REVERSAL % 2)
@@ -67,11 +72,24 @@ def _normals(tangents: np.ndarray, turn: float) -> np.ndarray:
     return normals
 
 
-def _any_normal(tangents: np.ndarray) -> np.ndarray:
-    """A unit vector at right angles to each tangent, (s, 3): from the coordinate axis it is least along."""
-    axis = np.eye(3)[np.argmin(np.abs(tangents), axis=1)]
-    across = np.cross(tangents, axis)
-    return across / np.linalg.norm(across, axis=1, keepdims=True)
+def first_normals(axis: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Unit vectors across the first segments of strands, which turn with the strand and its root, (s, 3).
+
+    axis    [m], (s, n+1, 3)
+    frames  of the roots: columns tangent, bitangent, outward normal, (s, 3, 3 or more)
+
+    Towards the middle of the strand, where that is off the line of the first segment; for a straight strand, along the
+    tangent of the skin, carried from its normal to the strand. A straight strand that goes back into the skin has no
+    such direction: there it is the mirrored tangent, and jumps about, as the smallest rotation to that does.
+    """
+    edges = axis[:, 1] - axis[:, 0]
+    along = edges / np.linalg.norm(edges, axis=1, keepdims=True)
+    middle = axis.mean(axis=1) - axis[:, 0]
+    aside = middle - np.sum(middle * along, axis=1, keepdims=True) * along
+    off = np.linalg.norm(aside, axis=1, keepdims=True)
+    carried = transport(frames[:, :, 0], frames[:, :, 2], along)
+    straight = off <= _STRAIGHT * np.linalg.norm(middle, axis=1, keepdims=True)
+    return np.where(straight, carried, aside / np.where(straight, 1.0, off))
 
 
 def transport(vectors: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:

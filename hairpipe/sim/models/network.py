@@ -1,6 +1,7 @@
 """The paper's model of a strand: a network of springs on the lattice, which resists stretch, bending and twist."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,8 +15,9 @@ from hairpipe.sim.lanes import load
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.material import Material
 from hairpipe.sim.models import lattice
-from hairpipe.sim.models.calibration import spring_constants
+from hairpipe.sim.models.calibration import spring_constants, works
 from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.models.curl import Fit, fit_curls
 from hairpipe.sim.models.interface import Shape, add_forces, is_model, shape_of, spring_constant, springs_from
 
 SHAPE = Shape(reach=3, clamped=lattice.CLAMPED, stride=2)
@@ -41,26 +43,44 @@ class Network(NamedTuple):
 
 
 def build_network(
-    layout: Layout, points: np.ndarray, material: Material, construction: Construction
+    layout: Layout, points: np.ndarray, frames: np.ndarray, material: Material, construction: Construction
 ) -> tuple[Network, np.ndarray]:
     """Make the network whose rest shape is the groom.
 
     points   of the groom [m], (p, 3)
+    frames   of its roots, whose first three columns count, (strands, 3, 3 or more)
     returns  the network, and its particles at rest [m], (rows, 3, W)
     """
-    rest = layout.empty(3)
+    rest = layout.empty(3, dtype=np.float64)
     network = Network(layout.first, layout.empty(), layout.empty(3), layout.empty(7), layout.empty_blocks(4))
     for blocks, axis in layout.classes(points):
-        particles = lattice.perturb(axis, np.deg2rad(construction.turn))
         length = np.linalg.norm(np.diff(axis, axis=1), axis=2).mean(1)
+        normals = lattice.first_normals(axis, frames[layout.strands[blocks].reshape(-1)])
+        fit = _fit(axis, normals, length, material, construction)
+        particles, constants = (
+            lattice.perturb(axis, fit.normals, fit.turns),
+            spring_constants(material, construction, length),
+        )
+        constants[1:] *= fit.factors
         segments = axis.shape[1] - 1
         masses = lattice.masses(length, segments, material.line_density, construction.off_axis_mass)
         layout.fill(rest, blocks, particles)
         layout.fill(network.mass, blocks, masses)
         layout.fill(network.inverse_lengths, blocks, _inverse(lattice.rest_lengths(particles)))
         layout.fill(network.inverse_heights, blocks, _inverse(lattice.rest_heights(particles)))
-        layout.fill_blocks(network.constants, blocks, spring_constants(material, construction, length))
+        layout.fill_blocks(network.constants, blocks, constants)
     return network, rest
+
+
+def _fit(
+    axis: np.ndarray, normals: np.ndarray, length: np.ndarray, material: Material, construction: Construction
+) -> Fit:
+    """Fit the lattice to curls as if it had all that the construction leaves out."""
+    turn = float(np.deg2rad(construction.turn))
+    if not works(turn):
+        return Fit(normals, np.full((len(axis), 1), turn), np.ones(len(axis)))
+    whole = spring_constants(material, replace(construction, bending=1.0, torsion=1.0), length)
+    return fit_curls(axis, normals, turn, whole, material)
 
 
 def _inverse(values: np.ndarray) -> np.ndarray:

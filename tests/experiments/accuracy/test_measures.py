@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from hairpipe.experiments.accuracy.cantilever import cantilever_table
-from hairpipe.experiments.accuracy.helix import helix_table, rod_of
+from hairpipe.experiments.accuracy.helix import helix_table, rod_of, spring_of_network, spring_of_rod, turns
 from hairpipe.experiments.accuracy.sample import Sample
+from hairpipe.experiments.accuracy.specimen import specimen_of
 from hairpipe.experiments.accuracy.torsion import torsion_table
 from hairpipe.experiments.accuracy.vibration import vibration_table
 from hairpipe.experiments.accuracy.writhe import writhe_tables
@@ -44,8 +45,17 @@ def test_the_rod_of_a_curl_runs_through_its_points():
 
 
 def test_a_finely_divided_curl_is_as_stiff_as_the_rod():
-    table = helix_table(Sample(length=0.05), Helix(radius=0.02, pitch=0.02), [40], [1.0])
+    table = helix_table(Sample(length=0.05), Helix(radius=0.02, pitch=0.02), [40], [1.0], 1)
     assert abs(table["stiffness error [%]"][0]) < 5 and abs(table["sag error [%]"][0]) < 5
+
+
+@pytest.mark.parametrize(("curl", "length", "segments"), [((0.015, 0.03), 0.3, 25), ((0.004, 0.008), 0.133, 50)])
+def test_a_coarse_curl_is_as_stiff_whichever_way_it_faces_and_is_wound(curl, length, segments):
+    sample, points = Sample(length=length), wound(Helix(*curl), length, segments)
+    stiff = spring_of_rod(*rod_of(sample, Helix(*curl), points))
+    found = [spring_of_network(specimen_of(sample, points @ turn.T), turn[:, 2]) for turn in turns(5)]
+    np.testing.assert_allclose(found, found[0], rtol=1e-7)  # the stiffness is differenced
+    assert found[0] == pytest.approx(stiff, rel=0.05)
 
 
 def test_writhing_begins_from_the_stiffness_without_twist():
