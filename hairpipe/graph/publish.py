@@ -68,7 +68,7 @@ class Publisher:
         return root
 
     def _is_ours(self, place: Path, name: str = "") -> bool:
-        """Whether nothing is lost by writing an object to a place: what is there is ours, or in the store."""
+        """Whether nothing is lost by writing an object to a place: what lies there is ours, or in the store."""
         found = digest_there(place, self.store)
         if found is None or f"{found}.bin" == name or found == self.ledger.digest(place):
             return True

@@ -155,7 +155,7 @@ def test_a_full_disk_says_nothing_about_a_model(scene):
 
     def full(*_) -> Outcome:
         failure = Failure(GraphTask("hair", 3), "disk", "No space left on device")
-        return Outcome(0, 0, 0, (failure,), (), {}, False)
+        return Outcome(0, 0, 0, (failure,), (), {}, {}, False)
 
     sample = choose_sample(range(1, 9), 24.0, None, 8, 8, 4)
     study = Study(text, "hair", Store(scene.parent / "cache"), sample, 8, Tolerance(0.02, "m"), full)
