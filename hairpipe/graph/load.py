@@ -20,7 +20,7 @@ from hairpipe.graph.settings import check_settings, map_files
 from hairpipe.graph.wording import brief, nearest
 
 SCHEMA = 1
-KEYS = ("schema", "frames", "fps")
+KEYS = ("schema", "frames", "fps", "preroll")
 NAME = "a letter, then letters, digits, - and _"
 CHECKPOINT = 24
 """A second of film: resuming a simulation recomputes at most this many frames."""
@@ -56,7 +56,9 @@ def make_graph(text: GraphText) -> Graph:
     nodes = connect(nodes, text.place)
     frames = read_frames(text)
     taken = frozenset(edge for node in nodes.values() for edge in node.edges.values())
-    graph = Graph(path, frames, read_fps(text), {name: nodes[name] for name in sort_nodes(nodes, path)}, taken)
+    graph = Graph(
+        path, frames, read_fps(text), {name: nodes[name] for name in sort_nodes(nodes, path)}, taken, read_preroll(text)
+    )
     check_publish(graph, text)
     return graph
 
@@ -94,6 +96,15 @@ def read_fps(text: GraphText) -> float:
         what = "no fps" if fps is None else f"fps = {brief(fps)} is no frame rate"
         raise BadInput(what, where=text.place(None, ["fps"]), right="fps = 24; a number in 1/s, 0.01 to 100000")
     return float(fps)
+
+
+def read_preroll(text: GraphText) -> int:
+    """Read `preroll`, the number of frames before the first that scans begin at; none where it is not given."""
+    preroll = text.tables.get("preroll", 0)
+    if type(preroll) is not int or not 0 <= preroll < MOST_FRAMES:
+        what, right = f"preroll = {brief(preroll)} is no number of frames", "preroll = 24; a whole number, not negative"
+        raise BadInput(what, where=text.place(None, ["preroll"]), right=right)
+    return preroll
 
 
 def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Catalogue) -> Node:

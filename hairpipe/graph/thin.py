@@ -39,7 +39,7 @@ class Thinner:
             node = self.resolver.graph.nodes[task.node]
             if record.state is not None:
                 may_go = self.resolver.thinnable(node) is not None and passed(task)
-                goes = may_go and not is_checkpoint(node, task, self.resolver.graph.frames[0])
+                goes = may_go and not is_checkpoint(node, task, self.resolver.graph.begin)
                 (spare if goes else kept).add(record.outputs[record.state].object)
         spare = {name for name in spare - kept if self.resolver.store.has(name)}
         if spare:
@@ -59,7 +59,7 @@ def _frame(task: Task) -> int:
 
 
 def is_checkpoint(node: Node, task: Task, first: int) -> bool:
-    """Whether a frame is an n-th one, counted from the first of the graph."""
+    """Whether a frame is an n-th one, counted from the first of a scan."""
     return task.frame is not None and (task.frame - first + 1) % node.checkpoint == 0
 
 
