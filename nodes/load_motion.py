@@ -16,6 +16,7 @@ def load_motion(
     file: Annotated[Path, Suffixes((".bvh",))],
     at: int = 1001,
     start: Seconds = 0.0,
+    settle: Annotated[Seconds, Ge(0.0)] = 0.0,
     speed: Annotated[float, Gt(0)] = 1.0,
     unit: Annotated[Metres, Gt(0)] | None = None,
     up: Literal["y", "z"] | None = None,
@@ -29,6 +30,7 @@ def load_motion(
     file       the clip
     at         frame of the shot at which the clip is at `start`; outside the clip the body holds still
     start      where in the clip it is then
+    settle     before `at` the body comes from rest to its pose there, so long; see `preroll` of a graph
     speed      of playing: 0.5 is half as fast as recorded
     unit       metres in one unit of the clip; if not given legs are scaled to the body's, or 1 where they do not tell
     up         axis of the clip that points up; told from its all-zero pose if not given
@@ -38,9 +40,12 @@ def load_motion(
                edit of whose tail may move all frames; by default feet for a single pose, else clip with a warning
     joints     pairs of a joint of the body and the joint of the clip it follows, where their names do not tell
     """
+    from hairpipe.body.approach import approach
     from hairpipe.body.motion import Playback, pose_at
     from hairpipe.io.bvh import recall_bvh
 
-    seconds = start + (time.frame - at) / time.fps * speed
+    since = (time.frame - at) / time.fps
+    seconds = start + (max(since, 0.0) if settle > 0.0 else since) * speed
     playback = Playback(up=up, reference=reference, unit=unit, skip=skip, joints=joints, floor=floor)
-    return pose_at(rest.skeleton, recall_bvh(file), seconds, speed, playback)
+    pose = pose_at(rest.skeleton, recall_bvh(file), seconds, speed, playback)
+    return approach(rest.skeleton, pose, -since, settle) if settle > 0.0 > since else pose

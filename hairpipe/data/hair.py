@@ -17,6 +17,7 @@ class HairState:
     stuck            segments of the groom that stick together, first < second, (n, 2) int32
     stuck_at         where on them, as fractions of their length, (n, 2) float64
     pace             longest step that hair which passes through hair allows next [s]
+    stretched        length over that at rest of a segment that was warned of; 1: none was
     """
 
     positions: np.ndarray
@@ -27,3 +28,4 @@ class HairState:
     stuck: np.ndarray
     stuck_at: np.ndarray
     pace: float
+    stretched: float

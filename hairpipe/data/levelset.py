@@ -11,10 +11,13 @@ class LevelSet:
 
     A brick stores the 9 x 9 x 9 samples at the corners of its 8 x 8 x 8 voxels, so that a point in it is interpolated
     without looking at a neighbour. Sample (i, j, k) of brick (a, b, c) lies at origin + voxel * (8a+i, 8b+j, 8c+k).
+    What is far inside is known at the corners of its blocks.
 
     bricks      index of the brick that covers this block of space, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
-    distance    signed distance, negative inside, clamped to +-voxel*half_width [m], (B, 9, 9, 9) float32
+    distance    signed distance, negative inside, outside at most voxel*half_width [m], (B, 9, 9, 9) float32
     velocity    of the nearest point of the surface; beyond the band, of one nearby [m/s], (B, 9, 9, 9, 3) float32
+    inner       the same at the corners of the blocks that are far inside: distance [m], then velocity [m/s]; elsewhere
+                0, (na + 1, nb + 1, nc + 1, 4) float32
     origin      position of the first sample, a multiple of 8 voxels from the world's origin [m], (3,) float64
     voxel       spacing of the samples [m]
     half_width  of the band, in voxels
@@ -26,6 +29,7 @@ class LevelSet:
     bricks: np.ndarray
     distance: np.ndarray
     velocity: np.ndarray
+    inner: np.ndarray
     origin: np.ndarray
     voxel: float
     half_width: float

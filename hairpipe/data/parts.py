@@ -19,7 +19,9 @@ class BodyParts:
     shapes      how many bricks of a part there are along the axes, (G, 3) int32
     origins     position of the first sample of a part in its frame [m], (G, 3) float64
     bricks      index of the brick at every block of space, LevelSet.FAR_OUTSIDE or FAR_INSIDE, int32
-    distance    signed, negative inside, clamped to +-voxel*half_width [m], (B, 9, 9, 9) float32
+    distance    signed, negative inside, outside at most voxel*half_width [m], (B, 9, 9, 9) float32
+    inner       the same at the corners of blocks, see LevelSet: of all parts, (na + 1) (nb + 1) (nc + 1) of each [m],
+                float32
     voxel       spacing of the samples [m]
     half_width  of the band, in voxels
     """
@@ -32,5 +34,6 @@ class BodyParts:
     origins: np.ndarray
     bricks: np.ndarray
     distance: np.ndarray
+    inner: np.ndarray
     voxel: float
     half_width: float

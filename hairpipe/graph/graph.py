@@ -66,6 +66,7 @@ class Graph:
     frames   first and last, both included
     fps      frames per second [1/s]
     taken    outputs that some node takes; of the whole graph, also where this is a part of it
+    preroll  frames before the first from which scans begin, and which nothing else sees
     """
 
     path: Path
@@ -74,6 +75,7 @@ class Graph:
     fps: float
     nodes: dict[str, Node]
     taken: frozenset[Edge]
+    preroll: int = 0
 
     @property
     def folder(self) -> Path:
@@ -105,6 +107,11 @@ class Graph:
         return map_files(fields_of(node.type), node.settings, lambda _, file: str(self.file(file)))
 
     @property
+    def begin(self) -> int:
+        """Frame that scans begin at."""
+        return self.frames[0] - self.preroll
+
+    @property
     def all_frames(self) -> range:
         """Every frame of the range."""
         return range(self.frames[0], self.frames[1] + 1)
@@ -132,10 +139,10 @@ class Graph:
         return replace(self, nodes={name: node for name, node in self.nodes.items() if name in wanted})
 
     def select(self, frames: Iterable[int] | None) -> tuple[int, ...]:
-        """Check a selection of frames against the range; all frames for None."""
+        """Check a selection of frames against the range and the pre-roll; all frames of the range for None."""
         first, last = self.frames
         numbers = tuple(sorted(set(self.all_frames if frames is None else frames)))
-        outside = [f for f in numbers if not first <= f <= last]
+        outside = [f for f in numbers if not self.begin <= f <= last]
         if outside or not numbers:
             what = f"frame {outside[0]} is outside the graph" if outside else "no frames are selected"
             raise BadInput(what, where=self.path, right=f"frames {first}-{last}")

@@ -22,7 +22,7 @@ from hairpipe.graph.wording import brief, nearest
 from hairpipe.plain_file import special
 
 SCHEMA = 1
-KEYS = ("schema", "frames", "fps")
+KEYS = ("schema", "frames", "fps", "preroll")
 MOST_LETTERS = 100
 NAME = f"a letter, then letters, digits, - and _, at most {MOST_LETTERS} in all"
 CHECKPOINT = 24
@@ -60,7 +60,7 @@ def make_graph(text: GraphText) -> Graph:
     frames = read_frames(text)
     taken = frozenset(edge for node in nodes.values() for edge in node.edges.values())
     ordered = {name: nodes[name] for name in sort_nodes(nodes, path)}
-    graph = Graph(path, project_of(path), frames, read_fps(text), ordered, taken)
+    graph = Graph(path, project_of(path), frames, read_fps(text), ordered, taken, read_preroll(text))
     check_publish(graph, text)
     return graph
 
@@ -98,6 +98,15 @@ def read_fps(text: GraphText) -> float:
         what = "no fps" if fps is None else f"fps = {brief(fps)} is no frame rate"
         raise BadInput(what, where=text.place(None, ["fps"]), right="fps = 24; a number in 1/s, 0.01 to 100000")
     return float(fps)
+
+
+def read_preroll(text: GraphText) -> int:
+    """Read `preroll`, the number of frames before the first that scans begin at; none where it is not given."""
+    preroll = text.tables.get("preroll", 0)
+    if type(preroll) is not int or not 0 <= preroll < MOST_FRAMES:
+        what, right = f"preroll = {brief(preroll)} is no number of frames", "preroll = 24; a whole number, not negative"
+        raise BadInput(what, where=text.place(None, ["preroll"]), right=right)
+    return preroll
 
 
 def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Catalogue) -> Node:

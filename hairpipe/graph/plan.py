@@ -57,7 +57,9 @@ def plan(graph: Graph, store: Store, frames: Iterable[int] | None = None) -> lis
 def explain(graph: Graph, store: Store, task: Task, frames: Iterable[int] | None = None) -> Explanation:
     """Say what the key of a task is made of, and how that differs from its latest result."""
     node = graph.node(task.node)
-    if node.per_frame != (task.frame is not None) or (task.frame is not None and task.frame not in graph.all_frames):
+    if node.per_frame != (task.frame is not None) or (
+        task.frame is not None and not graph.begin <= task.frame <= graph.frames[1]
+    ):
         right = f"{task.node}@{graph.frames[0]}" if node.per_frame else task.node
         raise BadInput(f"'{task}' is no task of the graph", where=graph.path, right=right)
     planner = Planner(graph.upto([task.node]), store, frames)

@@ -34,7 +34,7 @@ class Replay:
         node = self.graph.node(self.name)
         if node.type.state is None:
             raise BadInput(f"'{self.name}' does not go from frame to frame", where=self.graph.path, right="a scan")
-        self.frame = self.graph.frames[0]
+        self.frame = self.graph.begin
 
     def prepare(self, frames: int) -> None:
         """Compute what so many frames from here on depend on."""

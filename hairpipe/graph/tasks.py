@@ -32,15 +32,15 @@ Inputs = dict[str, list[Source]]
 def inputs_of(graph: Graph, task: Task, frames: tuple[int, ...]) -> Inputs:
     """List the sources of a task; `frames` are those that a `Frames` socket sees.
 
-    At the first frame of the graph a pair is the current value twice, and a scan has no `previous`.
+    At the frame that scans begin at a pair is the current value twice, and a scan has no `previous`.
     """
     node = graph.nodes[task.node]
     inputs: Inputs = {}
     for plug, edge in node.edges.items():
         source = graph.nodes[edge.node]
-        seen = frames_seen(node.type.socket(plug).view, task.frame, frames, graph.frames[0])
+        seen = frames_seen(node.type.socket(plug).view, task.frame, frames, graph.begin)
         inputs[plug] = [Source(at(source, frame), edge.output) for frame in seen]
-    if node.type.state is not None and task.frame is not None and task.frame > graph.frames[0]:
+    if node.type.state is not None and task.frame is not None and task.frame > graph.begin:
         inputs["previous"] = [Source(Task(task.node, task.frame - 1), node.type.state)]
     return inputs
 
@@ -62,14 +62,14 @@ def at(node: Node, frame: int | None) -> Task:
 def unroll(graph: Graph, frames: tuple[int, ...]) -> dict[Task, Inputs]:
     """List the tasks behind all nodes at these frames, each after those it needs.
 
-    A scan needs every frame from the first of the graph on, whatever is selected.
+    A scan needs every frame from its beginning on, whatever is selected.
     """
     tasks: dict[Task, Inputs] = {}
     wanted: defaultdict[str, set[int | None]] = defaultdict(set)
     for node in reversed(graph.nodes.values()):
         own = wanted[node.name] | {at(node, frame).frame for frame in frames}
         if node.type.mode == "scan":
-            own = set(range(graph.frames[0], max(frame for frame in own if frame is not None) + 1))
+            own = set(range(graph.begin, max(frame for frame in own if frame is not None) + 1))
         for frame in own:
             task = Task(node.name, frame)
             tasks[task] = inputs_of(graph, task, frames)

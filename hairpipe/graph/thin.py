@@ -58,7 +58,7 @@ class Thinner:
         self._next[name] = max(begin, end)
         for task in (Task(name, frame) for frame in range(begin, end)):
             record = self.resolver.results.get(task)
-            if record is None or task in self._passed or is_checkpoint(node, task, self.resolver.graph.frames[0]):
+            if record is None or task in self._passed or is_checkpoint(node, task, self.resolver.graph.begin):
                 continue
             self._passed.add(task)
             for spared in state(record):
@@ -74,7 +74,7 @@ class Thinner:
 
 
 def is_checkpoint(node: Node, task: Task, first: int) -> bool:
-    """Whether a frame is an n-th one, counted from the first of the graph."""
+    """Whether a frame is an n-th one, counted from the first of a scan."""
     return task.frame is not None and (task.frame - first + 1) % node.checkpoint == 0
 
 

@@ -1,4 +1,4 @@
-"""Bake the signed distance and the velocity of a moving body into the bricks of a narrow band."""
+"""Bake the signed distance and the velocity of a moving body: a narrow band, and coarsely what is inside it."""
 
 from warnings import warn
 
@@ -6,6 +6,7 @@ from hairpipe.body.tree import tree_over
 from hairpipe.data import LevelSet, Mesh
 from hairpipe.errors import BadInput
 from hairpipe.levelset.bricks import filled_bricks
+from hairpipe.levelset.inner import inner_corners
 from hairpipe.levelset.lattice import lattice_around
 from hairpipe.levelset.outer import outer_surface
 from hairpipe.levelset.outside import OUTSIDE, marked_samples
@@ -16,7 +17,7 @@ LOST = 0.01
 
 
 def bake(mesh: Mesh, voxel: float, half_width: float, open_edges: str = "fill") -> LevelSet:
-    """Return the signed distance and the velocity of a body in a band around its surface; pure.
+    """Return the signed distance and the velocity of a body in a band around its surface, and all over inside; pure.
 
     phi(x) = -+min |x - p| over the points p of the surface that the outside touches, negative inside; v(x) = v(p)
 
@@ -47,5 +48,6 @@ def bake_surface(surface: Surface, voxel: float, half_width: float) -> tuple[Lev
     outer = outer_surface(surface, marks, lattice)
     tree = tree_over(outer.surface.corners)
     bricks = filled_bricks(tree, outer.surface.velocities, lattice, marks, half_width * voxel)
-    found = LevelSet(bricks.places, bricks.distance, bricks.velocity, lattice.first * voxel, voxel, half_width)
+    inner = inner_corners(tree, outer.surface.velocities, lattice, bricks.places)
+    found = LevelSet(bricks.places, bricks.distance, bricks.velocity, inner, lattice.first * voxel, voxel, half_width)
     return found, outer.lost

@@ -113,6 +113,7 @@ def gathered(names: tuple[str, ...], poses: np.ndarray, rates: np.ndarray, parts
         np.array([part.origin for part in parts]),
         np.concatenate(bricks).astype(np.int32),
         np.concatenate([part.distance for part in parts]),
+        np.concatenate([part.inner[..., 0].ravel() for part in parts]),
         parts[0].voxel,
         parts[0].half_width,
     )

@@ -101,7 +101,7 @@ def fill_bricks(
     distance: np.ndarray,
     velocity: np.ndarray,
 ) -> None:
-    """Fill, in place, the first 8 x 8 x 8 samples of every brick: distance, clamped, and velocity of the closest point.
+    """Fill, in place, the first 8 x 8 x 8 samples of every brick: distance, and velocity of the closest point.
 
     velocities  of the corners of the surface's triangles [m/s], (m, 3, 3) float64
     places      of the bricks along the axes, (n, 3) int64
@@ -109,7 +109,7 @@ def fill_bricks(
     voxel       spacing of the samples [m]
     width       of the band [m]
     marks       of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
-    distance    [m], (n, 9, 9, 9) float32
+    distance    clamped outside [m], (n, 9, 9, 9) float32
     velocity    [m/s], (n, 9, 9, 9, 3) float32
     """
     for n in prange(len(places)):
@@ -121,8 +121,8 @@ def fill_bricks(
                     x, y, z = (first[0] + a) * voxel, (first[1] + b) * voxel, (first[2] + c) * voxel
                     squared, near, w = closest(tree, (x, y, z), np.inf, near)
                     t = tree.triangles[near]
-                    far = min(np.sqrt(squared), width)
-                    distance[n, i, j, k] = far if marks[a, b, c] & OUTSIDE else -far
+                    far = np.sqrt(squared)
+                    distance[n, i, j, k] = min(far, width) if marks[a, b, c] & OUTSIDE else -far
                     for axis in range(3):
                         v0, v1, v2 = velocities[t, 0, axis], velocities[t, 1, axis], velocities[t, 2, axis]
                         velocity[n, i, j, k, axis] = w[0] * v0 + w[1] * v1 + w[2] * v2
@@ -138,7 +138,7 @@ def share_samples(
            (na + 1, nb + 1, nc + 1) int32
 
     Where that brick is missing, the sample is beyond the band: it takes sign and velocity of the sample before it, in a
-    brick that all who share the sample agree on.
+    brick that all who share the sample agree on. Inside, the distance goes on as it does before that.
     """
     last = BRICK - 1
     for n in range(len(places)):
@@ -149,7 +149,13 @@ def share_samples(
                     if max(i, j, k) == BRICK:
                         m, u, v, w = holder(index, BRICK * a + i, BRICK * b + j, BRICK * c + k)
                         near = distance[m, min(u, last), min(v, last), min(w, last)]
-                        distance[n, i, j, k] = near if max(u, v, w) < BRICK else np.copysign(width, near)
+                        if max(u, v, w) < BRICK:
+                            distance[n, i, j, k] = near
+                        elif near > 0.0:
+                            distance[n, i, j, k] = width
+                        else:
+                            nearer = distance[m, min(u, 2 * last - u), min(v, 2 * last - v), min(w, 2 * last - w)]
+                            distance[n, i, j, k] = 2.0 * near - nearer
                         for axis in range(3):
                             velocity[n, i, j, k, axis] = velocity[m, min(u, last), min(v, last), min(w, last), axis]
 

@@ -13,14 +13,16 @@ class Field(NamedTuple):
     bricks      index of the brick at every block of space, or LevelSet.FAR_OUTSIDE, FAR_INSIDE, (na, nb, nc) int32
     distance    signed distance [m], (B, 9, 9, 9) float32
     velocity    of the nearest point of the surface [m/s], (B, 9, 9, 9, 3) float32
+    inner       distance and velocity at the corners of blocks far inside, (na + 1, nb + 1, nc + 1, 4) float32
     x, y, z     position of the first sample [m]
     per_metre   samples in a metre [1/m]
-    background  |distance| beyond the band [m]
+    background  distance beyond the band, outside [m]
     """
 
     bricks: np.ndarray
     distance: np.ndarray
     velocity: np.ndarray
+    inner: np.ndarray
     x: float
     y: float
     z: float
@@ -33,4 +35,5 @@ def field_of(surface: LevelSet) -> Field:
     x, y, z = (float(value) for value in surface.origin)
     # Rounded as the samples are, so that the distance does not jump where the bricks end.
     background = float(np.float32(surface.voxel * surface.half_width))
-    return Field(surface.bricks, surface.distance, surface.velocity, x, y, z, 1 / surface.voxel, background)
+    arrays = (surface.bricks, surface.distance, surface.velocity, surface.inner)
+    return Field(*arrays, x, y, z, 1 / surface.voxel, background)

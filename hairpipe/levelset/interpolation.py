@@ -5,15 +5,12 @@ from enum import IntEnum
 import numpy as np
 
 from hairpipe.body.inlined import inlined
-from hairpipe.data import LevelSet
 from hairpipe.levelset.field import Field
 from hairpipe.levelset.linear import linear_places
 from hairpipe.levelset.one_sided import one_sided_places
 from hairpipe.levelset.places import Places
-from hairpipe.levelset.sample import brick_at, distance, gradient, velocity
+from hairpipe.levelset.sample import FAR_OUTSIDE, brick_at, distance, gradient, velocity
 from hairpipe.levelset.two_sided import two_sided_places
-
-FAR_OUTSIDE = LevelSet.FAR_OUTSIDE
 
 
 class Interpolation(IntEnum):
@@ -73,8 +70,7 @@ def evaluate(
 ) -> tuple[float, float, float, float, float, float, float]:
     """Return the signed distance [m], the unit outward normal and the velocity [m/s] of the body between two frames.
 
-    Arguments are those of `distance_between`. Normal and velocity are 0 where neither frame has a brick: out of the
-    body's reach, and too deep inside it to know the way out.
+    Arguments are those of `distance_between`. Normal and velocity are 0 out of the body's reach.
 
     The normal is that of the two frames' gradients, blended where they are read. It leaves out how the velocity varies
     in space: that would give the gradient of phi(x, a) itself, but while the body turns it is farther from the body's
@@ -106,9 +102,9 @@ def normal_at(field0: Field, field1: Field, at: Places) -> tuple[float, float, f
 def velocity_at(field0: Field, field1: Field, at: Places) -> tuple[float, float, float]:
     """Return the blended velocity [m/s]; where one frame has none, that of the other."""
     w0, w1 = 1 - at.weight, at.weight
-    if brick_at(field0, at.x0, at.y0, at.z0) < 0:
+    if brick_at(field0, at.x0, at.y0, at.z0) == FAR_OUTSIDE:
         w0, w1 = 0.0, 1.0
-    elif brick_at(field1, at.x1, at.y1, at.z1) < 0:
+    elif brick_at(field1, at.x1, at.y1, at.z1) == FAR_OUTSIDE:
         w0, w1 = 1.0, 0.0
     ux, uy, uz = velocity(field0, at.x0, at.y0, at.z0)
     vx, vy, vz = velocity(field1, at.x1, at.y1, at.z1)

@@ -9,7 +9,7 @@ class Probe(NamedTuple):
     """What a body is like at points; of several bodies, the nearest.
 
     distance  signed, negative inside [m], (P,) float64
-    normal    unit, outward, (P, 3) float64; 0 too deep inside to know the way out
+    normal    unit, outward, (P, 3) float64; 0 where no way out is shorter than others
     velocity  of the body there [m/s], (P, 3) float64
     """
 

@@ -13,7 +13,7 @@ from hairpipe.levelset.field import Field, field_of
 from hairpipe.levelset.interpolation import Interpolation, distance_between, evaluate
 from hairpipe.levelset.lattice import BRICK
 from hairpipe.levelset.moving import Probe, Sweep
-from hairpipe.levelset.sample import brick_at, velocity
+from hairpipe.levelset.sample import FAR_OUTSIDE, brick_at, velocity
 
 CHUNK = 512
 """Points that a thread takes at a time."""
@@ -111,7 +111,8 @@ def change_along(body: MovingField, way: Course, s: float) -> float:
     """
     x, y, z = way.x + s * way.dx, way.y + s * way.dy, way.z + s * way.dz
     seconds = way.da * body.frame
-    before, after = brick_at(body.before, x, y, z) >= 0, brick_at(body.after, x, y, z) >= 0
+    before = brick_at(body.before, x, y, z) != FAR_OUTSIDE
+    after = brick_at(body.after, x, y, z) != FAR_OUTSIDE
     change = 0.0
     if before:
         change = seen_from(way, seconds, velocity(body.before, x, y, z))

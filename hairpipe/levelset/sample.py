@@ -5,8 +5,9 @@ import numpy as np
 from hairpipe.body.inlined import inlined
 from hairpipe.data import LevelSet
 from hairpipe.levelset.field import Field
+from hairpipe.levelset.lattice import BRICK
 
-FAR_OUTSIDE = LevelSet.FAR_OUTSIDE
+FAR_OUTSIDE, FAR_INSIDE = LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE
 
 
 @inlined
@@ -31,10 +32,10 @@ def brick_at(field: Field, x: float, y: float, z: float) -> int:
 def sample(field: Field, x: float, y: float, z: float) -> tuple[float, float, float, float]:
     """Return the signed distance [m] at a point [m] and its gradient, that of the interpolant itself.
 
-    Beyond the band the distance is that of the band's border, with its sign, and the gradient 0.
+    Beyond the bricks the gradient is 0; outside the distance is that of the band's border, inside that of `between`.
     """
     n, i, j, k, f, g, h = locate(field, x, y, z)
-    phi = field.background if n == FAR_OUTSIDE else -field.background
+    phi = field.background if n == FAR_OUTSIDE else between(field, 0, x, y, z)
     gx = gy = gz = 0.0
     if n >= 0:
         d = field.distance
@@ -53,7 +54,7 @@ def sample(field: Field, x: float, y: float, z: float) -> tuple[float, float, fl
 
 @inlined
 def distance(field: Field, x: float, y: float, z: float) -> float:
-    """Return the signed distance [m] at a point [m]; beyond the band that of the band's border, with its sign."""
+    """Return the signed distance [m] at a point [m]; outside, beyond the band, that of the band's border."""
     return sample(field, x, y, z)[0]
 
 
@@ -74,14 +75,33 @@ def gradient(field: Field, x: float, y: float, z: float) -> tuple[float, float, 
 
 @inlined
 def velocity(field: Field, x: float, y: float, z: float) -> tuple[float, float, float]:
-    """Return the velocity [m/s] of the surface near a point [m]; 0 where there is no brick."""
+    """Return the velocity [m/s] of the surface near a point [m]; 0 where the body is out of reach."""
     n, i, j, k, f, g, h = locate(field, x, y, z)
     vx = vy = vz = 0.0
     if n >= 0:
         vx = component(field.velocity, n, i, j, k, 0, f, g, h)
         vy = component(field.velocity, n, i, j, k, 1, f, g, h)
         vz = component(field.velocity, n, i, j, k, 2, f, g, h)
+    elif n == FAR_INSIDE:
+        vx, vy, vz = between(field, 1, x, y, z), between(field, 2, x, y, z), between(field, 3, x, y, z)
     return vx, vy, vz
+
+
+@inlined
+def between(field: Field, number: int, x: float, y: float, z: float) -> float:
+    """Return one of the four numbers that are known at the corners of blocks, at a point far inside [m]."""
+    scale, corners = field.per_metre / BRICK, field.inner
+    u, v, w = (x - field.x) * scale, (y - field.y) * scale, (z - field.z) * scale
+    a, b, c = int(u), int(v), int(w)
+    f, g, h = u - a, v - b, w - c
+    c00 = corners[a, b, c, number] + f * (corners[a + 1, b, c, number] - corners[a, b, c, number])
+    c01 = corners[a, b, c + 1, number] + f * (corners[a + 1, b, c + 1, number] - corners[a, b, c + 1, number])
+    c10 = corners[a, b + 1, c, number] + f * (corners[a + 1, b + 1, c, number] - corners[a, b + 1, c, number])
+    c11 = corners[a, b + 1, c + 1, number] + f * (
+        corners[a + 1, b + 1, c + 1, number] - corners[a, b + 1, c + 1, number]
+    )
+    low, high = c00 + g * (c10 - c00), c01 + g * (c11 - c01)
+    return low + h * (high - low)
 
 
 @inlined

@@ -3,7 +3,7 @@
 from hairpipe.body.inlined import inlined
 from hairpipe.levelset.field import Field
 from hairpipe.levelset.places import Places
-from hairpipe.levelset.sample import brick_at, velocity
+from hairpipe.levelset.sample import FAR_OUTSIDE, brick_at, velocity
 
 
 @inlined
@@ -17,7 +17,7 @@ def two_sided_places(field0: Field, field1: Field, a: float, dt: float, x: float
     """
     ux, uy, uz = velocity(field0, x, y, z)
     vx, vy, vz = velocity(field1, x, y, z)
-    known = (brick_at(field0, x, y, z) >= 0) + (brick_at(field1, x, y, z) >= 0)
+    known = (brick_at(field0, x, y, z) != FAR_OUTSIDE) + (brick_at(field1, x, y, z) != FAR_OUTSIDE)
     share = 1.0 / max(known, 1)
     mx, my, mz = share * (ux + vx), share * (uy + vy), share * (uz + vz)
     s, r = dt * a, dt * (1 - a)

@@ -20,7 +20,7 @@ def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[MovingSu
     bodies  at time zero
 
     The way out is followed along the normals, out of every body that it leads into, as far as twice the depth and the
-    room: pinched is what finds no place outside there. Nothing is pinched that gets deeper than bodies have normals.
+    room: pinched is what finds no place outside there. Nothing is pinched that comes to where there is no way out.
     """
     places, pinched = points.copy(), np.ones(len(points), bool)
     reach = _FARTHEST * (depths + ROOM)

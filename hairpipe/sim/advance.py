@@ -9,7 +9,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.levelset.moving import MovingSurface
 from hairpipe.sim.catalogue import surroundings_of
 from hairpipe.sim.contact.segments import LostPoints
-from hairpipe.sim.control import limits_of, next_step, pace_of
+from hairpipe.sim.control import TooManySteps, limits_of, next_step, pace_of
 from hairpipe.sim.hair import Hair
 from hairpipe.sim.integrators.catalogue import gravity_of, integrator_of
 from hairpipe.sim.motion import Motion, Step
@@ -17,8 +17,8 @@ from hairpipe.sim.roots import Path, about, follow, hold, origin_of, place
 from hairpipe.sim.sag_free import stand
 from hairpipe.sim.scene import Scene
 
-AT_FIRST = np.empty((0, 2), np.int32), np.empty((0, 2)), np.inf
-"""Nothing sticks, and nothing has crossed."""
+AT_FIRST = np.empty((0, 2), np.int32), np.empty((0, 2)), np.inf, 1.0
+"""Nothing sticks, nothing has crossed, and nothing is stretched."""
 Lead = Mesh | Ends | None
 """What leads the roots: a body, or ends that are driven; None: they stand still."""
 
@@ -71,7 +71,8 @@ def advance_frame(
     watch   sees the motion after every step, about the middle of the roots, with the times at which the step began and
             ended since the previous frame [s]
 
-    Raises ArithmeticError, naming strands, where what strands do to each other cannot be found as they are not finite.
+    Raises ArithmeticError, naming strands, where what strands do to each other cannot be found as they are not finite,
+    and where a frame takes too many steps.
     """
     model = hair.model if not len(state.inverse_lengths) else hair.model._replace(inverse_lengths=state.inverse_lengths)
     origin = origin_of(state.positions, hair.layout)
@@ -81,20 +82,23 @@ def advance_frame(
     around = surroundings_of(hair, model, state, bodies, scene, began, origin)
     integrator, pace = integrator_of(scene), pace_of(scene.steps, state.pace)
     limits = [*limits_of(scene.steps, model, around), pace]
-    time = 0.0
+    time, left = 0.0, scene.steps.most
     while time < frame * (1 - 1e-9):
-        dt = next_step(limits, motion, path, time)
         try:
+            dt = next_step(limits, motion, path, time, left)
             integrator.advance(model, motion, Step(path, time, dt), around)
         except LostPoints as lost:
             raise _lost(hair, lost.points) from None
+        except TooManySteps as many:
+            raise _too_many(hair, scene, many) from None
+        left -= 1
         pace.follow(dt, around.crossed)
         if watch is not None:
             watch(motion, time, time + dt)
         time += dt
     stuck = around.hair.connections if around.hair is not None else (state.stuck, state.stuck_at)
     positions = origin[:, None] + motion.x
-    return HairState(positions, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck, pace.step)
+    return HairState(positions, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck, pace.step, state.stretched)
 
 
 def strands_of(hair: Hair, state: HairState) -> Strands:
@@ -104,6 +108,15 @@ def strands_of(hair: Hair, state: HairState) -> Strands:
     if not finite.all():
         raise _lost(hair, np.flatnonzero(~finite))
     return Strands(points, velocities.astype(np.float32), hair.layout.offsets, hair.diameter)
+
+
+def _too_many(hair: Hair, scene: Scene, many: TooManySteps) -> ArithmeticError:
+    """Name the strand and the setting by which a frame takes too many steps."""
+    who = "hair" if many.lane is None else f"strand {hair.groom.ids[hair.layout.strands[many.lane]]}"
+    asked = getattr(scene.steps, many.setting)
+    mend = f"more by steps.most, or fewer by a greater steps.{many.setting}"
+    what = f"{who} takes more than {scene.steps.most:,} steps in a frame by steps.{many.setting} = {asked:g}"
+    return ArithmeticError(f"{what}: there are {many.steps:.2g} to go ({mend})")
 
 
 def _lost(hair: Hair, points: np.ndarray) -> ArithmeticError:

@@ -55,7 +55,10 @@ def surroundings_of(
     if bodies:
         turns = turns_of(hair.groom.points, offsets) if scene.contact.folds is not None else None
         thickness = thicknesses(offsets, scene.contact.thickness)
-        body = BodyContacts(list(bodies), scene.contact, thickness, offsets, turns)
+        axial = np.empty(len(offsets) - 1)
+        axial[hair.layout.strands] = model.constants[:, 0]
+        segments = np.linalg.norm(np.diff(hair.groom.points, axis=0, prepend=hair.groom.points[:1]), axis=1)
+        body = BodyContacts(list(bodies), scene.contact, thickness, offsets, segments, axial, turns)
     if scene.wind is not None:
         wind = Breeze(scene.wind, hair.diameter)
     if scene.stiction is not None or scene.collisions is not None:

@@ -1,8 +1,8 @@
 """How the time between two frames is cut into steps: each limit is an object, the shortest step holds."""
 
-from dataclasses import dataclass
-from math import ceil
-from typing import Protocol
+from dataclasses import dataclass, field
+from math import ceil, inf
+from typing import ClassVar, Protocol
 
 import numpy as np
 from numba import njit
@@ -20,10 +20,33 @@ _SHORTEST = 0.25
 """Step that crossing hair may ask for, over the longest."""
 _SHORTER, _LONGER = 0.5, 1.25
 """By what a step may follow the one before."""
+_COUNTED = 2**31
+"""Steps beyond which nobody counts them."""
+
+
+Lane = tuple[int, int] | None
+"""Where a strand is, block and lane; None: no one strand."""
+
+
+class TooManySteps(ArithmeticError):
+    """A frame would take more steps than it may: what is left of it so many [1], by a setting, for a strand."""
+
+    def __init__(self, setting: str, steps: float, lane: Lane) -> None:
+        super().__init__(f"{setting} asks for {steps:.2g} steps more in a frame")
+        self.setting, self.steps, self.lane = setting, steps, lane
 
 
 class Limit(Protocol):
-    """Bounds a step by what hair and roots do."""
+    """Bounds a step by what hair and roots do.
+
+    setting  of `StepControl` that asks for it
+    """
+
+    setting: ClassVar[str]
+
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """Find the strand that asks for the shortest step."""
+        ...
 
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Find the longest step from a time since the last frame [s]."""
@@ -34,7 +57,12 @@ class Limit(Protocol):
 class Fixed:
     """Steps of one length [s], or an equal share of a frame that is shorter."""
 
+    setting: ClassVar[str] = "longest"
     step: float
+
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """All ask for the same."""
+        return None
 
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Give that length."""
@@ -49,9 +77,18 @@ class Courant:
     heads, 10 for single strands; stiction, which is explicit there, does not count.
     """
 
+    setting: ClassVar[str] = "courant"
     number: float
-    stiffest: float
+    model: Network | Chain
     around: Surroundings
+    stiffest: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "stiffest", _stiffest(self.model)[0])
+
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """Find the strand with the stiffest springs for their masses."""
+        return _stiffest(self.model)[1:]
 
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Give that length: without stiction it depends on nothing that moves."""
@@ -62,13 +99,20 @@ class Courant:
 class StrainRate:
     """An edge changes its length by at most a fraction of it: dt = fraction / max |(v_q - v_p) . d| / l0, Sec. 4."""
 
+    setting: ClassVar[str] = "strain_rate"
     model: Network | Chain
     fraction: float
 
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """Find the strand with the edge that is strained fastest."""
+        return self._fastest(motion)[1:]
+
+    def _fastest(self, motion: Motion) -> tuple[float, int, int]:
+        return _strain_rate(self.model.first, self.model.inverse_lengths, self.model.shape.stride, motion.x, motion.v)
+
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Find the fastest strain."""
-        shape = self.model.shape
-        rate = _strain_rate(self.model.first, self.model.inverse_lengths, shape.stride, motion.x, motion.v)
+        rate = self._fastest(motion)[0]
         return self.fraction / rate if rate > 0.0 else np.inf
 
 
@@ -80,12 +124,19 @@ class Travel:
     one step (`graphs/experiments/stability_contact.toml`: a bar of 3 cm).
     """
 
+    setting: ClassVar[str] = "travel"
     distance: float
     around: Surroundings
 
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """Find the fastest strand, where no body is faster."""
+        speed, row, lane = _largest(motion.v)
+        first = self.around.model.first
+        return (int(np.searchsorted(first, row, "right")) - 1, lane) if speed >= self.around.body_speed() else None
+
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Divide by the highest speed."""
-        speed = max(_largest(motion.v), self.around.body_speed())
+        speed = max(_largest(motion.v)[0], self.around.body_speed())
         return self.distance / speed if speed > 0.0 else np.inf
 
 
@@ -93,18 +144,29 @@ class Travel:
 class Root:
     """A held particle moves at most this far [m]: 1 cm in the authors' code."""
 
+    setting: ClassVar[str] = "root"
     distance: float
 
-    def longest(self, motion: Motion, path: Path, time: float) -> float:
-        """Shorten the rest of the frame until the ends keep to the distance."""
-        left, here, count = path.frame - time, path.ends(time), 1
-        while self._farthest(path.way(here, time + left / count)) > self.distance:
-            count += 1
-        return left / count
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """Find the strand whose ends go farthest in what is left of the frame."""
+        way = path.way(path.ends(time), path.frame)
+        _, row, lane = _farthest(way)
+        return row // way.shape[1], lane
 
-    @staticmethod
-    def _farthest(way: np.ndarray) -> float:
-        return _largest(way.reshape(-1, *way.shape[2:]))
+    def longest(self, motion: Motion, path: Path, time: float) -> float:
+        """Shorten the rest of the frame until the ends keep to the distance: twice as many steps, then as few as do."""
+        left, here = path.frame - time, path.ends(time)
+
+        def is_far(count: int) -> bool:
+            return _farthest(path.way(here, time + left / count))[0] > self.distance
+
+        few, many = 0, 1
+        while is_far(many) and many < _COUNTED:
+            few, many = many, 2 * many
+        while many - few > 1:
+            middle = (few + many) // 2
+            few, many = (middle, many) if is_far(middle) else (few, middle)
+        return left / many
 
 
 @dataclass(eq=False)
@@ -121,9 +183,14 @@ class Pace:
     step  longest that is allowed now [s]
     """
 
+    setting: ClassVar[str] = "crossings"
     part: float
     most: float
     step: float
+
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """It is their number that counts."""
+        return None
 
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Give the step that is allowed now."""
@@ -150,26 +217,37 @@ def limits_of(control: StepControl, model: Network | Chain, around: Surroundings
     if control.strain_rate is not None:
         limits.append(StrainRate(model, control.strain_rate))
     if control.courant is not None:
-        limits.append(Courant(control.courant, _stiffest(model), around))
+        limits.append(Courant(control.courant, model, around))
     return limits
 
 
-def next_step(limits: list[Limit], motion: Motion, path: Path, time: float) -> float:
-    """Choose the step from a time since the last frame [s]: an equal share of what is left of the frame."""
+def next_step(limits: list[Limit], motion: Motion, path: Path, time: float, most: int = 10**9) -> float:
+    """Choose the step from a time since the last frame [s]: an equal share of what is left of the frame.
+
+    TooManySteps where that would be more than `most`.
+    """
     left = path.frame - time
-    longest = min(limit.longest(motion, path, time) for limit in limits)
-    return left / max(ceil(left / longest - 1e-6), 1)
+    longest, limit = min(((limit.longest(motion, path, time), limit) for limit in limits), key=lambda found: found[0])
+    steps = left / longest if longest > left * 1e-300 else inf
+    if steps - 1e-6 > most:
+        raise TooManySteps(limit.setting, steps, limit.worst(motion, path, time))
+    return left / max(ceil(steps - 1e-6), 1)
 
 
 def highest_frequency(model: Network | Chain) -> float:
     """Bound what springs swing with [rad/s]: sqrt(max_p sum_s 4 k_s / (m_p l0_s))."""
-    return float(np.sqrt(_stiffest(model)))
+    return float(np.sqrt(_stiffest(model)[0]))
+
+
+def _farthest(way: np.ndarray) -> tuple[float, int, int]:
+    """Length of the longest of ways (blocks, n, 3, W) [m], which of the blocks times n it is, and its lane."""
+    return _largest(way.reshape(-1, *way.shape[2:]))
 
 
 @njit(cache=True)
 def _stiffest(model):  # noqa: ANN001, ANN202
-    """Find the largest sum of 4 k / (m l0) over the springs at a free particle [1/s^2]."""
-    stiffest = 0.0
+    """Find the largest sum of 4 k / (m l0) over the springs at a free particle [1/s^2], its block and lane."""
+    stiffest, where, which = 0.0, 0, 0
     for block in range(len(model.first) - 1):
         first, count = model.first[block], model.first[block + 1] - model.first[block]
         sums = np.zeros((count, model.mass.shape[1]))
@@ -180,14 +258,17 @@ def _stiffest(model):  # noqa: ANN001, ANN202
                 stiffness = 4.0 * k[0] * model.inverse_lengths[first + p, o - 1]
                 sums[p] += stiffness / model.mass[first + p]
                 sums[p + o] += stiffness / model.mass[first + p + o]
-        stiffest = max(stiffest, sums[shape_of(model).clamped :].max())
-    return stiffest
+        for lane in range(sums.shape[1]):
+            most = sums[shape_of(model).clamped :, lane].max()
+            if most > stiffest:
+                stiffest, where, which = most, block, lane
+    return stiffest, where, which
 
 
 @njit(cache=True)
 def _strain_rate(first, inverse_lengths, stride, x, v):  # noqa: ANN001, ANN202
-    """Find the largest rate of strain of an edge on the axis [1/s]."""
-    fastest = 0.0
+    """Find the largest rate of strain of an edge on the axis [1/s], its block and lane."""
+    fastest, where, which = 0.0, 0, 0
     for block in range(len(first) - 1):
         for p in range(first[block], first[block + 1] - stride, stride):
             for lane in range(x.shape[2]):
@@ -199,17 +280,17 @@ def _strain_rate(first, inverse_lengths, stride, x, v):  # noqa: ANN001, ANN202
                 if length > 0.0:
                     rate = abs(closing) / np.sqrt(length) * inverse_lengths[p, stride - 1, lane]
                     if fastest < rate < np.inf:
-                        fastest = rate
-    return fastest
+                        fastest, where, which = rate, block, lane
+    return fastest, where, which
 
 
 @njit(cache=True)
-def _largest(vectors: np.ndarray) -> float:
-    """Length of the longest finite vector of (n, 3, W)."""
-    longest = 0.0
+def _largest(vectors: np.ndarray) -> tuple[float, int, int]:
+    """Length of the longest finite vector of (n, 3, W), its row and lane."""
+    longest, where, which = 0.0, 0, 0
     for n in range(vectors.shape[0]):
         for lane in range(vectors.shape[2]):
             size = vectors[n, 0, lane] ** 2 + vectors[n, 1, lane] ** 2 + vectors[n, 2, lane] ** 2
             if longest < size < np.inf:
-                longest = size
-    return np.sqrt(longest)
+                longest, where, which = size, n, lane
+    return np.sqrt(longest), where, which

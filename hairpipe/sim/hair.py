@@ -4,15 +4,18 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from hashlib import blake2b
 from typing import Literal
+from warnings import warn
 
 import numpy as np
 
 from hairpipe.data import Groom
+from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.material import Material
 from hairpipe.sim.models import chain, network
+from hairpipe.sim.models.calibration import softenings
 from hairpipe.sim.models.chain import Chain, build_chain
 from hairpipe.sim.models.construction import Construction
 from hairpipe.sim.models.network import Network, build_network
@@ -44,7 +47,7 @@ def make_hair(
     construction: Construction = AS_IT_WORKS,
     precision: Precision = "double",
 ) -> Hair:
-    """Build the model of a groom's strands; BadInput naming strands with a segment that has no length.
+    """Build the model of a groom's strands; BadInput naming strands with a segment that has no length, or hardly any.
 
     The last two are remembered by their contents: every frame of a shot gets a groom of its own that is the same.
     """
@@ -78,9 +81,38 @@ def _make_hair(
         layout = lay_out(groom.offsets, chain.SHAPE, dtype)
         model, rest = build_chain(layout, groom.points, material)
     else:
+        check_lengths(groom, material)
         layout = lay_out(groom.offsets, network.SHAPE, dtype)
         model, rest = build_network(layout, groom.points, groom.root_frames, material, construction)
     return Hair(groom, layout, model, rest, material.diameter)
+
+
+def mean_segments(groom: Groom) -> np.ndarray:
+    """Return the mean length of the segments of every strand [m], (S,); pure."""
+    return strand_lengths(groom.points, groom.offsets) / (np.diff(groom.offsets) - 1)
+
+
+def check_lengths(groom: Groom, material: Material) -> None:
+    """Refuse strands whose segments are too short to be springs of a material, by BadInput with their ids."""
+    lengths = mean_segments(groom)
+    short = softenings(material, lengths) < 1.0
+    if short.any():
+        size = f"segments of {lengths[short].min():.2g} m, hair of {material.diameter:g} m"
+        raise BadInput(
+            f"{size}: {name_strands(groom.ids[short])}",
+            where="groom",
+            right="segments longer than hair is thick: fewer of them, or those strands left out",
+        )
+
+
+def warn_of_softening(groom: Groom, material: Material) -> None:
+    """Tell which strands are softened less than the material is, as their segments are too short for that."""
+    found = softenings(material, mean_segments(groom))
+    less = found < material.softening
+    if less.any():
+        said = f"{np.count_nonzero(less)} of {len(less)} strands have segments too short for it and are softened less"
+        worst = f"by {found.min():.3g} at least: {name_strands(groom.ids[less])}"
+        warn(f"material.softening = {material.softening:g}: {said}, {worst}", stacklevel=3)
 
 
 def check_segments(groom: Groom) -> None:

@@ -23,7 +23,7 @@ from warnings import warn
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.sim.control import highest_frequency
-from hairpipe.sim.hair import Contents, Hair, ModelName, make_hair
+from hairpipe.sim.hair import Contents, Hair, ModelName, make_hair, warn_of_softening
 from hairpipe.sim.material import Material
 from hairpipe.sim.models.construction import Construction
 from hairpipe.sim.scene import Scene
@@ -52,6 +52,8 @@ def hair_in(
     bodies  that hair may touch are there
     first   frame of a shot: the one that warns
     """
+    if first and name == "network":
+        warn_of_softening(groom, material)
     if asked == "single" and scene.sag_free is not None:
         said = "a start without sag cannot be found in single precision"
         raise BadInput(said, where="precision", right='"automatic" or "double"')

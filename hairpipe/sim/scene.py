@@ -105,6 +105,7 @@ class StepControl:
     courant      so many times what an explicit step could be; 4 and 10 in the authors' code
     crossings    pairs of segments a segment that may have to be kept from passing through each other in a step; with
                  more, steps get shorter, down to a quarter of the longest
+    most         steps in a frame; a shot that asks for more is ended, and the strand and the setting are named
     """
 
     longest: Annotated[Seconds, Interval(gt=1e-6, le=1.0)] = 1 / 240
@@ -113,6 +114,7 @@ class StepControl:
     strain_rate: Annotated[float, Gt(0.0)] | None = None
     courant: Annotated[float, Gt(0.0)] | None = None
     crossings: Annotated[float, Gt(0.0)] = 0.01
+    most: Annotated[int, Interval(ge=1, le=10**9)] = 20_000
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """A shot of hair, frame by frame: it starts, goes on, or is carried across a cut."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from hairpipe.data import BodyParts, LevelSet
 from hairpipe.data.hair import HairState
@@ -8,6 +9,7 @@ from hairpipe.sim.advance import Lead, advance_frame, start
 from hairpipe.sim.carry import carry_state
 from hairpipe.sim.catalogue import bodies_of
 from hairpipe.sim.hair import Hair
+from hairpipe.sim.remarks import warn_of_deep_roots, warn_of_stretch
 from hairpipe.sim.scene import Scene
 
 
@@ -29,8 +31,13 @@ def next_state(
     frame    time between the two [s]
     cut      the shot begins anew at this frame
     """
-    if previous is None:
-        return start(hair, leads[1], scene)
-    if cut:
+    if previous is not None and cut:
         return carry_state(previous, hair.groom, hair.layout, *leads)
-    return advance_frame(hair, previous, leads, bodies_of(*bodies, scene.contact, frame), frame, scene, seconds)
+    surfaces = bodies_of(*bodies, scene.contact, frame)
+    if previous is None:
+        state = start(hair, leads[1], scene)
+        warn_of_deep_roots(hair, state.positions, surfaces)
+        return state
+    state = advance_frame(hair, previous, leads, surfaces, frame, scene, seconds)
+    number = round(seconds / frame) + 1
+    return replace(state, stretched=warn_of_stretch(hair, state.positions, scene, number, previous.stretched))

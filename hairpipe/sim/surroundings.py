@@ -104,7 +104,7 @@ class Surroundings:
             if self.wind is not None:
                 self.wind.begin(points, self.layout.offsets)
             if self.body is not None:
-                self.body.begin(points, speeds, self._masses, step.time)
+                self.body.begin(points, speeds, self._masses, step.time, step.dt)
             if self.hair is not None:
                 self.hair.begin(points, speeds)
 

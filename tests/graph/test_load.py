@@ -32,6 +32,8 @@ BAD = {
     "no frames": (SEED.replace("frames = [1, 10]", ""), "no frames", "frames = [first, last]"),
     "frames back": (SEED.replace("[1, 10]", "[10, 1]"), ":2: frames = [10, 1]", "first <= last"),
     "frames float": (SEED.replace("[1, 10]", "[1.0, 10]"), ":2: frames = [1.0, 10]", "whole numbers"),
+    "preroll back": (SEED.replace("fps = 24", "fps = 24\npreroll = -1"), "preroll = -1", "not negative"),
+    "preroll float": (SEED.replace("fps = 24", "fps = 24\npreroll = 1.5"), "preroll = 1.5", "a whole number"),
     "frames huge": (SEED.replace("[1, 10]", "[1, 99999999999]"), ":2: frames", "at most 1000000"),
     "no nodes": (HEAD, "no nodes", "[head]"),
     "array": (HEAD + '[[seed]]\ntype = "make_seed"\n', "unknown key 'seed'", "a table [seed]"),

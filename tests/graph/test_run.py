@@ -147,3 +147,17 @@ def test_the_path_of_a_graph_need_not_be_text(shot, monkeypatch):
     shot.nodes, shot.path = shot.nodes.rename(folder / "nodes"), shot.path.rename(folder / "shot.toml")
     assert shot.run().exit_code == 0 and (folder / "out" / "list.txt").exists()
     assert {entry.status for entry in shot.plan().values()} == {"cached"}
+
+
+def test_scans_begin_before_the_first_frame_and_nothing_else_sees_it(shot):
+    """Three frames of pre-roll: the sum has them in it, the list has not."""
+    shot.run()
+    whole = (shot.folder / "out" / "list.txt").read_text().splitlines()
+    shot.tally()
+    shot.path.write_text(shot.path.read_text().replace("frames = [1, 10]", "frames = [4, 10]\npreroll = 3"))
+    shot.run()
+    assert shot.tally() == Counter(write_list=1)
+    assert (shot.folder / "out" / "list.txt").read_text().splitlines() == whole[3:]
+    shot.path.write_text(shot.path.read_text().replace("preroll = 3", "preroll = 0"))
+    shot.run()
+    assert (shot.folder / "out" / "list.txt").read_text().splitlines()[0] == f"4 {3.0 + 4.0!r}"

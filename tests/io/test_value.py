@@ -21,6 +21,7 @@ SPACE = LevelSet(
     np.zeros((1, 1, 1), np.int32),
     np.zeros((1, 9, 9, 9), np.float32),
     np.zeros((1, 9, 9, 9, 3), np.float32),
+    np.zeros((2, 2, 2, 4), np.float32),
     np.zeros(3),
     0.01,
     8.0,

@@ -17,7 +17,13 @@ def test_it_writes_one_file_that_tells_its_frame(tmp_path):
         pytest.skip(str(missing))
     distance = np.linspace(-0.3, 0.3, 9, dtype=np.float32)[None, :, None, None] + np.zeros((1, 9, 9, 9), np.float32)
     surface = LevelSet(
-        np.zeros((1, 1, 1), np.int32), distance, np.ones((1, 9, 9, 9, 3), np.float32), np.zeros(3), 0.1, 3.0
+        np.zeros((1, 1, 1), np.int32),
+        distance,
+        np.ones((1, 9, 9, 9, 3), np.float32),
+        np.zeros((2, 2, 2, 4), np.float32),
+        np.zeros(3),
+        0.1,
+        3.0,
     )
     for half in (False, True):
         file = export_vdb(surface, Time(1012, 24.0), tmp_path, half=half)

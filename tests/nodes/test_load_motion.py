@@ -101,3 +101,25 @@ def test_our_own_clip_fits_every_body(request, name):
     turn = pose[:3, :3] @ rest[:3, :3].T
     assert 30.0 < np.degrees(np.arccos((np.trace(turn) - 1.0) / 2.0)) < 60.0
     assert np.linalg.norm(pose[:3, 3] - rest[:3, 3]) < 0.05
+
+
+@pytest.mark.parametrize("settle", [0.2, 1.0])
+def test_the_body_comes_smoothly_from_rest_to_the_pose_that_the_shot_begins_with(bust, settle):
+    """Its rates are those of its places, it begins at rest, and comes with pose and velocity of the clip."""
+    fps = 240.0
+    count = round(settle * fps)
+    kwargs = {"file": SHAKE, "start": 20.0 / 24.0}
+    poses = [load_motion(bust, Time(1001 - n, fps), settle=settle, **kwargs) for n in (count, count + 5, 1, 0)]
+    clip = load_motion(bust, Time(1001, fps), **kwargs)
+    for pose in poses[:2]:
+        np.testing.assert_allclose(pose.transforms, bust.skeleton.rest, atol=1e-12)
+        assert np.abs(pose.rates).max() < 0.01
+    np.testing.assert_array_equal(poses[3].transforms, clip.transforms)
+    assert np.abs(clip.rates).max() > 0.5
+    change = (poses[3].transforms - poses[2].transforms) * fps
+    np.testing.assert_allclose(change, 0.5 * (poses[2].rates + clip.rates), atol=0.05)
+    middle = [load_motion(bust, Time(1001 - count // 2 - n, fps), settle=settle, **kwargs) for n in (-1, 0, 1)]
+    change = (middle[0].transforms - middle[2].transforms) * fps / 2
+    np.testing.assert_allclose(middle[1].rates, change, atol=0.05)
+    turns = middle[1].transforms[:, :3, :3]
+    np.testing.assert_allclose(turns @ np.swapaxes(turns, 1, 2), np.tile(np.eye(3), (len(turns), 1, 1)), atol=1e-12)

@@ -1,11 +1,15 @@
 """Steps are as short as what moves asks for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.motion.ends import lead
 from hairpipe.motion.track import Track
+from hairpipe.sim.advance import advance_frame
 from hairpipe.sim.control import Pace, Root, StrainRate, Travel, limits_of, next_step
 from hairpipe.sim.material import Material
 from hairpipe.sim.motion import Motion
@@ -113,3 +117,65 @@ def test_what_made_a_step_short_otherwise_does_not_shorten_the_next():
     pace = Pace(0.01, FRAME, FRAME)
     pace.follow(FRAME / 10, 0.001)
     assert pace.step == FRAME
+
+
+def jumping(shot, way):
+    """Give the path of roots that go so far in a frame [m]."""
+    bodies = (shot.body, Mesh(np.add(shot.body.points, [way, 0.0, 0.0]), shot.body.triangles))
+    return Path(*(hold(body, shot.hair.groom, shot.hair.rest, shot.hair.layout) for body in bodies), FRAME)
+
+
+@pytest.mark.parametrize("way", [0.003, 0.083, 1.7, 40.0])
+def test_as_few_steps_are_taken_as_roots_need(scene, straight, way):
+    """As counting from one finds, by looks that grow with the logarithm of the steps."""
+    shot = scene([straight(0.1, 4, (1.0, 0.0, 0.0))])
+    path, limit, looks = jumping(shot, way), Root(0.01), []
+    ways = {}
+
+    class Watched(Path):
+        def way(self, here, time):
+            looks.append(time)
+            return path.way(here, time)
+
+    watched = Watched(path.start, path.end, FRAME)
+    count = round(FRAME / limit.longest(None, watched, 0.0))
+    assert len(looks) <= 2 * np.log2(count) + 3
+
+    def farthest(n):
+        found = path.way(path.ends(0.0), FRAME / n)
+        return ways.setdefault(n, np.linalg.norm(found, axis=2).max())
+
+    assert farthest(count) <= 0.01 and (count == 1 or farthest(count - 1) > 0.01)
+
+
+def endless(scene, straight, steps, jump, speed):
+    """Run a frame of two strands, the second twice as fine and moving, with some control of steps."""
+    shot = scene([straight(0.1, 4, (1.0, 0.0, 0.0)), straight(0.1, 8, (1.0, 0.0, 0.0))])
+    moved = Mesh(np.add(shot.body.points, [jump, 0.0, 0.0]), shot.body.triangles)
+    shot.state.velocities[-1, 0, :] = speed
+    control = replace(shot.scene, steps=steps)
+    return advance_frame(shot.hair, shot.state, (shot.body, moved), (), FRAME, control)
+
+
+@pytest.mark.parametrize(
+    ("steps", "jump", "speed", "said"),
+    [
+        (
+            StepControl(courant=1e-300),
+            0.0,
+            0.0,
+            "strand 1 takes more than 20,000 steps in a frame by steps.courant",
+        ),
+        (StepControl(strain_rate=1e-12), 0.0, 1.0, "strand 1 .* by steps.strain_rate = 1e-12"),
+        (StepControl(strain_rate=1e-300), 0.0, 1.0, "strand 1 .* by steps.strain_rate = 1e-300"),
+        (StepControl(), 1000.0, 0.0, "strand 0 .* by steps.root = 0.01"),
+        (StepControl(travel=2e-5), 0.0, 100.0, "strand 1 .* by steps.travel = 2e-05"),
+        (StepControl(longest=2e-6), 0.0, 0.0, "hair takes .* by steps.longest = 2e-06"),
+        (StepControl(most=5), 0.0, 0.0, "hair takes more than 5 steps"),
+    ],
+)
+def test_a_frame_that_would_never_end_is_ended_and_strand_and_setting_are_named(
+    scene, straight, steps, jump, speed, said
+):
+    with pytest.raises(ArithmeticError, match=said):
+        endless(scene, straight, steps, jump, speed)

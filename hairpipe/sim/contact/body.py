@@ -7,8 +7,9 @@ import numpy as np
 from hairpipe.levelset.moving import MovingSurface, Probe, Sweep
 from hairpipe.sim.contact.drape import drape
 from hairpipe.sim.contact.folds import Turns, add_heights
-from hairpipe.sim.contact.hold import FREE, STIFF, TOUCHES, Touch, hold, judge, resume, stop_normals
+from hairpipe.sim.contact.hold import FREE, INSIDE, STIFF, TOUCHES, Touch, hold, judge, resume, stop_normals
 from hairpipe.sim.contact.project import Motion, farthest, project
+from hairpipe.sim.contact.rise import pushes, rise, within_reach
 from hairpipe.sim.contact.sight import Sight
 from hairpipe.sim.contact.squeeze import give_way
 from hairpipe.sim.scene import BodyContact
@@ -33,6 +34,8 @@ class BodyContacts:
     surfaces   the bodies, which are one
     thickness  that points keep [m], (P,)
     offsets    of the points of strands, (S+1,) int32
+    segments   from the points to those before them [m], (P,)
+    axial      E A of the strands [N], (S,)
     turns      of curls that keep their shape; None: they are pressed flat
     """
 
@@ -40,6 +43,8 @@ class BodyContacts:
     contact: BodyContact
     thickness: np.ndarray
     offsets: np.ndarray
+    segments: np.ndarray
+    axial: np.ndarray
     turns: Turns | None = None
     _touch: Touch = field(init=False)
     _sight: Sight = field(init=False)
@@ -47,11 +52,13 @@ class BodyContacts:
     _begun: np.ndarray = field(init=False)
     _wanted: np.ndarray = field(init=False)
     _kept: np.ndarray = field(init=False)
+    _reach: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
         self._touch, self._everyone = Touch.none(len(self.thickness)), np.ones(len(self.thickness), np.bool_)
         highest = 2.0 * self.turns.radii.max(initial=0.0) if self.turns is not None else 0.0
         far = float(self.thickness.max(initial=0.0) + highest)
+        self._reach = np.full(len(self.thickness), np.inf)
         self._sight = Sight(self.surfaces, len(self.thickness), far + _MARGIN, far + _NEAR)
 
     def look(self, points: np.ndarray, time: float, who: np.ndarray) -> Probe:
@@ -64,14 +71,18 @@ class BodyContacts:
         if self.turns is not None and self.contact.folds is not None:
             self._wanted = self.thickness.copy()
             add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._wanted)
-        self._kept = give_way(points, time, self.surfaces, probe, self.thickness, self._wanted)
+        room = give_way(points, time, self.surfaces, probe, self.thickness, self._wanted)
+        self._kept = np.minimum(room, self._reach)
         return probe
 
-    def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float) -> None:
-        """Note where points begin a step, and how fast."""
+    def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, dt: float) -> None:
+        """Note where points begin a step of dt [s], and how fast."""
         probe = self.look(points, time, self._everyone)
         self._begun = probe.distance.copy()
+        self._reach = within_reach(self._begun, self.segments, self.offsets)
+        self._kept = np.minimum(self._kept, self._reach)
         self._touch.shocked[:] = False
+        rise(self._touch, probe, self._kept, pushes(self.axial, masses, self.offsets), masses, dt)
         resume(self._touch, probe, speeds, self._kept, masses)
 
     def foresee(self, points: np.ndarray, time: float, who: np.ndarray) -> None:
@@ -90,9 +101,7 @@ class BodyContacts:
         damping: np.ndarray,
     ) -> None:
         """Add the forces that hold points, push - damping v, in place; see `hold`."""
-        hold(
-            self._touch, self._sight.probe, points, speeds, self._begun, self._kept, masses, weights, who, push, damping
-        )
+        hold(self._touch, self._sight.probe, points, speeds, self._kept, masses, weights, who, push, damping)
 
     def judge(
         self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, who: np.ndarray
@@ -116,7 +125,7 @@ class BodyContacts:
     def stop(self, speeds: np.ndarray) -> np.ndarray:
         """Return the change of velocity [m/s], (P, 3), after which what is held goes with the body along the normal."""
         change = np.empty_like(speeds)
-        stop_normals(self._touch, speeds, change)
+        stop_normals(self._touch, speeds, self._sight.probe.distance, change)
         return change
 
     def hold_normals(self, who: np.ndarray, normals: np.ndarray, masses: np.ndarray, dt: float) -> None:
@@ -125,15 +134,16 @@ class BodyContacts:
         This is how the paper's velocity solve has it, in a step of dt [s]; friction has acted before.
         """
         touch = self._touch
-        touch.state[:] = np.where(who & np.isfinite(masses), TOUCHES, FREE)
-        touch.grip[:] = 0.0
-        touch.normal[:] = normals
-        touch.target[:] = self._sight.probe.velocity
-        touch.rate[:] = np.where(touch.state == TOUCHES, STIFF * masses / dt, 0.0)
+        others = touch.state != INSIDE
+        touch.state[others] = np.where(who & np.isfinite(masses), TOUCHES, FREE)[others]
+        touch.grip[others] = 0.0
+        touch.normal[others] = normals[others]
+        touch.target[others] = self._sight.probe.velocity[others]
+        touch.rate[others] = np.where(touch.state == TOUCHES, STIFF * masses / dt, 0.0)[others]
 
     def let_go(self) -> None:
-        """Hold nothing, until points are looked at again."""
-        self._touch.state[:] = FREE
+        """Hold nothing but what rises, until points are looked at again."""
+        self._touch.state[self._touch.state != INSIDE] = FREE
 
     def correct(
         self, before: np.ndarray, after: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, dt: float
@@ -175,4 +185,5 @@ class BodyContacts:
         probe = Probe.blank(len(places), float(wanted.max(initial=0.0)) + _MARGIN)
         for surface in self.surfaces:
             surface.probe(places, time, probe)
-        return probe, give_way(places, time, self.surfaces, probe, self.thickness[which], wanted)
+        room = give_way(places, time, self.surfaces, probe, self.thickness[which], wanted)
+        return probe, np.minimum(room, self._reach[which])

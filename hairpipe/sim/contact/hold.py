@@ -34,23 +34,23 @@ from numba import njit, prange
 from hairpipe.body.inlined import inlined
 from hairpipe.levelset.moving import Probe
 
-FREE, TOUCHES, MET = 0, 1, 2
+FREE, TOUCHES, MET, INSIDE = 0, 1, 2, 3
 STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less than 5 um in a step of 1/240 s
 _NEAR = 1e-5  # [m]; what touches is held up to this far outside, and what is free is caught from this far inside
 _ROUGH = 1.5  # friction that comes out so many times too great is solved again; what is less is mended by and by
 _STILL = 1e-3  # [m/s]; what is slower against the body, and not known to touch it, begins a step sticking
 _TURNED = 0.9  # cosine between normals; what turns farther in a step is a shock
 PUSH_OUT = 0.5
-"""Speed at which points come out that begin deeper than `DEEP` [m/s]."""
+"""Speed at which points come out that begin a step nearer than they keep [m/s]."""
 DEEP = 1e-3
-"""Less than this inside counts as on the surface [m]."""
+"""Less than this inside counts as on the surface [m]; what begins a step deeper rises, see `sim/contact/rise.py`."""
 _CHUNK = 512
 
 
 class Touch(NamedTuple):
     """How points touch the body; arrays that a stage changes in place.
 
-    state     FREE, TOUCHES, or MET: began to touch, and knows no friction yet, (P,) int8
+    state     FREE, TOUCHES, MET: began to touch, and knows no friction yet, or INSIDE: rises, (P,) int8
     grip      c_t, (P,) [kg/s]
     freed     let go of in this stage, (P,) bool
     shocked   began or ceased to touch in this step, or were turned about: forces jumped, (P,) bool
@@ -99,12 +99,11 @@ def _resume(touch, probe, i, v, thickness):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, weights, who, push, damping) -> None:  # noqa: ANN001
+def hold(touch: Touch, probe: Probe, x, v, thickness, mass, weights, who, push, damping) -> None:  # noqa: ANN001
     """Hold the points that touch: add their forces, push - damping v, in place.
 
     probe      of the body at x
     x, v       where the stage is linearised [m], [m/s], (P, 3)
-    begun      distance at the start of the step [m], (P,)
     thickness  [m], (P,); mass [kg], (P,); inf: held by the root
     weights    h, of the stage's end [s], (P,)
     who        points that are solved now, (P,) bool; the others are held as before
@@ -112,14 +111,14 @@ def hold(touch: Touch, probe: Probe, x, v, begun, thickness, mass, weights, who,
     """
     for chunk in prange((len(x) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(x))):
-            if who[i]:
-                _aim(touch, probe, i, v, begun[i], thickness[i], mass[i], weights[i])
+            if who[i] and touch.state[i] != INSIDE:
+                _aim(touch, probe, i, v, thickness[i], mass[i], weights[i])
             if touch.state[i] != FREE:
                 _add_hold(touch, i, push, damping)
 
 
 @inlined
-def _aim(touch, probe, i, v, begun, thickness, mass, h):  # noqa: ANN001, ANN202
+def _aim(touch, probe, i, v, thickness, mass, h):  # noqa: ANN001, ANN202
     """Decide whether point i touches, and where it is to go."""
     phi = probe.distance[i]
     near = _lead(probe, i, v, h) if touch.state[i] != FREE else (-_NEAR if touch.freed[i] else 0.0)
@@ -137,9 +136,7 @@ def _aim(touch, probe, i, v, begun, thickness, mass, h):  # noqa: ANN001, ANN202
     bx, by, bz = probe.velocity[i, 0], probe.velocity[i, 1], probe.velocity[i, 2]
     body = bx * nx + by * ny + bz * nz
     wanted = v[i, 0] * nx + v[i, 1] * ny + v[i, 2] * nz + (thickness - phi) / h
-    if begun < -DEEP:
-        wanted = min(wanted, body + PUSH_OUT)
-    extra = wanted - body
+    extra = min(wanted - body, PUSH_OUT)
     touch.grip[i] = rate if touch.grip[i] >= touch.rate[i] > 0.0 else min(touch.grip[i], rate)
     touch.rate[i] = rate
     touch.body[i] = body
@@ -189,7 +186,7 @@ def judge(touch: Touch, probe: Probe, v, thickness, mass, friction, who, changed
                     phi = probe.distance[i]
                     moved = probe.normal[i, 0] != 0.0 or probe.normal[i, 1] != 0.0 or probe.normal[i, 2] != 0.0
                     changed[i] = moved and phi < thickness[i] - (2 * _NEAR if touch.freed[i] else _NEAR)
-                else:
+                elif touch.state[i] != INSIDE:
                     changed[i] = _judge_touch(touch, i, v, friction)
 
 
@@ -222,17 +219,17 @@ def _judge_touch(touch, i, v, friction):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def stop_normals(touch: Touch, v, change) -> None:  # noqa: ANN001
+def stop_normals(touch: Touch, v, distance, change) -> None:  # noqa: ANN001
     """Set change, (P, 3), to what takes from v the speed that only put points in their place [m/s], in place.
 
-    A contact gives nothing back.
+    A contact gives nothing back. What rises goes on until it is out.
 
-    v  [m/s], (P, 3)
+    v  [m/s], (P, 3); distance  from the body, where points came to [m], (P,)
     """
     for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(v))):
             change[i] = 0.0
-            if touch.state[i] != FREE:
+            if touch.state[i] != FREE and not (touch.state[i] == INSIDE and distance[i] < -DEEP):
                 n = touch.normal[i]
                 excess = v[i, 0] * n[0] + v[i, 1] * n[1] + v[i, 2] * n[2] - touch.body[i]
                 for a in range(3):

@@ -9,10 +9,10 @@ once for the velocity that is kept and once for the displacement of the step. A 
 on the other side or would be pushed out there, goes on from where it met the body with V'; one that comes out on the
 same side has slid around it, which a straight way between two steps cuts short.
 
-We differ from the paper: what began inside is pushed out at a bounded speed, so that a groom that starts within the
-body does not burst; no segment is stretched by more than a tenth (`sim/contact/drape.py`), so that hair which is
-squeezed is not flung away when it comes free; and where contact is held in the solve (`sim/contact/hold.py`) only what
-that missed is left to do.
+We differ from the paper: what began inside is left to what lets it rise (`sim/contact/rise.py`), and what began nearer
+than its thickness is moved out at a bounded speed, so that a groom that starts within the body does not burst; no
+segment is stretched by more than a tenth (`sim/contact/drape.py`), so that hair which is squeezed is not flung away
+when it comes free; and where contact is held in the solve (`sim/contact/hold.py`) only what that missed is left to do.
 """
 
 from typing import NamedTuple
@@ -29,7 +29,7 @@ class Motion(NamedTuple):
 
     before, after  positions [m], (P, 3)
     speeds         velocities [m/s], (P, 3)
-    most           distance from the body up to which they are moved out [m], (P,)
+    most           distance from the body up to which they are moved out [m], (P,); -inf where they are left alone
     thickness      [m], (P,); mass [kg], inf where held, (P,)
     """
 
@@ -54,7 +54,7 @@ def slide(u, n, push, friction):  # noqa: ANN001, ANN201
 
 def farthest(begun: np.ndarray, dt: float) -> np.ndarray:
     """Return the distances [m] up to which points that began a step of dt [s] at others are moved out, (P,); pure."""
-    return np.where(begun > -DEEP, np.inf, begun + PUSH_OUT * dt)
+    return np.where(begun < -DEEP, -np.inf, begun + PUSH_OUT * dt)
 
 
 @njit(cache=True)
@@ -102,7 +102,7 @@ def project(
                 touched[i] = True
                 normals[i, 0], normals[i, 1], normals[i, 2] = m
                 continue
-        if phi < kept and out and motion.mass[i] < np.inf:
+        if phi < kept and out and motion.mass[i] < np.inf and motion.most[i] > -np.inf:
             b = (ended.velocity[i, 0], ended.velocity[i, 1], ended.velocity[i, 2])
             _meet(motion, i, n, b, max(min(kept, motion.most[i]) - phi, 0.0), dt, friction, dx, dv)
             touched[i] = True

@@ -32,17 +32,12 @@ def spring_constants(material: Material, construction: Construction, length: np.
     length   of a segment [m], (s,)
     returns  edge, bending, torsion and altitude constants: force per unit strain [N], (4, s)
 
-    BadInput where the edges are so soft, or so short, that the network is no rod.
+    Edges that are too short to be softened so far are softened as far as they may be, see `softenings`.
     """
     unit = material.bending / length**2
-    slack = unit / material.axial
+    axial = material.axial * material.softening / softenings(material, length)
+    slack = unit / axial
     ratio = material.torsion / material.bending
-    if slack.max() > _SOFTEST:
-        raise BadInput(
-            f"edges of {length.min():.2g} m softened by {material.softening:g} are no stiffer than bending",
-            where="material.softening",
-            right=f"at most {material.softening * _SOFTEST / slack.max():.2g}, or fewer segments",
-        )
     # Fits lie on a fixed grid, not at the lengths at hand: a strand's constants must not depend on the other strands.
     below = np.floor(slack / _GRID).astype(int)
     turn = np.deg2rad(construction.turn)
@@ -51,7 +46,18 @@ def spring_constants(material: Material, construction: Construction, length: np.
     low, high = (np.array([fits[n + up] for n in below.tolist()]) for up in (0, 1))
     bending, torsion = unit / (low + (slack / _GRID - below)[:, None] * (high - low)).T
     bending, torsion = construction.bending * bending, construction.torsion * torsion
-    return np.stack([np.full_like(length, material.axial), bending, torsion, construction.altitude * torsion])
+    return np.stack([axial, bending, torsion, construction.altitude * torsion])
+
+
+def softenings(material: Material, length: np.ndarray) -> np.ndarray:
+    """Return by what the axial stiffness of strands is divided, (s,): less where edges would be softer than bending.
+
+    length  of a segment [m], (s,)
+
+    Less than 1 is what no material has: segments shorter than 0.8 of the diameter are no rod.
+    """
+    slack = material.bending / (material.axial * length**2)
+    return material.softening * np.minimum(1.0, _SOFTEST / slack)
 
 
 def works(turn: float) -> bool:

@@ -1,5 +1,8 @@
 """Hair on a ball: nothing inside, Coulomb's cone, and a soft start."""
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
@@ -72,8 +75,6 @@ def test_the_nine_steps_hold_what_lies_on_a_body(scene, straight, ball, velocity
 
 def test_a_body_that_comes_carries_the_hair_away(scene, straight, ball):
     """At 0.5 m/s the ball goes by where the hair hangs."""
-    from dataclasses import replace
-
     s = scene([straight(0.1, 20, [0, -1, 0])])
     speed = np.array([0.5, 0.0, 0.0])
     moved = [replace(ball, origin=ball.origin + np.array([-0.1 + k * speed[0] / 24, 0, 0])) for k in range(8)]
@@ -82,6 +83,24 @@ def test_a_body_that_comes_carries_the_hair_away(scene, straight, ball):
         s.run(1 / 24, bodies=[moving_field(moving[k], moving[k + 1], 1 / 24, Interpolation.two_sided)])
         centre = CENTRE + np.array([-0.1 + (k + 1) * speed[0] / 24, 0, 0])
         assert (RADIUS - np.linalg.norm(s.axis - centre, axis=1)).max() < 5e-4
+
+
+def test_a_body_that_comes_before_the_first_frame_has_no_hair_in_it_there(scene, straight, ball):
+    """Pre-roll: it comes smoothly from 12 cm away in half a second. Else it has half of the hair in it."""
+    hanging = [straight(0.1, 20, [0.1 * k, -1, 0]) for k in (-1, 0, 1)]
+    at_once, led = scene(hanging), scene(hanging)
+    assert (_depth(at_once.axis) > 1e-3).sum() > 20
+    away = np.array([-0.12, 0.0, 0.0])
+    share = np.linspace(0.0, 1.0, 13)
+    moved = [replace(ball, origin=ball.origin + (1 - s * s * (3 - 2 * s)) * away) for s in share]
+    rates = [-away * 6 * s * (1 - s) * 2.0 for s in share]
+    moving = [
+        replace(m, velocity=np.broadcast_to(rate, m.velocity.shape).astype(np.float32))
+        for m, rate in zip(moved, rates, strict=True)
+    ]
+    for before, after in pairwise(moving):
+        led.run(1 / 24, bodies=[moving_field(before, after, 1 / 24, Interpolation.two_sided)])
+    assert (_depth(led.axis) > 1e-3).sum() == 0
 
 
 def test_friction_removes_at_most_its_share_of_sliding():

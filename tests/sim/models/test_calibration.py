@@ -36,9 +36,15 @@ def test_constants_do_not_depend_on_the_other_strands():
     np.testing.assert_array_equal(alone[:, 0], among[:, 1])
 
 
-def test_edges_softer_than_bending_are_refused():
-    with pytest.raises(BadInput, match="softening"):
-        calibration.spring_constants(Material(softening=1000.0), DEFAULT, np.array([0.0006]))
+def test_short_segments_are_softened_as_far_as_they_may_be_and_others_do_not_feel_it():
+    """The network of each still has the stiffness of the rod."""
+    lengths, material = np.array([0.00057, 0.004, 0.0001]), Material()
+    assert calibration.softenings(material, lengths) == pytest.approx([81.225, 100.0, 2.5])
+    constants = calibration.spring_constants(material, DEFAULT, lengths)
+    np.testing.assert_array_equal(constants[:, 1], calibration.spring_constants(material, DEFAULT, lengths[1:2])[:, 0])
+    for length, own in zip(lengths, constants.T, strict=True):
+        stiffness = calibration.rod_stiffness(own, lattice.TURN) * length**2
+        np.testing.assert_allclose(stiffness, [material.bending, material.torsion], rtol=2e-3)
 
 
 def test_what_is_left_out_does_not_stiffen_the_rest():
