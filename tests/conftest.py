@@ -12,8 +12,7 @@ import pytest
 
 from hairpipe.data import Mesh
 from hairpipe.graph.code import CodeReader
-from hairpipe.graph.machine_code import kernel_folder
-from hairpipe.graph.ownership import own_folder
+from hairpipe.graph.machine_code import claim_kernels, kernel_folder
 from hairpipe.graph.seal import guard_kernels
 
 # Tests run in as many processes as there are cores, each with as many threads: one that waits must not hold a core.
@@ -27,12 +26,12 @@ _OWN = tempfile.TemporaryDirectory(prefix="hairpipe-own-")
 os.environ["XDG_CONFIG_HOME"], os.environ["XDG_STATE_HOME"] = f"{_OWN.name}/config", f"{_OWN.name}/state"
 # Tests, too, must never run old machine code of a helper that was edited.
 _KERNELS = Path(tempfile.gettempdir()) / f"hairpipe-kernels-{os.getuid()}"
-_FOLDER = kernel_folder(own_folder(_KERNELS), CodeReader(lambda name, make: make()))
+_FOLDER = kernel_folder(claim_kernels(_KERNELS), CodeReader(lambda name, make: make()))
 os.environ["NUMBA_CACHE_DIR"] = str(_FOLDER)
 guard_kernels()
 # Workers of graphs have a folder within: of the same sources it is the same, so that nothing is compiled twice.
 _FOLDER.mkdir(exist_ok=True)
-own_folder(_FOLDER / "hairpipe")
+claim_kernels(_FOLDER / "hairpipe")
 with suppress(FileExistsError):
     (_FOLDER / "hairpipe" / _FOLDER.name).symlink_to(_FOLDER, target_is_directory=True)
 

@@ -5,6 +5,7 @@ import re
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -112,7 +113,10 @@ def verify(cache: Path, as_json: bool) -> None:
     from hairpipe.graph.store import Store
     from hairpipe.io.hdf5 import digest_file
 
-    found = read_all(Store(cache), digest_file, kernels_parent())
+    kernels: Path | None = None
+    with suppress(OSError):  # without a home none are kept
+        kernels = kernels_parent()
+    found = read_all(Store(cache), digest_file, kernels)
     if as_json:
         click.echo(json.dumps({"cache": str(cache), "damaged": found.damaged, "unread": found.unread}, indent=2))
     else:

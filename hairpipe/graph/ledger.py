@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hairpipe.graph.atomic import replacing
 from hairpipe.graph.canonical import digest_bytes
-from hairpipe.graph.own import fault_of, make_own, own_folder
+from hairpipe.graph.ownership import fault_of, make_own, own_folder
 
 SPARE = 4
 """Lines to a name beyond which a ledger is written anew, with a line for each."""

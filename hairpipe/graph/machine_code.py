@@ -4,6 +4,7 @@ So each state of the sources has a folder of its own, and a helper that was edit
 They are kept where this user alone can write, never in a store: a store may come from anywhere, and kernels are code.
 """
 
+import errno
 import os
 import shutil
 from collections.abc import Iterable, Iterator
@@ -11,25 +12,39 @@ from contextlib import suppress
 from pathlib import Path
 
 import hairpipe
+from hairpipe.errors import BadInput
 from hairpipe.graph.canonical import digest
 from hairpipe.graph.code import ALWAYS, CodeReader, version
+from hairpipe.graph.ownership import fault_of, make_own, own_folder
 
 WITHOUT_KERNELS = ("cli", "graph", "tune")
 """Rooms in which nothing is compiled: editing them leaves the kernels as they are."""
+PRIVATE = "a folder of your own that you alone can write to (chmod go-w)"
 KEPT = 8
 """States of the sources whose kernels are kept: enough to go back and forth between versions and users' nodes."""
 
 
 def kernels_parent() -> Path:
-    """Folder for kernels of all states: where numba was told to keep its own, else in the user's cache."""
-    told, cache = os.environ.get("NUMBA_CACHE_DIR"), Path(os.environ.get("XDG_CACHE_HOME", ""))
-    if told:
-        return Path(told, "hairpipe").absolute()
-    if not cache.is_absolute():
-        cache = Path("~/.cache")
-        with suppress(RuntimeError):  # of whom the system knows no home
-            cache = cache.expanduser()
-    return cache / "hairpipe" / "kernels"
+    """Name the folder for kernels of all states: where numba was told to keep its own, else in the user's cache.
+
+    OSError where he has no home.
+    """
+    told = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(told, "hairpipe").absolute() if told else own_folder("cache") / "kernels"
+
+
+def claim_kernels(folder: Path) -> Path:
+    """Make a folder for kernels that this user alone can write to, or check that one is; returns it.
+
+    Raises BadInput where it is somebody else's or others may write to it, OSError where there can be none.
+    """
+    make_own(folder)
+    fault = fault_of(folder)
+    if fault:
+        raise BadInput(f"compiled kernels are code, and the folder for them {fault}", where=folder, right=PRIVATE)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
+    return folder
 
 
 def kernel_folder(parent: Path, reader: CodeReader, nodes: Iterable[str] = ()) -> Path:

@@ -1,33 +1,57 @@
-"""Whose a folder is: compiled kernels are code and need one of the user's own, results of others are to be trusted."""
+"""Whose a folder is: code and what a user has decided need one of his own; results of others need his trust.
 
+Folders of the user's own lie outside of every project: no graph and no archive can have put there what is in them.
+"""
+
+import errno
 import os
 import stat
 from pathlib import Path
+from typing import Literal
 
 from hairpipe.errors import BadInput
 
 TRUST = "HAIRPIPE_TRUST_STORE"
 """Variable that names stores of others to take results from, as a list of paths."""
-GROUP_OR_OTHERS, OTHERS = stat.S_IWGRP | stat.S_IWOTH, stat.S_IWOTH
+OTHERS, EVERYBODY = stat.S_IWGRP | stat.S_IWOTH, stat.S_IWOTH
+BASES = {
+    "cache": ("XDG_CACHE_HOME", ".cache"),
+    "config": ("XDG_CONFIG_HOME", ".config"),
+    "state": ("XDG_STATE_HOME", ".local/state"),
+}
+"""Variable that says where, and the place below the home folder without it, after the XDG base directories."""
 
 
-def own_folder(folder: Path) -> Path:
-    """Make a folder that this user alone can write to, or check that one is; returns it.
+def own_folder(kind: Literal["cache", "config", "state"]) -> Path:
+    """Name the user's folder for what can be made again, what he has decided (config), what was done for him (state).
 
-    Raises BadInput where it is somebody else's or others may write to it, OSError where there can be none.
+    OSError where he has no home: then there is no such folder, and none must be taken for it.
     """
-    if not folder.is_absolute():
-        raise FileNotFoundError(f"{folder}: no home is known")
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    folder.mkdir(mode=0o700, exist_ok=True)
-    status = folder.stat()
+    variable, usual = BASES[kind]
+    home, told = Path(os.path.expanduser("~")), Path(os.environ.get(variable, ""))  # noqa: PTH111 - no error without
+    if not home.is_absolute() and not told.is_absolute():
+        raise FileNotFoundError(errno.ENOENT, "no home folder")
+    return (told if told.is_absolute() else home / usual) / "hairpipe"
+
+
+def make_own(folder: Path) -> None:
+    """Make a folder, and the one above it, that others may not even read; OSError where that cannot be."""
+    folder.parent.parent.mkdir(parents=True, exist_ok=True)
+    for place in (folder.parent, folder):
+        place.mkdir(mode=0o700, exist_ok=True)
+
+
+def fault_of(path: Path) -> str | None:
+    """Say why what lies there may be somebody else's; None where only this user can have written it, or nothing is."""
+    try:
+        status = path.lstat()
+    except FileNotFoundError:
+        return None
+    if stat.S_ISLNK(status.st_mode):
+        return "is a link"
     if status.st_uid != os.geteuid():
-        raise BadInput(f"belongs to user {status.st_uid}", where=folder, right="a folder of your own for kernels")
-    if status.st_mode & GROUP_OR_OTHERS:
-        raise BadInput("others may write compiled kernels to it", where=folder, right=f"chmod go-w {folder}")
-    if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(f"{folder} cannot be written to")
-    return folder
+        return "belongs to somebody else"
+    return "can be written to by others" if status.st_mode & OTHERS else None
 
 
 def check_store(root: Path) -> None:
@@ -45,5 +69,5 @@ def check_store(root: Path) -> None:
     right = f"a --cache of your own, or {TRUST}={root.resolve()} where you trust its results"
     if status.st_uid not in (os.geteuid(), 0):
         raise BadInput(f"a store of user {status.st_uid}", where=root, right=right)
-    if status.st_mode & OTHERS:
+    if status.st_mode & EVERYBODY:
         raise BadInput("a store to which everybody may write", where=root, right=right)

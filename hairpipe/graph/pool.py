@@ -18,8 +18,7 @@ from typing import Any, Literal
 
 from hairpipe import child
 from hairpipe.graph.code import CodeReader
-from hairpipe.graph.machine_code import clear_kernels, kernel_folder, kernel_sources, kernels_parent
-from hairpipe.graph.ownership import own_folder
+from hairpipe.graph.machine_code import claim_kernels, clear_kernels, kernel_folder, kernel_sources, kernels_parent
 from hairpipe.graph.tasks import Task
 
 Lane = Literal["narrow", "wide"]
@@ -119,8 +118,8 @@ class Pool:
     def _kernel_folder(self) -> Path:
         """Find the folder for kernels; BadInput where others may write to it."""
         try:
-            parent = own_folder(kernels_parent())
-        except (OSError, RuntimeError) as error:
+            parent = claim_kernels(kernels_parent())
+        except OSError as error:
             self._passing = tempfile.TemporaryDirectory(prefix="hairpipe-")
             self.said.append(f"kernels are compiled for this run alone: {error} (NUMBA_CACHE_DIR=FOLDER)")
             parent = Path(self._passing.name)

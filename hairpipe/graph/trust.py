@@ -20,7 +20,7 @@ from hairpipe.graph.atomic import replacing
 from hairpipe.graph.canonical import digest_bytes
 from hairpipe.graph.fingerprint import digest_file
 from hairpipe.graph.lookup import OUR_NODES
-from hairpipe.graph.own import fault_of, make_own, own_folder
+from hairpipe.graph.ownership import fault_of, make_own, own_folder
 
 VARIABLE = "HAIRPIPE_TRUST"
 """Names folders, by absolute paths, that are trusted whatever is in them: for farms, and for those who write nodes."""

@@ -22,7 +22,6 @@ from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import h5py
 import numpy as np
-from h5py import h5o
 
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import oddity
@@ -204,15 +203,15 @@ class Reader:
         self.visit(group)
         tree: dict[str, Tree] = {}
         for name, value in group.attrs.items():
-            tree[unescape(name)] = None if isinstance(value, h5py.Empty) else plain_scalar(value, name)
+            tree[unescape(str(name))] = None if isinstance(value, h5py.Empty) else plain_scalar(value, name)
         for name in group:
             if not isinstance(group.get(name, getlink=True), h5py.HardLink):
                 raise ValueError(f"{name} is a link to elsewhere")
             item = group[name]
             if isinstance(item, h5py.Group):
-                tree[unescape(name)] = self.group(item)
+                tree[unescape(str(name))] = self.group(item)
             elif isinstance(item, h5py.Dataset):
-                tree[unescape(name)] = self.dataset(item)
+                tree[unescape(str(name))] = self.dataset(item)
             else:
                 raise ValueError(f"{name} is neither a group nor an array")
         return ordered(tree)
@@ -236,7 +235,7 @@ class Reader:
 
     def visit(self, item: h5py.Group | h5py.Dataset) -> None:
         """Note that something is read; ValueError where it was before."""
-        address = h5o.get_info(item.id).addr
+        address = h5py.h5o.get_info(item.id).addr  # pyright: ignore[reportAttributeAccessIssue] - its stubs lack it
         if address in self.seen:
             raise ValueError(f"{item.name} has two names")
         self.seen.add(address)
