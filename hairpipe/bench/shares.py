@@ -9,7 +9,7 @@ from pathlib import Path
 PARTS = ("strands", "search", "stiction", "coupling", "collision", "body")
 """Strand solver, search for neighbours, upkeep of stiction, the solve that couples strands, collisions, bodies."""
 _OF_CONTACT = {
-    "body": ("body", "sight", "hold", "project", "drape", "squeeze", "folds"),
+    "body": ("body", "sight", "hold", "rise", "project", "drape", "squeeze", "folds"),
     "stiction": ("stiction", "ignored", "pairs"),
     "coupling": ("couplings", "sides", "conjugate", "repulsion", "contacts", "hair"),
     "search": (

@@ -6,10 +6,20 @@ import pytest
 
 from hairpipe.bench import faults
 from hairpipe.bench.faults import Trials, toy_shot, try_damages, try_faults, undisturbed
+from hairpipe.child import withheld
 from hairpipe.graph import publish
+from hairpipe.graph.lookup import leave
 from hairpipe.io.hdf5 import digest_file
 
 SHORT = Trials(kills=1, damages=5, beside=1, modules=())
+
+
+@pytest.fixture(autouse=True)
+def nothing_stays():
+    """Take the toys' folders off Python's path: other tests have toys of the same names."""
+    yield
+    for folder in list(withheld):
+        leave(folder)
 
 
 def test_everything_holds_in_short():

@@ -94,5 +94,5 @@ def test_published_file_is_the_users_to_change(shot):
 
 def test_folder_that_is_a_file_is_no_store(shot):
     shot.store.root.write_text("")
-    with pytest.raises(BadInput, match="store"):
+    with pytest.raises(BadInput, match="cache: cannot be written to"):
         shot.run()

@@ -144,7 +144,7 @@ def test_each_state_is_looked_at_once(frames):
         record=None,
     )
     node = SimpleNamespace(checkpoint=24)
-    graph = SimpleNamespace(nodes={"scan": node}, frames=(0, frames - 1))
+    graph = SimpleNamespace(nodes={"scan": node}, frames=(0, frames - 1), begin=0)
     tasks = {Task("scan", frame): {} for frame in range(frames)}
     resolver = SimpleNamespace(graph=graph, store=store, results=Counted(), tasks=tasks, thinnable=lambda node: "state")
     thinner = Thinner(resolver)

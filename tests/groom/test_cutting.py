@@ -6,8 +6,7 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.groom.cutting import SHORTEST, Cut, fitting
 from hairpipe.sim.material import Material
-from hairpipe.sim.models.calibration import spring_constants
-from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.models.calibration import softenings
 
 
 def test_nothing_is_said_twice():
@@ -31,6 +30,6 @@ def test_curls_have_sixteen_segments_a_turn_and_straight_hair_one_every_five_mil
 
 
 def test_the_shortest_segment_is_a_rod_of_common_hair():
-    spring_constants(Material(), Construction(), np.array([SHORTEST]))
-    with pytest.raises(BadInput, match="softened"):
-        spring_constants(Material(), Construction(), np.array([0.6 * SHORTEST]))
+    given = Material().softening
+    found = softenings(Material(), np.array([SHORTEST, 0.6 * SHORTEST]))
+    assert found[0] == given > found[1]

@@ -44,9 +44,8 @@ def level_set(folder: Path, frame: int) -> File:
     """A slab that rises by a voxel a frame, as OpenVDB."""
     height = (np.arange(9, dtype=np.float32) - np.float32(frame - 1000)) * np.float32(0.1)
     distance = np.broadcast_to(height[:, None], (1, 9, 9, 9)).copy()
-    surface = LevelSet(
-        np.zeros((1, 1, 1), np.int32), distance, np.zeros((1, 9, 9, 9, 3), np.float32), np.zeros(3), 0.1, 3
-    )
+    velocity, inner = np.zeros((1, 9, 9, 9, 3), np.float32), np.zeros((2, 2, 2, 4), np.float32)
+    surface = LevelSet(np.zeros((1, 1, 1), np.int32), distance, velocity, inner, np.zeros(3), 0.1, 3)
     folder.mkdir()
     return export_vdb(surface, Time(frame, 30.0), Workspace(folder))
 

@@ -13,8 +13,9 @@ the tangent there and l its share of the arc,
 
     C^ = sum l [r]x^T ((I - t t^T) / EI + t t^T / GJ) [r]x + sum l t t^T / EA.
 
-The arc between two points is that of a circle. A strand counts as curled where it bends by more than `STRAIGHTEST` at a
-point: there the lattice makes less than half a percent. Not in the paper.
+The arc between two points is that of a circle. A strand counts as curled if it bends by more than `STRAIGHTEST` at a
+point, on the mean: where it bends by less the lattice makes less than half a percent, and hair that only turns to where
+it lies, or sags, is no curl. Not in the paper.
 """
 
 from typing import NamedTuple
@@ -30,7 +31,7 @@ from hairpipe.sim.models import lattice
 ROLLS = 6
 """That are tried, over a whole turn."""
 STRAIGHTEST = np.deg2rad(5.0)
-"""Largest bend at a point of a strand that has no curl [rad]."""
+"""Mean bend at a point of a strand that has no curl, at most [rad]."""
 _AT_ONCE = 1024
 """Strands, for the sake of memory."""
 _BAND = 3 * 3 + 3
@@ -61,7 +62,8 @@ def fit_curls(axis: np.ndarray, normals: np.ndarray, turn: float, constants: np.
     constants  see `spring_constants`, (4, s)
     """
     fit = Fit(normals.copy(), np.full((len(axis), 1), turn), np.ones(len(axis)))
-    curled = np.flatnonzero(_bends(axis).max(1, initial=0.0) > STRAIGHTEST)
+    bends = _bends(axis)
+    curled = np.flatnonzero(bends.sum(1) > STRAIGHTEST * max(bends.shape[1], 1))
     for some in np.split(curled, range(_AT_ONCE, len(curled), _AT_ONCE)):
         if len(some):
             chosen = _fit_some(axis[some], normals[some], turn, constants[:, some], material)

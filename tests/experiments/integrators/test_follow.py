@@ -49,7 +49,4 @@ def test_a_converged_run_of_another_trial_is_refused(truth):
 
 def test_the_oddest_strands_stay_finite_at_one_step_a_frame():
     table = extremes_table([24], 2.0)
-    outcomes = dict(zip(zip(table["case"], table["value"], strict=True), table["outcome"], strict=True))
-    refused = [case for case, outcome in outcomes.items() if outcome.startswith("refused")]
-    assert refused == [("length of a soft segment [m]", 1e-4)]
-    assert all(outcome == "comes back" for case, outcome in outcomes.items() if case not in refused)
+    assert set(table["outcome"]) == {"comes back"}
