@@ -22,8 +22,8 @@ We differ from the paper:
   than against it. Ten segments look in all directions alike.
 - One segment (m_-1, q_-1, m_0) is buried and clamped. The network bends at the m_i, and m_0 stands for half a segment
   of free hair only: springs across it are twice as stiff. The free length is then exact for every roll of the strand.
-- The first q stands opposite to where the strand bends to, or where the skin says, not along an axis of the world: a groom that
-  is turned is the same groom (`first_normals`). Curls turn and stiffen theirs, see `curl.py`.
+- The first q stands opposite to where the strand bends to, or where the skin says, not along an axis of the world: a
+  groom that is turned is the same groom (`first_normals`). Curls turn and stiffen theirs, see `curl.py`.
 - Curls are perturbed too, instead of using their own turns as triangles, which degenerate as a curl is drawn out.
 - Perturbed particles carry 5 % of the mass instead of a third: off-axis mass slows torsion by orders of magnitude.
 """
@@ -79,9 +79,9 @@ def first_normals(axis: np.ndarray, frames: np.ndarray) -> np.ndarray:
     frames  of the roots: columns tangent, bitangent, outward normal, (s, 3, 3 or more)
 
     Away from the middle of the strand, where that is off the line of the first segment: of heavy hair that hangs over,
-    the network is then most often as stable as the rod is. For a straight strand, along the tangent of the skin, carried
-    from its normal to the strand. A straight strand that goes back into the skin has no
-    such direction: there it is the mirrored tangent, and jumps about, as the smallest rotation to that does.
+    the network is then most often as stable as the rod is. For a straight strand, along the tangent of the skin,
+    carried from its normal to the strand. A straight strand that goes back into the skin has no such direction: there
+    it is the mirrored tangent, and jumps about, as the smallest rotation to that does.
     """
     edges = axis[:, 1] - axis[:, 0]
     along = edges / np.linalg.norm(edges, axis=1, keepdims=True)
