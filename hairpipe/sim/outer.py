@@ -43,8 +43,7 @@ def lay_out(axis: Axis, who, push, damping, speeds, weights, received, diagonal,
 
     push [N], (P, 3); damping [kg/s], symmetric, (P, 6); speeds  v [m/s], (P, 3)
     weights  h, of the end of the stage, for every strand [s], (blocks, W)
-    received [N s], (P, 3); no rows where strands do not touch
-    diagonal, following [kg], (P, 6); no rows where received is all that strands get
+    received [N s], (P, 3); diagonal, following [kg], (P, 6); no rows where strands do not touch
     outer    (rows / stride, 9 or 15, W)
     """
     for block in prange(len(axis.first) - 1):
@@ -54,7 +53,7 @@ def lay_out(axis: Axis, who, push, damping, speeds, weights, received, diagonal,
 
 @njit(cache=True)
 def _lay_out_block(axis, block, push, damping, speeds, weights, received, diagonal, following, outer):  # noqa: ANN001, ANN202
-    touching, owning, beside = len(received) > 0, len(diagonal) > 0, outer.shape[1] > ROWS
+    touching = len(received) > 0
     for lane in range(axis.strands.shape[1]):
         strand = axis.strands[block, lane]
         row, h = axis.first[block] // axis.stride, weights[block, lane]
@@ -68,10 +67,7 @@ def _lay_out_block(axis, block, push, damping, speeds, weights, received, diagon
             if touching:
                 for c in range(3):
                     outer[row, c, lane] += received[k, c]
-            if owning:
                 for c in range(6):
                     outer[row, 3 + c, lane] += diagonal[k, c]
-            if beside:
-                for c in range(6):
-                    outer[row, 9 + c, lane] = following[k, c] if owning else 0.0
+                    outer[row, 9 + c, lane] = following[k, c]
             row += 1

@@ -12,20 +12,21 @@ from hairpipe.sim.rows import fill
 
 
 @njit(cache=True, parallel=True)
-def respond(model, axis: Axis, A, held, who, impulses, change) -> None:  # noqa: ANN001
+def respond(model, axis: Axis, A, held, who, impulses, change, b) -> None:  # noqa: ANN001
     """Solve every strand's own system for impulses on its axis, in place.
 
     A         factors, of `factor_stages`; they are all that it reads from memory, and so kept in single precision
     held      see `Step`; who  1 for strands that are solved, (blocks, W); the others do not move
     impulses  [N s], (P, 3)
     change    out: of the velocity of points [m/s], (P, 3)
+    b         that of all particles is added to it, (rows, 3, W); nowhere where it has no rows
     """
     for block in prange(len(axis.first) - 1):
-        _respond_block(model, axis, np.int64(block), A, held, who, impulses, change)
+        _respond_block(model, axis, np.int64(block), A, held, who, impulses, change, b)
 
 
 @njit(cache=True, error_model="numpy")
-def _respond_block(model, axis, block, A, held, who, impulses, change):  # noqa: ANN001, ANN202
+def _respond_block(model, axis, block, A, held, who, impulses, change, b):  # noqa: ANN001, ANN202
     rows = slice(axis.first[block], axis.first[block + 1])
     As = A[rows]
     x = np.empty((As.shape[0], 3, As.shape[2]), who.dtype)
@@ -44,6 +45,11 @@ def _respond_block(model, axis, block, A, held, who, impulses, change):  # noqa:
                 store(x, (p, c), select(free, load(x, (p, c)), 0.0))
             forward(As, x, p, count, reach)
         substitute(As, x, count, reach)
+        if b.shape[0] > 0:
+            bs = b[rows]
+            for p in range(count):
+                for c in range(3):
+                    store(bs, (p, c), load(bs, (p, c)) + load(x, (p, c)))
     _give(axis, block, x, change)
 
 

@@ -3,8 +3,7 @@
 A stage that nothing takes part in is one kernel. Otherwise all strands are solved together from where they are foreseen
 (`guess_stages`), judged, and solved again where the judgement was wrong: where contact with the body changed.
 What couples strands to each other (stiction, hair on hair) makes one system of all, solved by conjugate gradients with
-the strands' own factors before it. What couplings exert where those end is given to both of their sides, and every
-strand is solved with what it gets: momentum is kept however early they end, and by strands that are solved again, too.
+the strands' own factors before it; strands that are solved again see the others where that left them.
 """
 
 from dataclasses import dataclass, field
@@ -31,7 +30,6 @@ from hairpipe.sim.scene import StrainLimit
 from hairpipe.sim.stage import Rule, factor_stages, guess_stages, run_stages, update_stages
 
 _PASSES = 4  # over the strands for which a judgement was wrong
-_NO_BLOCKS = np.empty((0, 6), np.float32), np.empty((0, 6), np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +120,7 @@ class Surroundings:
         """Advance strands through a stage, in place; v is the guess.
 
         x, v, T  out: at the end of the stage, see `run_stage`
-        who      1 for strands that are solved, where the others have come, (blocks, W); None: all
+        who      1 for strands that are solved, each for itself, (blocks, W); None: all, together
 
         Returns the change of velocity that other strands made, no part of the acceleration [m/s], (rows, 3, W), or 0.
         """
@@ -132,6 +130,7 @@ class Surroundings:
         guess_stages(
             self.model, x, v, T, stage.xh, stage.before, stage.began, stage.ends, stage.held, stage.h, stage.span, rule
         )
+        together = who is None
         who = np.ones(self.layout.strands.shape, x.dtype) if who is None else who
         again, marked = who, np.empty(len(self._masses), np.bool_)
         points_of(self._axis, who, marked)
@@ -142,13 +141,13 @@ class Surroundings:
         for left in reversed(range(rule.iterations + _PASSES)):
             newton = left >= _PASSES
             points_of(self._axis, again, marked)
-            self._surround(points, speeds, felt, stage, marked, anew=newton)
-            if newton and self.hair is not None:
-                self._exchange(x, v, T, stage, rule, again, speeds)
-            received = points[:0] if self.hair is None else self._room("received", points)
-            b = self._solve_once(x, v, T, stage, rule, again, speeds, received, x[:0].astype(np.float32), _NO_BLOCKS)
+            outer = self._surround(points, speeds, felt, stage, again, marked, x, anew=newton)
+            b = self._solve_once(x, v, T, stage, rule, outer, again, coupled=newton and together)
             if self.hair is not None:
-                kicked(marked, received, self._masses, kick)
+                change = self._room("change", points)
+                gather(self._axis, again, b, change)
+                self.hair.follow(change, marked, self._room("received", points))
+                kicked(marked, self._room("received", points), self._masses, kick)
             update_stages(self.model, x, v, T, b, again, stage.h, rule)
             gather(self._axis, again, x, points)
             np.add(points, self.origin, out=points, where=marked[:, None])
@@ -166,47 +165,37 @@ class Surroundings:
         speeds: np.ndarray,
         felt: np.ndarray,
         stage: Stage,
+        who: np.ndarray,
         marked: np.ndarray,
+        like: np.ndarray,
         *,
         anew: bool,
-    ) -> None:
-        """Find what acts on points marked, (P,) bool.
+    ) -> np.ndarray:
+        """Return what acts on particles of strands who, (blocks, W), and their points marked; see `sim/outer.py`.
 
         points, speeds  where that is linearised [m], [m/s], (P, 3)
         felt            velocities that drag and contact between hairs go by [m/s], (P, 3)
-        anew            what strands do to each other, too
+        anew            what strands do to each other, too; else it is what solves since then have made of it
         """
         push, damping = self._room("push", points), self._room("damping", points, 6)
         weights = self._weights
         spread(self._axis, stage.h, weights)
+        received = push[:0] if self.hair is None else self._room("received", points)
         clear(marked, push, damping)
         if self.wind is not None:
             self.wind.forces(points, felt, self.layout.offsets, self.began + stage.time, marked, push, damping)
         if self.body is not None:
             held = np.zeros_like(marked) if stage.held_normals else marked
             self.body.hold(points, speeds, self._masses, weights, held, push, damping)
-        if self.hair is not None and anew:
-            self.hair.linearise(points, speeds, felt, self._masses, weights, stage.span, marked)
-
-    def _exchange(
-        self,
-        x: np.ndarray,
-        v: np.ndarray,
-        T: np.ndarray,
-        stage: Stage,
-        rule: Rule,
-        who: np.ndarray,
-        speeds: np.ndarray,
-    ) -> None:
-        """Find what strands get from each other when strands who, (blocks, W), are solved in one system."""
-        assert self.hair is not None
-        factors = self._room("factors", x, row_size(self.model.shape.reach), np.float32)
-        b = self._solve_once(x, v, T, stage, rule, who, speeds, self.hair.received, factors, self.hair.own)
-
-        def ask(impulses: np.ndarray, change: np.ndarray) -> None:
-            respond(self.model, self._axis, factors, stage.held, who, impulses, change)
-
-        self.hair.exchange(ask, self._points(b), self._masses, self._room("received", speeds))
+        own = np.empty((0, 6), np.float32), np.empty((0, 6), np.float32)
+        if self.hair is not None:
+            if anew:
+                self.hair.linearise(points, speeds, felt, self._masses, weights, stage.span, marked)
+            self.hair.impulses(marked, received)
+            own = self.hair.own
+        outer = self._room("outer", like[:: self._axis.stride], self._rows)
+        lay_out(self._axis, who, push, damping, speeds, stage.h, received, *own, outer)
+        return outer
 
     def _solve_once(
         self,
@@ -215,21 +204,30 @@ class Surroundings:
         T: np.ndarray,
         stage: Stage,
         rule: Rule,
+        outer: np.ndarray,
         who: np.ndarray,
-        speeds: np.ndarray,
-        received: np.ndarray,
-        factors: np.ndarray,
-        own: tuple[np.ndarray, np.ndarray],
+        *,
+        coupled: bool,
     ) -> np.ndarray:
-        """Return the change of velocity of strands who, (blocks, W), each for itself [m/s], (rows, 3, W).
+        """Return the change of velocity of strands who, (blocks, W) [m/s], (rows, 3, W).
 
-        received, own  impulses from other strands [N s], (P, 3), and how they change with the strand, see `lay_out`
-        factors        out: of every strand's system, see `factor_stages`
+        coupled  in one system; else every strand sees the others where they are
         """
-        outer, b = self._room("outer", x[:: self._axis.stride], self._rows), self._room("b", x)
-        around = self._room("push", speeds), self._room("damping", speeds, 6), speeds
-        lay_out(self._axis, who, *around, stage.h, received, *own, outer)
+        coupled = coupled and self.hair is not None
+        factors = outer[:0].astype(np.float32)
+        if coupled:
+            factors = self._room("factors", x, row_size(self.model.shape.reach), np.float32)
+        b = self._room("b", x)
         factor_stages(self.model, factors, b, x, v, stage.vh, T, outer, stage.held, who, stage.h, rule)
+        if self.hair is not None and coupled:
+            alone = self._points(b)
+
+            def ask(impulses: np.ndarray, change: np.ndarray) -> None:
+                respond(self.model, self._axis, factors, stage.held, who, impulses, change, b[:0])
+
+            exchanged = self.hair.exchange(ask, alone, self._masses)
+            respond(self.model, self._axis, factors, stage.held, who, exchanged, np.empty_like(exchanged), b)
+            self._room("received", alone)[:] += exchanged
         return b
 
     def _judge(self, points: np.ndarray, speeds: np.ndarray, stage: Stage, marked: np.ndarray) -> np.ndarray:

@@ -35,10 +35,12 @@ def test_it_is_the_change_of_a_solve(tips_held):
         lay_out(axis, everyone, push / H, np.zeros((count, 6)), none, weights, none[:0], nothing, nothing, outer)
         factor_stages(hair.model, A, b, x, v, v, T, outer, held, who, weights, rule)
         gather(axis, everyone, b, change)
-        found.append(change)
-    change = np.empty((count, 3))
-    respond(hair.model, axis, A, held, who, impulses, change)
-    np.testing.assert_allclose(change, found[1] - found[0], atol=1e-6 * np.abs(change).max())
+        found.append((b, change))
+    whole, change = layout.empty(3), np.empty((count, 3))
+    whole[:] = found[0][0]
+    respond(hair.model, axis, A, held, who, impulses, change, whole)
+    np.testing.assert_allclose(change, found[1][1] - found[0][1], atol=1e-6 * np.abs(change).max())
+    np.testing.assert_allclose(whole, found[1][0], atol=1e-6 * np.abs(whole).max())
     assert np.abs(change).max() > 1e-4
     strands = np.repeat(np.arange(len(layout.offsets) - 1), np.diff(layout.offsets))
     assert not change[strands % 3 == 0].any()

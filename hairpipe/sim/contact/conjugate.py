@@ -1,4 +1,4 @@
-"""Strands that are coupled: conjugate gradients on what moves the points that couple them, strands solved exactly.
+"""Strands that are coupled: conjugate gradients on the impulses they exchange, the strands themselves solved exactly.
 
 The system is (P + O) x = b, with P one banded matrix a strand and O what couples strands, which touches points of
 their axes alone (`sim/contact/couplings.py`). Preconditioned by P, and started from the strands on their own,
@@ -8,12 +8,13 @@ x0 = P^-1 b, every residual lies on the axes too, as does P times every directio
 
 s being the impulses that points get from other strands. So all vectors are (points, 3), whatever particles a strand
 has beside its axis; P is never multiplied by, as P p follows from P z = r by the recurrence of p itself. The caller
-gives z = R P^-1 R^T r, and gets R x: what strands exchange, it makes of that once, for both sides alike. Vectors are in
-single precision, since memory is all that they cost. Sums run in an order that does not depend on threads.
+gives z = R P^-1 R^T r, and gets s. Vectors are in single precision, since memory is all that they cost. Sums run in
+an order that does not depend on threads.
 
 The iterations end when sqrt(r . z) is a given fraction of the mass norm of R x: what the residual would still move
 strands by, each for itself. Bundles that move as one resist less than their strands do one by one, so the error of x is
-greater than that, by as much as hair is coupled. It falls in every iteration.
+greater than that, by as much as hair is coupled. It falls in every iteration; where they end early, strands are held
+to where the others were foreseen.
 """
 
 from collections.abc import Callable
@@ -35,15 +36,15 @@ _CHUNK = 512
 """Rows of lanes, and points, that are summed one after the other."""
 
 
-class Movement(NamedTuple):
-    """How coupled strands move.
+class Exchange(NamedTuple):
+    """What coupled strands exchange.
 
-    change      of the velocity of points, R x [m/s], (points, 3) float32
+    impulses    that points get [N s], (points, 3) float32
     iterations  made
     error       of what points move by, as estimated above, over that; both in the norm of the mass
     """
 
-    change: np.ndarray
+    impulses: np.ndarray
     iterations: int
     error: float
 
@@ -55,8 +56,8 @@ def solve(
     masses: np.ndarray,
     tolerance: float = 1e-3,
     most: int = MOST,
-) -> Movement:
-    """Find by how much velocities of strands change that are coupled.
+) -> Exchange:
+    """Find the impulses that strands exchange.
 
     respond    respond(r, z) sets z, what points move by [m/s], to R P^-1 R^T r for impulses r; 0 where they are held
     multiply   multiply(v, start, out) sets out to start + O v, as `multiply_across` does; all of both are float32
@@ -65,29 +66,28 @@ def solve(
     tolerance  of the error, as estimated
     most       iterations
 
-    A strand for which this is not a number, or respond gives none, is taken as held, and spares the others: its change
-    is where it was found last, or 0.
+    A strand for which this is not a number, or respond gives none, is taken as held, and spares the others.
     """
     rows = -(-alone.size // _WIDTH)
-    vectors = np.zeros((6, rows, _WIDTH), _SINGLE)
-    x, r, z, p, q, w = vectors
+    vectors = np.zeros((7, rows, _WIDTH), _SINGLE)
+    s, r, z, p, q, w, x = vectors
     points = [vector.reshape(-1)[: alone.size].reshape(-1, 3) for vector in vectors]
-    _take_finite(alone, points[0])
-    multiply(points[0], points[5], points[1])
+    _take_finite(alone, points[6])
+    multiply(points[6], points[0], points[1])
     np.negative(r, out=r)
-    size, before, rz, made = _size(masses, points[0]), np.inf, 0.0, 0
+    size, before, rz, made = _size(masses, points[6]), np.inf, 0.0, 0
     while True:
         respond(points[1], points[2])
         rz = _turn(before, r, z, p, q)
         if rz <= tolerance * tolerance * size:
-            size = _size(masses, points[0])
+            size = _size(masses, points[6])
         if not tolerance * tolerance * size < rz < np.inf or made == most:
             break
         multiply(points[3], points[4], points[5])
-        if not _advance(rz, p, w, r, x):
+        if not _advance(rz, p, q, w, s, r, x):
             break
         before, made = rz, made + 1
-    return Movement(points[0], made, float(np.sqrt(rz / size)) if rz > 0.0 else 0.0)
+    return Exchange(points[0], made, float(np.sqrt(rz / size)) if rz > 0.0 else 0.0)
 
 
 @njit(cache=True, parallel=True)
@@ -130,8 +130,8 @@ def _turn(before, r, z, p, q):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _advance(rz, p, w, r, x):  # noqa: ANN001, ANN202
-    """Go along p to the least error, in place: x += step p, r with it; tell whether there is one."""
+def _advance(rz, p, q, w, s, r, x):  # noqa: ANN001, ANN202
+    """Go along p to the least error, in place: x += step p, s and r with it; tell whether there is one."""
     chunks = -(-len(r) // _CHUNK)
     sums = np.empty((chunks, _WIDTH), _SINGLE)
     for chunk in prange(chunks):
@@ -141,7 +141,7 @@ def _advance(rz, p, w, r, x):  # noqa: ANN001, ANN202
     if goes:
         step = rz / curvature
         for chunk in prange(chunks):
-            _advance_some(np.int64(chunk) * _CHUNK, step, p, w, r, x)
+            _advance_some(np.int64(chunk) * _CHUNK, step, p, q, w, s, r, x)
     return goes
 
 
@@ -181,7 +181,8 @@ def _turn_some(begin, beta, r, z, p, q):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _advance_some(begin, step, p, w, r, x):  # noqa: ANN001, ANN202
+def _advance_some(begin, step, p, q, w, s, r, x):  # noqa: ANN001, ANN202
     for row in range(begin, min(begin + _CHUNK, len(r))):
         store(x, (row,), load(x, (row,)) + step * load(p, (row,)))
+        store(s, (row,), load(s, (row,)) + step * load(q, (row,)))
         store(r, (row,), load(r, (row,)) - step * load(w, (row,)))

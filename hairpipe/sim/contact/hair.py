@@ -22,7 +22,7 @@ from hairpipe.sim.contact.near import approaches, near_pairs, pairs_about
 from hairpipe.sim.contact.nearest import closest_pairs
 from hairpipe.sim.contact.pairs import Pairs, empty_pairs, key_of, within
 from hairpipe.sim.contact.repulsion import linearise as linearise_contacts
-from hairpipe.sim.contact.sides import Sides, exchanged, multiply_across, sides_of
+from hairpipe.sim.contact.sides import Sides, follow, impulses_after, multiply_across, sides_of
 from hairpipe.sim.contact.stiction import Connections, connect, no_connections, release, room
 from hairpipe.sim.contact.stiction import linearise as linearise_connections
 from hairpipe.sim.contact.sweep import sweep
@@ -57,6 +57,7 @@ class HairContacts:
     _places: Joined = field(init=False)
     _incidence: Incidence = field(init=False)
     _sides: Sides = field(init=False)
+    _change: np.ndarray | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         sought: list[tuple[float, np.ndarray]] = []
@@ -122,35 +123,41 @@ class HairContacts:
         if self._contacts is not None and self._coupled is not None:
             rest = part_of(couplings, stuck, len(couplings.acts))
             linearise_contacts(self._contacts, points, speeds, felt, masses, self._coupled, weights, span, who, rest)
-        self._sides = sides_of(couplings, self._incidence)
+        self._sides, self._change = sides_of(couplings, self._incidence), None
 
     @property
     def own(self) -> tuple[np.ndarray, np.ndarray]:
         """Blocks by which impulses change with the strand's own velocities [kg], two of (P, 6) float32: `Sides`."""
         return self._sides.diagonal, self._sides.following
 
-    @property
-    def received(self) -> np.ndarray:
-        """Impulses that points get if no velocity changes [N s], (P, 3)."""
-        return self._sides.push
+    def impulses(self, who: np.ndarray, out: np.ndarray) -> None:
+        """Set out, (P, 3) [N s], to what points who, (P,) bool, get where solves have left all of them, in place."""
+        if self._change is None:
+            np.copyto(out, self._sides.push, where=who[:, None])
+        else:
+            impulses_after(self._sides, self._change, who, out)
 
     def exchange(
-        self,
-        respond: Callable[[np.ndarray, np.ndarray], None],
-        alone: np.ndarray,
-        masses: np.ndarray,
-        received: np.ndarray,
-    ) -> None:
-        """Set received, (P, 3) [N s], to what strands get from each other, in place; see `conjugate.solve`.
-
-        Conjugate gradients end early, and their impulses do not add up to nothing. So each coupling exerts what it
-        makes of where they end, once, on both sides.
-        """
+        self, respond: Callable[[np.ndarray, np.ndarray], None], alone: np.ndarray, masses: np.ndarray
+    ) -> np.ndarray:
+        """Return the impulses that strands exchange [N s], (P, 3) float32; see `conjugate.solve`."""
 
         def multiply(v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
             multiply_across(self._sides, v, start, out)
 
-        exchanged(self._sides, conjugate.solve(respond, multiply, alone, masses, _TOLERANCE).change, received)
+        return conjugate.solve(respond, multiply, alone, masses, _TOLERANCE).impulses
+
+    def follow(self, change: np.ndarray, who: np.ndarray, received: np.ndarray) -> None:
+        """Take note that a solve changed velocities of points who, (P,) bool, by so much [m/s], (P, 3).
+
+        received  what they got at first, with what was exchanged; out: what they got in the end [N s], (P, 3)
+
+        What was exchanged stands for -O dv: contact is so stiff that the small error left in dv would be a great
+        impulse.
+        """
+        if self._change is None:
+            self._change = np.zeros(change.shape)
+        follow(self._sides, change, who, self._change, received)
 
     def let_go(self) -> None:
         """Free what only the solves of a step need."""

@@ -11,12 +11,10 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.body.inlined import inlined
-from hairpipe.sim.contact.contacts import on_segment
 from hairpipe.sim.contact.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings, Incidence
 from hairpipe.sim.fetch import AHEAD, fetch
 from hairpipe.sim.forces.symmetric import outer
-from hairpipe.sim.forces.vectors import dot as inner
-from hairpipe.sim.forces.vectors import minus, plus, scaled
+from hairpipe.sim.forces.vectors import plus, scaled
 from hairpipe.sim.fours import WHOLE, dot, item, load_four, load_short_four, without_first, zeros
 
 _CHUNK = 2048
@@ -145,6 +143,12 @@ def _rounded(fraction):  # noqa: ANN001, ANN202
     return np.int16(WHOLE * fraction + 0.5)
 
 
+@inlined
+def _acts(matrix, i):  # noqa: ANN001, ANN202
+    """Whether a matrix, positive semidefinite, is not zero."""
+    return matrix[i, 0] + matrix[i, 3] + matrix[i, 5] > 0.0
+
+
 @njit(cache=True, parallel=True)
 def multiply_across(sides: Sides, v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
     """Set out to start + O v, O being the terms between points of different sides of a coupling, in place.
@@ -158,45 +162,76 @@ def multiply_across(sides: Sides, v: np.ndarray, start: np.ndarray, out: np.ndar
 
 
 @njit(cache=True, parallel=True)
-def exchanged(sides: Sides, change: np.ndarray, out: np.ndarray) -> None:
-    """Set out to what points get from couplings after velocities have changed, J^T (push - M J dv), in place.
+def rounded_speeds(v):  # noqa: ANN001, ANN201
+    """Copy vectors, (points, 3), one behind the other in single precision, (3 points,)."""
+    out = np.empty(3 * len(v), np.float32)
+    for chunk in prange(-(-len(v) // _CHUNK)):
+        for k in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(v))):
+            for c in range(3):
+                out[3 * k + c] = v[k, c]
+    return out
 
-    change  dv [m/s], (points, 3) float32
-    out     [N s], (points, 3) float64
 
-    What a coupling exerts on its one side is the opposite of what it exerts on the other, to the last bit, whatever dv
-    is: both are the same sum of the same numbers.
+@njit(cache=True, parallel=True)
+def impulses_after(sides: Sides, change: np.ndarray, who: np.ndarray, out: np.ndarray) -> None:
+    """Set out to what points get after velocities have changed, J^T (push - M J dv), where asked for, in place.
+
+    change  dv [m/s], (points, 3)
+    who     points that are asked for, (points,) bool
+    out     [N s], (points, 3)
+    """
+    places, rounded = sides.places.reshape(-1), rounded_speeds(change)
+    for chunk in prange(-(-len(out) // _CHUNK)):
+        begin = np.int64(chunk) * _CHUNK
+        for k in range(begin, min(begin + _CHUNK, len(out))):
+            if who[k]:
+                total, far = _across(sides, places, k, rounded)
+                near = total - far
+                if k > 0:
+                    near = near + _across(sides, places, k - 1, rounded)[1]
+                own = _own_part(sides, change, k)
+                for c in range(3):
+                    out[k, c] = sides.push[k, c] - own[c] + item(near, c)
+
+
+@njit(cache=True, parallel=True)
+def follow(sides: Sides, change: np.ndarray, who: np.ndarray, total: np.ndarray, out: np.ndarray) -> None:
+    """Take note that velocities of points who have changed, in place; arguments as for `impulses_after`.
+
+    total  of all changes, to which this one is added; what is not finite does not move for others [m/s], (points, 3)
+    out    impulses, from which is subtracted what the own strand's change makes of them [N s], (points, 3)
     """
     for chunk in prange(-(-len(out) // _CHUNK)):
-        _exchange_some(sides, change, out, np.int64(chunk) * _CHUNK)
-
-
-@njit(cache=True)
-def _exchange_some(sides, change, out, begin):  # noqa: ANN001, ANN202
-    """Walk as `_gather_some` does."""
-    first, others, carried = sides.first, sides.others, _NO_PUSH
-    for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(out))):
-        near, far = _NO_PUSH, _NO_PUSH
-        for e in range(first[k], first[k + 1]):
-            fetch(change, others[min(e + AHEAD, len(others) - 1)])
-            s, slowed = np.float64(sides.numbers[e, 2]), _slowed(sides, change, e, k)
-            near, far = plus(near, scaled(1.0 - s, slowed)), plus(far, scaled(s, slowed))
-        if k >= begin:
-            for c in range(3):
-                out[k, c] = sides.push[k, c] - (near[c] + carried[c])
-        carried = far
+        for k in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(out))):
+            if who[k]:
+                own = _own_part(sides, change, k)
+                for c in range(3):
+                    out[k, c] -= own[c]
+                    if abs(change[k, c]) < np.inf:
+                        total[k, c] += change[k, c]
 
 
 @inlined
-def _slowed(sides, change, e, k):  # noqa: ANN001, ANN202
-    """M J dv of the coupling at place e as segment k sees it [N s]."""
-    places, numbers = sides.places, sides.numbers
-    # In the precision in which the other side has it for its own.
-    other = np.float64(np.float32(places[e, 3] / WHOLE))
-    here = on_segment(change, k, np.float64(numbers[e, 2]))
-    u = minus(here, on_segment(change, np.int64(sides.others[e]), other))
-    d = places[e, 0] / WHOLE, places[e, 1] / WHOLE, places[e, 2] / WHOLE
-    return plus(scaled(np.float64(numbers[e, 0]), u), scaled(numbers[e, 1] * inner(d, u), d))
+def _own_part(sides, v, k):  # noqa: ANN001, ANN202
+    """What own blocks make of velocities at point k [N s]."""
+    diagonal, following = sides.diagonal, sides.following
+    y = _times(diagonal, k, v, k)
+    # Where nothing acts, the next point may be another strand's, and lost.
+    if _acts(following, k):
+        y = plus(y, _times(following, k, v, k + 1))
+    if k > 0 and _acts(following, k - 1):
+        y = plus(y, _times(following, k - 1, v, k - 1))
+    return y
+
+
+@inlined
+def _times(M, m, v, k):  # noqa: ANN001, ANN202
+    a, b, c = v[k, 0], v[k, 1], v[k, 2]
+    return (
+        M[m, 0] * a + M[m, 1] * b + M[m, 2] * c,
+        M[m, 1] * a + M[m, 3] * b + M[m, 4] * c,
+        M[m, 2] * a + M[m, 4] * b + M[m, 5] * c,
+    )
 
 
 @inlined

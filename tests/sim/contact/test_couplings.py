@@ -4,7 +4,7 @@ import numba
 import numpy as np
 
 from hairpipe.sim.contact.couplings import Couplings, find_incidence, join, part_of
-from hairpipe.sim.contact.sides import exchanged, multiply_across, sides_of
+from hairpipe.sim.contact.sides import follow, impulses_after, multiply_across, sides_of
 
 SINGLE = 1e-6
 """Other sides are multiplied in single precision."""
@@ -86,26 +86,30 @@ def test_what_is_not_a_number_stays_where_it_is_coupled(offsets, random_coupling
     assert {b, b + 1} <= set(lost) and len(lost) < 50
 
 
-def test_what_is_exchanged_is_that_of_the_whole_matrix(random_couplings, dense):
-    """J^T (push - M J dv)."""
+def test_impulses_after_a_change_are_those_of_the_whole_matrix(random_couplings, dense):
+    """J^T (push - M J dv), in one go, and bit by bit: the other strands' part, then the own one."""
     offsets = np.array([0, 2, 7, 16, 19], np.int32)
+    points, who = 19, np.ones(19, bool)
     couplings = random_couplings(offsets, 60)
-    sides = sorted_sides(couplings, 19)
-    dv = np.random.default_rng(4).normal(size=(19, 3)).astype(np.float32)
-    expected = sides.push - (dense[0](couplings, 19) @ dv.astype(float).ravel()).reshape(-1, 3)
-    out = np.empty((19, 3))
-    exchanged(sides, dv, out)
+    sides = sorted_sides(couplings, points)
+    dv = np.random.default_rng(4).normal(size=(points, 3))
+    push = sides.push.copy()
+    expected = push - (dense[0](couplings, points) @ dv.ravel()).reshape(-1, 3)
+    out, total = np.empty_like(push), np.zeros_like(push)
+    impulses_after(sides, dv, who, out)
     np.testing.assert_allclose(out, expected, atol=SINGLE * np.abs(expected).max())
+    follow(sides, dv, who, total, push)
+    np.testing.assert_allclose(push - multiply(couplings, points, dv), expected, atol=SINGLE * np.abs(expected).max())
+    np.testing.assert_array_equal(total, dv)
 
 
-def test_whatever_velocities_are_what_is_exchanged_adds_up_to_nothing(offsets, random_couplings, threads):
-    """To the rounding of double precision, and in the same bytes on any number of threads."""
-    points = int(offsets[-1])
-    sides = sorted_sides(random_couplings(offsets, 3000), points)
-    dv, found = np.random.default_rng(4).normal(size=(points, 3)).astype(np.float32), []
-    for number in (1, numba.get_num_threads()):
-        threads(number)
-        found.append(np.empty((points, 3)))
-        exchanged(sides, dv, found[-1])
-    assert np.abs(found[0].sum(axis=0)).max() < 1e-15 * np.abs(found[0]).sum()
-    assert np.array_equal(*found)
+def test_a_lost_strand_takes_no_other_along(offsets, random_couplings):
+    points, who = int(offsets[-1]), np.ones(offsets[-1], bool)
+    couplings = random_couplings(offsets, 400)
+    sides = sorted_sides(couplings, points)
+    dv, total, received = np.ones((points, 3)), np.zeros((points, 3)), np.zeros((points, 3))
+    lost = slice(offsets[1], offsets[2])
+    dv[lost] = np.nan
+    follow(sides, dv, who, total, received)
+    assert not total[lost].any() and np.isfinite(total).all()
+    assert np.isfinite(np.delete(received, np.r_[lost], axis=0)).all()
