@@ -15,6 +15,12 @@ The iterations end when sqrt(r . z) is a given fraction of the mass norm of R x:
 strands by, each for itself. Bundles that move as one resist less than their strands do one by one, so the error of x is
 greater than that, by as much as hair is coupled. It falls in every iteration; where they end early, strands are held
 to where the others were foreseen.
+
+What strands get from each other is opposite as far as that goes: of an impulse between two free hairs a tenth was made
+up at 1/240 s. Exerting once, on both sides, what every coupling makes of the velocities found here keeps momentum to
+rounding, and was refuted: contact is so stiff that the small error of x is a great impulse, hair crossed hair more and
+steps got shorter, `hairpipe bench paper long_straight_5000` took 27.0 s a frame for 6.3; with 2,000 strands and a
+tolerance of 1e-2 it took 6.3 for 2.3, and 9.1 where couplings first took the residual over as if points were free.
 """
 
 from collections.abc import Callable
