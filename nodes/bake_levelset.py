@@ -21,6 +21,6 @@ def bake_levelset(
     half_width  of the band; hair farther than that does not feel the body
     holes       of an open mesh: cap them, or stop with a message
     """
-    from hairpipe.levelset.bake import bake
+    from hairpipe.levelset.bake.whole import bake
 
     return bake(body, voxel, half_width, holes)

@@ -22,6 +22,6 @@ def bake_parts(
     half_width  of the band; hair farther than that does not feel the body
     smallest    skin that a bone needs for a part of its own, measured across; others move with their parents
     """
-    from hairpipe.levelset.bake_parts import bake_parts as bake
+    from hairpipe.levelset.bake.parts import bake_parts as bake
 
     return bake(rest, pose, voxel, half_width, smallest)

@@ -21,6 +21,6 @@ def collect_variants(
     cost    column that the front is of
     error   column that the front is of
     """
-    from hairpipe.measure.front import variant_table
+    from hairpipe.table.pareto import variant_table
 
     return variant_table(errors, costs, cases, groups, (cost, error))

@@ -4,8 +4,8 @@ from typing import Annotated
 
 from hairpipe.data import Ends, Groom
 from hairpipe.graph import Time, node
-from hairpipe.motion.track import Track
-from hairpipe.motion.wave import Wave
+from hairpipe.scripted_ends.track import Track
+from hairpipe.scripted_ends.wave import Wave
 from hairpipe.units import Ge, Seconds
 
 
@@ -28,6 +28,6 @@ def drive_ends(
     tips     motion of the tips by keys; without it they are free, with {} they stand still
     release  of the tips, at the last frame that is not after this time; never without
     """
-    from hairpipe.motion.ends import lead
+    from hairpipe.scripted_ends.ends import lead
 
     return lead(groom, (time.frame - at) / time.fps, roots, wave, tips, release)

@@ -14,7 +14,7 @@ def follow_guides(hair: Strands, guides: Groom, groom: Groom, body: Mesh | None,
 
     from hairpipe.errors import BadInput
     from hairpipe.groom.guiding import guided
-    from hairpipe.sim.roots import lead_of, motion_of_roots
+    from hairpipe.sim.boundary import lead_of, motion_of_roots
 
     if not np.array_equal(hair.offsets, guides.offsets):
         raise BadInput("hair and guides are not the same strands", right="in.guides: the groom that is simulated")

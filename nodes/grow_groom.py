@@ -5,7 +5,7 @@ from typing import Annotated
 from hairpipe.data import Body, Groom
 from hairpipe.graph import node
 from hairpipe.groom.cutting import SHORTEST
-from hairpipe.groom.style import Comb, Curl, Paint, PaintedDegrees, PaintedMetres, Style
+from hairpipe.groom.grow.style import Comb, Curl, Paint, PaintedDegrees, PaintedMetres, Style
 from hairpipe.units import Ge, Gt, Interval, Metres
 
 
@@ -45,8 +45,8 @@ def grow_groom(
     seed            of all random numbers
     """
     from hairpipe.groom.cutting import Cut
-    from hairpipe.groom.growing import grow
-    from hairpipe.groom.paint import Canvas
+    from hairpipe.groom.grow.growing import grow
+    from hairpipe.groom.grow.paint import Canvas
     from hairpipe.io.image import read_image
 
     style = Style(length, lift, bend, volume, comb, curl)

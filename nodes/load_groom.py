@@ -40,8 +40,8 @@ def load_groom(
     tips            held by the closest place of the body as roots are, free, or as the file says: only .tfx does
     """
     from hairpipe.errors import BadInput
-    from hairpipe.groom.adopting import adopt
     from hairpipe.groom.cutting import Cut
+    from hairpipe.groom.importing import adopt
     from hairpipe.io.body import USD_SUFFIXES
     from hairpipe.io.tfx import read_tfx
     from hairpipe.io.usd.read import read_curves

@@ -40,9 +40,9 @@ def load_motion(
                edit of whose tail may move all frames; by default feet for a single pose, else clip with a warning
     joints     pairs of a joint of the body and the joint of the clip it follows, where their names do not tell
     """
-    from hairpipe.body.approach import approach
-    from hairpipe.body.motion import Playback, pose_at
-    from hairpipe.io.bvh import recall_bvh
+    from hairpipe.body.mocap.approach import approach
+    from hairpipe.body.mocap.posing import Playback, pose_at
+    from hairpipe.io.mocap.bvh import recall_bvh
 
     since = (time.frame - at) / time.fps
     seconds = start + (max(since, 0.0) if settle > 0.0 else since) * speed

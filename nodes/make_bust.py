@@ -7,6 +7,6 @@ from hairpipe.graph import node
 @node(frames="once")
 def make_bust() -> Body:
     """Head, neck and shoulders of a mannequin as one closed mesh, rigged, with maps "scalp" and "length"."""
-    from hairpipe.body.bust import build_bust
+    from hairpipe.body.mannequin.bust import build_bust
 
     return build_bust()

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.sim import scene as of
+from hairpipe.sim import settings as of
 from hairpipe.units import Gt, Interval, MetresPerSecond, Seconds
 
 Rates = tuple[Annotated[int, Interval(ge=24, le=1_000_000)], ...]
@@ -39,7 +39,7 @@ def measure_clash(
     rates       steps a second
     seconds     from the start; they meet after 1/8 s, and again 1/4 s later
     """
-    from hairpipe.experiments.contact.clash import clash_table
+    from hairpipe.studies.contact.clash import clash_table
 
     touch = contact or of.BodyContact()
     scene = of.Scene(contact=touch, strain=strain, scheme=scheme, stiction=stiction, collisions=collisions)

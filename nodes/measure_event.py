@@ -28,6 +28,6 @@ def measure_event(
     last    value of x up to which it is looked at; up to the last row without
     theory  the value expected
     """
-    from hairpipe.measure.series import event
+    from hairpipe.table.series import event
 
     return event(table, what, x, y, level, (first, last), theory)

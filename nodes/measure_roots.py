@@ -9,7 +9,7 @@ from hairpipe.graph import Frames, Time, node
 def measure_roots(groom: Groom, body: Frames[Mesh] | None, ends: Frames[Ends] | None, time: Time) -> Table:
     """At every frame, how fast the roots are and how much they accelerate, on the body or as the ends are led."""
     from hairpipe.measure.roots import measure_root_motion
-    from hairpipe.sim.roots import lead_of
+    from hairpipe.sim.boundary import lead_of
 
     leads = lead_of(body, ends)
     if leads is None:

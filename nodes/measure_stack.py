@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.sim.scene import Collisions
+from hairpipe.sim.settings import Collisions
 from hairpipe.units import Gt, Interval, Seconds
 
 Layers = tuple[Annotated[int, Interval(ge=1, le=200)], ...]
@@ -37,7 +37,7 @@ def measure_stack(
     iterations  shown in the first table: sweeps over all pairs, or of conjugate gradients
     seconds     that stacks are given to come to rest in
     """
-    from hairpipe.experiments.contact.stack import landing_table, standing_table
+    from hairpipe.studies.contact.stack import landing_table, standing_table
 
     landing = landing_table(collisions, step, layers, iterations)
     return Stack(landing, standing_table(collisions, step, layers, sweeps, seconds))

@@ -3,8 +3,8 @@
 from typing import Annotated
 
 from hairpipe.data import Table
-from hairpipe.experiments.accuracy.sample import Sample
 from hairpipe.graph import node
+from hairpipe.studies.accuracy.sample import Sample
 from hairpipe.units import Gt, Interval
 
 Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
@@ -24,6 +24,6 @@ def measure_torsion(
     segments  of each strand
     twists    of the far end [rad], ascending; it is held in line and slides along the axis
     """
-    from hairpipe.experiments.accuracy.torsion import torsion_table
+    from hairpipe.studies.accuracy.torsion import torsion_table
 
     return torsion_table(sample, segments, twists)

@@ -3,8 +3,8 @@
 from typing import Annotated
 
 from hairpipe.data import Table
-from hairpipe.experiments.accuracy.sample import Sample
 from hairpipe.graph import node
+from hairpipe.studies.accuracy.sample import Sample
 from hairpipe.units import Interval
 
 Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
@@ -23,6 +23,6 @@ def measure_vibration(
     segments  of each strand
     modes     so many, from the lowest
     """
-    from hairpipe.experiments.accuracy.vibration import vibration_table
+    from hairpipe.studies.accuracy.vibration import vibration_table
 
     return vibration_table(sample, segments, modes)

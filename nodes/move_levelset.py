@@ -2,7 +2,7 @@
 
 from hairpipe.data import BodyParts, LevelSet
 from hairpipe.graph import Time, node
-from hairpipe.motion.track import Track
+from hairpipe.scripted_ends.track import Track
 
 
 @node(frames="each")
@@ -12,6 +12,6 @@ def move_levelset(surface: LevelSet, time: Time, *, at: int = 1001, motion: Trac
     at      frame of the shot at which time is zero
     motion  keys, as those of `move_mesh`
     """
-    from hairpipe.motion.surfaces import carried_surface
+    from hairpipe.scripted_ends.surfaces import carried_surface
 
     return carried_surface(surface, motion, (time.frame - at) / time.fps)

@@ -2,7 +2,7 @@
 
 from hairpipe.data import Mesh
 from hairpipe.graph import Time, node
-from hairpipe.motion.track import Track
+from hairpipe.scripted_ends.track import Track
 
 
 @node(frames="each")
@@ -13,6 +13,6 @@ def move_mesh(mesh: Mesh, time: Time, *, at: int = 1001, motion: Track = Track()
     motion  keys; moves are from where the mesh is, and the pivot of the turns is a place in space; `move_levelset`
             takes the same and carries the level set of the still mesh along, which is then baked once
     """
-    from hairpipe.motion.bodies import carried
+    from hairpipe.scripted_ends.bodies import carried
 
     return carried(mesh, motion, (time.frame - at) / time.fps)

@@ -36,7 +36,7 @@ def plot_front(
     width   of the picture
     height  of the picture
     """
-    from hairpipe.io.chart.front import Columns, draw_front
+    from hairpipe.chart.front import Columns, draw_front
 
     path, columns = workspace / "front.png", Columns(x, y, label, series, failed, front)
     draw_front(path, table, columns, joined=joined, title=title, size=(width, height))

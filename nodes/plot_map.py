@@ -38,7 +38,7 @@ def plot_map(
     width    of the picture
     height   of the picture
     """
-    from hairpipe.io.chart.maps import draw_maps
+    from hairpipe.chart.maps import draw_maps
     from hairpipe.io.table import lay_below
 
     path, size = workspace / "map.png", (width, height)

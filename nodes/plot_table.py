@@ -40,7 +40,7 @@ def plot_table(
     width    of the picture
     height   of the picture
     """
-    from hairpipe.io.chart.lines import draw_table
+    from hairpipe.chart.lines import draw_table
     from hairpipe.io.table import lay_below
 
     path, size = workspace / "chart.png", (width, height)

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from hairpipe.data import Mesh, Strands
 from hairpipe.graph import File, Workspace, node
-from hairpipe.picture.framing import View
+from hairpipe.render.framing import View
 from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels
 
 Place = tuple[Metres, Metres, Metres]
@@ -37,9 +37,9 @@ def preview(
     thickness  of a strand, over what makes so many look full: few are drawn thick, very many as thick as they are
     """
     from hairpipe.io.picture import write_png
-    from hairpipe.picture.film import linear
-    from hairpipe.picture.framing import Shot
-    from hairpipe.picture.portrait import draw_portrait
+    from hairpipe.render.film import linear
+    from hairpipe.render.framing import Shot
+    from hairpipe.render.portrait import draw_portrait
 
     shot = Shot(width, height, view, fov, eye, target)
     path = workspace / "picture.png"

@@ -38,9 +38,9 @@ def preview_meshes(
     import numpy as np
 
     from hairpipe.io.panels import check_names, write_beside
-    from hairpipe.picture.film import linear
-    from hairpipe.picture.framing import Framing, Shot
-    from hairpipe.picture.objects import draw_object
+    from hairpipe.render.film import linear
+    from hairpipe.render.framing import Framing, Shot
+    from hairpipe.render.objects import draw_object
 
     check_names(names, len(meshes))
     shot, framing = Shot(width, height, fov=fov, eye=eye, target=target), Framing(np.array(target), radius)

@@ -23,8 +23,8 @@ def preview_scalp(
     height  of the picture
     """
     from hairpipe.io.panels import write_beside
-    from hairpipe.picture.framing import Shot
-    from hairpipe.picture.hairline import draw_hairline
+    from hairpipe.render.framing import Shot
+    from hairpipe.render.hairline import draw_hairline
 
     views = ("front", "side", "back")
     path = workspace / "picture.png"

@@ -12,6 +12,6 @@ def select_rows(tables: tuple[Table, ...], *, cases: tuple[str, ...] = (), colum
     column  of numbers that is looked at
     value   a number
     """
-    from hairpipe.measure.rows import select
+    from hairpipe.table.rows import select
 
     return select(tables, cases, column, value)

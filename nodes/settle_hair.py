@@ -5,7 +5,7 @@ from typing import Annotated
 from hairpipe.data import Groom
 from hairpipe.graph import node
 from hairpipe.sim.material import Material
-from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.strands.construction import Construction
 from hairpipe.units import Interval, MetresPerSecondSquared
 
 
@@ -26,6 +26,6 @@ def settle_hair(
     construction  of the network
     gravity       along -Y
     """
-    from hairpipe.sim.settle_groom import settle_groom
+    from hairpipe.sim.statics.settle_groom import settle_groom
 
     return settle_groom(groom, material, construction, gravity)

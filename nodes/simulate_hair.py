@@ -7,10 +7,10 @@ from typing import Annotated, Literal, NamedTuple
 from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.graph import Pair, Time, node
-from hairpipe.sim import scene as of
+from hairpipe.sim import settings as of
 from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.material import Material
-from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.strands.construction import Construction
 from hairpipe.units import Interval, MetresPerSecondSquared
 
 
@@ -66,9 +66,9 @@ def simulate_hair(
     cuts          frames at which a shot begins anew: hair is carried over with its roots, without the way there
     """
     from hairpipe.sim.advance import strands_of
+    from hairpipe.sim.boundary import lead_of
     from hairpipe.sim.precision import hair_in
-    from hairpipe.sim.roots import lead_of
-    from hairpipe.sim.shot import next_state
+    from hairpipe.sim.simulate import next_state
 
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
     solid, leads = bool(surface or parts), lead_of(body, ends) or (None, None)

@@ -4,8 +4,8 @@ from typing import Annotated, NamedTuple
 
 from hairpipe.data import ElasticState, Mesh, Shell
 from hairpipe.graph import Time, node
-from hairpipe.sim.mesh.material import Fabric
-from hairpipe.sim.mesh.scene import Ground, Scheme, Stir, Surroundings
+from hairpipe.sim.elastic.elastic_settings import Ground, Scheme, Stir, Surroundings
+from hairpipe.sim.elastic.matter import Fabric
 from hairpipe.units import Interval, MetresPerSecondSquared, PerSecond, Seconds
 
 
@@ -42,8 +42,8 @@ def simulate_shell(
     steps    of equal length in a frame
     scheme   tr_bdf2 of second order, or backward_euler, which damps
     """
-    from hairpipe.sim.mesh.advance import advance_frame, begin
-    from hairpipe.sim.mesh.network import shell_springs
+    from hairpipe.sim.elastic.elastic_frame import advance_frame, begin
+    from hairpipe.sim.elastic.spring_mesh import shell_springs
 
     springs = shell_springs(shell, matter)
     scene = Surroundings(gravity, drag, slack, steps, scheme, ground, stir)

@@ -4,8 +4,8 @@ from typing import Annotated, NamedTuple
 
 from hairpipe.data import ElasticState, Mesh, Solid
 from hairpipe.graph import Time, node
-from hairpipe.sim.mesh.material import Rubber
-from hairpipe.sim.mesh.scene import Ground, Scheme, Stir, Surroundings
+from hairpipe.sim.elastic.elastic_settings import Ground, Scheme, Stir, Surroundings
+from hairpipe.sim.elastic.matter import Rubber
 from hairpipe.units import Interval, MetresPerSecondSquared, PerSecond, Seconds
 
 
@@ -43,9 +43,9 @@ def simulate_solid(
     steps    of equal length in a frame
     scheme   tr_bdf2 of second order, or backward_euler, which damps
     """
-    from hairpipe.sim.mesh.advance import advance_frame, begin
-    from hairpipe.sim.mesh.hinges import boundary
-    from hairpipe.sim.mesh.network import solid_springs
+    from hairpipe.sim.elastic.elastic_frame import advance_frame, begin
+    from hairpipe.sim.elastic.hinges import boundary
+    from hairpipe.sim.elastic.spring_mesh import solid_springs
 
     springs = solid_springs(solid, matter)
     scene = Surroundings(gravity, drag, slack, steps, scheme, ground, stir)

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from hairpipe.data import Solid
 from hairpipe.graph import node
-from hairpipe.sim.mesh.squash import Shape
+from hairpipe.sim.elastic.squash import Shape
 from hairpipe.units import Ge
 
 
@@ -15,6 +15,6 @@ def squash_solid(solid: Solid, *, shape: Shape = "plane", seed: Annotated[int, G
     shape  they are moved to, about their middle
     seed   of the random places
     """
-    from hairpipe.sim.mesh.squash import squash
+    from hairpipe.sim.elastic.squash import squash
 
     return squash(solid, shape, seed)

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh, Table
 from hairpipe.graph import Frames, Time, node
-from hairpipe.sim import scene as of
+from hairpipe.sim import settings as of
 from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.material import Material
-from hairpipe.sim.models.construction import Construction
+from hairpipe.sim.strands.construction import Construction
 from hairpipe.units import Ge, Interval, MetresPerSecondSquared
 
 

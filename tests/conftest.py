@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from hairpipe.data import Mesh
-from hairpipe.graph.code import CodeReader
-from hairpipe.graph.machine_code import claim_kernels, kernel_folder
-from hairpipe.graph.seal import guard_kernels
+from hairpipe.graph.key.code import CodeReader
+from hairpipe.graph.run.machine_code import claim_kernels, kernel_folder
+from hairpipe.graph.store.seal import guard_kernels
 
 # Tests run in as many processes as there are cores, each with as many threads: one that waits must not hold a core.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")

@@ -43,14 +43,14 @@ PLACES = {
     "bpy": "hairpipe/levelset/vdb.py",
     "PIL": "hairpipe/io/",
     "matplotlib": "hairpipe/io/chart/",
-    "pydantic": "hairpipe/graph/settings.py",
+    "pydantic": "hairpipe/graph/node/settings.py",
     "click": "hairpipe/cli/",
     "rich": "hairpipe/cli/",
 }
 """Where alone a foreign library may be imported."""
 DATA_IMPORTS = {"numpy", "hairpipe", *sys.stdlib_module_names}
 HEAVY = {"numba", "pxr", "h5py", "scipy", "matplotlib", "PIL", "pydantic", "rich"}
-CODE_GENERATORS = ("hairpipe/sim/lanes.py", "hairpipe/sim/fours.py", "hairpipe/sim/fetch.py")
+CODE_GENERATORS = ("hairpipe/kernels/simd.py", "hairpipe/kernels/simd_vec4.py", "hairpipe/kernels/prefetch.py")
 """Its functions are called by numba, with types that numba chooses."""
 MOST_LINES, MOST_NODE_LINES = 400, 60
 

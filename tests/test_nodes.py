@@ -12,11 +12,11 @@ import pytest
 from annotated_types import Ge, Gt, Le, Lt
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.catalogue import Catalogue
-from hairpipe.graph.declare import NodeType
-from hairpipe.graph.fields import Field, fields_of, metadata
-from hairpipe.graph.files import File
-from hairpipe.graph.settings import check_settings
+from hairpipe.graph.file.registry import Catalogue
+from hairpipe.graph.node.declare import NodeType
+from hairpipe.graph.node.fields import Field, fields_of, metadata
+from hairpipe.graph.node.files import File
+from hairpipe.graph.node.settings import check_settings
 
 HEAVY = ("numba", "pxr", "h5py", "scipy", "matplotlib", "PIL")
 NAMES = Catalogue().names()

@@ -9,10 +9,10 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.io.body import read_body
-from hairpipe.io.bvh import read_bvh
 from hairpipe.io.hdf5 import read
 from hairpipe.io.image import read_image
 from hairpipe.io.makehuman import read_weights
+from hairpipe.io.mocap.bvh import read_bvh
 from hairpipe.io.picture import read_picture
 from hairpipe.io.tfx import read_tfx
 from hairpipe.io.usd.stage import open_stage

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.body.bust import CROWN, JOINTS
+from hairpipe.body.mannequin.bust import CROWN, JOINTS
 from hairpipe.data.clip import Clip
 
 ROTATIONS = ("Yrotation", "Xrotation", "Zrotation")

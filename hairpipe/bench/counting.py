@@ -14,7 +14,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.errors import NumbaError
 from numba.core.registry import cpu_target
 
-from hairpipe.sim import lanes
+from hairpipe.kernels import simd
 
 _types: Any = cpu_target.typing_context
 _COUNTED = {np.add, np.subtract, np.multiply, np.divide, np.sqrt}
@@ -72,16 +72,16 @@ def count_work(kernel: Dispatcher, *args: Any) -> Work:
         array[index] = value
 
     in_python = {
-        lanes.load: load,
-        lanes.load_as: lambda array, index, like: load(array, index),
-        lanes.store: store,
-        lanes.sqrt: np.sqrt,
-        lanes.maximum: np.maximum,
-        lanes.minimum: np.minimum,
-        lanes.multiply_add: lambda a, b, c: a * b + c,
-        lanes.select: lambda condition, a, b: np.where(condition, a, b).view(_Lanes),
-        lanes.either: np.logical_or,
-        lanes.any_lane: lambda condition: bool(np.asarray(condition).any()),
+        simd.load: load,
+        simd.load_as: lambda array, index, like: load(array, index),
+        simd.store: store,
+        simd.sqrt: np.sqrt,
+        simd.maximum: np.maximum,
+        simd.minimum: np.minimum,
+        simd.multiply_add: lambda a, b, c: a * b + c,
+        simd.select: lambda condition, a, b: np.where(condition, a, b).view(_Lanes),
+        simd.either: np.logical_or,
+        simd.any_lane: lambda condition: bool(np.asarray(condition).any()),
     }
     _in_python(kernel, in_python)(*args)
     return Work(tally.operations, sum(tally.moved.values()))
@@ -111,7 +111,7 @@ def _is_ours(thing: Any) -> bool:
     if isinstance(thing, ModuleType):
         return thing.__name__.startswith("hairpipe.")
     return callable(thing) and (
-        isinstance(thing, Dispatcher) or thing in vars(lanes).values() or bool(_overloads(thing))
+        isinstance(thing, Dispatcher) or thing in vars(simd).values() or bool(_overloads(thing))
     )
 
 

@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 from hairpipe.bench.toy_shot import Results, ToyShot, fault_of, results
 from hairpipe.errors import BadInput
-from hairpipe.graph.events import Options
-from hairpipe.graph.keep import Found, clean, verify
-from hairpipe.graph.load import load_graph
-from hairpipe.graph.run import run
-from hairpipe.graph.store import Store
+from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.plan.gc import Found, clean, verify
+from hairpipe.graph.run.events import Options
+from hairpipe.graph.run.run import run
+from hairpipe.graph.store.store import Store
 
 Say = Callable[[str], None]
 CheckValue = Callable[[Path], str]

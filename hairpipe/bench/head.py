@@ -6,20 +6,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.body.bust import build_bust
+from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.body.skinning import skin
 from hairpipe.data import Body, BodyParts, Mesh, Pose
 from hairpipe.data.hair import HairState
 from hairpipe.groom.cutting import Cut
-from hairpipe.groom.growing import grow
-from hairpipe.groom.paint import Canvas
-from hairpipe.groom.style import PaintedMetres, Style
-from hairpipe.levelset.bake_parts import bake_parts
-from hairpipe.levelset.moving_parts import moving_parts
+from hairpipe.groom.grow.growing import grow
+from hairpipe.groom.grow.paint import Canvas
+from hairpipe.groom.grow.style import PaintedMetres, Style
+from hairpipe.levelset.bake.parts import bake_parts
+from hairpipe.levelset.parts.moving_parts import moving_parts
 from hairpipe.sim.advance import advance_frame, start
-from hairpipe.sim.hair import Hair, make_hair
+from hairpipe.sim.hair_model import Hair, make_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.scene import Collisions, Scene, StepControl, Stiction, StrainLimit
+from hairpipe.sim.settings import Collisions, Scene, StepControl, Stiction, StrainLimit
 
 FPS, STEPS = 24.0, 10
 """Frames a second, steps a frame."""

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.replay import Replay
 from hairpipe.bench.shares import shares_of
-from hairpipe.graph.load import load_graph
-from hairpipe.graph.replay import Replay
-from hairpipe.graph.store import Store
-from hairpipe.sim.models import chain, network
+from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.store.store import Store
+from hairpipe.sim.strands import chain, network
 
 
 class Printed(NamedTuple):

@@ -9,7 +9,7 @@ from numba import njit, prange
 from numpy.typing import DTypeLike
 
 from hairpipe.bench.repeat import Spread, repeat
-from hairpipe.sim.lanes import load, multiply_add, store, width
+from hairpipe.kernels.simd import load, multiply_add, store, width
 
 CHAINS = 8
 """Independent chains of multiply-adds: enough for two units of latency four."""

@@ -7,18 +7,18 @@ from numpy.typing import DTypeLike
 
 from hairpipe.bench.assembly import assembly_of
 from hairpipe.bench.counting import Work, count_work
+from hairpipe.kernels.simd import width
+from hairpipe.sim.boundary import Held, Path
 from hairpipe.sim.integrators.interface import everywhere
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
-from hairpipe.sim.lanes import width
+from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.layout import lay_out
 from hairpipe.sim.material import Material
-from hairpipe.sim.models.construction import Construction
-from hairpipe.sim.models.network import SHAPE, Network, build_network
-from hairpipe.sim.motion import Motion, Step
-from hairpipe.sim.roots import Held, Path
-from hairpipe.sim.spring_form import SpringForm
-from hairpipe.sim.stage import Rule, run_stage, run_stages
-from hairpipe.sim.surroundings import Surroundings
+from hairpipe.sim.solve.implicit_stage import Rule, run_stage, run_stages
+from hairpipe.sim.solve.spring_form import SpringForm
+from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.network import SHAPE, Network, build_network
 
 LENGTH, STEP = 0.3, 1 / 240
 """Of a strand [m]; of time [s]."""

@@ -7,11 +7,11 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from hairpipe.graph.events import Options
-from hairpipe.graph.keep import items
-from hairpipe.graph.load import load_graph
-from hairpipe.graph.run import run
-from hairpipe.graph.store import Store
+from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.plan.gc import items
+from hairpipe.graph.run.events import Options
+from hairpipe.graph.run.run import run
+from hairpipe.graph.store.store import Store
 
 FRAMES = 8
 GRAPH = f"""schema = 1

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from hairpipe.body.closest import closest
-from hairpipe.body.surface import normalized, twin_corners, unit_normals
-from hairpipe.body.tree import Tree, tree_over
-from hairpipe.body.vectors import Vector, blend, dot, minus, row, times
 from hairpipe.data import Mesh
+from hairpipe.kernels.vec3 import Vector, blend, dot, minus, row, times
+from hairpipe.spatial.closest import closest
+from hairpipe.spatial.triangle_tree import Tree, tree_over
+from hairpipe.spatial.triangles import normalized, twin_corners, unit_normals
 
 TOUCH = 1e-9  # closer than that the direction away from the surface is its normal [m]
 FACE, EDGES, VERTICES = 0, 1, 4  # features: the face, edges 1..3 opposite to corners 0..2, vertices 4..6

@@ -7,9 +7,9 @@ from rich.spinner import Spinner
 from rich.table import Table
 
 from hairpipe.cli.wording import duration
-from hairpipe.graph.events import Event
-from hairpipe.graph.progress import NodeProgress, Progress
-from hairpipe.graph.wording import one_line
+from hairpipe.graph.node.messages import one_line
+from hairpipe.graph.run.events import Event
+from hairpipe.graph.run.progress import NodeProgress, Progress
 
 WIDTH = 30
 REFRESHES = 8

@@ -12,9 +12,9 @@ from hairpipe.cli.shipped import find_graph, shipped_graphs
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
-    from hairpipe.graph.declare import NodeType
-    from hairpipe.graph.fields import Field
-    from hairpipe.graph.read import GraphText
+    from hairpipe.graph.file.read import GraphText
+    from hairpipe.graph.node.declare import NodeType
+    from hairpipe.graph.node.fields import Field
 
 
 def complete_graph(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -25,7 +25,7 @@ def complete_graph(ctx: click.Context, param: click.Parameter, incomplete: str) 
 
 def complete_type(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
     """Offer the node types."""
-    from hairpipe.graph.catalogue import Catalogue
+    from hairpipe.graph.file.registry import Catalogue
 
     return [name for name in Catalogue().names() if name.startswith(incomplete)]
 
@@ -56,7 +56,7 @@ def complete_setting(ctx: click.Context, param: click.Parameter, incomplete: str
     found = type_of(graph_before(ctx), node)
     if found is None:
         return []
-    from hairpipe.graph.fields import fields_of
+    from hairpipe.graph.node.fields import fields_of
 
     known = {f"{node}.{setting}": field for setting, field in leaves(fields_of(found), "")}
     near = [setting for setting in known if setting.startswith(name)]
@@ -69,8 +69,8 @@ def complete_setting(ctx: click.Context, param: click.Parameter, incomplete: str
 
 def graph_before(ctx: click.Context) -> "GraphText | None":
     """Read the graph file that stands before; None where there is none that can be read."""
-    from hairpipe.graph.like import written_out
-    from hairpipe.graph.read import read_graph_text
+    from hairpipe.graph.file.like import written_out
+    from hairpipe.graph.file.read import read_graph_text
 
     given = ctx.params.get("graph") or next(iter(ctx.args), "")  # behind `--to` click has not come to reading arguments
     try:
@@ -86,7 +86,7 @@ def nodes_of(text: "GraphText") -> list[str]:
 
 def type_of(text: "GraphText | None", node: str) -> "NodeType | None":
     """Find the type of a node; None where there is none, or where it is not trusted."""
-    from hairpipe.graph.catalogue import Catalogue
+    from hairpipe.graph.file.registry import Catalogue
 
     table: Any = text.tables.get(node) if text else None
     if text is None or not isinstance(table, dict) or not isinstance(table.get("type"), str):

@@ -17,7 +17,7 @@ from hairpipe.cli import leave
 from hairpipe.cli.completion import Bash
 from hairpipe.cli.wording import Unheard, say
 from hairpipe.errors import BadInput
-from hairpipe.graph.wording import nearest, one_line
+from hairpipe.graph.node.messages import nearest, one_line
 
 COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "tune", "cache", "trust", "usd", "bench", "version")
 """Modules of this package; each defines the command of its name."""
@@ -38,7 +38,7 @@ class Commands(click.Group):
         """Import a command; None where there is none of this name."""
         if cmd_name not in COMMANDS:
             return None
-        return getattr(importlib.import_module(f"hairpipe.cli.{cmd_name}"), cmd_name)
+        return getattr(importlib.import_module(f"hairpipe.cli.commands.{cmd_name}"), cmd_name)
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]

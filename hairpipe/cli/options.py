@@ -49,7 +49,7 @@ def read_overrides(ctx: click.Context, param: click.Parameter, given: tuple[str,
 
 def read_frames(ctx: click.Context, param: click.Parameter, text: str | None) -> tuple[int, ...] | None:
     """Read a set of frames; None where none is given."""
-    from hairpipe.graph.frameset import parse_frames
+    from hairpipe.graph.file.frameset import parse_frames
 
     try:
         return None if text is None else parse_frames(text)
@@ -59,7 +59,7 @@ def read_frames(ctx: click.Context, param: click.Parameter, text: str | None) ->
 
 def read_cache(ctx: click.Context, param: click.Parameter, path: Path) -> Path:
     """Refuse what is no folder, nor can become one, and a store that is somebody else's."""
-    from hairpipe.graph.ownership import check_store
+    from hairpipe.graph.store.ownership import check_store
 
     if ctx.resilient_parsing:
         return path

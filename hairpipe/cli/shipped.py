@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.wording import nearest
+from hairpipe.graph.node.messages import nearest
 
 if TYPE_CHECKING:
-    from hairpipe.graph.graph import Graph, Node
+    from hairpipe.graph.file.graph import Graph, Node
 
 
 def shipped_graphs() -> dict[str, Path]:
@@ -39,7 +39,7 @@ def open_graph(given: str, overrides: Mapping[str, str], to: Iterable[str] = ())
     A shipped graph publishes as if its file lay in a folder `graphs` of the current folder, for where it really lies
     is nobody's place to write.
     """
-    from hairpipe.graph.load import load_graph
+    from hairpipe.graph.file.load import load_graph
 
     path = find_graph(given)
     graph = load_graph(path, overrides)

@@ -5,11 +5,11 @@ from typing import Any
 
 from hairpipe.cli.watch import Watch
 from hairpipe.cli.wording import duration, plural, say, shown, table
-from hairpipe.graph.events import Failure, Outcome
-from hairpipe.graph.frameset import fold_frames
-from hairpipe.graph.graph import Graph, Node
-from hairpipe.graph.store import Store
-from hairpipe.graph.tasks import Task
+from hairpipe.graph.file.frameset import fold_frames
+from hairpipe.graph.file.graph import Graph, Node
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.events import Failure, Outcome
+from hairpipe.graph.store.store import Store
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from types import TracebackType
 from typing import Protocol, Self
 
 from hairpipe.cli.lines import Lines, Silence
-from hairpipe.graph.events import Event
-from hairpipe.graph.graph import Graph
-from hairpipe.graph.progress import Progress
-from hairpipe.graph.tasks import Task
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.events import Event
+from hairpipe.graph.run.progress import Progress
 
 
 class Drawing(Protocol):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from hairpipe.graph.wording import one_line
+from hairpipe.graph.node.messages import one_line
 
 UNITS = ("B", "kB", "MB", "GB", "TB")
 

@@ -3,8 +3,8 @@
 What node types use is named here; everything else is imported from the module that defines it.
 """
 
-from hairpipe.graph.declare import node
-from hairpipe.graph.files import File, Workspace
-from hairpipe.graph.frames import Frames, Pair, Reached, Time
+from hairpipe.graph.node.declare import node
+from hairpipe.graph.node.files import File, Workspace
+from hairpipe.graph.node.frames import Frames, Pair, Reached, Time
 
 __all__ = ["File", "Frames", "Pair", "Reached", "Time", "Workspace", "node"]

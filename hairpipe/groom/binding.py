@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.body.closest import project
-from hairpipe.body.surface import Sites
-from hairpipe.body.tree import tree_over
-from hairpipe.body.vectors import blend, cross, minus, row, unit
 from hairpipe.data import Groom, Mesh
 from hairpipe.errors import BadInput
+from hairpipe.kernels.vec3 import blend, cross, minus, row, unit
+from hairpipe.spatial.closest import project
+from hairpipe.spatial.triangle_tree import tree_over
+from hairpipe.spatial.triangles import Sites
 
 MOST_NAMED = 5
 TIPS = ("tip_triangles", "tip_barycentrics", "tip_frames")  # fields of a groom some of whose tips are held

@@ -11,7 +11,7 @@ SHORTEST = 0.001
 FINE, A_TURN = 0.005, 16
 """Segment of straight hair [m], and segments in a turn of a curl."""
 FEWEST, MOST, LATTICE = 25, 200, 5
-"""Segments of a strand; in whole runs of the lattice, which turns one way for five (`sim/models/lattice.py`)."""
+"""Segments of a strand; in whole runs of the lattice, which turns one way for five (`sim/strands/lattice.py`)."""
 ROUNDING = 1e-9
 
 

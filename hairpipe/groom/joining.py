@@ -6,8 +6,8 @@ from types import SimpleNamespace
 import numpy as np
 
 from hairpipe.data import Ends, Groom
-from hairpipe.groom.adopting import offsets_of
 from hairpipe.groom.binding import FREE, TIPS
+from hairpipe.groom.importing import offsets_of
 
 
 def joined_strands(grooms: tuple[Groom, ...]) -> Groom:

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from hairpipe.body.closest import project
-from hairpipe.body.tree import Tree, tree_over
 from hairpipe.data import Mesh
 from hairpipe.data.curves import Curves
+from hairpipe.spatial.closest import project
+from hairpipe.spatial.triangle_tree import Tree, tree_over
 
 
 def placed(mesh: Mesh, curves: Curves) -> Curves:

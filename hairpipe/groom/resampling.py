@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.body.vectors import Vector, dot, length, minus, mix, plus, row, times, unit
+from hairpipe.kernels.vec3 import Vector, dot, length, minus, mix, plus, row, times, unit
 
 HALVINGS = 60  # of the interval that holds the chord: down to rounding
 PIECES = 8  # of a smooth span, as a polyline

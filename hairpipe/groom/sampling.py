@@ -4,8 +4,8 @@ import numpy as np
 
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
-from hairpipe.groom.adopting import take_strands
 from hairpipe.groom.binding import TIPS
+from hairpipe.groom.importing import take_strands
 from hairpipe.groom.ordering import order_along_curve
 
 GOLDEN = 0.6180339887498949  # every further sample has its seeds where gaps are widest

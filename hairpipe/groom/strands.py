@@ -5,8 +5,8 @@ import numpy as np
 from hairpipe.body.rigid import frame_along
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
-from hairpipe.groom.adopting import offsets_of
 from hairpipe.groom.helix import Helix, wound
+from hairpipe.groom.importing import offsets_of
 from hairpipe.groom.resampling import divide
 
 SEGMENTS = 50  # of a strand of which nothing is said

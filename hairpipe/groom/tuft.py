@@ -6,7 +6,7 @@ from typing import Annotated
 import numpy as np
 
 from hairpipe.data import Groom
-from hairpipe.groom.chance import stream
+from hairpipe.groom.random_streams import stream
 from hairpipe.units import Degrees, Ge, Interval, Metres
 
 

@@ -4,11 +4,11 @@ from enum import IntEnum
 
 import numpy as np
 
-from hairpipe.body.inlined import inlined
+from hairpipe.kernels.compile import inlined
+from hairpipe.levelset.departure_points import Places
 from hairpipe.levelset.field import Field
 from hairpipe.levelset.linear import linear_places
 from hairpipe.levelset.one_sided import one_sided_places
-from hairpipe.levelset.places import Places
 from hairpipe.levelset.sample import FAR_OUTSIDE, brick_at, distance, gradient, velocity
 from hairpipe.levelset.two_sided import two_sided_places
 

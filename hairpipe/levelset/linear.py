@@ -1,8 +1,8 @@
 """Linear interpolation between two frames: phi(x, a) = (1 - a) phi0(x) + a phi1(x)."""
 
-from hairpipe.body.inlined import inlined
+from hairpipe.kernels.compile import inlined
+from hairpipe.levelset.departure_points import Places
 from hairpipe.levelset.field import Field
-from hairpipe.levelset.places import Places
 
 
 @inlined

@@ -1,8 +1,8 @@
 """One-sided interpolation: phi(x, a) = phi0(x - dt a v0(x)), the frame before carried along by its own velocity."""
 
-from hairpipe.body.inlined import inlined
+from hairpipe.kernels.compile import inlined
+from hairpipe.levelset.departure_points import Places
 from hairpipe.levelset.field import Field
-from hairpipe.levelset.places import Places
 from hairpipe.levelset.sample import velocity
 
 

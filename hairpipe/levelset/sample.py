@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hairpipe.body.inlined import inlined
 from hairpipe.data import LevelSet
+from hairpipe.kernels.compile import inlined
 from hairpipe.levelset.field import Field
-from hairpipe.levelset.lattice import BRICK
+from hairpipe.levelset.grid_layout import BRICK
 
 FAR_OUTSIDE, FAR_INSIDE = LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE
 

@@ -1,8 +1,8 @@
 """Two-sided interpolation: both frames carried to the time between them by their mean velocity, then blended."""
 
-from hairpipe.body.inlined import inlined
+from hairpipe.kernels.compile import inlined
+from hairpipe.levelset.departure_points import Places
 from hairpipe.levelset.field import Field
-from hairpipe.levelset.places import Places
 from hairpipe.levelset.sample import FAR_OUTSIDE, brick_at, velocity
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from hairpipe.data import LevelSet
 from hairpipe.errors import BadInput
-from hairpipe.levelset.lattice import BRICK
+from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.vdb_header import UUID, Grid, inspect
 
 __all__ = ["Grid", "inspect", "module", "write"]

@@ -8,11 +8,11 @@ import numpy as np
 from hairpipe.data import BodyParts, LevelSet, Strands, Table
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.data.table import table_of_rows
+from hairpipe.levelset.collider import MovingSurface, Probe
+from hairpipe.levelset.collider_field import moving_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.moving import MovingSurface, Probe
-from hairpipe.levelset.moving_field import moving_field
-from hairpipe.levelset.moving_parts import moving_parts
-from hairpipe.measure.room import is_pinched
+from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.measure.pinching import is_pinched
 
 COLUMNS = (
     "time [s]",

@@ -12,10 +12,10 @@ from hairpipe.data import BodyParts, Ends, LevelSet, Mesh, Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.sim.hair import Hair
-from hairpipe.sim.roots import lead_of
-from hairpipe.sim.scene import Scene
-from hairpipe.sim.shot import next_state
+from hairpipe.sim.boundary import lead_of
+from hairpipe.sim.hair_model import Hair
+from hairpipe.sim.settings import Scene
+from hairpipe.sim.simulate import next_state
 
 COLUMNS = ("seconds per frame", "fastest frame [s]", "slowest frame [s]", "frames timed", "particles")
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from hairpipe.data import Ends, Groom, Mesh, Table
 from hairpipe.data.table import table_of_columns
-from hairpipe.sim.roots import check_lead
+from hairpipe.sim.boundary import check_lead
 
 
 def measure_root_motion(groom: Groom, leads: Mapping[int, Mesh | Ends], fps: float) -> Table:

@@ -10,7 +10,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.sim.layout import Layout, lay_out
-from hairpipe.sim.models import chain, network
+from hairpipe.sim.strands import chain, network
 
 COLUMNS = ("time [s]", "strand", "segment", "root moved [mm]", "arc [m]", "turned [deg]", "tension [uN]")
 

@@ -6,16 +6,16 @@ import numpy as np
 
 from hairpipe.data import Ends, Mesh, Strands
 from hairpipe.data.hair import HairState
-from hairpipe.levelset.moving import MovingSurface
-from hairpipe.sim.catalogue import surroundings_of
-from hairpipe.sim.contact.segments import LostPoints
-from hairpipe.sim.control import TooManySteps, limits_of, next_step, pace_of
-from hairpipe.sim.hair import Hair
-from hairpipe.sim.integrators.catalogue import gravity_of, integrator_of
-from hairpipe.sim.motion import Motion, Step
-from hairpipe.sim.roots import Path, about, follow, hold, origin_of, place
-from hairpipe.sim.sag_free import stand
-from hairpipe.sim.scene import Scene
+from hairpipe.levelset.collider import MovingSurface
+from hairpipe.sim.boundary import Path, about, follow, hold, origin_of, place
+from hairpipe.sim.build import surroundings_of
+from hairpipe.sim.hair_model import Hair
+from hairpipe.sim.integrators.choice import gravity_of, integrator_of
+from hairpipe.sim.integrators.step_size import TooManySteps, limits_of, next_step, pace_of
+from hairpipe.sim.settings import Scene
+from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.statics.sag_free import stand
+from hairpipe.spatial.segments import LostPoints
 
 AT_FIRST = np.empty((0, 2), np.int32), np.empty((0, 2)), np.inf, 1.0
 """Nothing sticks, nothing has crossed, and nothing is stretched."""

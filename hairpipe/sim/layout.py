@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import DTypeLike
 
-from hairpipe.sim.lanes import width
-from hairpipe.sim.models.interface import Shape
+from hairpipe.kernels.simd import width
+from hairpipe.sim.strands.interface import Shape
 
 
 @dataclass(frozen=True, eq=False)

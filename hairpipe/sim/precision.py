@@ -22,11 +22,11 @@ from warnings import warn
 
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
-from hairpipe.sim.control import highest_frequency
-from hairpipe.sim.hair import Contents, Hair, ModelName, make_hair, warn_of_softening
+from hairpipe.sim.hair_model import Contents, Hair, ModelName, make_hair, warn_of_softening
+from hairpipe.sim.integrators.step_size import highest_frequency
 from hairpipe.sim.material import Material
-from hairpipe.sim.models.construction import Construction
-from hairpipe.sim.scene import Scene
+from hairpipe.sim.settings import Scene
+from hairpipe.sim.strands.construction import Construction
 
 PrecisionAsked = Literal["automatic", "double", "single"]
 MOST = 400.0

@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator
 from typing import Any
 
-from hairpipe.graph.edit import Tables
+from hairpipe.graph.file.overrides import Tables
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 

@@ -3,13 +3,13 @@
 from collections.abc import Iterable
 from typing import Any
 
-from hairpipe.graph.events import CODEC
-from hairpipe.graph.graph import Graph
-from hairpipe.graph.plan import plan
-from hairpipe.graph.record import Record
-from hairpipe.graph.store import Store
-from hairpipe.graph.tasks import Task, at
-from hairpipe.graph.values import Values, codec_named
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.plan.plan import plan
+from hairpipe.graph.plan.tasks import Task, at
+from hairpipe.graph.run.events import CODEC
+from hairpipe.graph.store.record import Record
+from hairpipe.graph.store.store import Store
+from hairpipe.graph.store.values import Values, codec_named
 
 
 class Results:

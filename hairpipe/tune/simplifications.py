@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.graph import Graph, Node
+from hairpipe.graph.file.graph import Graph, Node
 
 SEGMENTS = (0.75, 0.5, 0.33)
 """Shares of the segments."""

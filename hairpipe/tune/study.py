@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterable, Sequence
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.edit import Tables
-from hairpipe.graph.events import Outcome
-from hairpipe.graph.graph import Graph
-from hairpipe.graph.load import make_graph
-from hairpipe.graph.read import GraphText
-from hairpipe.graph.store import Store
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.file.load import make_graph
+from hairpipe.graph.file.overrides import Tables
+from hairpipe.graph.file.read import GraphText
+from hairpipe.graph.run.events import Outcome
+from hairpipe.graph.store.store import Store
 from hairpipe.tune.measured import Measured, failed, measured_of, seconds_per_frame
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.edit import Tables
-from hairpipe.graph.graph import Graph
-from hairpipe.graph.load import make_graph
-from hairpipe.graph.read import GraphText
-from hairpipe.graph.store import Store
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.file.load import make_graph
+from hairpipe.graph.file.overrides import Tables
+from hairpipe.graph.file.read import GraphText
+from hairpipe.graph.store.store import Store
 from hairpipe.tune.choosing import Choice, Combination, choose, choose_within
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance

@@ -4,8 +4,8 @@ from collections.abc import Iterable
 from copy import deepcopy
 from typing import Any
 
-from hairpipe.graph.canonical import digest
-from hairpipe.graph.edit import Tables, drop, put
+from hairpipe.graph.file.overrides import Tables, drop, put
+from hairpipe.graph.store.digest import digest
 from hairpipe.tune.simplifications import Simplification
 
 MARK = 8

@@ -6,7 +6,7 @@ from numba import njit
 
 from hairpipe.bench.assembly import Arithmetic, assembly_of, count_arithmetic
 from hairpipe.bench.strands import machine_code
-from hairpipe.sim.lanes import load, store
+from hairpipe.kernels.simd import load, store
 
 CODE = """
     vaddpd  %zmm1, %zmm2, %zmm3

@@ -7,9 +7,9 @@ from numba import njit
 
 from hairpipe.bench.counting import Work, count_work
 from hairpipe.bench.strands import hang, one_block
-from hairpipe.sim import lanes
-from hairpipe.sim.lanes import load, maximum, select, sqrt, store
-from hairpipe.sim.stage import run_stage
+from hairpipe.kernels import simd
+from hairpipe.kernels.simd import load, maximum, select, sqrt, store
+from hairpipe.sim.solve.implicit_stage import run_stage
 
 
 @njit
@@ -45,7 +45,7 @@ class _Pair(NamedTuple):
 
 @njit
 def _first_of(pair, i):
-    lanes.store(pair.out, (i,), load(pair.a, (i,)) * 2.0)
+    simd.store(pair.out, (i,), load(pair.a, (i,)) * 2.0)
 
 
 def test_arrays_of_a_tuple_count_too():

@@ -7,8 +7,8 @@ import pytest
 from hairpipe.bench import faults
 from hairpipe.bench.faults import Trials, toy_shot, try_damages, try_faults, undisturbed
 from hairpipe.child import withheld
-from hairpipe.graph import publish
-from hairpipe.graph.lookup import leave
+from hairpipe.graph.node.import_paths import leave
+from hairpipe.graph.run import publish
 from hairpipe.io.hdf5 import digest_file
 
 SHORT = Trials(kills=1, damages=2, beside=1, modules=())

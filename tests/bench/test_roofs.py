@@ -5,7 +5,7 @@ import pytest
 
 from hairpipe.bench import roofs
 from hairpipe.bench.assembly import assembly_of, count_arithmetic
-from hairpipe.sim.lanes import width
+from hairpipe.kernels.simd import width
 
 
 @pytest.mark.parametrize("dtype", ["float32", "float64"])

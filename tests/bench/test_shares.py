@@ -7,10 +7,10 @@ import pytest
 
 from hairpipe.bench import shares
 from hairpipe.bench.shares import PARTS, part_of, shares_of
-from hairpipe.sim.contact import found
-from hairpipe.sim.contact.pairs import key_of
+from hairpipe.spatial import pair_collection
+from hairpipe.spatial.pairs import key_of
 
-ROOM = Path(found.__file__).parent
+ROOM = Path(pair_collection.__file__).parent
 
 
 def test_every_file_of_contact_is_in_one_part():

@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.body.bust import build_bust
+from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.body.preparation import prepare
 from hairpipe.body.scalp import AZIMUTHS, Scalp, height_above, interpolate_hairline, paint_scalp, smooth_step
 from hairpipe.data import Body, Mesh, Skeleton

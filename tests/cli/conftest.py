@@ -11,7 +11,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from hairpipe.cli.entry import commands
-from hairpipe.graph.load import load_graph
+from hairpipe.graph.file.load import load_graph
 
 TOYS = Path(__file__).parents[1] / "graph" / "toys"
 SHOT = """schema = 1

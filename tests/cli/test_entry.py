@@ -145,7 +145,7 @@ main()
 """
 
 
-@pytest.mark.parametrize("name", ["click", "hairpipe.cli.plan", "pydantic"])
+@pytest.mark.parametrize("name", ["click", "hairpipe.cli.commands.plan", "pydantic"])
 def test_ctrl_c_in_the_first_imports_is_one_line(name):
     command = [sys.executable, "-c", INTERRUPTED.format(name), "plan", "demo"]
     process = subprocess.run(command, capture_output=True, text=True)

@@ -5,10 +5,10 @@ import pytest
 from hairpipe.cli import lines
 from hairpipe.cli.bars import Bars, cells
 from hairpipe.cli.lines import Lines, running_line
-from hairpipe.graph.events import Event
-from hairpipe.graph.load import load_graph
-from hairpipe.graph.progress import NodeProgress, Progress
-from hairpipe.graph.tasks import Task
+from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.events import Event
+from hairpipe.graph.run.progress import NodeProgress, Progress
 
 
 @pytest.fixture

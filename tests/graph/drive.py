@@ -5,10 +5,10 @@ import sys
 from dataclasses import asdict
 from pathlib import Path
 
-from hairpipe.graph.events import Options
-from hairpipe.graph.load import load_graph
-from hairpipe.graph.run import run
-from hairpipe.graph.store import Store
+from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.run.events import Options
+from hairpipe.graph.run.run import run
+from hairpipe.graph.store.store import Store
 
 if __name__ == "__main__":
     graph, store, jobs = sys.argv[1:4]

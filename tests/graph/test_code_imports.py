@@ -4,7 +4,7 @@ import sys
 
 import pytest
 
-from hairpipe.graph.code import CodeReader
+from hairpipe.graph.key.code import CodeReader
 
 
 @pytest.fixture

@@ -14,14 +14,14 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graph import File
-from hairpipe.graph.atomic import write_text
-from hairpipe.graph.canonical import digest, digest_bytes
-from hairpipe.graph.keep import Found, is_whole, verify
-from hairpipe.graph.listing import check_name, read_listing
-from hairpipe.graph.publish import files_of
-from hairpipe.graph.record import MARK, read_record, write_record
-from hairpipe.graph.store import LostObject, Store
-from hairpipe.graph.values import Values
+from hairpipe.graph.plan.gc import Found, is_whole, verify
+from hairpipe.graph.run.publish import files_of
+from hairpipe.graph.store.atomic import write_text
+from hairpipe.graph.store.digest import digest, digest_bytes
+from hairpipe.graph.store.listing import check_name, read_listing
+from hairpipe.graph.store.record import MARK, read_record, write_record
+from hairpipe.graph.store.store import LostObject, Store
+from hairpipe.graph.store.values import Values
 from hairpipe.io import hdf5
 from hairpipe.io.hdf5 import digest_file
 

@@ -7,11 +7,11 @@ from collections import Counter
 
 import pytest
 
-from hairpipe.graph.code import CodeReader
-from hairpipe.graph.events import CODEC
-from hairpipe.graph.pool import Pool
-from hairpipe.graph.tasks import Task
-from hairpipe.graph.values import is_full
+from hairpipe.graph.key.code import CodeReader
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.events import CODEC
+from hairpipe.graph.run.pool import Pool
+from hairpipe.graph.store.values import is_full
 
 WRONG = """
 [wrong]
@@ -100,7 +100,7 @@ def test_a_full_disk_is_known_by_what_hdf5_says_of_it(number):
 
 
 def test_store_on_a_full_disk_refuses_before_it_writes(shot, monkeypatch):
-    from hairpipe.graph import values
+    from hairpipe.graph.store import values
 
     monkeypatch.setattr(values.shutil, "disk_usage", lambda path: type("Usage", (), {"free": 1000}))
     with pytest.raises(OSError, match="No space left"):
@@ -121,8 +121,8 @@ def test_full_disk_leaves_a_store_that_goes_on(shot, monkeypatch):
 
 
 FULL_DISK = """
-if "hairpipe.graph.worker" in sys.modules and "TOY_FULL_AFTER" in os.environ:
-    from hairpipe.graph import atomic
+if "hairpipe.graph.run.worker" in sys.modules and "TOY_FULL_AFTER" in os.environ:
+    from hairpipe.graph.store import atomic
 
     flush, left = atomic.flush, [int(os.environ["TOY_FULL_AFTER"])]
 

@@ -8,7 +8,7 @@ import pytest
 
 ROUNDS = """
 import resource
-from hairpipe.graph.memory import keep_freed
+from hairpipe.graph.run.malloc import keep_freed
 
 {keep}
 def faults():

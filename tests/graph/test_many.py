@@ -5,8 +5,8 @@ from collections import Counter
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.fetch import fetch
-from hairpipe.graph.tasks import Task
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.results import fetch
 
 HEAD = "schema = 1\nframes = [1, 3]\nfps = 24\n"
 SEEDS = HEAD + "".join(f'[s{n}]\ntype = "make_seed"\nvalue = {n}\n' for n in range(1, 12))

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph import atomic
+from hairpipe.graph.store import atomic
 
 
 @pytest.fixture

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.graph.atomic import is_left_over
-from hairpipe.graph.store import Store
+from hairpipe.graph.store.atomic import is_left_over
+from hairpipe.graph.store.store import Store
 
 
 @pytest.fixture
@@ -100,4 +100,4 @@ def is_worker_of(shot, process: Path) -> bool:
         command = (process / "cmdline").read_bytes()
     except OSError:
         return False
-    return b"hairpipe.graph.worker" in command and str(shot.nodes).encode() in command
+    return b"hairpipe.graph.run.worker" in command and str(shot.nodes).encode() in command

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.load import load_graph
+from hairpipe.graph.file.load import load_graph
 from hairpipe.plain_file import special
 
 

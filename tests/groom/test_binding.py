@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hairpipe.body.surface import Sites, site_points, unit_normals
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_roots, name_strands, root_frames
+from hairpipe.spatial.triangles import Sites, site_points, unit_normals
 
 
 @pytest.fixture

@@ -6,7 +6,7 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.groom.cutting import SHORTEST, Cut, fitting
 from hairpipe.sim.material import Material
-from hairpipe.sim.models.calibration import softenings
+from hairpipe.sim.strands.calibration import softenings
 
 
 def test_nothing_is_said_twice():

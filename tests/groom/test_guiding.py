@@ -16,8 +16,8 @@ from hairpipe.groom.guiding import guides_of
 from hairpipe.groom.sampling import take
 from hairpipe.groom.strands import lay_strands
 from hairpipe.groom.tuft import Tuft, gather_tuft
-from hairpipe.motion.ends import lead
-from hairpipe.motion.track import Track
+from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.track import Track
 
 ROW = lay_strands(4, 0.1, 6, (0.0, -1.0, 0.0), (0.01, 0.0, 0.0), None, 0.0)
 GROOM = gather_tuft(ROW, Tuft(rows=3, apart=(0.0, 0.0, 0.01), stray=10.0))

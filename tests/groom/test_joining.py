@@ -4,8 +4,8 @@ import numpy as np
 
 from hairpipe.groom.joining import joined_ends, joined_strands
 from hairpipe.groom.strands import lay_strands
-from hairpipe.motion.ends import lead
-from hairpipe.motion.track import Track
+from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.track import Track
 
 
 def test_strands_and_ends_stay_together():

@@ -6,10 +6,10 @@ import pytest
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.groom.cutting import Cut
-from hairpipe.groom.growing import grow
-from hairpipe.groom.paint import Canvas
+from hairpipe.groom.grow.growing import grow
+from hairpipe.groom.grow.paint import Canvas
+from hairpipe.groom.grow.style import Style
 from hairpipe.groom.sampling import choose_patches, sample_patches
-from hairpipe.groom.style import Style
 
 
 @pytest.fixture(scope="module")

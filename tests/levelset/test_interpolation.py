@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from hairpipe.data import LevelSet, Mesh
-from hairpipe.levelset.bake import bake
+from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.field import Field, field_of
 from hairpipe.levelset.interpolation import Interpolation, distance_between, evaluate
 from hairpipe.levelset.sample import distance

@@ -78,7 +78,7 @@ def test_a_point_that_is_no_number_is_outside(slope):
 
 
 def test_the_smooth_gradient_is_closer_to_the_body_than_the_interpolants(sphere):
-    from hairpipe.levelset.bake import bake
+    from hairpipe.levelset.bake.whole import bake
 
     field = field_of(bake(sphere(level=5), 0.08, 4.0))
     points = np.random.default_rng(0).normal(size=(500, 3))

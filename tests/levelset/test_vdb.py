@@ -10,7 +10,7 @@ import pytest
 from hairpipe.data import LevelSet, Mesh
 from hairpipe.errors import BadInput
 from hairpipe.levelset import vdb
-from hairpipe.levelset.bake import bake
+from hairpipe.levelset.bake.whole import bake
 
 VOXEL = 0.125
 

@@ -6,7 +6,7 @@ from hairpipe.nodes.measure_contact import measure_contact
 
 from hairpipe.data import Strands
 from hairpipe.graph import Frames, Time
-from hairpipe.levelset.bake import bake
+from hairpipe.levelset.bake.whole import bake
 
 
 def test_depths_are_counted_without_the_roots(sphere):

@@ -12,9 +12,9 @@ from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.cost import Around
-from hairpipe.motion.ends import lead
-from hairpipe.motion.track import Track
-from hairpipe.sim.scene import Collisions, StepControl
+from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.track import Track
+from hairpipe.sim.settings import Collisions, StepControl
 
 GROOM = lay_strands(9, 0.05, 4, (0.0, -1.0, 0.0), (0.01, 0.0, 0.0), None, 0.0)
 

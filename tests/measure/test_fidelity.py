@@ -8,7 +8,7 @@ from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Reached
 from hairpipe.groom.strands import lay_strands
-from hairpipe.levelset.bake import bake
+from hairpipe.levelset.bake.whole import bake
 
 DOWN = (0.0, -1.0, 0.0)
 G, L = 10.0, 0.2

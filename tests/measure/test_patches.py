@@ -12,8 +12,8 @@ from hairpipe.graph import Frames
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.patches import measure_patches
 from hairpipe.measure.roots import measure_root_motion
-from hairpipe.motion.ends import lead
-from hairpipe.motion.track import Track
+from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.track import Track
 
 COUNT, SEGMENTS = 6, 5
 

@@ -7,8 +7,8 @@ from hairpipe.nodes.measure_slip import measure_slip
 from hairpipe.data import Strands
 from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
-from hairpipe.motion.ends import lead
-from hairpipe.motion.track import Track
+from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.track import Track
 
 GROOM = lay_strands(2, 0.1, 10, (0.0, 0.0, 1.0), (0.05, 0.0, 0.0), None, 0.0)
 

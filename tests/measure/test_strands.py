@@ -8,8 +8,8 @@ from hairpipe.data import Strands
 from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.strands import bulge, turns
-from hairpipe.motion.ends import lead
-from hairpipe.motion.track import Track
+from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.track import Track
 
 OFFSETS = np.array([0, 11, 16], np.int32)
 REST = np.concatenate([np.linspace([0, 0, 0], [0.1, 0, 0], 11), np.linspace([0, 1, 0], [0, 1, 0.04], 5)])

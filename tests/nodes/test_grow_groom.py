@@ -15,9 +15,9 @@ from hairpipe.body.scalp import Scalp
 from hairpipe.body.solid import distance_and_normal, solid_of
 from hairpipe.data import Body, Mesh
 from hairpipe.errors import BadInput
-from hairpipe.graph.settings import build_settings, check_settings
-from hairpipe.groom.closing import closed
-from hairpipe.groom.style import Curl, Paint, PaintedMetres
+from hairpipe.graph.node.settings import build_settings, check_settings
+from hairpipe.groom.grow.closing import closed
+from hairpipe.groom.grow.style import Curl, Paint, PaintedMetres
 
 NODE = grow_groom.__node__
 

@@ -11,9 +11,9 @@ from hairpipe.nodes.load_groom import load_groom
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
 from hairpipe.sim.advance import advance_frame, start, strands_of
-from hairpipe.sim.hair import make_hair
+from hairpipe.sim.hair_model import make_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.scene import Scene
+from hairpipe.sim.settings import Scene
 
 USD = """#usda 1.0
 (

@@ -5,7 +5,7 @@ import pytest
 from hairpipe.nodes.load_body import load_body
 from hairpipe.nodes.load_motion import load_motion
 
-from hairpipe.body.bust import build_skeleton
+from hairpipe.body.mannequin.bust import build_skeleton
 from hairpipe.data import Body, Mesh
 from hairpipe.graph import Time
 

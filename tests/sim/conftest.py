@@ -6,9 +6,9 @@ import pytest
 from hairpipe.data import Groom, Mesh
 from hairpipe.groom.binding import root_frames
 from hairpipe.sim.advance import advance_frame, start, strands_of
-from hairpipe.sim.hair import make_hair
+from hairpipe.sim.hair_model import make_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.scene import Air, Scene, Scheme, StepControl, StrainLimit
+from hairpipe.sim.settings import Air, Scene, Scheme, StepControl, StrainLimit
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])
 

@@ -10,12 +10,12 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.roots import root_places
-from hairpipe.motion.ends import lead
-from hairpipe.motion.track import Track
-from hairpipe.rod.elastica import bend_elastica
+from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.track import Track
+from hairpipe.sim.boundary import motion_of_roots
 from hairpipe.sim.material import Material
-from hairpipe.sim.roots import motion_of_roots
-from hairpipe.sim.scene import Collisions
+from hairpipe.sim.settings import Collisions
+from hairpipe.studies.theory.elastica import bend_elastica
 
 G = 9.81
 

@@ -6,8 +6,8 @@ import pytest
 from hairpipe.bench.strands import RULE, STEP, hang
 from hairpipe.sim.integrators.backward_euler import BackwardEuler
 from hairpipe.sim.integrators.interface import everywhere
-from hairpipe.sim.motion import Motion, Step
-from hairpipe.sim.stage import guess_stages
+from hairpipe.sim.solve.implicit_stage import guess_stages
+from hairpipe.sim.state import Motion, Step
 
 H, SPAN = 0.3 * STEP, 0.6 * STEP
 """Weight of the stage's end, and the time that it covers [s]: unlike, as in TR-BDF2."""

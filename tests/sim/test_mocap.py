@@ -8,12 +8,12 @@ from hairpipe.nodes.grow_groom import grow_groom
 from hairpipe.nodes.load_motion import load_motion
 from hairpipe.nodes.pose_body import pose_body
 
-from hairpipe.body.bust import build_bust
+from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.graph import Time
 from hairpipe.sim.advance import advance_frame, start
-from hairpipe.sim.hair import make_hair
+from hairpipe.sim.hair_model import make_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.scene import Scene, StrainLimit
+from hairpipe.sim.settings import Scene, StrainLimit
 
 VIOLENT = {
     "cmu_05_06": 3.0,

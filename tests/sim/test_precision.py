@@ -8,12 +8,12 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.sim.advance import start
-from hairpipe.sim.control import highest_frequency
-from hairpipe.sim.hair import make_hair
+from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.integrators.step_size import highest_frequency
 from hairpipe.sim.material import Material
-from hairpipe.sim.models.construction import Construction
 from hairpipe.sim.precision import MOST, hair_in
-from hairpipe.sim.scene import Collisions, SagFree, Stiction
+from hairpipe.sim.settings import Collisions, SagFree, Stiction
+from hairpipe.sim.strands.construction import Construction
 
 SECONDS = 0.25
 

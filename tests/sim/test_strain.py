@@ -6,17 +6,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from hairpipe.motion.ends import lead
-from hairpipe.motion.track import Track
-from hairpipe.motion.wave import Wave
+from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.track import Track
+from hairpipe.scripted_ends.wave import Wave
 from hairpipe.sim.advance import start
-from hairpipe.sim.control import limits_of, next_step
-from hairpipe.sim.integrators.catalogue import integrator_of
+from hairpipe.sim.boundary import Path, hold
+from hairpipe.sim.integrators.choice import integrator_of
+from hairpipe.sim.integrators.step_size import limits_of, next_step
+from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.material import Material
-from hairpipe.sim.motion import Motion, Step
-from hairpipe.sim.roots import Path, hold
-from hairpipe.sim.scene import StepControl, StrainLimit
-from hairpipe.sim.surroundings import Surroundings
+from hairpipe.sim.settings import StepControl, StrainLimit
+from hairpipe.sim.state import Motion, Step
 
 FRAME = 1 / 24
 VIOLENT = Wave(frequency=2.0, turning=2500.0, axis=(0.0, 0.0, 1.0), pivot=(0.0, -0.1, 0.0))

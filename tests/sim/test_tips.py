@@ -7,11 +7,11 @@ from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_tips
 from hairpipe.sim.advance import advance_frame, start, strands_of
-from hairpipe.sim.hair import make_hair
+from hairpipe.sim.hair_model import make_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.models.construction import Construction
-from hairpipe.sim.scene import Scene, StepControl
-from hairpipe.sim.settle_groom import settle_groom
+from hairpipe.sim.settings import Scene, StepControl
+from hairpipe.sim.statics.settle_groom import settle_groom
+from hairpipe.sim.strands.construction import Construction
 
 
 def arc(segments=12):

@@ -10,10 +10,10 @@ from hairpipe.data import Mesh
 from hairpipe.groom.helix import Helix, wound
 from hairpipe.sim import advance
 from hairpipe.sim.air.wind import Wind
-from hairpipe.sim.hair import make_hair
-from hairpipe.sim.integrators import catalogue
+from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.integrators import choice
 from hairpipe.sim.material import Material
-from hairpipe.sim.scene import Scene, StepControl, StrainLimit
+from hairpipe.sim.settings import Scene, StepControl, StrainLimit
 
 SCENE = Scene(strain=StrainLimit(), steps=StepControl(longest=1 / 960))
 LENGTH, FRAMES = 0.15, 1
@@ -25,7 +25,7 @@ def seen(scene, straight, monkeypatch):
     """Give the hair of a plate that spins, at its last frame, as one sees it who was turned and moved along."""
 
     def run(turn, shift, precision, model="network"):
-        for module in (advance, catalogue):
+        for module in (advance, choice):
             monkeypatch.setattr(module, "gravity_of", lambda scene: turn.apply([0.0, -scene.gravity, 0.0]))
         root = straight(0.1, 1, [1, 0, 0])[0]
         strands = [straight(LENGTH, 12, [1, 0.3, 0]), straight(LENGTH, 12, [0.2, -1, 0.1])]

@@ -6,14 +6,14 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from hairpipe.cli.commands.tune import runner
 from hairpipe.cli.entry import commands
-from hairpipe.cli.tune import runner
 from hairpipe.errors import BadInput
-from hairpipe.graph.events import Failure, Outcome
-from hairpipe.graph.like import written_out
-from hairpipe.graph.load import make_graph, read_edited
-from hairpipe.graph.store import Store
-from hairpipe.graph.tasks import Task as GraphTask
+from hairpipe.graph.file.like import written_out
+from hairpipe.graph.file.load import make_graph, read_edited
+from hairpipe.graph.plan.tasks import Task as GraphTask
+from hairpipe.graph.run.events import Failure, Outcome
+from hairpipe.graph.store.store import Store
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import choose_sample

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.load import load_graph
+from hairpipe.graph.file.load import load_graph
 from hairpipe.tune.fragment import changed_tables, write_toml
 from hairpipe.tune.simplifications import scaled_steps, simplifications
 from hairpipe.tune.variants import beside, simplified, with_node

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.body.inlined import inlined
+from hairpipe.kernels.compile import inlined
 from hairpipe.sim.air.wind import Wind
 
 

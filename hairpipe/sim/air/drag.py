@@ -11,7 +11,7 @@ of both ends when the solve starts; with them the force is linear in v, so that 
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.body.inlined import inlined
+from hairpipe.kernels.compile import inlined
 from hairpipe.sim.air.cylinder import Law, normal_drag, tangential_drag
 
 

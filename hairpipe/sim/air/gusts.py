@@ -16,8 +16,8 @@ import numpy as np
 from numba import njit, prange
 from scipy.special import gammaincinv, ndtri
 
-from hairpipe.body.inlined import inlined
-from hairpipe.groom.chance import stream
+from hairpipe.groom.random_streams import stream
+from hairpipe.kernels.compile import inlined
 from hairpipe.sim.air.wind import Gusts
 
 FRAMES = 16

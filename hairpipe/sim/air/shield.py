@@ -18,8 +18,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.body.inlined import inlined
 from hairpipe.body.rigid import frame_along
+from hairpipe.kernels.compile import inlined
 from hairpipe.sim.air.cylinder import Law, normal_drag
 from hairpipe.sim.air.wind import Wind
 

@@ -16,8 +16,8 @@ less than a thousandth of what the weight gives (tests/sim/test_strain.py).
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.sim.lanes import load, maximum, minimum, sqrt, store
-from hairpipe.sim.models.interface import Shape, shape_of
+from hairpipe.kernels.simd import load, maximum, minimum, sqrt, store
+from hairpipe.sim.strands.interface import Shape, shape_of
 
 
 @njit(cache=True)

@@ -20,11 +20,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.sim.integrators.interface import everywhere
-from hairpipe.sim.models.chain import Chain
-from hairpipe.sim.models.network import Network
-from hairpipe.sim.motion import Motion, Step
-from hairpipe.sim.stage import Rule
-from hairpipe.sim.surroundings import Stage, Surroundings
+from hairpipe.sim.interactions import Stage, Surroundings
+from hairpipe.sim.solve.implicit_stage import Rule
+from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.strands.chain import Chain
+from hairpipe.sim.strands.network import Network
 
 
 @dataclass(frozen=True, eq=False)

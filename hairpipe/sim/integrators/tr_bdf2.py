@@ -12,7 +12,7 @@ that is beyond the scheme: its step is done again by backward Euler, which nothi
 What strands do to each other changes velocities within a stage as backward Euler would: it is taken out of v - vh and
 of v1 - v, so that no stage throws back what the one before has stopped. Where contact with the body began or ended in a
 step, or moved a point out at its end, as it does with what is pressed on it, or where what came after its solves
-stretched or relieved a strand (`sim/filters/jolt.py`), the acceleration says nothing about the next one and is NaN;
+stretched or relieved a strand (`length_jump.py`), the acceleration says nothing about the next one and is NaN;
 there the first stage is one of backward Euler,
 
     1   xh = x,   vh = v,   weight g dt
@@ -27,14 +27,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hairpipe.kernels.simd_arrays import combine_all, copied
 from hairpipe.sim.integrators.interface import everywhere, rows_of
-from hairpipe.sim.models.chain import Chain
-from hairpipe.sim.models.network import Network
-from hairpipe.sim.motion import Motion, Step
-from hairpipe.sim.rows import combine_all, copied
-from hairpipe.sim.spring_form import SpringForm
-from hairpipe.sim.stage import Rule, overstrained_lanes, set_all_tensions
-from hairpipe.sim.surroundings import Stage, Surroundings
+from hairpipe.sim.interactions import Stage, Surroundings
+from hairpipe.sim.solve.implicit_stage import Rule, overstrained_lanes, set_all_tensions
+from hairpipe.sim.solve.spring_form import SpringForm
+from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.strands.chain import Chain
+from hairpipe.sim.strands.network import Network
 
 G = 2.0 - np.sqrt(2.0)
 _W1 = 1.0 / (G * (2.0 - G))

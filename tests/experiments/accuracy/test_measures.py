@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
-from hairpipe.experiments.accuracy.cantilever import cantilever_table
-from hairpipe.experiments.accuracy.helix import helix_table, rod_of, spring_of_network, spring_of_rod, turns
-from hairpipe.experiments.accuracy.sample import Sample
-from hairpipe.experiments.accuracy.specimen import specimen_of
-from hairpipe.experiments.accuracy.torsion import torsion_table
-from hairpipe.experiments.accuracy.vibration import vibration_table
-from hairpipe.experiments.accuracy.writhe import writhe_tables
 from hairpipe.groom.helix import Helix, wound
-from hairpipe.rod.clamps import hang_rod
+from hairpipe.studies.accuracy.cantilever import cantilever_table
+from hairpipe.studies.accuracy.helix import helix_table, rod_of, spring_of_network, spring_of_rod, turns
+from hairpipe.studies.accuracy.sample import Sample
+from hairpipe.studies.accuracy.specimen import specimen_of
+from hairpipe.studies.accuracy.torsion import torsion_table
+from hairpipe.studies.accuracy.vibration import vibration_table
+from hairpipe.studies.accuracy.writhe import writhe_tables
+from hairpipe.studies.theory.clamps import hang_rod
 
 GUESSED = Sample(constants="guessed")
 

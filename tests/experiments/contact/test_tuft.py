@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.graph.events import Options
-from hairpipe.graph.fetch import fetch
-from hairpipe.graph.load import load_graph
-from hairpipe.graph.run import run
-from hairpipe.graph.store import Store
-from hairpipe.graph.tasks import Task
+from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.results import fetch
+from hairpipe.graph.run.events import Options
+from hairpipe.graph.run.run import run
+from hairpipe.graph.store.store import Store
 
 TUFT = Path(__file__).resolve().parents[3] / "graphs" / "experiments" / "tuft.toml"
 SMALL = {"tuft.strands": "5", "tuft.tuft.rows": "5", "tuft.segments": "12"}

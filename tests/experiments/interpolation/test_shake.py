@@ -5,17 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hairpipe.body.bust import build_bust
-from hairpipe.body.motion import Playback, pose_at
+from hairpipe.body.mannequin.bust import build_bust
+from hairpipe.body.mocap.posing import Playback, pose_at
 from hairpipe.body.skinning import skin
-from hairpipe.experiments.interpolation.clips import Clip, clip_table
-from hairpipe.io.bvh import recall_bvh
-from hairpipe.levelset.bake import bake
-from hairpipe.levelset.bake_parts import bake_parts
+from hairpipe.io.mocap.bvh import recall_bvh
+from hairpipe.levelset.bake.parts import bake_parts
+from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.collider import Probe
+from hairpipe.levelset.collider_field import moving_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.moving import Probe
-from hairpipe.levelset.moving_field import moving_field
-from hairpipe.levelset.moving_parts import moving_parts
+from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.studies.interpolation.clips import Clip, clip_table
 
 SHAKE = Path(__file__).resolve().parents[3] / "graphs" / "assets" / "shake.bvh"
 VOXEL, HALF_WIDTH, SMALLEST = 0.0025, 4.0, 0.18

@@ -34,7 +34,7 @@ def kill_at_rename(number):
     Path.replace = killing
 
 
-IN_WORKER = "hairpipe.graph.worker" in sys.modules
+IN_WORKER = "hairpipe.graph.run.worker" in sys.modules
 
 if IN_WORKER and "TOY_KILL_AT_RENAME" in os.environ:
     kill_at_rename(int(os.environ["TOY_KILL_AT_RENAME"]))

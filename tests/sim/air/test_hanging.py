@@ -8,7 +8,7 @@ from scipy.optimize import root_scalar
 
 from hairpipe.sim.air.wind import Coefficients, Wind
 from hairpipe.sim.material import Material
-from hairpipe.sim.scene import Scheme, StepControl
+from hairpipe.sim.settings import Scheme, StepControl
 
 SOFT = Material(young=1e7, softening=1.0)
 WEIGHT = SOFT.line_density * 9.81

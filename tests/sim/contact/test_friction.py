@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.material import Material
-from hairpipe.sim.scene import Air, BodyContact, Scene, Scheme, StepControl
+from hairpipe.sim.settings import Air, BodyContact, Scene, Scheme, StepControl
 
 
 @dataclass

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hairpipe.sim.filters.limit_strain import limit_strain
-from hairpipe.sim.models.network import SHAPE
+from hairpipe.sim.strands.network import SHAPE
 
 CLAMPED = SHAPE.clamped
 

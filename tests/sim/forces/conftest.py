@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.banded import OFFSET, row_size
-from hairpipe.sim.lanes import WIDTH
+from hairpipe.kernels.banded import OFFSET, row_size
+from hairpipe.kernels.simd import WIDTH
 
 REACH = 3
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.sim.models.lattice import CLAMPED
-from hairpipe.sim.scene import Collisions, Scheme, StepControl, Stiction
+from hairpipe.sim.settings import Collisions, Scheme, StepControl, Stiction
+from hairpipe.sim.strands.lattice import CLAMPED
 
 
 @pytest.mark.parametrize("step", [1 / 1920, 1 / 240, 1 / 24])

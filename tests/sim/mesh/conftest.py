@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.data import Shell, Solid
-from hairpipe.sim.mesh.pattern import multiply
+from hairpipe.sim.elastic.sparsity import multiply
 
 
 @pytest.fixture

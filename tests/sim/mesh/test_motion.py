@@ -5,10 +5,10 @@ import pytest
 
 from hairpipe.data import Solid
 from hairpipe.errors import BadInput
-from hairpipe.sim.mesh.advance import advance_frame, begin
-from hairpipe.sim.mesh.material import Rubber
-from hairpipe.sim.mesh.network import solid_springs
-from hairpipe.sim.mesh.scene import Ground, Stir, Surroundings
+from hairpipe.sim.elastic.elastic_frame import advance_frame, begin
+from hairpipe.sim.elastic.elastic_settings import Ground, Stir, Surroundings
+from hairpipe.sim.elastic.matter import Rubber
+from hairpipe.sim.elastic.spring_mesh import solid_springs
 
 
 def run(springs, points, frames, scene, damping=0.0, velocity=0.0, fps=24.0):

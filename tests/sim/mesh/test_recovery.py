@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.mesh import geometry
-from hairpipe.sim.mesh.advance import advance_frame, begin
-from hairpipe.sim.mesh.hinges import hinges
-from hairpipe.sim.mesh.material import Fabric, Rubber
-from hairpipe.sim.mesh.measures import measure_angles, measure_volume
-from hairpipe.sim.mesh.network import shell_springs, solid_springs
-from hairpipe.sim.mesh.scene import Ground, Stir, Surroundings
-from hairpipe.sim.mesh.sheets import build_cloth, build_noodle
-from hairpipe.sim.mesh.squash import squash
-from hairpipe.sim.mesh.torus import build_torus
+from hairpipe.sim.elastic import mesh_geometry
+from hairpipe.sim.elastic.elastic_frame import advance_frame, begin
+from hairpipe.sim.elastic.elastic_measures import measure_angles, measure_volume
+from hairpipe.sim.elastic.elastic_settings import Ground, Stir, Surroundings
+from hairpipe.sim.elastic.hinges import hinges
+from hairpipe.sim.elastic.matter import Fabric, Rubber
+from hairpipe.sim.elastic.sheets import build_cloth, build_noodle
+from hairpipe.sim.elastic.spring_mesh import shell_springs, solid_springs
+from hairpipe.sim.elastic.squash import squash
+from hairpipe.sim.elastic.torus import build_torus
 
 TORUS = build_torus(0.5, 0.2, 1, 16, 0.3)
 
@@ -23,7 +23,7 @@ def relax(altitudes, shape, frames=60, seed=1):
     state = begin(springs, squash(TORUS, shape, seed).points, scene)
     for _ in range(frames):
         state = advance_frame(springs, state, 1 / 24, scene, rubber.damping)
-    volume, rest = (geometry.volumes(x, TORUS.tetrahedra) for x in (state.positions, TORUS.points))
+    volume, rest = (mesh_geometry.volumes(x, TORUS.tetrahedra) for x in (state.positions, TORUS.points))
     return volume.sum() / rest.sum(), int(np.sum(volume <= 0))
 
 
@@ -81,7 +81,7 @@ def test_noodle_bends_back_from_flat():
         states.append(advance_frame(springs, states[-1], 1 / 24, scene, fabric.damping))
     errors = measure_angles(noodle, states)["RMS angle error [deg]"]
     assert errors[0] > 40 and errors[-1] < 5
-    assert np.abs(geometry.angles(states[0].positions, hinges(noodle.triangles)) % np.pi).max() < 1e-9, "flat"
+    assert np.abs(mesh_geometry.angles(states[0].positions, hinges(noodle.triangles)) % np.pi).max() < 1e-9, "flat"
 
 
 def test_cloth_runs_at_one_step_per_frame():

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from hairpipe.sim.mesh import geometry
-from hairpipe.sim.mesh.hinges import boundary, hinges
-from hairpipe.sim.mesh.sheets import build_cloth, build_noodle
-from hairpipe.sim.mesh.torus import build_torus
+from hairpipe.sim.elastic import mesh_geometry
+from hairpipe.sim.elastic.hinges import boundary, hinges
+from hairpipe.sim.elastic.sheets import build_cloth, build_noodle
+from hairpipe.sim.elastic.torus import build_torus
 
 
 def directed(triangles):
@@ -14,7 +14,7 @@ def directed(triangles):
 
 def test_torus_is_filled_with_upright_tetrahedra():
     solid = build_torus(0.5, 0.2, 3, 40, 1.6)
-    volume = geometry.volumes(solid.points, solid.tetrahedra)
+    volume = mesh_geometry.volumes(solid.points, solid.tetrahedra)
     assert volume.min() > 0 and 1.6 <= solid.points[:, 1].min() < 1.605
     exact = 2 * np.pi**2 * 0.5 * 0.2**2
     polygon = 6 * 3 * np.sin(2 * np.pi / 18) / 2 * 2 / (2 * np.pi)
@@ -29,7 +29,7 @@ def test_surface_of_the_torus_is_closed_and_looks_outward():
     assert len(set(surface.ravel())) - len(edges) // 2 + len(surface) == 0, "a torus has Euler characteristic 0"
     a, b, c = (solid.points[surface[:, i]] for i in range(3))
     inside = np.sum(np.cross(b, c) * a) / 6
-    np.testing.assert_allclose(inside, geometry.volumes(solid.points, solid.tetrahedra).sum(), rtol=1e-12)
+    np.testing.assert_allclose(inside, mesh_geometry.volumes(solid.points, solid.tetrahedra).sum(), rtol=1e-12)
 
 
 def test_shells_are_turned_one_way():
@@ -50,7 +50,7 @@ def test_hinges_are_the_inner_edges():
 
 def test_angles_of_a_tube_are_those_of_its_polygon():
     noodle = build_noodle(50.0, 0.15, 400, 12, 0.0)
-    bent = np.degrees(geometry.angles(noodle.points, hinges(noodle.triangles)))
+    bent = np.degrees(mesh_geometry.angles(noodle.points, hinges(noodle.triangles)))
     bent = np.abs(bent)[np.abs(bent) > 20]
     np.testing.assert_allclose(bent, 30.0, atol=0.5)
     assert len(bent) == 400 * 12
@@ -58,7 +58,7 @@ def test_angles_of_a_tube_are_those_of_its_polygon():
 
 def test_altitudes_of_a_regular_tetrahedron():
     points = np.array([[1.0, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]])
-    heights = geometry.altitudes(points, np.array([[0, 1, 2, 3]]))[0]
+    heights = mesh_geometry.altitudes(points, np.array([[0, 1, 2, 3]]))[0]
     np.testing.assert_allclose(np.abs(heights), [4 / np.sqrt(3)] * 4 + [2.0] * 3)
     assert len(set(np.sign(heights))) == 1
-    np.testing.assert_allclose(np.abs(geometry.volumes(points, np.array([[0, 1, 2, 3]]))), 8 / 3)
+    np.testing.assert_allclose(np.abs(mesh_geometry.volumes(points, np.array([[0, 1, 2, 3]]))), 8 / 3)

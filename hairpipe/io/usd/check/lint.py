@@ -6,31 +6,17 @@ from typing import Any
 
 from pxr import Tf, Usd, UsdGeom
 
-from hairpipe.io.usd.check import (
-    assets,
-    body,
-    clips,
-    curves,
-    drawn,
-    layers,
-    looks,
-    motion,
-    prims,
-    shapes,
-    size,
-    skin,
-    stage,
-    strands,
-    transforms,
-    velocity,
-)
+from hairpipe.io.usd.check.body_rules import body_rules, skin
 from hairpipe.io.usd.check.finding import Fault, Finding, Rule
-from hairpipe.io.usd.check.scene import find_scene
-from hairpipe.io.usd.check.track import Track
+from hairpipe.io.usd.check.hair_rules import curve_rules, drawn, shapes, size, strands
+from hairpipe.io.usd.check.motion_rules import clips, motion, velocity
+from hairpipe.io.usd.check.motion_rules.track import Track
+from hairpipe.io.usd.check.stage_rules import assets, layers, looks, prims, stage_metrics, transforms
+from hairpipe.io.usd.check.stage_rules.scene import find_scene
 from hairpipe.io.usd.stage import open_stage, said, usd_faults
 
 UNREADABLE = Rule("unreadable", "error", lambda: iter(()))  # broken by whatever the other rules cannot read
-STAGE = (*stage.RULES, *layers.RULES, *drawn.STAGE_RULES)
+STAGE = (*stage_metrics.RULES, *layers.RULES, *drawn.STAGE_RULES)
 PRIM = (
     *prims.RULES,
     *looks.PRIM_RULES,
@@ -46,7 +32,7 @@ SCENE = (
     *size.RULES,
     *strands.RULES,
     *skin.RULES,
-    *body.RULES,
+    *body_rules.RULES,
     *velocity.RULES,
     *looks.RULES,
 )
@@ -83,7 +69,7 @@ def _lint_stage(opened: Usd.Stage, inspect: assets.Inspect | None) -> Found:
         yield from _apply(PRIM, prim)
         yield from _apply(assets.PRIM_RULES, prim, inspect)
         if prim.IsA(UsdGeom.BasisCurves) or prim.IsA(UsdGeom.Mesh):
-            rules = (*curves.RULES, *shapes.RULES) if prim.IsA(UsdGeom.BasisCurves) else shapes.RULES
+            rules = (*curve_rules.RULES, *shapes.RULES) if prim.IsA(UsdGeom.BasisCurves) else shapes.RULES
             for shape in Track(prim):
                 yield from _apply(rules, shape)
     scene = find_scene(opened)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.pairs import Pairs
+from hairpipe.spatial.pairs import Pairs
 
 
 def closest(points, segments):

@@ -1,0 +1,73 @@
+"""A scan of a graph in this process, frame after frame, nothing of which is stored: for whoever measures it."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.node.arguments import build_arguments, name_inputs
+from hairpipe.graph.node.frames import Time
+from hairpipe.graph.plan.tasks import Source, Task, inputs_of
+from hairpipe.graph.results import fetch
+from hairpipe.graph.run.events import CODEC
+from hairpipe.graph.run.malloc import keep_freed
+from hairpipe.graph.run.run import run
+from hairpipe.graph.store.store import Store
+
+
+@dataclass(eq=False)
+class Replay:
+    """A node of a graph that depends on its own previous frame; what it depends on is computed and stored as usual.
+
+    Raises BadInput where the node is no scan, or what it depends on fails.
+    """
+
+    graph: Graph
+    store: Store
+    name: str
+    codec: str = CODEC
+    frame: int = field(init=False)
+    _state: Any = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        keep_freed()
+        node = self.graph.node(self.name)
+        if node.type.state is None:
+            raise BadInput(f"'{self.name}' does not go from frame to frame", where=self.graph.path, right="a scan")
+        self.frame = self.graph.begin
+
+    def prepare(self, frames: int) -> None:
+        """Compute what so many frames from here on depend on."""
+        needed = {edge.node for edge in self.graph.nodes[self.name].edges.values()}
+        outcome = run(self.graph.upto(needed), self.store, range(self.frame, self.frame + frames))
+        if outcome.interrupted:
+            raise KeyboardInterrupt
+        if outcome.failures:
+            raise BadInput(f"'{self.name}' cannot be measured: {outcome.failures[0]}", where=self.graph.path)
+
+    def arguments(self) -> dict[str, Any]:
+        """Build what the node is given at this frame."""
+        node, frames = self.graph.nodes[self.name], tuple(self.graph.all_frames)
+        sources = name_inputs(node.type, inputs_of(self.graph, Task(self.name, self.frame), frames), frames, itself)
+        when = Time(self.frame, self.graph.fps)
+        return build_arguments(node.type, sources, self.graph.settings(node), when, None, self._load)
+
+    def advance(self, arguments: dict[str, Any]) -> Any:
+        """Evaluate the node at this frame with its arguments, and go on to the next."""
+        node = self.graph.nodes[self.name]
+        result = node.type.function(**arguments)
+        assert node.type.state is not None
+        self._state = node.type.by_output(result)[node.type.state]
+        self.frame += 1
+        return result
+
+    def _load(self, source: Source, kind: type) -> Any:
+        """Read a value from the store, or take the node's own of the frame before."""
+        if source.task.node == self.name:
+            return self._state
+        return fetch(self.graph, self.store, source.task, source.output, codec=self.codec)
+
+
+def itself(source: Source) -> Source:
+    """Name a value by where it comes from."""
+    return source

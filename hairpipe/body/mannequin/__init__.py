@@ -1,0 +1,1 @@
+"""Our own body, made by code."""

@@ -1,0 +1,1 @@
+"""Motion capture carried over to a body."""

@@ -1,0 +1,160 @@
+"""A clip's motion carried over to a body of other proportions, rest pose and joint names."""
+
+import warnings
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+import numpy as np
+
+from hairpipe.body.mocap.performer import place_joints
+from hairpipe.body.mocap.reference import Reference, Roles, align_parts, find_reference, players, turn
+from hairpipe.body.mocap.roles import Role, find_roles, match_roles
+from hairpipe.body.rigid import invert
+from hairpipe.data import Skeleton
+from hairpipe.data.clip import Clip
+from hairpipe.errors import BadInput
+
+Pairs = tuple[tuple[str, str], ...]
+
+ADULT_LEG = 0.82  # hip to ankle [m]: what a clip is scaled to where the body has no legs to compare with
+
+
+@dataclass(frozen=True)
+class Retarget:
+    """How the joints of one skeleton follow those of one clip.
+
+    follows      joint of the clip that every joint of the body follows, -1 where it follows its parent, (J,)
+    corrections  to be multiplied to the rotation of the clip's joint from the right, (J, 3, 3)
+    scale        metres in a unit of the clip
+    origins      position of every followed joint in the clip that stands for the body's at rest [clip units], (J, 3)
+    world        takes the clip's axes to Y up, (3, 3)
+    """
+
+    skeleton: Skeleton
+    follows: np.ndarray
+    corrections: np.ndarray
+    scale: float
+    origins: np.ndarray
+    world: np.ndarray
+
+    def transforms(self, clip: Clip, frames: np.ndarray) -> np.ndarray:
+        """Return the joint-to-world matrices of the body [m] at fractional frames (k,) of the clip, (k, J, 4, 4). Pure.
+
+        A joint b that follows c turns as R_b(t) = R_c(t) R_c(ref)^T A_b R_b(rest), A_b from `align_parts`; bones keep
+        their length; a root moves by the scaled motion of the joint it follows.
+        """
+        placement = turn(place_joints(clip, frames), self.world)
+        rest, parents = self.skeleton.rest, self.skeleton.parents
+        result = np.tile(rest, (len(frames), 1, 1, 1))
+        for joint, (parent, leader) in enumerate(zip(parents, self.follows, strict=True)):
+            if parent >= 0:
+                result[:, joint] = result[:, parent] @ invert(rest[parent]) @ rest[joint]
+            elif leader >= 0:
+                moved = placement.positions[:, leader] - self.origins[joint]
+                result[:, joint, :3, 3] = rest[joint, :3, 3] + self.scale * moved
+            if leader >= 0:
+                result[:, joint, :3, :3] = placement.rotations[:, leader] @ self.corrections[joint]
+        return result
+
+
+def build_retarget(
+    skeleton: Skeleton, clip: Clip, *, up: str | None, reference: str | None, unit: float | None, joints: Pairs
+) -> Retarget:
+    """Match joints, find the clip's reference pose and its scale. Pure.
+
+    up, reference  see `find_reference`
+    unit           of the clip [m]; None: see `find_scale`
+    joints         pairs of a joint of the body and the joint of the clip it follows, where the names do not tell
+
+    Raises BadInput where a joint does not exist or none match.
+    """
+    body, performer = find_roles(skeleton.names), find_roles(clip.names)
+    pose = find_reference(clip, performer, up, reference)
+    follows = match_joints(skeleton, clip, body, performer, joints)
+    turns = align_parts(skeleton, body, performer, pose)
+    parts = {joint: role for role, found in body.items() for joint in found}
+    corrections = np.tile(np.eye(3), (len(follows), 1, 1))
+    for joint in np.flatnonzero(follows >= 0):
+        part = parts.get(int(joint), Role(""))
+        aligned = pose.heading @ turns.get(part, np.eye(3)) @ skeleton.rest[joint, :3, :3]
+        corrections[joint] = pose.rotations[follows[joint]].T @ aligned
+    scale = unit if unit is not None else find_scale(skeleton, follows, body, performer, pose)
+    origins = find_origins(skeleton, follows, body, performer, pose, scale)
+    return Retarget(skeleton, follows, corrections, scale, origins, pose.world)
+
+
+def match_joints(skeleton: Skeleton, clip: Clip, body: Roles, performer: Roles, joints: Pairs) -> np.ndarray:
+    """Return the clip joint that every joint of the body follows, -1 for none, (J,). Pure."""
+    follows = np.full(len(skeleton.names), -1)
+    for joint, leader in match_roles(body, performer).items():
+        follows[joint] = leader
+    for name, leader in joints:
+        joint = _find_name(name, skeleton.names, "body")
+        follows[joint] = _find_name(leader, clip.names, "clip")
+    leader = players(performer, Role("head" if len(follows) == 1 else "hips"))
+    if leader is not None:
+        follows[(skeleton.parents < 0) & (follows < 0)] = leader[0]
+    if (follows < 0).all():
+        names = ", ".join(clip.names[:8])
+        raise BadInput(
+            "no joint of the body matches one of the clip", where="joints", right=f'[["head", one of {names}, ...]]'
+        )
+    return follows
+
+
+def _find_name(name: str, names: tuple[str, ...], owner: str) -> int:
+    if name in names:
+        return names.index(name)
+    near = get_close_matches(name, names, n=3) or list(names[:8])
+    raise BadInput(f"the {owner} has no joint {name!r}", where="joints", right=f"for example {', '.join(near)}")
+
+
+def find_scale(skeleton: Skeleton, follows: np.ndarray, body: Roles, performer: Roles, pose: Reference) -> float:
+    """Return the metres in a unit of the clip: leg to leg, or to an adult's leg, or from root to head. Pure.
+
+    Where joints tell none of these it is a metre, with a warning if a root moves by it.
+    """
+    rest = skeleton.rest[:, :3, 3]
+    own, theirs = leg_length(rest, body), leg_length(pose.positions, performer)
+    if theirs > 0.0:
+        return (own or ADULT_LEG) / theirs
+    way = [int(np.argmax(skeleton.parents < 0)), *(players(body, Role("head")) or [])]
+    if len(way) == 2 and (follows[way] >= 0).all():
+        own = np.linalg.norm(np.diff(rest[way], axis=0))
+        theirs = np.linalg.norm(np.diff(pose.positions[follows[way]], axis=0))
+        if own > 0.0 and theirs > 0.0:
+            return float(own / theirs)
+    if (follows[skeleton.parents < 0] >= 0).any():
+        warnings.warn("cannot tell the clip's unit: it is taken for a metre (`unit` states it)", stacklevel=2)
+    return 1.0
+
+
+def leg_length(positions: np.ndarray, roles: Roles) -> float:
+    """Return the length of thigh and shin, the mean of both legs; 0 without legs. Pure."""
+    lengths = []
+    for side in ("left", "right"):
+        leg = players(roles, *(Role(part, side) for part in ("thigh", "shin", "foot")))
+        if leg is not None:
+            lengths.append(np.linalg.norm(np.diff(positions[leg], axis=0), axis=1).sum())
+    return float(np.mean(lengths)) if lengths else 0.0
+
+
+def find_origins(
+    skeleton: Skeleton, follows: np.ndarray, body: Roles, performer: Roles, pose: Reference, scale: float
+) -> np.ndarray:
+    """Return where in the clip every followed joint is when the body is at rest [clip units], (J, 3). Pure.
+
+    A performer with legs stands over the clip's origin, on its floor y = 0; as high as the body does, if that has legs.
+    Without legs, it is the reference pose as it is.
+    """
+    origins = pose.positions[follows]
+    joints = players(performer, Role("hips"))
+    if joints is None or leg_length(pose.positions, performer) == 0.0:
+        return origins
+    hips = joints[0]
+    origins = origins - pose.positions[hips] * (1.0, 0.0, 1.0)
+    height = -pose.lowest
+    if leg_length(skeleton.rest[:, :3, 3], body) > 0.0 and Role("hips") in body:
+        rest = skeleton.rest[:, 1, 3]
+        height = (rest[body[Role("hips")][0]] - skeleton.tips[:, 1].min()) / scale - pose.positions[hips][1]
+    return origins + np.array([0.0, height, 0.0])

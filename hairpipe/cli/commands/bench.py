@@ -1,0 +1,232 @@
+"""`hairpipe bench`: what the code costs on this machine."""
+
+import json
+import os
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from hairpipe.cli import options
+from hairpipe.cli.wording import duration, plural, say, table
+
+if TYPE_CHECKING:
+    from hairpipe.bench.contact import Report as ContactReport
+    from hairpipe.bench.core import Case, Report
+    from hairpipe.bench.faults import Report as FaultReport
+    from hairpipe.bench.machine import Machine
+    from hairpipe.bench.paper import Report as PaperReport
+    from hairpipe.bench.repeat import Spread
+    from hairpipe.bench.roofs import Roofs
+
+
+@click.group()
+def bench() -> None:
+    """Measure what the code costs on this machine."""
+
+
+@bench.command()
+@options.as_json
+def core(as_json: bool) -> None:
+    """Measure the strand core: time per particle of a solve and of a step.
+
+    A solve is one linearly implicit stage: forces, choice of altitude springs, assembly, factorisation and
+    substitution. Beside it, from the same minutes: what the machine could do at best in arithmetic and in moving
+    numbers, the least time that leaves for a solve, and what a prototype took. Medians, with the middle half of all
+    runs.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        # An empty folder for kernels: numba, which looks for it when it is first imported, would run old machine code
+        # of a kernel whose helper was edited.
+        os.environ["NUMBA_CACHE_DIR"] = folder
+        from hairpipe.bench.core import measure_core
+
+        report = measure_core(say)  # lines: whatever moves on the screen would be measured, too
+    if as_json:
+        click.echo(json.dumps(document(report), indent=2))
+    else:
+        show(report)
+
+
+@bench.command()
+@click.option("--segments", type=click.IntRange(min=100), multiple=True, help="Of all hair; 1e4, 1e5 and 1e6 without.")
+@options.as_json
+def contact(segments: tuple[int, ...], as_json: bool) -> None:
+    """Measure hair that touches: seconds a frame of a shaking head with everything on, and where they go.
+
+    Hair of 25 cm and 50 segments a strand on our bust, which turns to and fro by 60 degrees 1.5 times a second;
+    stiction, collisions, strain limit and body; 10 steps to a frame of 1/24 s. Medians over a few frames, after as many
+    as it takes to fall, touch and stick.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+        from hairpipe.bench.contact import FULL, measure_contact
+
+        report = measure_contact(say, FULL._replace(segments=segments or FULL.segments))
+    if as_json:
+        click.echo(json.dumps(document(report), indent=2))
+    else:
+        show_contact(report)
+
+
+@bench.command()
+@click.argument("scenes", nargs=-1, metavar="[SCENE]...")
+@options.overrides
+@options.cache
+@options.as_json
+def paper(scenes: tuple[str, ...], overrides: dict[str, str], cache: Path, as_json: bool) -> None:
+    """Print Table 2 of Selle, Lentine, Fedkiw 2008 again: seconds a frame of the scenes in graphs/paper.
+
+    A frame is 1/24 s, everything is on. Hair is let go at half a second of the shot, where the head is in full motion;
+    medians over its frames 6 to 8.
+    Without a SCENE, those that the paper has. What hair depends on is kept in the store.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+        from hairpipe.bench.paper import PRINTED, measure_paper
+        from hairpipe.cli.shipped import find_graph
+        from hairpipe.graph.store.store import Store
+
+        cache.mkdir(parents=True, exist_ok=True)
+        graphs = {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}
+        report = measure_paper(say, graphs, Store(cache), overrides)
+    if as_json:
+        click.echo(json.dumps(document(report), indent=2))
+    else:
+        show_paper(report)
+
+
+@bench.command()
+@click.option("--seed", type=int, default=0, show_default=True, help="Chooses what is done, and where.")
+@options.as_json
+def faults(seed: int, as_json: bool) -> None:
+    """Try what the engine withstands: poisoned folders, kills, damaged stores, cleanings beside runs.
+
+    On a toy graph, in a temporary folder; it takes minutes. Each trial has to end in the bytes of a run that nobody
+    disturbed, or in a refusal of one line, and nothing may be computed whose result is there.
+
+    Exit code 0: everything held, 1: something did not.
+    """
+    from hairpipe.bench.faults import try_faults
+    from hairpipe.io.hdf5 import digest_file
+
+    report = try_faults(say, digest_file, seed)
+    if as_json:
+        click.echo(json.dumps(document(report) | {"held": report.held}, indent=2))
+    else:
+        show_faults(report)
+    sys.exit(0 if report.held else 1)
+
+
+def show_faults(report: "FaultReport") -> None:
+    """Write what was tried and what did not hold."""
+    rows: list[tuple[str, ...]] = [("", "", "trials", "same bytes", "refused", "faults", "done twice")]
+    for row in report.rows:
+        numbers = (row.tries, row.same, row.refused, len(row.faults), row.twice)
+        rows.append((row.campaign, row.kind, *(f"{number:,}" for number in numbers)))
+    show_table(f"seed {report.seed}, {duration(report.seconds)}", rows, text=2)
+    for fault in [fault for row in report.rows for fault in row.faults]:
+        click.echo(fault)
+
+
+def show_paper(report: "PaperReport") -> None:
+    """Write the table."""
+    machine = report.machine
+    click.echo(f"{machine.processor}, {plural(machine.cores, 'core')}; the paper: one to four machines of 4 processors")
+    times: list[tuple[str, ...]] = [("scene", "strands", "particles", "frame", "memory so far", "theirs", "frame")]
+    parts: list[tuple[str, ...]] = [("scene", *report.rows[0].shares)]
+    for row in report.rows:
+        theirs = ("", "") if row.printed is None else (f"{row.printed.particles:,}", f"{60 * row.printed.minutes:.0f}")
+        ours = f"{row.strands:,}", f"{row.particles:,}", f"{row.seconds:.1f}", f"{row.memory / 1e9:.1f} GB"
+        times.append((row.scene, *ours, *theirs))
+        parts.append((row.scene, *(f"{seconds:.1f}" for seconds in row.shares.values())))
+    show_table("seconds a frame; last the particles and seconds of the paper", times)
+    show_table("parts of it", parts)
+
+
+def show_contact(report: "ContactReport") -> None:
+    """Write the report on contact as tables."""
+    show_machine(report.machine)
+    rows: list[tuple[str, ...]] = [
+        ("segments", "particles", "connections", "threads", "frame", *report.cases[0].shares)
+    ]
+    for case in report.cases:
+        shares = (f"{seconds:.2f}" for seconds in case.shares.values())
+        numbers = (f"{case.particles:,}", f"{case.stuck:,}", str(case.threads), f"{case.seconds:.2f}")
+        rows.append((f"{case.segments:,}", *numbers, *shares))
+    show_table(f"seconds a frame of {report.steps} steps", rows, text=0)
+    show_roofs(report.roofs)
+
+
+def show(report: "Report") -> None:
+    """Write the report as tables."""
+    show_machine(report.machine)
+    heading = ("kernel", "in", "numbers", "threads", "median", "half between", "floor", "prototype", "ratio")
+    show_table("ns per particle", [heading, *map(row_of, report.cases)], text=3)
+    sizes = report.sizes
+    click.echo(f"(strands of {sizes.segments} segments; {sizes.cache:,} in cache, {sizes.memory:,} in memory)")
+    show_roofs(report.roofs)
+    code: list[tuple[str, ...]] = [("", "flop/particle", "bytes/particle", "zmm", "ymm", "xmm", "scalar")]
+    for dtype, work in report.work.items():
+        code.append((dtype, f"{work.operations:.0f}", f"{work.bytes:.0f}", *map(str, report.code[dtype])))
+    show_table("a solve", code)
+    click.echo("(the last four: instructions of arithmetic, on vectors of 64, 32, 16 bytes and on one number)\n")
+    click.echo(f"every kernel of a frame compiled, nothing being warm: {duration(report.compiled)}")
+
+
+def show_machine(machine: "Machine") -> None:
+    """Write what was measured on."""
+    click.echo(f"{machine.processor}, {plural(machine.cores, 'core')}")
+    click.echo(", ".join(f"{name} {version}" for name, version in machine.versions.items()))
+
+
+def show_roofs(roofs: "Roofs") -> None:
+    """Write what the machine could do at best."""
+    rows = [
+        (f"multiply-add, {dtype}, 1 thread", spread(rate, 1e-9) + " GFLOP/s")
+        for dtype, rate in roofs.multiply_add.items()
+    ]
+    rows += [
+        (f"triad, {plural(threads, 'thread')}", spread(rate, 1e-9) + " GB/s") for threads, rate in roofs.triad.items()
+    ]
+    show_table("this machine at best", rows, text=2)
+
+
+def show_table(title: str, rows: list[tuple[str, ...]], text: int = 1) -> None:
+    """Write a table with a title, its first columns being text, the others numbers."""
+    click.echo(f"\n{title}\n{table(rows, '<' * text + '>' * (len(rows[0]) - text))}")
+
+
+def row_of(case: "Case") -> tuple[str, ...]:
+    """Write a case as a row."""
+    return (
+        case.kernel,
+        case.place,
+        case.dtype,
+        str(case.threads),
+        f"{case.time.median:.1f}",
+        f"{case.time.low:.1f}-{case.time.high:.1f}",
+        "" if case.floor is None else f"{case.floor:.1f}",
+        "" if case.prototype is None else f"{case.prototype:.1f}",
+        "" if case.prototype is None else f"{case.time.median / case.prototype:.2f}",
+    )
+
+
+def spread(value: "Spread", unit: float) -> str:
+    """Write a median and the middle half."""
+    return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
+
+
+def document(report: "Report | ContactReport | PaperReport | FaultReport") -> dict[str, Any]:
+    """Describe the report as a JSON document."""
+
+    def plain(value: Any) -> Any:
+        if hasattr(value, "_asdict"):
+            return plain(value._asdict())
+        if isinstance(value, dict):
+            return {str(key): plain(item) for key, item in value.items()}
+        return [plain(item) for item in value] if isinstance(value, list) else value
+
+    return plain(report)

@@ -1,0 +1,74 @@
+"""`hairpipe trust`: which folders of nodes may be imported."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+import click
+
+from hairpipe.cli.wording import plural, say, table
+from hairpipe.errors import BadInput
+from hairpipe.graph.node.messages import one_line
+
+if TYPE_CHECKING:
+    from hairpipe.graph.file.trust import Trusted
+
+Result = TypeVar("Result")
+
+
+@click.command()
+@click.argument("folder", required=False, type=click.Path(path_type=Path))
+@click.option("--list", "as_list", is_flag=True, help="List what is trusted.")
+@click.option("--revoke", is_flag=True, help="Trust FOLDER no longer.")
+def trust(folder: Path | None, as_list: bool, revoke: bool) -> None:
+    """Trust the code in a folder of nodes.
+
+    FOLDER is the folder `nodes` beside a graph file. What is in it is code, which no graph may bring along unseen: it
+    is imported once it is trusted as it is, and when it has changed it has to be trusted again. Our own nodes and
+    those of installed packages need nothing.
+
+    Folders that the variable HAIRPIPE_TRUST names are trusted whatever is in them: for farms, where nobody can be
+    asked, and while one writes nodes.
+    """
+    from hairpipe.graph.file import trust as trusting
+
+    if as_list:
+        click.echo(table([(str(e.folder), plural(len(e.files), "file"), state(e)) for e in trusting.trusted()], "<><"))
+        return
+    if folder is None:
+        raise click.UsageError("Missing argument 'FOLDER'.")
+    if revoke:
+        if not trusting.revoke(folder):
+            raise BadInput("is not trusted", where=folder, right="one of hairpipe trust --list")
+        click.echo(one_line(f"no longer trusted: {folder}"))
+        return
+    files = trusting.code_in(folder.resolve()) if folder.is_dir() else {}
+    if folder.absolute().name != "nodes" or not files:
+        raise BadInput("is no folder of node types", where=folder, right="the folder nodes beside a graph file")
+    trusting.trust(folder, files)
+    click.echo(one_line(f"trusted: {folder}: {', '.join(files)}"))
+
+
+def state(entry: "Trusted") -> str:
+    """Say what has become of a folder since it was trusted."""
+    if not entry.folder.is_dir():
+        return "is gone"
+    return f"changed since: {', '.join(entry.changed)}" if entry.changed else "as it was"
+
+
+def asking(load: Callable[[], Result]) -> Result:
+    """Load a graph; on a terminal, ask whether the code that it needs is trusted. Untrusted elsewhere, and for a no."""
+    from hairpipe.graph.file.trust import Untrusted
+    from hairpipe.graph.file.trust import trust as note
+
+    try:
+        return load()
+    except Untrusted as doubt:
+        if sys.stdin is None or not sys.stdin.isatty() or not sys.stderr.isatty():
+            raise
+        say(f"{doubt.folder}: {doubt.what}")
+        if not click.confirm("This code would run with your rights. Do you trust it?", err=True):
+            raise
+        note(doubt.folder, doubt.files)
+    return load()

@@ -1,0 +1,156 @@
+"""`hairpipe tune`: what of a model a scene needs."""
+
+import json
+import os
+import shlex
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hairpipe.cli import completion, options
+from hairpipe.cli.wording import say, shown, table
+from hairpipe.errors import BadInput
+from hairpipe.graph.node.messages import one_line
+from hairpipe.plain_file import check_plain
+
+if TYPE_CHECKING:
+    from hairpipe.graph.file.graph import Graph
+    from hairpipe.graph.run.events import Event, Outcome
+    from hairpipe.graph.store.store import Store
+    from hairpipe.tune.quantity import Tolerance
+    from hairpipe.tune.study import CarryOut
+
+INTERRUPTED = 130
+
+
+def read_tolerance(ctx: click.Context, param: click.Parameter, text: str) -> "Tolerance":
+    """Read a length or a percentage."""
+    from hairpipe.tune.quantity import read_tolerance as read
+
+    return read(text)
+
+
+def read_budget(ctx: click.Context, param: click.Parameter, text: str | None) -> float | None:
+    """Read a time [s]; None where none is given."""
+    from hairpipe.tune.quantity import read_seconds
+
+    return None if text is None else read_seconds(text)
+
+
+def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -> Path | None:
+    """Read where to write, and refuse what cannot be written before hours are spent on it."""
+    if path is None:
+        return None
+    check_plain(path, "the name of a file")
+    path = path.resolve()
+    if path.exists() and not path.is_file():
+        raise BadInput("is no file", where=path, right="the name of a file")
+    if not os.access(path.parent, os.W_OK | os.X_OK):
+        what = "cannot be written to" if path.parent.is_dir() else "no such folder"
+        raise BadInput(what, where=path.parent, right="-o FILE in a folder that can be written to")
+    return path
+
+
+@click.command()
+@options.graph
+@click.option(
+    "--node", required=True, metavar="NODE", shell_complete=completion.complete_node, help="That simulates hair."
+)
+@click.option(
+    "--tolerance",
+    required=True,
+    metavar="2mm|0.5%",
+    callback=read_tolerance,
+    help="How far tips and whole strands may be off: a length, or a share of that of the strands.",
+)
+@click.option("--budget", metavar="5s", callback=read_budget, help="For a frame: say what error it buys.")
+@click.option("--check", is_flag=True, help="Measure the choice on other strands and frames, too.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), callback=read_output, help="File for the settings.")
+@options.overrides
+@options.cache
+@click.option("-q", "--quiet", is_flag=True, help="Say nothing of the runs.")
+@options.as_json
+def tune(
+    graph: str,
+    node: str,
+    tolerance: "Tolerance",
+    budget: float | None,
+    check: bool,
+    output: Path | None,
+    overrides: dict[str, str],
+    cache: Path,
+    quiet: bool,
+    as_json: bool,
+) -> None:
+    """Find the cheapest model that keeps a tolerance.
+
+    Errors are those of tips or of whole strands, the larger, root mean square, against the graph's own model at a
+    quarter of its steps; seconds are those of the processor on one thread, scaled to all strands. What is chosen was
+    measured as it is, not summed up from its parts. All of it is kept like any other result: asked again, nothing is
+    computed.
+
+    The settings are TOML tables that take the place of those in the graph. Exit codes: 0 found, 1 nothing keeps the
+    tolerance, or the check is beyond it, 2 bad input, 130 interrupted.
+    """
+    from hairpipe.cli.shipped import find_graph
+    from hairpipe.graph.file.like import written_out
+    from hairpipe.graph.file.load import read_edited
+    from hairpipe.graph.store.atomic import write_text
+    from hairpipe.graph.store.store import Store
+    from hairpipe.tune import report
+    from hairpipe.tune.fragment import changed_tables, write_toml
+    from hairpipe.tune.study import Interrupted
+    from hairpipe.tune.tuning import Task, chosen_tables
+    from hairpipe.tune.tuning import tune as find
+
+    text = written_out(read_edited(find_graph(graph), overrides))
+    cache.mkdir(parents=True, exist_ok=True)
+    store = Store(cache)
+    task = Task(text, node, store, tolerance, runner(store, quiet), budget, check)
+    try:
+        tuned = find(task, say if not quiet else lambda line: None)
+    except Interrupted:
+        say("hairpipe: interrupted; what was measured is kept, the same command goes on from there")
+        sys.exit(INTERRUPTED)
+    fragment = None
+    if tuned.choice.parts is not None:
+        words = ["hairpipe", "tune", graph, "--node", node, "--tolerance", str(tolerance).replace(" ", "")]
+        command = shlex.join(words + [word for pair in overrides.items() for word in ("--set", "=".join(pair))])
+        tables = changed_tables(text.tables, chosen_tables(task, tuned.choice.parts))
+        fragment = write_toml(tables, report.comment(tuned, command))
+    if as_json:
+        click.echo(json.dumps(report.document(tuned, fragment), indent=2))
+    else:
+        rows = table(report.rows(tuned), report.ALIGN)
+        faults, tried = ([*map(one_line, lines)] for lines in (report.fault_lines(tuned), report.trial_lines(tuned)))
+        parts = (report.header(tuned), [rows], faults, tried, report.conclusion(tuned))
+        click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
+        if fragment is not None and not output:
+            click.echo(f"\n{fragment}", nl=False)
+    if output and fragment is not None:  # last: should the disk be full, what was found has been said
+        write_text(output, fragment)
+        click.echo(f"settings: {shown(output)}", err=as_json)
+    sys.exit(0 if tuned.kept else 1)
+
+
+def runner(store: "Store", quiet: bool) -> "CarryOut":
+    """Make what carries a run out and says what is measured; a warning that many models give is passed on once."""
+    from hairpipe.graph.run.run import Options
+    from hairpipe.graph.run.run import run as carry_out
+
+    said: set[str] = set()
+
+    def run(text: str, graph: "Graph", frames: Sequence[int]) -> "Outcome":
+        def report(event: "Event") -> None:
+            mark = event.message if event.kind == "warning" else text
+            if event.kind not in ("started", "warning") or mark in said or (quiet and event.kind == "started"):
+                return
+            said.add(mark)
+            say(f"warning: {text}: {mark}" if event.kind == "warning" else f"measuring: {text}")
+
+        return carry_out(graph, store, frames, Options(jobs=1), report)
+
+    return run

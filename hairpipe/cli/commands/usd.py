@@ -1,0 +1,50 @@
+"""`hairpipe usd`: look at USD files."""
+
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from hairpipe.cli import options
+from hairpipe.graph.node.messages import one_line
+from hairpipe.plain_file import check_plain
+
+if TYPE_CHECKING:
+    from hairpipe.io.usd.check.finding import Finding
+
+
+@click.group()
+def usd() -> None:
+    """Look at USD files."""
+
+
+@usd.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@options.as_json
+def check(file: Path, as_json: bool) -> None:
+    """Check a shot, and the OpenVDB files it names, more strictly than OpenUSD does.
+
+    One line a finding: severity, rule, path @ time, what is wrong. Exit code 0: nothing found, 1: findings, 2: FILE
+    cannot be read.
+    """
+    from hairpipe.io.usd.apart import work_apart
+
+    check_plain(file, "a USD file")
+    findings = work_apart(lint_file, file)
+    if as_json:
+        click.echo(json.dumps({"file": str(file), "findings": [asdict(finding) for finding in findings]}, indent=2))
+    else:
+        for finding in findings:
+            click.echo(one_line(str(finding)))
+    sys.exit(1 if findings else 0)
+
+
+def lint_file(file: Path) -> "list[Finding]":
+    """Check a file and the OpenVDB files it names."""
+    from hairpipe.io.usd.check.lint import lint
+    from hairpipe.levelset.vdb import inspect
+
+    return lint(file, inspect)

@@ -1,0 +1,1 @@
+"""Graph files: from text to a checked graph."""

@@ -1,0 +1,90 @@
+"""Where a graph may publish: below the folder of its project, or one that the user names, and never over what it is
+made of, nor over code.
+
+A graph may come from anybody. So it says where within its project its files go, and nothing about the rest of the disk.
+"""
+
+import os
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.graph import Graph
+
+NODES = "nodes"
+KEPT = {".toml": "a graph file", ".py": "code"}
+"""What no published file is called, by suffix: others would read or run it."""
+OPEN = "/proc/self/fd"
+FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Folders below which a graph may publish, and what is kept from it there.
+
+    store  folder of results
+    root   folder that the user allows beside the graph's project, or None
+    """
+
+    graph: Graph
+    store: Path
+    root: Path | None = None
+
+    def check(self) -> None:
+        """Refuse a graph that would publish elsewhere; BadInput for the first node that does."""
+        for node in self.graph.nodes.values():
+            if node.publish is not None:
+                try:
+                    self.folder_of(node.publish)
+                except BadInput as fault:
+                    where = f"{self.graph.path}: [{node.name}]: publish: {node.publish}"
+                    raise BadInput(fault.what, where=where, right=fault.right) from None
+
+    def folder_of(self, place: Path) -> Path:
+        """Find the folder below which a place lies, its links followed; BadInput where nothing may be published."""
+        folders = [self.graph.project, *([self.root.resolve()] if self.root else ())]
+        found = next((folder for folder in folders if folder in place.parents), None)
+        if found is None:
+            what = f"it leads out of {' and of '.join(map(str, folders))}"
+            raise BadInput(what, where=place, right="a path within, or --publish-root FOLDER")
+        kept = self.graph.role(place) or self._kind(place, place.relative_to(found).parts)
+        if kept:
+            raise BadInput(f"it is {kept}", where=place, right="a folder of its own to publish in")
+        return found
+
+    def _kind(self, place: Path, names: Sequence[str]) -> str | None:
+        """Say what is kept from every graph; None for what may be published."""
+        if place.is_relative_to(self.store.resolve()):
+            return "in the store"
+        if any(name.startswith(".") for name in names):
+            return "hidden"
+        return "in a folder of node types" if NODES in names else KEPT.get(place.suffix.lower())
+
+
+def check_way(place: Path) -> None:
+    """Refuse a place that a link leads to: those in the graph file have been followed, so that it is a new one."""
+    if place.parent.resolve() != place.parent or place.is_symlink():
+        raise BadInput("a link lies on the way", where=place, right="a folder without links, or --publish-root FOLDER")
+
+
+@contextmanager
+def entered(root: Path, folder: Path) -> Iterator[Path]:
+    """Open a folder step by step from a root, made where it is missing; no step follows a link, whoever put it there.
+
+    Gives a path that means the open folder, whatever is put in its place, where the system has such paths; else the
+    folder's own. OSError where something else is in the way.
+    """
+    root.mkdir(parents=True, exist_ok=True)
+    handle = os.open(root, FOLDER)
+    try:
+        for name in folder.relative_to(root).parts:
+            with suppress(FileExistsError):
+                os.mkdir(name, dir_fd=handle)
+            above, handle = handle, os.open(name, FOLDER, dir_fd=handle)
+            os.close(above)
+        open_folder = Path(OPEN, str(handle))
+        yield open_folder if open_folder.is_dir() else folder
+    finally:
+        os.close(handle)

@@ -1,0 +1,174 @@
+"""A graph: nodes, the edges between them, a range of frames. Immutable and checked; `load.py` makes it."""
+
+import os
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.node.declare import NodeType
+from hairpipe.graph.node.fields import fields_of
+from hairpipe.graph.node.messages import nearest
+from hairpipe.graph.node.settings import map_files
+from hairpipe.graph.store.digest import digest_bytes
+
+FRAME_MARK = re.compile("#+")
+
+
+HOLDS_GRAPHS = "graphs"
+
+
+class Edge(NamedTuple):
+    """Where a socket gets its value from: a node, and which of its outputs."""
+
+    node: str
+    output: str
+
+
+@dataclass(frozen=True, eq=False)
+class Node:
+    """A node of a graph.
+
+    edges       by socket, or by `socket.0`, `socket.1` ... of one that takes many; what is not connected is absent
+    settings    checked plain values; a file is the path as given, relative to the graph file
+    publish     where its file is copied to, `####` standing for the frame; None where it is not published
+    checkpoint  of a scan: every n-th frame's full state is kept
+    """
+
+    name: str
+    type: NodeType
+    edges: dict[str, Edge]
+    settings: dict[str, Any]
+    publish: Path | None
+    checkpoint: int
+
+    @property
+    def per_frame(self) -> bool:
+        """Whether it has one result per frame."""
+        return self.type.mode != "once"
+
+    def publish_path(self, frame: int | None) -> Path | None:
+        """Where the file of this frame is copied to."""
+        if self.publish is None or frame is None:
+            return self.publish
+        name = FRAME_MARK.sub(lambda mark: f"{frame:0{len(mark[0])}d}", self.publish.name)
+        return self.publish.with_name(name)
+
+
+@dataclass(frozen=True, eq=False)
+class Graph:
+    """Nodes in dependency order: a node stands after those it depends on.
+
+    project  folder below which its files are published, without links
+    frames   first and last, both included
+    fps      frames per second [1/s]
+    taken    outputs that some node takes; of the whole graph, also where this is a part of it
+    preroll  frames before the first from which scans begin, and which nothing else sees
+    """
+
+    path: Path
+    project: Path
+    frames: tuple[int, int]
+    fps: float
+    nodes: dict[str, Node]
+    taken: frozenset[Edge]
+    preroll: int = 0
+
+    @property
+    def folder(self) -> Path:
+        """Folder of node types that belong to this graph; it need not exist."""
+        return self.path.parent / "nodes"
+
+    def file(self, given: str) -> Path:
+        """Where a file lies that a setting names."""
+        return (self.path.parent / given).absolute()
+
+    def role(self, path: Path) -> str | None:
+        """Say what a file, by its resolved path, is to this graph where it is made of it; None for any other."""
+        if path.is_relative_to(self.folder.resolve()):
+            return "in the folder of its node types"
+        return self.files.get(path)
+
+    @cached_property
+    def files(self) -> dict[Path, str]:
+        """The graph file and the inputs of its nodes: what each is, by its resolved path."""
+        files = {self.path.resolve(): "the graph file"}
+        for node in self.nodes.values():
+            given: list[str] = []
+            map_files(fields_of(node.type), node.settings, lambda _, file, found=given: found.append(file))
+            files |= {self.file(file).resolve(): f"an input of '{node.name}'" for file in given}
+        return files
+
+    def settings(self, node: Node) -> dict[str, Any]:
+        """Settings as a node is called with: files by absolute path."""
+        return map_files(fields_of(node.type), node.settings, lambda _, file: str(self.file(file)))
+
+    @property
+    def begin(self) -> int:
+        """Frame that scans begin at."""
+        return self.frames[0] - self.preroll
+
+    @property
+    def all_frames(self) -> range:
+        """Every frame of the range."""
+        return range(self.frames[0], self.frames[1] + 1)
+
+    @cached_property
+    def name(self) -> str:
+        """Stem of the file, with a mark that tells graphs of the same stem apart."""
+        return f"{self.path.stem}-{digest_bytes('graph', os.fsencode(self.path.resolve()))[:8]}"
+
+    def node(self, name: str) -> Node:
+        """Find a node; BadInput with the nearest name where there is none."""
+        if name not in self.nodes:
+            raise BadInput(f"no node '{name}'", where=self.path, right=nearest(name, list(self.nodes)))
+        return self.nodes[name]
+
+    def upto(self, names: Iterable[str]) -> "Graph":
+        """Keep only the named nodes and what they depend on; BadInput for an unknown name."""
+        wanted: set[str] = set()
+        queue = [self.node(name).name for name in names]
+        while queue:
+            name = queue.pop()
+            if name not in wanted:
+                wanted.add(name)
+                queue.extend(edge.node for edge in self.nodes[name].edges.values())
+        return replace(self, nodes={name: node for name, node in self.nodes.items() if name in wanted})
+
+    def select(self, frames: Iterable[int] | None) -> tuple[int, ...]:
+        """Check a selection of frames against the range and the pre-roll; all frames of the range for None."""
+        first, last = self.frames
+        numbers = tuple(sorted(set(self.all_frames if frames is None else frames)))
+        outside = [f for f in numbers if not self.begin <= f <= last]
+        if outside or not numbers:
+            what = f"frame {outside[0]} is outside the graph" if outside else "no frames are selected"
+            raise BadInput(what, where=self.path, right=f"frames {first}-{last}")
+        return numbers
+
+    def output(self, node: str, name: str | None) -> str:
+        """Find an output of a node, its first for None; BadInput with the nearest name where there is none."""
+        outputs = list(self.node(node).type.outputs)
+        if name is not None and name not in outputs:
+            raise BadInput(f"'{node}' has no output '{name}'", where=self.path, right=nearest(name, outputs))
+        return outputs[0] if name is None else name
+
+    def consumers(self) -> Iterator[tuple[Node, str, Edge]]:
+        """Iterate over all edges as (consumer, where it is plugged in, edge)."""
+        for node in self.nodes.values():
+            for plug, edge in node.edges.items():
+                yield node, plug, edge
+
+
+def project_of(path: Path) -> Path:
+    """Find the folder of the project that a graph file belongs to, by names alone.
+
+    It is the one that holds a folder `graphs` in which the file lies; else, and where that one would be the home folder
+    or hold it, the file's own folder.
+    """
+    folder = path.parent.resolve()
+    home = Path(os.path.expanduser("~")).resolve()  # noqa: PTH111 - no error where there is none
+    above = next((place.parent for place in (folder, *folder.parents) if place.name == HOLDS_GRAPHS), folder)
+    return folder if home.is_relative_to(above) else above

@@ -1,0 +1,108 @@
+"""`like`: a node that is another one but for what it states."""
+
+from collections.abc import Iterator, Sequence
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.read import GraphText
+from hairpipe.graph.node.fields import SHORTHAND
+from hairpipe.graph.node.messages import brief, nearest
+
+OWN = frozenset({"like", "without", "publish", "checkpoint"})
+"""Keys that say nothing of what a node computes: they are its own, and never taken over."""
+
+Table = dict[str, Any]
+
+
+def written_out(text: GraphText) -> GraphText:
+    """Return a graph file in which nobody is like another; BadInput as for `write_out`."""
+    tables = {name: table for name, table in text.tables.items() if isinstance(table, dict)}
+    return text.edited(text.tables | write_out(text, tables))
+
+
+def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
+    """Return tables in which nobody is like another: those that were have all of it written out. Pure.
+
+    A node takes over type, edges and settings, group by group and name by name, and states what differs. `without`
+    names what it leaves out, as "stiction" or "in.surface", before it states anything: a group that is left out and
+    stated begins anew. A plain value in place of a group replaces it; a group in place of a plain value begins with it.
+    Bases come first. BadInput where there is no such node, where they are like each other in a circle, or where there
+    is nothing to leave out.
+    """
+    bases = {name: [base_of(text, name, tables)] if "like" in table else [] for name, table in tables.items()}
+    try:
+        order = list(TopologicalSorter(bases).static_order())
+    except CycleError as error:
+        circle = error.args[1]
+        where, right = text.place(circle[-1], ["like"]), "one of them written out"
+        raise BadInput(f"like each other: {' -> '.join(reversed(circle))}", where=where, right=right) from None
+    written: dict[str, Table] = {}
+    for name in order:
+        if not bases[name] and "without" in tables[name]:
+            where, right = text.place(name, ["without"]), 'like = "node"'
+            raise BadInput("without, in a node that is like no other", where=where, right=right)
+        base = {key: value for base in bases[name] for key, value in written[base].items() if key not in OWN}
+        try:
+            written[name] = stated(text, name, tables[name], base)
+        except RecursionError:  # a dotted key of a thousand names
+            raise BadInput("nested too deeply", where=text.place(name)) from None
+    return written
+
+
+def stated(text: GraphText, name: str, table: Table, base: Table) -> Table:
+    """Lay what a node states over its base, without what it leaves out of that."""
+    for dotted in left_out(text, name, table, base):
+        base = without(base, dotted.split("."))
+    return merged(base, {key: value for key, value in table.items() if key not in ("like", "without")})
+
+
+def base_of(text: GraphText, name: str, tables: dict[str, Table]) -> str:
+    """Read which node one is like."""
+    base, where = tables[name]["like"], text.place(name, ["like"])
+    if not isinstance(base, str):
+        raise BadInput(f"like = {brief(base)} is no name of a node", where=where, right='like = "node"')
+    if base not in tables:
+        right = nearest(base, [other for other in tables if other != name])
+        raise BadInput(f"like: no node '{base[:60]}'", where=where, right=right)
+    return base
+
+
+def left_out(text: GraphText, name: str, table: Table, base: Table) -> Sequence[str]:
+    """Read what a node leaves out of its base: dotted names, all of which are there."""
+    given, where = table.get("without", []), text.place(name, ["without"])
+    if not isinstance(given, list) or not all(isinstance(dotted, str) for dotted in given):
+        raise BadInput(f"without = {brief(given)}", where=where, right='a list of names, as ["stiction", "in.body"]')
+    known = list(dotted_names(base))
+    for dotted in given:
+        if dotted not in known:
+            what = f"without: '{table['like']}' has no '{dotted[:60]}'"
+            raise BadInput(what, where=where, right=nearest(dotted, known))
+    return given
+
+
+def dotted_names(table: Table, prefix: str = "") -> Iterator[str]:
+    """List the names in a table, and those in its groups as `group.name`."""
+    for name, value in table.items():
+        yield prefix + name
+        if isinstance(value, dict):
+            yield from dotted_names(value, f"{prefix}{name}.")
+
+
+def without(table: Table, names: Sequence[str]) -> Table:
+    """Return a table without one of its names, or one in a group; as it is where that went before."""
+    first, *rest = names
+    if not rest or not isinstance(table.get(first), dict):
+        return {name: value for name, value in table.items() if name != first}
+    return {**table, first: without(table[first], rest)}
+
+
+def merged(base: Table, own: Table) -> Table:
+    """Lay a table over another, groups name by name."""
+    result = dict(base)
+    for name, value in own.items():
+        if isinstance(value, dict) and name in base:
+            group = base[name] if isinstance(base[name], dict) else {SHORTHAND: base[name]}
+            value = merged(group, value)
+        result[name] = value
+    return result

@@ -1,0 +1,216 @@
+"""From tables to a graph: every name, type, edge and setting is checked before anything runs."""
+
+from collections.abc import Mapping, Sequence
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.edges import connect, read_edges
+from hairpipe.graph.file.frameset import MOST_FRAMES
+from hairpipe.graph.file.graph import FRAME_MARK, Graph, Node, project_of
+from hairpipe.graph.file.like import write_out
+from hairpipe.graph.file.overrides import parse_value, put
+from hairpipe.graph.file.read import GraphText, read_graph_text
+from hairpipe.graph.file.registry import Catalogue
+from hairpipe.graph.file.trust import Untrusted
+from hairpipe.graph.node.declare import RESERVED, NodeType
+from hairpipe.graph.node.fields import field_at, fields_of
+from hairpipe.graph.node.files import File
+from hairpipe.graph.node.messages import brief, nearest
+from hairpipe.graph.node.settings import check_settings, map_files
+from hairpipe.plain_file import special
+
+SCHEMA = 1
+KEYS = ("schema", "frames", "fps", "preroll")
+MOST_LETTERS = 100
+NAME = f"a letter, then letters, digits, - and _, at most {MOST_LETTERS} in all"
+CHECKPOINT = 24
+"""A second of film: resuming a simulation recomputes at most this many frames."""
+
+
+def load_graph(path: Path, overrides: Mapping[str, str] | None = None) -> Graph:
+    """Read and check a graph file; BadInput for the first thing that is wrong, the file and line named.
+
+    overrides  settings by `node.setting`, or `node.group.setting`, as text: TOML where it parses, else as it stands
+    """
+    return make_graph(read_edited(path, overrides or {}))
+
+
+def read_edited(path: Path, overrides: Mapping[str, str]) -> GraphText:
+    """Read a graph file without a check of what it says, settings laid over it."""
+    text = read_graph_text(path)
+    for target, value in overrides.items():
+        put(text.tables, target, parse_value(value))
+    return text
+
+
+def make_graph(text: GraphText) -> Graph:
+    """Check the tables of a graph file, which may have been edited since they were read; BadInput as above."""
+    path = text.path
+    tables = {name: value for name, value in text.tables.items() if isinstance(value, dict)}
+    check_header(text)
+    catalogue = Catalogue(path.parent / "nodes")
+    written = write_out(text, tables)
+    nodes = {name: read_node(text, name, table, catalogue) for name, table in written.items()}
+    nodes = {name: nodes[name] for name in tables}
+    if not nodes:
+        raise BadInput("no nodes", where=path, right='a table such as [head] with type = "make_bust"')
+    nodes = connect(nodes, text.place)
+    frames = read_frames(text)
+    taken = frozenset(edge for node in nodes.values() for edge in node.edges.values())
+    ordered = {name: nodes[name] for name in sort_nodes(nodes, path)}
+    graph = Graph(path, project_of(path), frames, read_fps(text), ordered, taken, read_preroll(text))
+    check_publish(graph, text)
+    return graph
+
+
+def check_header(text: GraphText) -> None:
+    """Check the bare keys of a graph file, `schema` first."""
+    schema = text.tables.get("schema")
+    if schema != SCHEMA or isinstance(schema, bool):
+        what = "no schema" if schema is None else f"schema = {brief(schema)} is unknown"
+        raise BadInput(what, where=text.place(None, ["schema"]), right=f"schema = {SCHEMA}")
+    for key, value in text.tables.items():
+        if key not in KEYS and not isinstance(value, dict):
+            right = f"{nearest(key, KEYS)}; a node is a table [{key}]"
+            raise BadInput(f"unknown key '{key}'", where=text.place(None, [key]), right=right)
+
+
+def read_frames(text: GraphText) -> tuple[int, int]:
+    """Read `frames = [first, last]`."""
+    frames = text.tables.get("frames")
+    right = f"frames = [first, last], whole numbers, first <= last, at most {MOST_FRAMES}"
+    place = text.place(None, ["frames"])
+    if not isinstance(frames, list) or len(frames) != 2 or any(type(f) is not int for f in frames):
+        what = "no frames" if frames is None else f"frames = {brief(frames)} is no range"
+        raise BadInput(what, where=place, right=right)
+    first, last = frames
+    if not 0 <= last - first < MOST_FRAMES or abs(first) > 10**9:
+        raise BadInput(f"frames = {brief(frames)} is no range", where=place, right=right)
+    return first, last
+
+
+def read_fps(text: GraphText) -> float:
+    """Read `fps`."""
+    fps = text.tables.get("fps")
+    if not isinstance(fps, (int, float)) or isinstance(fps, bool) or not 0.01 <= fps <= 100_000:
+        what = "no fps" if fps is None else f"fps = {brief(fps)} is no frame rate"
+        raise BadInput(what, where=text.place(None, ["fps"]), right="fps = 24; a number in 1/s, 0.01 to 100000")
+    return float(fps)
+
+
+def read_preroll(text: GraphText) -> int:
+    """Read `preroll`, the number of frames before the first that scans begin at; none where it is not given."""
+    preroll = text.tables.get("preroll", 0)
+    if type(preroll) is not int or not 0 <= preroll < MOST_FRAMES:
+        what, right = f"preroll = {brief(preroll)} is no number of frames", "preroll = 24; a whole number, not negative"
+        raise BadInput(what, where=text.place(None, ["preroll"]), right=right)
+    return preroll
+
+
+def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Catalogue) -> Node:
+    """Read one table; the edges are names until all nodes are known."""
+    plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum()
+    if not plain or not name[:1].isalpha() or len(name) > MOST_LETTERS:
+        raise BadInput(f"'{name[:60]}' is no name of a node", where=text.place(name), right=NAME)
+    type_name = table.get("type")
+    if not isinstance(type_name, str):
+        what = "no type" if type_name is None else f"type = {brief(type_name)} is no text"
+        raise BadInput(what, where=text.place(name, ["type"]), right='type = "...", see `hairpipe nodes`')
+    try:
+        node_type = catalogue.find(type_name)
+    except Untrusted:
+        raise
+    except BadInput as error:
+        raise BadInput(error.what, where=text.place(name, ["type"]), right=error.right) from error
+
+    def place(names: Sequence[str]) -> str:
+        return f"{text.place(name, names)} {type_name}"
+
+    given = {key: value for key, value in table.items() if key not in RESERVED}
+    settings = check_settings(node_type, given, place)
+    map_files(fields_of(node_type), settings, lambda dotted, file: check_file(text, name, node_type, dotted, file))
+    edges = read_edges(table.get("in", {}), node_type, place)
+    publish = read_publish(table.get("publish"), text.path.parent, node_type, place(["publish"]))
+    checkpoint = read_checkpoint(table, node_type, place(["checkpoint"]))
+    return Node(name, node_type, edges, settings, publish, checkpoint)
+
+
+def check_file(text: GraphText, node: str, node_type: NodeType, dotted: str, file: str) -> None:
+    """Check that a setting names a file that is there, of a format that is read."""
+    path, names = text.path.parent / file, dotted.split(".")
+    field, right = field_at(node_type, names), f"a file, relative to {text.path.parent}"
+    try:
+        kind = special(path)
+        fault = f"is {kind}" if kind else None if path.is_file() else "is a folder" if path.is_dir() else "is not there"
+    except (OSError, ValueError) as error:
+        fault = f"cannot be a file: {error}"
+    if field is not None and field.suffixes and path.suffix.lower() not in field.suffixes:
+        fault, right = f"is no file that {node_type.name} reads", field.allowed
+    if fault:
+        raise BadInput(f"{dotted} = {file[:200]!r} {fault}", where=text.place(node, names), right=right)
+
+
+def read_publish(publish: Any, folder: Path, node_type: NodeType, where: str) -> Path | None:
+    """Read where a node's file is copied to."""
+    if publish is None:
+        return None
+    if list(node_type.outputs.values()).count(File) != 1:
+        raise BadInput(f"{node_type.name} has no file to publish", where=where, right="a node whose output is a File")
+    if not isinstance(publish, str) or not publish.strip("/.") or "\0" in publish or publish.endswith("/"):
+        raise BadInput(f"publish = {brief(publish)} is no path", where=where, right='"../out/shot.####.usd"')
+    path = (folder / publish).resolve()
+    marks = len(FRAME_MARK.findall(path.name))
+    if "#" in str(Path(publish).parent) or marks > 1:
+        raise BadInput(f"publish = {publish!r}: frames go in one place of the file name", where=where, right="####.png")
+    if marks != (node_type.mode != "once"):
+        right = '"picture.####.png", #### is the frame' if not marks else "no ####: the node gives one file"
+        raise BadInput(f"publish = {publish!r} does not fit {node_type.name}", where=where, right=right)
+    return path
+
+
+def read_checkpoint(table: dict[str, Any], node_type: NodeType, where: str) -> int:
+    """Read how often a scan's full state is kept."""
+    checkpoint = table.get("checkpoint", CHECKPOINT)
+    if node_type.mode != "scan" and "checkpoint" in table:
+        raise BadInput(f"{node_type.name} keeps no state", where=where, right="checkpoint belongs to a scan")
+    if type(checkpoint) is not int or checkpoint < 1:
+        right = "a whole number >= 1: every n-th frame's state is kept"
+        raise BadInput(f"checkpoint = {brief(checkpoint)}", where=where, right=right)
+    return checkpoint
+
+
+def check_publish(graph: Graph, text: GraphText) -> None:
+    """Refuse two nodes that publish to one place, and a publish path that is a folder or that the graph is made of."""
+    taken: dict[Path, str] = {}
+    for node in graph.nodes.values():
+        if node.publish is None:
+            continue
+        frames = graph.all_frames if node.per_frame else [None]
+        path = next(iter(graph.files.keys() & map(node.publish_path, frames)), node.publish)
+        role = taken.get(path) or graph.role(path) or ("a folder" if is_folder(path) else None)
+        if role:
+            where, right = text.place(node.name, ["publish"]), "a path of its own"
+            raise BadInput(f"publish: {path} is {role}", where=where, right=right)
+        taken[node.publish] = f"published by '{node.name}' too"
+
+
+def is_folder(path: Path) -> bool:
+    """Whether a path leads to a folder; one that cannot be asked about does not."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def sort_nodes(nodes: dict[str, Node], path: Path) -> list[str]:
+    """Order nodes after what they depend on, otherwise as in the file; BadInput for a cycle."""
+    try:
+        return list(
+            TopologicalSorter({n.name: [e.node for e in n.edges.values()] for n in nodes.values()}).static_order()
+        )
+    except CycleError as error:
+        raise BadInput(
+            f"a cycle: {' -> '.join(reversed(error.args[1]))}", where=path, right="edges without a cycle"
+        ) from None

@@ -1,0 +1,46 @@
+"""Changes to the tables of a graph before they are checked, from the command line or by a study of variants.
+
+A target is `node.setting` or `node.group.setting`.
+"""
+
+import tomllib
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.node.messages import nearest
+
+Tables = dict[str, Any]
+
+
+def put(tables: Tables, target: str, value: Any) -> None:
+    """Give a setting, or a group of them, a value; in place."""
+    node, *names = target.split(".")
+    nodes = [name for name, table in tables.items() if isinstance(table, dict)]
+    if node not in nodes or not names or not all(names):
+        known = nearest(node, nodes) if node not in nodes else "node.setting=value"
+        raise BadInput(f"cannot set '{target}'", where="--set", right=known)
+    table = tables[node]
+    for name in names[:-1]:
+        table = table.setdefault(name, {})
+        if not isinstance(table, dict):
+            raise BadInput(f"'{name}' in '{target}' is no group", where="--set", right="node.setting=value")
+    table[names[-1]] = value
+
+
+def drop(tables: Tables, target: str) -> None:
+    """Take a setting, or a group of them, out; in place. What is not there need not be taken."""
+    *above, last = target.split(".")
+    table: Any = tables
+    for name in above:
+        table = table.get(name) if isinstance(table, dict) else None
+    if isinstance(table, dict):
+        table.pop(last, None)
+
+
+def parse_value(text: str) -> Any:
+    """Read a value from the command line: TOML where it parses, else the text as it stands."""
+    try:
+        tables = tomllib.loads(f"value = {text}")
+    except (ValueError, RecursionError):  # no TOML, or a number of thousands of digits
+        return text
+    return tables["value"] if tables.keys() == {"value"} else text  # a second line may go on with other keys

@@ -1,0 +1,117 @@
+"""Finds node types: ours, those of installed packages, and those in a folder `nodes` beside the graph file, if trusted.
+
+A file declares one node type of the same name; nothing is registered by hand. Only what a graph uses is imported.
+"""
+
+import importlib
+import importlib.metadata
+import importlib.util
+import pkgutil
+import sys
+from contextlib import redirect_stdout
+from functools import cache, cached_property
+from pathlib import Path
+from types import ModuleType
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.trust import doubt_about
+from hairpipe.graph.node.declare import NodeType
+from hairpipe.graph.node.fields import fields_of
+from hairpipe.graph.node.import_paths import OUR_NODES, UncompiledLoader, enter, leads_to
+from hairpipe.graph.node.messages import nearest
+
+ENTRY_POINTS = "hairpipe.nodes"
+
+
+class Catalogue:
+    """Node types by name.
+
+    folder  whose files are node types too, and come first as such; imports by their bare names look there last, once
+            it is trusted
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder if folder is not None and folder.is_dir() else None
+        self._known: dict[str, NodeType] = {}
+
+    @cached_property
+    def _doubt(self) -> BadInput | None:
+        """Why nothing may be imported from the folder; None where it may."""
+        return doubt_about(self.folder) if self.folder else None
+
+    def names(self) -> list[str]:
+        """List the node types there are, without importing them."""
+        local = [path.stem for path in self.folder.glob("*.py")] if self.folder else []
+        packaged = [name for package in packages() for name in modules_in(package)]
+        return sorted(name for name in {*local, *packaged} if not name.startswith("_"))
+
+    def find(self, name: str) -> NodeType:
+        """Import a node type; BadInput where there is none of this name, its file declares none, or is not trusted."""
+        if name not in self._known:
+            self._known[name] = declared_in(self._load(name), name)
+        return self._known[name]
+
+    def _load(self, name: str) -> ModuleType:
+        try:
+            with redirect_stdout(sys.stderr):  # what a file prints when it is imported is no result of ours
+                return self._import(name)
+        except BadInput:
+            raise
+        except Exception as error:  # whatever a file of nodes raises when it is imported
+            raise BadInput(f"node type '{name}' cannot be loaded: {type(error).__name__}: {error}") from error
+
+    def _import(self, name: str) -> ModuleType:
+        if self.folder:
+            path = self.folder / f"{name}.py"
+            own = name.isidentifier() and path.is_file()
+            if own and self._doubt:
+                raise self._doubt
+            if not self._doubt:
+                enter(self.folder)
+            if own:
+                return load_file(name, path)
+        package = next((p for p in packages() if name in modules_in(p)), None)
+        if package is None:
+            raise BadInput(f"no node type '{name}'", right=nearest(name, self.names()))
+        return importlib.import_module(f"{package}.{name}")
+
+
+@cache
+def packages() -> list[str]:
+    """Name the packages that hold node types: ours, then those of the entry points."""
+    found = importlib.metadata.entry_points(group=ENTRY_POINTS)
+    return list(dict.fromkeys([OUR_NODES, *(entry.value for entry in found)]))
+
+
+def modules_in(package: str) -> list[str]:
+    """List the public modules of a package; none where it cannot be imported."""
+    try:
+        with redirect_stdout(sys.stderr):
+            paths = importlib.import_module(package).__path__
+    except Exception:  # a broken package of somebody else does not take ours along
+        return []
+    return [module.name for module in pkgutil.iter_modules(paths) if not module.name.startswith("_")]
+
+
+def load_file(name: str, path: Path) -> ModuleType:
+    """Import a file as a top-level module; one that an import of its name does not lead to is known to nobody else."""
+    spec = importlib.util.spec_from_file_location(name, path, loader=UncompiledLoader(name, str(path)))
+    if name in sys.stdlib_module_names or spec is None or spec.loader is None:
+        raise BadInput(f"{path.name} hides a module of Python", right="another file name")
+    module = importlib.util.module_from_spec(spec)
+    if leads_to(name, path):
+        sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def declared_in(module: ModuleType, name: str) -> NodeType:
+    """Take the node type out of its module."""
+    found = getattr(getattr(module, name, None), "__node__", None)
+    if not isinstance(found, NodeType) or found.module != module.__name__:
+        raise BadInput(f"{module.__file__} declares no node", right=f"@node(...) def {name}(...), named as its file")
+    try:
+        fields_of(found)
+    except TypeError as error:
+        raise BadInput(str(error), where=module.__file__, right="numbers, texts, choices, files, groups") from None
+    return found

@@ -1,0 +1,177 @@
+"""A folder of nodes is code: nothing in it is imported before its user has said that he trusts it, as it is.
+
+What is trusted is the bytes of all that Python could import from the folder, wherever a copy of it lies; who did so
+stands in a folder of his own. Our own nodes, and those of installed packages, need no such thing.
+"""
+
+import importlib
+import json
+import os
+import shlex
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from importlib.machinery import BYTECODE_SUFFIXES, all_suffixes
+from pathlib import Path
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.node.import_paths import OUR_NODES
+from hairpipe.graph.store.atomic import replacing
+from hairpipe.graph.store.digest import digest_bytes
+from hairpipe.graph.store.fingerprint import digest_file
+from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
+
+VARIABLE = "HAIRPIPE_TRUST"
+"""Names folders, by absolute paths, that are trusted whatever is in them: for farms, and for those who write nodes."""
+CACHED = "__pycache__"
+NATIVE = {".so", ".dylib", ".dll"}
+"""Among the suffixes of a library that an extension module may bring along, as in `libfast.so.1`."""
+MOST_NAMED = 8
+
+Files = Mapping[str, str]
+"""Digests of the code in a folder, by path within it."""
+
+
+class Untrusted(BadInput):
+    """Code that would have to be imported is not trusted, or not as it is now.
+
+    folder  it lies in
+    files   that one would trust
+    """
+
+    def __init__(self, folder: Path, files: Files, what: str) -> None:
+        right = f"hairpipe trust {shlex.quote(os.fspath(folder))}, once you have read it"
+        super().__init__(what, where=folder, right=right)
+        self.folder, self.files = folder, files
+
+
+@dataclass(frozen=True)
+class Trusted:
+    """A folder that was trusted, and what was in it."""
+
+    folder: Path
+    files: Files
+
+    @property
+    def changed(self) -> list[str]:
+        """Name the files that have changed, come or gone since."""
+        return differing(self.files, code_in(self.folder))
+
+
+def doubt_about(folder: Path) -> Untrusted | None:
+    """Say why the code in a folder must not be imported; None where it may be. BadInput where it cannot be read."""
+    folder = folder.resolve()
+    if folder == shipped_folder() or folder in named_folders():
+        return None
+    fault, known, files = fault_of_register(), list(trusted()), code_in(folder)
+    if not files or any(entry.files == files for entry in known):
+        return None
+    before = next((entry.files for entry in known if entry.folder == folder), None)
+    if fault:
+        return Untrusted(folder, files, f"its code is not trusted: {fault}")
+    if before is None:
+        return Untrusted(folder, files, f"its code is not trusted: {listed(list(files))}")
+    return Untrusted(folder, files, f"its code has changed since it was trusted: {listed(differing(before, files))}")
+
+
+def trust(folder: Path, files: Files) -> None:
+    """Note that these files in a folder are trusted; OSError or BadInput where that cannot be noted."""
+    path = entry_path(folder)
+    make_own(path.parent)
+    fault = fault_of_register()
+    if fault:
+        raise BadInput(fault, right="a folder that you alone can write to: chmod -R go-w")
+    with replacing(path) as temporary:
+        text = json.dumps({"folder": os.fspath(folder.resolve()), "files": dict(files)}, indent=2)
+        temporary.write_text(text, encoding="utf-8")
+        temporary.chmod(0o600)
+
+
+def revoke(folder: Path) -> bool:
+    """Forget that a folder was trusted, and its copies; returns whether it was."""
+    files = code_in(folder.resolve())
+    gone = [entry.folder for entry in trusted() if entry.folder == folder.resolve() or entry.files == files]
+    for other in gone:
+        entry_path(other).unlink(missing_ok=True)
+    return bool(gone)
+
+
+def trusted() -> Iterator[Trusted]:
+    """Iterate over the folders that were trusted; what others can have written does not count."""
+    try:
+        paths = [] if fault_of_register() else sorted(register().glob("*.json"))
+    except OSError:
+        return
+    for path in paths:
+        with suppress(OSError, ValueError, TypeError, KeyError, AttributeError):
+            if fault_of(path) is None:
+                entry = json.loads(path.read_text(encoding="utf-8"))
+                yield Trusted(Path(entry["folder"]), {str(name): str(file) for name, file in entry["files"].items()})
+
+
+def register() -> Path:
+    """Name the folder in which it stands what is trusted; OSError without a home."""
+    return own_folder("config") / "trusted"
+
+
+def fault_of_register() -> str | None:
+    """Say why nothing counts that is said to be trusted; None where it does."""
+    try:
+        faults = ((path, fault_of(path)) for path in (register().parent, register()))
+        return next((f"{path} {fault}" for path, fault in faults if fault), None)
+    except OSError as error:
+        return f"there is no place to keep what is trusted ({error.strerror or error})"
+
+
+def entry_path(folder: Path) -> Path:
+    """Name the file in which it stands that a folder is trusted."""
+    return register() / f"{digest_bytes('trust', os.fsencode(folder.resolve()))}.json"
+
+
+def named_folders() -> set[Path]:
+    """List the folders that the environment says to trust."""
+    named = map(Path, filter(None, os.environ.get(VARIABLE, "").split(os.pathsep)))
+    return {path.resolve() for path in named if path.is_absolute()}
+
+
+@cache
+def shipped_folder() -> Path:
+    """Name the folder of our own nodes, which one works beside in a checkout."""
+    return Path(importlib.import_module(OUR_NODES).__path__[0]).resolve()
+
+
+def code_in(folder: Path) -> dict[str, str]:
+    """Digest all that Python can import from a folder, by path within it; BadInput where something cannot be read."""
+    try:
+        return {os.fspath(path.relative_to(folder)): digest_file(path) for path in sorted(sources(folder))}
+    except OSError as error:
+        raise BadInput(f"cannot be read: {error.strerror}", where=error.filename or folder) from None
+
+
+def sources(folder: Path) -> Iterator[Path]:
+    """Iterate over the files that Python can import from a folder; what it keeps compiled for itself is not read."""
+    seen: set[Path] = set()
+    for place, within, names in os.walk(folder, followlinks=True):
+        real = Path(place).resolve()
+        if real in seen:  # by a link, perhaps to a folder above
+            within.clear()
+            continue
+        seen.add(real)
+        within[:] = sorted(name for name in within if not name.startswith("."))
+        left_out = BYTECODE_SUFFIXES if Path(place).name == CACHED else []
+        for path in (Path(place, name) for name in names):
+            is_code = path.name.endswith(tuple(all_suffixes())) or not NATIVE.isdisjoint(path.suffixes)
+            if is_code and path.suffix not in left_out and path.is_file():
+                yield path
+
+
+def differing(old: Files, new: Files) -> list[str]:
+    """Name what is not the same in both."""
+    return sorted(name for name in old.keys() | new.keys() if old.get(name) != new.get(name))
+
+
+def listed(names: list[str]) -> str:
+    """Write some names, and how many more there are."""
+    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + more

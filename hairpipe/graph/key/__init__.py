@@ -1,0 +1,1 @@
+"""The code that a result depends on."""

@@ -1,0 +1,220 @@
+"""The code a node depends on: its module and, transitively, the first-party modules it imports.
+
+Imports inside functions count; comments, docstrings and layout do not. `from package import name` leads to the module
+that binds the name, not to everything else the package gathers, as long as it is certain which one binds it; `import
+package.module` leads to both, since both can be used. The engine itself does not count: it promises not to change
+values.
+"""
+
+import importlib.metadata
+import json
+import pkgutil
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.machinery import ModuleSpec
+from importlib.util import spec_from_file_location
+from pathlib import Path
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.trust import doubt_about
+from hairpipe.graph.key.source import FORMAT, STAR, Source, noted_source, read_source
+from hairpipe.graph.node.import_paths import HOUSE, enter, find_spec, is_namespace, leads_to
+from hairpipe.graph.store.digest import digest, digest_bytes
+from hairpipe.graph.store.fingerprint import is_changed, stamp_of
+
+ENGINE = "hairpipe.graph"
+ALWAYS = ("numpy", "scipy", "numba")
+DISTRIBUTIONS = {"pxr": "usd-core", "PIL": "pillow", "openvdb": "bpy"}
+INSTALLED = ("site-packages", "dist-packages")
+NO_VERSION = "none"
+
+Remember = Callable[[str, Callable[[], str]], str]
+"""Gives the text remembered under a name, or computes and keeps it."""
+
+
+@dataclass(frozen=True)
+class Code:
+    """The digest of all code behind a node, and what it was made of, so that a plan can name what changed."""
+
+    digest: str
+    parts: dict[str, str]
+
+    @property
+    def manifest(self) -> str:
+        """The parts as text."""
+        return json.dumps(self.parts)
+
+
+class CodeReader:
+    """Digests the code behind modules; every file is read once and analysed only when its bytes are new.
+
+    folder  of node types: a node's own file is in it, whatever else has its name; imports look there last, once it is
+            trusted
+    stamps  of the files that were read, by path, each taken before
+    """
+
+    def __init__(self, remember: Remember, folder: Path | None = None) -> None:
+        self._remember, self._folder = remember, folder if folder and doubt_about(folder) is None else None
+        self.stamps: dict[str, list[int]] = {}
+        self._sources: dict[str, Source | None] = {}
+        self._specs: dict[str, ModuleSpec | None] = {}
+
+    def code_of(self, module: str) -> Code:
+        """Digest a module with everything first-party behind it and the versions of what is not."""
+        first_party, foreign = self._closure(module)
+        parts = {name: source.digest for name in first_party if (source := self._source(name)) is not None}
+        parts |= {f"{name} (version)": version(name) for name in sorted({*ALWAYS, *foreign})}
+        return Code(digest("code", parts), parts)
+
+    def kernel_sources(self, module: str) -> dict[str, str]:
+        """Digests of the modules of others behind one, by name; none where not one of them compiles anything."""
+        first_party = [name for name in self._closure(module)[0] if name.partition(".")[0] != HOUSE]
+        known = {name: source for name in first_party if (source := self._source(name)) is not None}
+        imported = {target.partition(".")[0] for source in known.values() for target, _ in source.imports}
+        return {name: source.digest for name, source in known.items()} if "numba" in imported else {}
+
+    def own_digest(self, module: str) -> str:
+        """Digest a first-party module without what it imports."""
+        source = self._source(module)
+        if source is None:
+            raise ValueError(f"{module} is not first-party")
+        return source.digest
+
+    def is_outdated(self, modules: Iterable[str]) -> bool:
+        """Whether the file of one of these modules has been written to since it was read."""
+        paths = {spec.origin for module in modules if (spec := self._spec(module)) is not None}
+        return any(is_changed(path, stamp) for path, stamp in self.stamps.items() if path in paths)
+
+    def _closure(self, module: str) -> tuple[list[str], set[str]]:
+        """Walk the imports: first-party modules in name order, and names of foreign distributions."""
+        if self._folder:
+            enter(self._folder)
+        found: set[str] = set()
+        foreign: set[str] = set()
+        queue = [self._own(module)]
+        while queue:
+            name = queue.pop()
+            if name in found or name == ENGINE or name.startswith(ENGINE + "."):
+                continue
+            source = self._source(name)
+            if source is not None:
+                found.add(name)
+                queue.extend(self._imported(name, source))
+            elif not is_namespace(self._spec(name)):
+                foreign |= {name.partition(".")[0]} - sys.stdlib_module_names
+        return sorted(found), foreign
+
+    def _own(self, module: str) -> str:
+        """Name the file of a node in the folder, by a name of its own where an import of it leads elsewhere."""
+        path = self._folder / f"{module}.py" if self._folder and module.isidentifier() else None
+        if path is None or not path.is_file() or leads_to(module, path):
+            return module
+        name = f"{path.parent.name}/{module}"
+        self._specs[name] = spec_from_file_location(module, path)
+        return name
+
+    def _imported(self, module: str, source: Source) -> set[str]:
+        """Name the modules behind the imports of a first-party module."""
+        found: set[str] = set()
+        for target, name in source.imports:
+            target = self._absolute(module, target)
+            found |= {target} if name is None else self._binders(target, name, frozenset())
+        return found
+
+    def _binders(self, module: str, name: str, seen: frozenset[str]) -> set[str]:
+        """Find the modules that may be behind `from module import name`: a submodule, and what binds the name.
+
+        A re-export is followed where it is the only way in which the name is bound; else the module itself counts,
+        with all it imports.
+        """
+        if not module:  # a relative import outside of a package, which fails
+            return set()
+        source = self._source(module)
+        if name == STAR:
+            return {module} | (self._submodules(module) if source and "__all__" in source.binds else set())
+        found = {f"{module}.{name}"} if self._spec(f"{module}.{name}") else set()
+        if source is None:
+            return found or {module}
+        lead = source.binds.get(name)
+        if lead and module not in seen:
+            return found | self._binders(self._absolute(module, lead[0]), lead[1], seen | {module})
+        if found and source.binds.keys().isdisjoint({name, STAR, "__getattr__"}):
+            return found
+        return found | {module}
+
+    def _submodules(self, module: str) -> set[str]:
+        """Name the modules right within a package: a star import takes those that `__all__` lists."""
+        spec = self._spec(module)
+        paths = spec.submodule_search_locations if spec else None
+        return {f"{module}.{inner.name}" for inner in pkgutil.iter_modules(paths)} if paths else set()
+
+    def _absolute(self, module: str, target: str) -> str:
+        """Resolve the leading dots of a relative import."""
+        dots = len(target) - len(target.lstrip("."))
+        if not dots:
+            return target
+        spec = self._spec(module)
+        is_package = spec is not None and spec.submodule_search_locations is not None
+        base = module.split(".")[: None if is_package and dots == 1 else (1 if is_package else 0) - dots]
+        return ".".join([*base, target[dots:]]).rstrip(".")
+
+    def _source(self, module: str) -> Source | None:
+        """Analyse a first-party module; None for anything else."""
+        if module not in self._sources:
+            spec = self._spec(module)
+            origin = spec.origin if spec is not None and is_first_party(module, spec) else None
+            self._sources[module] = None if origin is None else self._read(Path(origin))
+        return self._sources[module]
+
+    def _read(self, path: Path) -> Source:
+        """Analyse a file; of one that is no source, all that can be said is its bytes."""
+        try:
+            self.stamps.setdefault(str(path), stamp_of(path))
+            data = path.read_bytes()
+            if path.suffix != ".py":
+                return Source(digest_bytes("compiled", data), {}, ())
+            name = digest_bytes("source", FORMAT.encode() + b"\0" + data)
+            return noted_source(self._remember(name, lambda: read_source(data, str(path)).note))
+        except SyntaxError as error:
+            raise BadInput(f"cannot be read: {error.msg}", where=f"{path}:{error.lineno or 1}") from None
+        except OSError as error:
+            raise BadInput(f"cannot be read: {error.strerror}", where=path) from None
+        except (ValueError, RecursionError) as error:
+            raise BadInput(f"cannot be read: {error}", where=path) from None
+
+    def _spec(self, module: str) -> ModuleSpec | None:
+        """Find a module without importing it or the packages above it."""
+        if module not in self._specs:
+            parent, _, _ = module.rpartition(".")
+            above = self._spec(parent) if parent else None
+            path = above.submodule_search_locations if above else None
+            missing = bool(parent) and path is None
+            self._specs[module] = None if missing else find_spec(module, path)
+        return self._specs[module]
+
+
+def is_first_party(module: str, spec: ModuleSpec) -> bool:
+    """Whether a module is ours or the user's: a file that is neither stdlib nor of an installed distribution."""
+    top = module.partition(".")[0]
+    if not spec.has_location or not spec.origin or top in sys.stdlib_module_names:
+        return False
+    installed = any(folder in Path(spec.origin).parts for folder in INSTALLED)
+    return top == HOUSE or not installed or version(top) == NO_VERSION
+
+
+@cache
+def version(name: str) -> str:
+    """Version of the distribution that provides a top-level module, or "none"."""
+    try:
+        return importlib.metadata.version(DISTRIBUTIONS.get(name, name))
+    except importlib.metadata.PackageNotFoundError:
+        found = providers().get(name, []) if find_spec(name, None) else []
+        return ", ".join(f"{other} {importlib.metadata.version(other)}" for other in sorted(set(found))) or NO_VERSION
+
+
+@cache
+def providers() -> Mapping[str, list[str]]:
+    """Distributions by the top-level modules they provide; it reads what all of them say of themselves, so once."""
+    return importlib.metadata.packages_distributions()

@@ -1,0 +1,1 @@
+"""Node types: what the signature of a typed function declares."""

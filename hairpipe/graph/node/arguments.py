@@ -1,0 +1,66 @@
+"""The arguments that a node is called with: what its sockets see, what it asks of the engine, its settings."""
+
+from collections.abc import Callable
+from typing import Any
+
+from hairpipe.graph.node.declare import NodeType, Socket
+from hairpipe.graph.node.files import Workspace
+from hairpipe.graph.node.frames import Frames, Pair, Reached, Time
+from hairpipe.graph.node.settings import build_settings
+from hairpipe.graph.plan.tasks import Inputs, Source
+
+Named = dict[str, Any]
+"""What goes into a task, by where it is plugged in: a name, two of a `Pair`, [[frame, name], ...] of `Frames`, None."""
+Load = Callable[[Any, type], Any]
+"""Gives the value of this type that has a name."""
+
+
+def name_inputs(node_type: NodeType, inputs: Inputs, frames: tuple[int, ...], name: Callable[[Source], Any]) -> Named:
+    """Name what goes into a task, in the shape of the view.
+
+    frames  that a `Frames` socket sees
+    """
+    named: Named = {}
+    for socket in node_type.sockets.values():
+        for plug in socket.plugs(inputs):
+            found = [name(source) for source in inputs.get(plug, ())]
+            if socket.view in ("frames", "reached") and found:
+                whole = socket.view == "frames"
+                named[plug] = [list(pair) for pair in zip(frames, found, strict=whole)]
+            else:
+                named[plug] = (found if socket.view == "pair" else found[0]) if found else None
+    if node_type.state is not None:
+        named["previous"] = next((name(source) for source in inputs.get("previous", ())), None)
+    return named
+
+
+def build_arguments(
+    node_type: NodeType, named: Named, settings: dict[str, Any], time: Time, folder: Workspace | None, load: Load
+) -> dict[str, Any]:
+    """Build the arguments of a node from what goes into it and plain settings.
+
+    folder  for those who ask for one
+    """
+    arguments: dict[str, Any] = {}
+    for socket in node_type.sockets.values():
+        seen = tuple(see(named.get(plug), socket, load) for plug in socket.plugs(named))
+        arguments[socket.name] = (seen or None) if socket.many else seen[0]
+    arguments |= dict.fromkeys(node_type.asks_time, time)
+    arguments |= dict.fromkeys(node_type.asks_workspace, folder)
+    if node_type.state is not None:
+        previous = named["previous"]
+        arguments["previous"] = None if previous is None else load(previous, node_type.outputs[node_type.state])
+    return arguments | build_settings(node_type, settings)
+
+
+def see(given: Any, socket: Socket, load: Load) -> Any:
+    """Load what a socket sees, or give the means to, where that is many frames."""
+    if given is None:
+        return None
+    if socket.view == "now":
+        return load(given, socket.type)
+    if socket.view == "pair":
+        return Pair(*(load(name, socket.type) for name in given))
+    names = dict(given)
+    view = Reached if socket.view == "reached" else Frames
+    return view(tuple(names), lambda frame: load(names[frame], socket.type))

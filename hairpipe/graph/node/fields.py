@@ -1,0 +1,191 @@
+"""What the annotation of a setting says: kind, unit, range, choices, default, group."""
+
+import dataclasses
+import inspect
+import json
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from itertools import takewhile
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
+
+from annotated_types import Ge, GroupedMetadata, Gt, Le, Lt, MaxLen, MinLen
+
+from hairpipe.graph.node.declare import NodeType, without_none
+from hairpipe.units import Suffixes, Unit
+
+KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text", Path: "a file"}
+BOUNDS = {Gt: "> {gt:g}", Ge: ">= {ge:g}", Lt: "< {lt:g}", Le: "<= {le:g}"}
+SHORTHAND = "value"
+"""The field of a group that may be given alone for the whole group."""
+LENGTHS = {MinLen: "at least {min_length} long", MaxLen: "at most {max_length} long"}
+
+
+@dataclass(frozen=True)
+class Field:
+    """A setting, or a field of a group of settings, as it is documented and checked.
+
+    annotation  as written, without `| None`
+    default     as written; `inspect.Parameter.empty` where the graph file has to give it
+    optional    whether None (absent) is a value
+    group       the fields of the group, empty for a single value
+    """
+
+    name: str
+    annotation: Any
+    default: Any
+    optional: bool
+    help: str
+    group: tuple["Field", ...] = ()
+
+    @property
+    def required(self) -> bool:
+        """Whether the graph file has to give it."""
+        return self.default is inspect.Parameter.empty
+
+    @property
+    def base(self) -> Any:
+        """The annotation without unit and range."""
+        return get_args(self.annotation)[0] if get_origin(self.annotation) is Annotated else self.annotation
+
+    @property
+    def unit(self) -> str | None:
+        """Symbol of the unit, or None."""
+        return next((m.symbol for m in metadata(self.annotation) if isinstance(m, Unit)), None)
+
+    @property
+    def suffixes(self) -> tuple[str, ...]:
+        """Suffixes of the files that are read, in lower case; none where any is."""
+        return next((m.names for m in metadata(self.annotation) if isinstance(m, Suffixes)), ())
+
+    @property
+    def range(self) -> str:
+        """Bounds as text, such as `> 0, <= 1`; empty where there are none."""
+        texts = [form for m in metadata(self.annotation) for form in bound_texts(m)]
+        return ", ".join(texts)
+
+    @property
+    def shorthand(self) -> "Field | None":
+        """The field `value` of a group that has one: the graph file may give it alone for the whole group."""
+        return next((field for field in self.group if field.name == SHORTHAND), None)
+
+    @property
+    def kind(self) -> str:
+        """What is accepted, in words."""
+        if self.shorthand:
+            return f"{kind_text(self.shorthand.annotation)} or a group"
+        return "a group" if self.group else kind_text(self.base)
+
+    @property
+    def allowed(self) -> str:
+        """Kind, unit, range and default in one line."""
+        parts = [self.kind + (f" in {self.unit}" if self.unit not in (None, "1") else ""), self.range]
+        if not self.required and not self.group and self.default is not None:
+            parts.append(f"default {json.dumps(self.default, default=str)}")
+        return ", ".join(part for part in parts if part)
+
+
+@cache
+def fields_of(node_type: NodeType) -> tuple[Field, ...]:
+    """Describe the settings of a node type; TypeError for an annotation that no setting can have."""
+    document = node_type.function.__doc__ or ""
+    return tuple(read_field(s.name, s.annotation, s.default, document) for s in node_type.settings.values())
+
+
+def field_at(node_type: NodeType, names: Sequence[str]) -> Field | None:
+    """Find a setting by its name, or the names of the groups that it is in and its own; None where there is none."""
+    known, found = fields_of(node_type), None
+    for name in names:
+        found = next((field for field in known if field.name == name), None)
+        known = found.group if found else ()
+    return found
+
+
+def read_field(name: str, annotation: Any, default: Any, document: str) -> Field:
+    """Describe one setting; `document` is the docstring that explains it in a line `name  text`."""
+    bare, optional = without_none(annotation)
+    found = Field(name, bare, default, optional, help_line(document, name))
+    if isinstance(found.base, type) and dataclasses.is_dataclass(found.base):
+        return dataclasses.replace(found, group=group_fields(found.base))
+    if not is_value(found.base):
+        raise TypeError(f"setting '{name}': {annotation} is neither a value nor a frozen dataclass of values")
+    return found
+
+
+def group_fields(group: type) -> tuple[Field, ...]:
+    """Describe the fields of a group."""
+    hints = get_type_hints(group, include_extras=True)
+    document = group.__doc__ or ""
+    return tuple(read_field(f.name, hints[f.name], field_default(f), document) for f in dataclasses.fields(group))
+
+
+def field_default(field: "dataclasses.Field[Any]") -> Any:
+    """Default of a dataclass field, `inspect.Parameter.empty` where there is none."""
+    if field.default_factory is not dataclasses.MISSING:
+        return field.default_factory()
+    return inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default
+
+
+def is_value(kind: Any) -> bool:
+    """Whether a setting can be of this kind: plain, a choice, or a tuple of those."""
+    if get_origin(kind) is Annotated:
+        return is_value(get_args(kind)[0])
+    if get_origin(kind) is tuple:
+        # Files are keyed by their bytes, one by one.
+        return all(is_value(item) and item is not Path for item in get_args(kind) if item is not Ellipsis)
+    return kind in KINDS or get_origin(kind) is Literal
+
+
+def metadata(annotation: Any) -> Iterator[Any]:
+    """Unit and bounds of an annotation, intervals taken apart."""
+    for item in get_args(annotation)[1:] if get_origin(annotation) is Annotated else ():
+        yield from item if isinstance(item, GroupedMetadata) else (item,)
+
+
+def bound_texts(item: Any) -> list[str]:
+    """Text of a bound, or of the suffixes of a file; empty for anything else."""
+    if isinstance(item, Suffixes):
+        return [" or ".join(filter(None, (", ".join(item.names[:-1]), item.names[-1])))]
+    form = BOUNDS.get(type(item)) or LENGTHS.get(type(item))
+    return [form.format(**vars_of(item))] if form else []
+
+
+def vars_of(item: Any) -> dict[str, Any]:
+    """Fields of a slotted dataclass by name."""
+    return {field.name: getattr(item, field.name) for field in dataclasses.fields(item)}
+
+
+def kind_text(kind: Any) -> str:
+    """Say in words what kind of value is accepted."""
+    if get_origin(kind) is Annotated:
+        unit = next((m.symbol for m in metadata(kind) if isinstance(m, Unit)), None)
+        return kind_text(get_args(kind)[0]) + (f" in {unit}" if unit else "")
+    if get_origin(kind) is Literal:
+        return "one of " + ", ".join(repr(choice) for choice in get_args(kind))
+    if get_origin(kind) is tuple:
+        items = get_args(kind)
+        count = "any number of" if items[-1] is Ellipsis else f"{len(items)} of"
+        return f"a list, {count}: {kind_text(items[0])}"
+    return KINDS[kind]
+
+
+def help_line(document: str, name: str) -> str:
+    """Find the line `name  text` of a docstring, with those that go on with it: they begin below its text."""
+    lines = iter(document.splitlines())
+    label = re.compile(rf"\s*{re.escape(name)}\s{{2,}}(?=\S)")
+    found = next(((line, match.end()) for line in lines if (match := label.match(line))), None)
+    if found is None:
+        return ""
+    first, indent = found
+    more = takewhile(lambda line: line.strip() and len(line) - len(line.lstrip()) == indent, lines)
+    return " ".join(line.strip() for line in (first[indent:], *more))
+
+
+def finite(value: Any) -> bool:
+    """Whether no number in a plain value is NaN or infinite."""
+    if isinstance(value, dict | list | tuple):
+        return all(finite(item) for item in (value.values() if isinstance(value, dict) else value))
+    return not isinstance(value, float) or math.isfinite(value)

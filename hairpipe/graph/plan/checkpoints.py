@@ -1,0 +1,88 @@
+"""Thins the states of scans: what is needed to go on from somewhere, not from everywhere.
+
+While a scan runs the states of its last two frames are there, and that of every n-th: a shot need not fit on the disk
+with all its states. The last but one is there for the case that the last is found damaged.
+"""
+
+from collections import Counter
+from functools import cached_property
+
+from hairpipe.graph.file.graph import Node
+from hairpipe.graph.plan.resolve import Resolver
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.store.record import Record
+
+
+class Thinner:
+    """Removes the states that a run has left behind; an object that some record holds in another role stays.
+
+    Each state is looked at once when the scan passes it, and again only where its frame was evaluated again.
+    """
+
+    def __init__(self, resolver: Resolver) -> None:
+        self.resolver = resolver
+        self._roles: Counter[str] = Counter()
+        self._passed: set[Task] = set()
+        self._next: dict[str, int] = {}
+
+    def take(self, task: Task, record: Record, before: Record | None) -> None:
+        """Count in which roles a result holds objects that has been established, in place of the one before."""
+        if before is not None:
+            self._roles.subtract(others(before))
+            self._roles.subtract([] if task in self._passed else state(before))
+        self._passed.discard(task)
+        self._roles.update(others(record))
+        self._roles.update(state(record))
+        if task.frame is not None:
+            self._next[task.node] = min(self._next.get(task.node, task.frame), task.frame)
+
+    def follow(self, task: Task) -> None:
+        """Let go of the states before the last two of a scan that has been evaluated at a task."""
+        if task.frame is not None:
+            self._pass(task.node, task.frame - 1)
+
+    def finish(self) -> None:
+        """Let go of all states but the last of scans that are complete."""
+        last = {task.node: task.frame for task in self.resolver.tasks}
+        lacking = {task.node for task in self.resolver.tasks.keys() - self.resolver.results.keys()}
+        for node, frame in last.items():
+            if frame is not None and node not in lacking:
+                self._pass(node, frame)
+
+    def _pass(self, name: str, end: int) -> None:
+        """Let go of the states of a scan before a frame."""
+        node, store = self.resolver.graph.nodes[name], self.resolver.store
+        if self.resolver.thinnable(node) is None:
+            return
+        begin = self._next.get(name, end)
+        self._next[name] = max(begin, end)
+        for task in (Task(name, frame) for frame in range(begin, end)):
+            record = self.resolver.results.get(task)
+            if record is None or task in self._passed or is_checkpoint(node, task, self.resolver.graph.begin):
+                continue
+            self._passed.add(task)
+            for spared in state(record):
+                self._roles[spared] -= 1
+                if self._roles[spared] <= 0 and store.has(spared) and spared not in self._held_before:
+                    store.remove(store.object_path(spared))
+
+    @cached_property
+    def _held_before(self) -> set[str]:
+        """Objects that any record of the store holds other than as the state of a scan."""
+        records = map(self.resolver.store.record, self.resolver.store.record_keys())
+        return {name for record in records if record is not None for name in others(record)}
+
+
+def is_checkpoint(node: Node, task: Task, first: int) -> bool:
+    """Whether a frame is an n-th one, counted from the first of a scan."""
+    return task.frame is not None and (task.frame - first + 1) % node.checkpoint == 0
+
+
+def others(record: Record) -> set[str]:
+    """Name the objects that a record holds other than as the state of a scan."""
+    return {name for name, _ in record.objects(without=record.state)}
+
+
+def state(record: Record) -> list[str]:
+    """Name the object that a record holds as the state of a scan, where there is one."""
+    return [] if record.state is None else [record.outputs[record.state].object]

@@ -1,0 +1,95 @@
+"""Why two evaluations of the same node and frame are not the same: their keys, compared part by part."""
+
+import json
+from collections.abc import Iterator
+from typing import Any, TypeGuard
+
+from hairpipe.graph.store.key import Parts
+from hairpipe.graph.store.store import Store
+
+
+def differences(old: Parts, new: Parts, modules: dict[str, str], store: Store) -> Iterator[str]:
+    """Say what differs, the most telling first: type, settings, inputs, time, code.
+
+    modules  that the new code digest was made of; what the old one was made of, the store knows
+    """
+    if old["type"] != new["type"]:
+        yield f"type {old['type']} -> {new['type']}"
+        return
+    yield from settings(old["settings"], new["settings"], "setting ")
+    yield from inputs(old["inputs"], new["inputs"])
+    yield from settings(old["time"] or {}, new["time"] or {}, "")
+    if old["code"] != new["code"]:
+        yield from code(json.loads(store.recall(old["code"]) or "{}"), modules)
+
+
+def settings(old: dict[str, Any], new: dict[str, Any], label: str) -> Iterator[str]:
+    """Compare settings by name, groups field by field; of a file, say that its bytes changed."""
+    for name in sorted(old.keys() | new.keys()):
+        before, after = old.get(name), new.get(name)
+        if json.dumps(before) == json.dumps(after):
+            continue
+        if is_file(before) and is_file(after):
+            yield f"contents of the file of {label}{name}"
+        elif is_group(before) and is_group(after):
+            yield from settings(before, after, f"{label}{name}.")
+        else:
+            yield f"{label}{name} {spoken(before)} -> {spoken(after)}"
+
+
+def inputs(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
+    """Compare what went into each socket; for a range of frames, which ones differ."""
+    for name in sorted(old.keys() | new.keys()):
+        before, after = old.get(name), new.get(name)
+        if before == after:
+            continue
+        if before is None or after is None:
+            yield f"input {name} {'connected' if before is None else 'disconnected'}"
+        elif is_range(before) and is_range(after):
+            yield f"input {name} {frames(dict(before), dict(after))}"
+        else:
+            yield f"input {name}"
+
+
+def frames(old: dict[int, str], new: dict[int, str]) -> str:
+    """Say which frames of a range differ."""
+    if old.keys() != new.keys():
+        return f"frames {min(old)}-{max(old)} -> {min(new)}-{max(new)}"
+    changed = [frame for frame in new if old[frame] != new[frame]]
+    return f"at frame {changed[0]}" + (f" and {len(changed) - 1} more" if len(changed) > 1 else "")
+
+
+def code(old: dict[str, str], new: dict[str, str]) -> Iterator[str]:
+    """Name the modules and versions that differ; just the code where it is not known what the old one was made of."""
+    if not old:
+        yield "code"
+        return
+    for name in sorted(old.keys() | new.keys()):
+        if old.get(name) == new.get(name):
+            continue
+        if name.endswith(" (version)"):
+            yield f"version of {name.removesuffix(' (version)')} {old.get(name)} -> {new.get(name)}"
+        else:
+            yield f"code {name}" + (" (new)" if name not in old else " (no longer used)" if name not in new else "")
+
+
+def is_file(value: Any) -> bool:
+    """Whether a keyed setting is a file."""
+    return isinstance(value, dict) and value.keys() == {"file", "suffix"}
+
+
+def is_range(value: Any) -> bool:
+    """Whether what went into a socket is a range of frames."""
+    return isinstance(value, list) and isinstance(value[0], list)
+
+
+def is_group(value: Any) -> TypeGuard[dict[str, Any]]:
+    """Whether a keyed setting is a group."""
+    return isinstance(value, dict) and not is_file(value)
+
+
+def spoken(value: Any) -> str:
+    """Write a setting as a graph file would; an absent group or file in words."""
+    if value is None:
+        return "absent"
+    return "a file" if is_file(value) else "a group" if is_group(value) else json.dumps(value)

@@ -1,0 +1,134 @@
+"""What a run would do, and why. It runs nothing and writes nothing."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.plan.differences import differences
+from hairpipe.graph.plan.divergence import end, ending_note
+from hairpipe.graph.plan.resolve import Resolver
+from hairpipe.graph.plan.tasks import Task, sources
+from hairpipe.graph.store.key import Parts, action_key
+from hairpipe.graph.store.record import Record
+from hairpipe.graph.store.store import Store
+
+Status = Literal["cached", "run", "depends"]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What would happen to a task.
+
+    status  cached: its result is there; run: it will be evaluated; depends: on whether what it needs changes
+    reason  of `run`: the first difference to the latest result; of `depends`: the task it waits for
+    key     where it is known already
+    """
+
+    task: Task
+    status: Status
+    reason: str = ""
+    key: str | None = None
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """All there is to say about one task.
+
+    parts    that its key is made of; None while something it needs is not established
+    reasons  that of the entry, and every difference to the latest result of this node and frame
+    record   its result, where it is there
+    thinned  outputs of it that were not kept: states of a scan to go on from
+    """
+
+    entry: Entry
+    parts: Parts | None
+    reasons: tuple[str, ...]
+    record: Record | None
+    thinned: frozenset[str] = frozenset()
+
+
+def plan(graph: Graph, store: Store, frames: Iterable[int] | None = None) -> list[Entry]:
+    """Say for every node and frame what a run would do, each after those it needs; BadInput as a run would."""
+    return Planner(graph, store, frames).entries()
+
+
+def explain(graph: Graph, store: Store, task: Task, frames: Iterable[int] | None = None) -> Explanation:
+    """Say what the key of a task is made of, and how that differs from its latest result."""
+    node = graph.node(task.node)
+    if node.per_frame != (task.frame is not None) or (
+        task.frame is not None and not graph.begin <= task.frame <= graph.frames[1]
+    ):
+        right = f"{task.node}@{graph.frames[0]}" if node.per_frame else task.node
+        raise BadInput(f"'{task}' is no task of the graph", where=graph.path, right=right)
+    planner = Planner(graph.upto([task.node]), store, frames)
+    entry = next((entry for entry in planner.entries() if entry.task == task), None)
+    if entry is None:
+        raise BadInput(f"'{task}' is not among the selected frames", where=graph.path)
+    parts = planner.resolver.parts(task) if entry.status != "depends" else None
+    found = [entry.reason, *(planner.reasons(task, parts) if parts is not None else ())]
+    record = planner.resolver.results.get(task)
+    outputs = record.outputs if record is not None else {}
+    thinned = frozenset(name for name, output in outputs.items() if not store.has(output.object))
+    return Explanation(entry, parts, tuple(dict.fromkeys(filter(None, found))), record, thinned)
+
+
+class Planner:
+    """Goes through the tasks of a graph as a run would, without the evaluations."""
+
+    def __init__(self, graph: Graph, store: Store, frames: Iterable[int] | None) -> None:
+        self.store = Store(store.root, read_only=True)
+        self.graph = graph
+        try:
+            self.resolver = Resolver(graph, self.store, graph.select(frames))
+        except OSError as error:
+            raise BadInput(f"the store cannot be used: {error}", where=store.root) from None
+        self.latest = {name: self.store.latest(graph.name, name) for name in graph.nodes}
+
+    def entries(self) -> list[Entry]:
+        """Plan every task."""
+        entries = {task: self.entry(task) for task in self.resolver.tasks}
+        pending = [task for task, entry in entries.items() if entry.status != "cached"]
+        while pending:
+            for producer in self.gone(pending.pop()):
+                if entries[producer].status == "cached":
+                    reason = "its full state was not kept and is needed to go on"
+                    entries[producer] = Entry(producer, "run", reason, entries[producer].key)
+                    pending.append(producer)
+        return list(entries.values())
+
+    def entry(self, task: Task) -> Entry:
+        """Plan a task after those it needs."""
+        results = self.resolver.results
+        waiting = [s.task for s in sources(self.resolver.tasks[task]) if s.task not in results]
+        if waiting:
+            other = next((needed for needed in waiting if needed.node != task.node), waiting[0])
+            return Entry(task, "depends", str(other))
+        parts = self.resolver.parts(task)
+        key = action_key(parts)
+        record = self.resolver.find(task, key)
+        if record is None and self.store.recall(ending_note(key)) is not None and end(self.resolver, task):
+            return Entry(task, "run", "it diverged, and what came before was used", key)
+        if record is None:
+            return Entry(task, "run", next(iter(self.reasons(task, parts)), "its key differs"), key)
+        results[task] = record
+        return Entry(task, "cached", "", key)
+
+    def reasons(self, task: Task, parts: Parts) -> list[str]:
+        """Every difference to the latest result of this node and frame."""
+        known = self.latest[task.node]
+        key = known.get("" if task.frame is None else str(task.frame))
+        if key is None:
+            return ["new frame" if known else "never evaluated"]
+        if key == action_key(parts):
+            return [] if self.resolver.find(task, key) else ["its result is missing or damaged"]
+        record = self.store.record(key)
+        if record is None:
+            return ["its latest result is gone"]
+        return list(differences(record.parts, parts, self.resolver.codes[task.node].parts, self.store))
+
+    def gone(self, task: Task) -> set[Task]:
+        """Established tasks whose objects this one needs but which are not there."""
+        needed = {source for source in sources(self.resolver.tasks[task]) if source.task in self.resolver.results}
+        return {source.task for source in needed if not self.store.has(self.resolver.object(source))}

@@ -1,0 +1,105 @@
+"""From tasks to keys to what the store has: the part that a plan and a run share."""
+
+from pathlib import Path
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.graph import Edge, Graph, Node
+from hairpipe.graph.key.code import Code, CodeReader
+from hairpipe.graph.node.arguments import Named, name_inputs
+from hairpipe.graph.node.fields import fields_of
+from hairpipe.graph.node.settings import map_files
+from hairpipe.graph.plan.tasks import Inputs, Source, Task, sources, unroll
+from hairpipe.graph.store.fingerprint import fingerprint, stamp_of
+from hairpipe.graph.store.key import Parts, key_parts
+from hairpipe.graph.store.record import Record
+from hairpipe.graph.store.store import Store
+
+
+class Resolver:
+    """Knows for every task what it needs, what its key is once that is known, and the result that is established.
+
+    frames   that are asked for; more are evaluated where a scan needs them
+    results  established so far, by task
+    reader   of the code behind the nodes
+    """
+
+    def __init__(self, graph: Graph, store: Store, frames: tuple[int, ...]) -> None:
+        self.graph = graph
+        self.store = store
+        self.frames = frames
+        self.tasks: dict[Task, Inputs] = unroll(graph, frames)
+        self.results: dict[Task, Record] = {}
+        self.demanded: set[Task] = set()
+        self.reader = CodeReader(store.remember, graph.folder)
+        self.codes = self._read_codes()
+        self.files = {node.name: self._file_stamps(node) for node in graph.nodes.values()}
+        self._settings = {node.name: self._key_settings(node) for node in graph.nodes.values()}
+
+    def parts(self, task: Task) -> Parts:
+        """What the key of a task is made of; all that it needs must be established."""
+        node = self.graph.nodes[task.node]
+        time = {"frame": self.frame_of(task), "fps": self.graph.fps} if node.type.asks_time else None
+        code = self.codes[node.name].digest
+        return key_parts(node.type.name, code, self._settings[node.name], self.objects(task), time)
+
+    def objects(self, task: Task) -> Named:
+        """Names of the objects that go into a task."""
+        return name_inputs(self.graph.nodes[task.node].type, self.tasks[task], self.frames, self.object)
+
+    def object(self, source: Source) -> str:
+        """Name of the object that a source has given."""
+        return self.results[source.task].outputs[source.output].object
+
+    def frame_of(self, task: Task) -> int:
+        """The frame a node is told: its own, or the first of the run."""
+        return self.frames[0] if task.frame is None else task.frame
+
+    def find(self, task: Task, key: str) -> Record | None:
+        """Find the result of a task in the store; the state to go on from may have gone, unless somebody demands it."""
+        node = self.graph.nodes[task.node]
+        record = self.store.find(key, without=None if task in self.demanded else state_of(node))
+        return record if record is None or record.outputs.keys() == node.type.outputs.keys() else None
+
+    def thinnable(self, node: Node) -> str | None:
+        """The output of a scan that only serves to go on from: it may be thinned away. None where it is looked at."""
+        state = state_of(node)
+        return None if state is None or Edge(node.name, state) in self.graph.taken else state
+
+    def missing(self, task: Task) -> set[Task]:
+        """Tasks whose objects a task needs but which the store no longer has."""
+        gone = set()
+        for source in sources(self.tasks[task]):
+            output = self.results[source.task].outputs[source.output]
+            if not all(self.store.has(name, size) for name, size in ((output.object, output.size), *output.parts)):
+                gone.add(source.task)
+        return gone
+
+    def _read_codes(self) -> dict[str, Code]:
+        nodes = self.graph.nodes.values()
+        codes = {module: self.reader.code_of(module) for module in dict.fromkeys(node.type.module for node in nodes)}
+        for code in codes.values():
+            self.store.remember(code.digest, lambda found=code: found.manifest)
+        return {node.name: codes[node.type.module] for node in nodes}
+
+    def _key_settings(self, node: Node) -> dict[str, Any]:
+        """Settings as they enter a key: files by their bytes, and by the suffix that tells a reader the format."""
+
+        def by_content(_: str, file: str) -> dict[str, str]:
+            try:
+                return {"file": fingerprint(self.graph.file(file), self.store), "suffix": Path(file).suffix.lower()}
+            except OSError as error:
+                raise BadInput(f"{file} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
+
+        return map_files(fields_of(node.type), node.settings, by_content)
+
+    def _file_stamps(self, node: Node) -> dict[str, list[int]]:
+        """Stamps of a node's input files, taken before they are digested."""
+        paths: list[Path] = []
+        map_files(fields_of(node.type), node.settings, lambda _, file: paths.append(self.graph.file(file)))
+        return {str(path): stamp_of(path) for path in paths}
+
+
+def state_of(node: Node) -> str | None:
+    """The output of a scan that is there to go on from, beside another one to look at."""
+    return node.type.state if len(node.type.outputs) > 1 else None

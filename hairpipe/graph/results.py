@@ -1,0 +1,39 @@
+"""Looks up the value of a node at a frame, for whoever wants to see it."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.plan.plan import explain
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.events import CODEC
+from hairpipe.graph.store.store import LostObject, Store
+from hairpipe.graph.store.values import Values, codec_named
+
+
+def fetch(
+    graph: Graph,
+    store: Store,
+    task: Task,
+    output: str | None = None,
+    frames: Iterable[int] | None = None,
+    codec: str = CODEC,
+) -> Any:
+    """Read a result from the store: a value of its type, or a File; BadInput where it has not been computed.
+
+    output  of a node with several; without one, the only one or the first
+    frames  of the run that has computed it, all for None
+    """
+    found = explain(graph, store, task, frames)
+    if found.record is None:
+        raise BadInput(f"'{task}' has not been computed", where=graph.path, right=f"hairpipe run --to {task.node}")
+    node, name = graph.nodes[task.node], graph.output(task.node, output)
+    if name in found.thinned:
+        what = f"output '{name}' of '{task}' was not kept"
+        raise BadInput(what, where=store.root, right="a run with checkpoint = 1 and another --cache")
+    try:
+        return Values(store, codec_named(codec), 0).get(found.record.outputs[name].object, node.type.outputs[name])
+    except LostObject:
+        right = "hairpipe run computes it again"
+        raise BadInput(f"'{task}' is not in the store any more", where=store.root, right=right) from None

@@ -1,0 +1,1 @@
+"""Carries out a plan: scheduler, workers, publishing."""

@@ -1,0 +1,166 @@
+"""The coordinator's side of its workers: started when there is work, spoken to in JSON, noticed when they die.
+
+Values never pass through here: workers read and write the store.
+"""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Any, Literal
+
+from hairpipe import child
+from hairpipe.graph.key.code import CodeReader
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.machine_code import claim_kernels, clear_kernels, kernel_folder, kernel_sources, kernels_parent
+
+Lane = Literal["narrow", "wide"]
+"""A narrow worker computes on one thread beside others like it; the wide one uses all threads for a critical path."""
+
+NARROW_NICENESS = 10
+"""Priority of narrow workers: threads of the wide one wait for each other, so one that is kept waiting holds up all."""
+BOOT = "from hairpipe.graph.run.worker import main; main({})"
+MEMORY = 256 << 20
+"""Memory in which a worker keeps values it may need again [bytes]."""
+
+
+@dataclass(eq=False)
+class Member:
+    """A worker process and the task it is at."""
+
+    lane: Lane
+    process: "subprocess.Popen[bytes]"
+    connection: Connection
+    task: Task | None = None
+
+    @property
+    def fate(self) -> str:
+        """Say how the process ended."""
+        code = self.process.wait()
+        if code >= 0:
+            return f"the worker process ended with exit code {code}"
+        hint = ", perhaps for lack of memory" if -code == signal.SIGKILL else ""
+        return f"the worker process was ended by {signal.Signals(-code).name}{hint}"
+
+
+class Pool:
+    """Up to `jobs` narrow workers, and a wide one with `jobs` threads.
+
+    hello    what every worker is told first: store, codec, folder of node types, stamps of the sources behind the keys
+    nodes    modules of the node types that they will load
+    reader   of the sources
+    kernels  folder for compiled kernels; None before it is needed
+    said     what is to be told to the user
+    """
+
+    def __init__(
+        self, store: Path, codec: str, folder: Path, jobs: int, nodes: Iterable[str], reader: CodeReader
+    ) -> None:
+        self.hello = {"store": str(store), "codec": codec, "folder": str(folder), "memory": MEMORY}
+        self.hello["sources"] = reader.stamps
+        self.jobs, self.nodes, self.reader = jobs, sorted(set(nodes)), reader
+        self.kernels: Path | None = None
+        self.said: list[str] = []
+        self._passing: tempfile.TemporaryDirectory[str] | None = None
+        self.members: list[Member] = []
+
+    @property
+    def busy(self) -> list[Member]:
+        """Workers that are at a task."""
+        return [member for member in self.members if member.task is not None]
+
+    def free(self, lane: Lane) -> bool:
+        """Whether a worker of this lane is idle or may be started."""
+        own = [member for member in self.members if member.lane == lane]
+        return any(m.task is None for m in own) or len(own) < (self.jobs if lane == "narrow" else 1)
+
+    def send(self, lane: Lane, task: Task, job: dict[str, Any]) -> None:
+        """Give a job to a free worker of this lane."""
+        idle = (m for m in self.members if m.lane == lane and m.task is None)
+        member = next(idle, None) or self._start(lane)
+        member.task = task
+        with suppress(OSError):  # a worker that is dead already is noticed by `receive`
+            member.connection.send_bytes(json.dumps(job).encode())
+
+    def receive(self, timeout: float | None) -> Iterator[tuple[Task, dict[str, Any]]]:
+        """Wait for replies; a worker that died gives the failure that says so."""
+        ready = wait([member.connection for member in self.busy], timeout)
+        for member in [member for member in self.busy if member.connection in ready]:
+            task, member.task = member.task, None
+            assert task is not None
+            try:
+                reply = json.loads(member.connection.recv_bytes())
+            except (EOFError, OSError):
+                self.members.remove(member)
+                reply = {"failure": {"kind": "crash", "message": member.fate, "traceback": ""}}
+            yield task, reply
+
+    def close(self) -> None:
+        """Stop all workers at once: what they have published stays, what they were at is done again."""
+        for member in self.members:
+            member.process.kill()
+        for member in self.members:
+            member.process.wait()
+            member.connection.close()
+        self.members.clear()
+        if self.kernels is not None and self.reader.is_outdated(kernel_sources(self.reader, self.nodes)):
+            clear_kernels(self.kernels)  # some may be compiled of what was edited meanwhile
+        if self._passing is not None:
+            self._passing.cleanup()
+
+    def _kernel_folder(self) -> Path:
+        """Find the folder for kernels; BadInput where others may write to it."""
+        try:
+            parent = claim_kernels(kernels_parent())
+        except OSError as error:
+            self._passing = tempfile.TemporaryDirectory(prefix="hairpipe-")
+            self.said.append(f"kernels are compiled for this run alone: {error} (NUMBA_CACHE_DIR=FOLDER)")
+            parent = Path(self._passing.name)
+        return kernel_folder(parent, self.reader, self.nodes)
+
+    def _start(self, lane: Lane) -> Member:
+        """Start a worker; its standard output goes to ours for errors, where it disturbs no result."""
+        self.kernels = self.kernels or self._kernel_folder()
+        ours, theirs = socket.socketpair()
+        with theirs, interrupts_blocked():
+            process = subprocess.Popen(
+                child.command(BOOT.format(theirs.fileno())),
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+                stdout=2,
+                env=environment(self.jobs if lane == "wide" else 1, self.kernels),
+            )
+        if lane == "narrow":
+            with suppress(OSError):
+                os.setpriority(os.PRIO_PROCESS, process.pid, NARROW_NICENESS)
+        member = Member(lane, process, Connection(ours.detach()))
+        self.members.append(member)
+        with suppress(OSError):
+            member.connection.send_bytes(json.dumps(self.hello).encode())
+        return member
+
+
+@contextmanager
+def interrupts_blocked() -> Iterator[None]:
+    """Block Ctrl-C, which goes to the whole group, for processes that are started meanwhile: the coordinator decides.
+
+    They never see it, not even before their first line; here it comes afterwards.
+    """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def environment(threads: int, kernels: Path) -> dict[str, str]:
+    """Environment of a worker: numba on these threads, linear algebra on one, since its sums depend on their number."""
+    single = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
+    return child.environment() | single | {"NUMBA_NUM_THREADS": str(threads), "NUMBA_CACHE_DIR": str(kernels)}

@@ -1,0 +1,132 @@
+"""Copies files from the store to where the graph file says: whole or not at all, and only what is not there already."""
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.bounds import Bounds, check_way, entered
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.ledger import Ledger
+from hairpipe.graph.store.atomic import open_made, replacing, sweep
+from hairpipe.graph.store.digest import hasher
+from hairpipe.graph.store.fingerprint import CHUNK, fingerprint
+from hairpipe.graph.store.listing import read_listing
+from hairpipe.graph.store.record import Output
+from hairpipe.graph.store.store import LostObject, Store
+
+
+class Publisher:
+    """Publishes the files of one run, and remembers whose lie where: nobody overwrites another's, nor the graph's.
+
+    root   below which files may be published beside the graph's project, or None
+    force  whether a file is replaced that hairpipe has not published
+
+    Raises BadInput for a graph that would publish outside of both.
+    """
+
+    def __init__(self, store: Store, graph: Graph, root: Path | None = None, *, force: bool = False) -> None:
+        self.store, self.force = store, force
+        self.bounds = Bounds(graph, store.root, root)
+        self.bounds.check()
+        self.ledger = Ledger()
+        self.placed: dict[Path, tuple[Task, str]] = {}
+        self.swept: set[Path] = set()
+
+    def publish(self, task: Task, output: Output, path: Path) -> bool:
+        """Copy a file, and those beside it, to a path; returns whether anything had to be written.
+
+        Raises BadInput, and writes nothing, where another task has published other bytes, where the user's own file
+        lies, or where nothing may be published; LostObject where the store no longer has it whole; OSError where it
+        cannot be written there.
+        """
+        files = files_of(self.store, output, path)
+        roots = {place: self._check(task, name, place) for place, name in files.items()}
+        self.placed |= {place: (task, name) for place, name in files.items()}
+        return any([self._copy(name, place, roots[place]) for place, name in files.items()])
+
+    def is_kept(self, path: Path) -> bool:
+        """Whether a file lies at a path that is not ours to replace, unless it comes out as it is."""
+        try:
+            return not self.force and not self._is_ours(path)
+        except (OSError, BadInput):  # said when it is published
+            return False
+
+    def _check(self, task: Task, name: str, place: Path) -> Path:
+        """Refuse a place that is not this task's to write; returns the folder that it may be published below."""
+        root = self.bounds.folder_of(place)
+        check_way(place)
+        other, there = self.placed.get(place, (task, name))
+        if other != task and there != name:
+            what = f"'{other}' has published another file there"
+            raise BadInput(what, where=place, right="a folder of its own to publish in")
+        if not self._is_ours(place, name) and not self.force:
+            what = "there is a file that hairpipe has not published, or that was changed since"
+            raise BadInput(what, where=place, right="another path, or --force to overwrite it")
+        return root
+
+    def _is_ours(self, place: Path, name: str = "") -> bool:
+        """Whether nothing is lost by writing an object to a place: what lies there is ours, or in the store."""
+        found = digest_there(place, self.store)
+        if found is None or f"{found}.bin" == name or found == self.ledger.digest(place):
+            return True
+        return self.store.has(f"{found}.bin")
+
+    def _copy(self, name: str, place: Path, root: Path) -> bool:
+        """Copy the bytes of an object to a place unless they are there."""
+        written = f"{digest_there(place, self.store)}.bin" != name
+        if written:
+            try:
+                with entered(root, place.parent) as folder:
+                    if place.parent not in self.swept:
+                        self.swept.add(place.parent)
+                        sweep(folder)
+                    copy_object(self.store, name, folder / place.name)
+            except OSError as error:  # it names the open folder
+                raise OSError(error.errno, error.strerror, str(place)) from None
+        self.ledger.note(place, name.removesuffix(".bin"))
+        return written
+
+
+def files_of(store: Store, output: Output, path: Path) -> dict[Path, str]:
+    """Name the objects of a file that is published to a path, by where each goes; those beside the file come first."""
+    if not output.object.endswith(".set"):
+        return {path: output.object}
+    listing = read_listing(store, output.object)
+    return {path.parent / name: part for name, part in listing.companions.items()} | {path: listing.path}
+
+
+def digest_there(place: Path, store: Store) -> str | None:
+    """Digest of the file at a place; None where nothing is, OSError or BadInput where no file is."""
+    try:
+        mode = place.lstat().st_mode
+    except FileNotFoundError:
+        return None
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(place))
+    if not stat.S_ISREG(mode):
+        raise BadInput("what is there is no file", where=place, right="another path")
+    return fingerprint(place, store)
+
+
+def copy_object(store: Store, name: str, path: Path) -> None:
+    """Copy the bytes of an object to a path; LostObject where they are not what they should be.
+
+    They go to a new file first, which nobody can have put there before, and which takes the name when it is on disk.
+    """
+    state, source = hasher("file"), store.object_path(name)
+    try:
+        reader = source.open("rb")
+    except (FileNotFoundError, IsADirectoryError):
+        store.remove(source)
+        raise LostObject(name) from None
+    with reader, replacing(path) as temporary:
+        with open_made(temporary) as writer:
+            while chunk := reader.read(CHUNK):
+                state.update(chunk)
+                writer.write(chunk)
+        if state.hexdigest() + ".bin" != name:
+            store.remove(source)
+            raise LostObject(name)

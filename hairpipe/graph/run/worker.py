@@ -1,0 +1,176 @@
+"""A worker process: evaluates one action at a time, reads and writes the store, and speaks JSON over a pipe.
+
+A job names a node type, settings, the objects of its inputs and the time; the reply is the record that was added to the
+store, the object that was lost, or what went wrong. A worker dies with its coordinator.
+"""
+
+import ctypes
+import json
+import os
+import signal
+import sys
+import time
+import traceback
+import warnings
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import asdict
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.registry import Catalogue
+from hairpipe.graph.node.arguments import build_arguments
+from hairpipe.graph.node.declare import NodeType
+from hairpipe.graph.node.files import Workspace
+from hairpipe.graph.node.frames import Time
+from hairpipe.graph.run.malloc import keep_freed
+from hairpipe.graph.store.atomic import workspace
+from hairpipe.graph.store.fingerprint import is_changed
+from hairpipe.graph.store.record import Output, Record
+from hairpipe.graph.store.seal import guard_kernels, removed
+from hairpipe.graph.store.store import Store
+from hairpipe.graph.store.values import Values, codec_named, is_full
+
+MOST_WARNINGS = 20
+PR_SET_PDEATHSIG = 1
+
+Job = dict[str, Any]
+Reply = dict[str, Any]
+
+
+class Worker:
+    """Evaluates jobs with the node types and the store of one run."""
+
+    def __init__(self, hello: Job, is_orphan: Callable[[], bool]) -> None:
+        self.catalogue = Catalogue(Path(hello["folder"]))
+        self.store = Store(Path(hello["store"]))
+        self.values = Values(self.store, codec_named(hello["codec"]), hello["memory"])
+        self.is_orphan = is_orphan
+        self._unchecked: dict[str, list[int]] = hello["sources"]
+        self._checked: set[str] = set()
+
+    def reply(self, job: Job) -> Reply:
+        """Evaluate a job; whatever goes wrong is part of the reply."""
+        self.values.lost()
+        try:
+            reply: Reply = {"record": asdict(self.evaluate(job))}
+        except Exception as error:  # a node may raise anything; the run goes on and says which node it was
+            lost = self.values.lost()
+            reply = failure(error) if lost is None else {"lost": lost}
+        return reply | {"healed": len(removed())}
+
+    def evaluate(self, job: Job) -> Record:
+        """Evaluate a job and add its record to the store."""
+        node_type = self.catalogue.find(job["type"])
+        with workspace(self.store.temporary) if node_type.asks_workspace else nullcontext() as folder:
+            when = Time(job["time"]["frame"], job["time"]["fps"])
+            arguments = build_arguments(
+                node_type, job["inputs"], job["settings"], when, folder and Workspace(folder), self.values.get
+            )
+            begun, worked = time.perf_counter(), time.process_time()
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                try:
+                    result = node_type.function(**arguments)
+                finally:
+                    self._check_code(node_type)
+            self.values.check()
+            seconds, processor = time.perf_counter() - begun, time.process_time() - worked
+            del arguments
+            check_files(job)
+            outputs = self._put(node_type, result, folder)
+        record = Record(
+            key=job["key"],
+            node=job["node"],
+            frame=job["frame"],
+            parts=job["parts"],
+            outputs=outputs,
+            state=node_type.state,
+            seconds=seconds,
+            warnings=tuple(spoken(caught)),
+            created=time.time(),
+            processor=processor,
+        )
+        if self.is_orphan():
+            raise SystemExit(1)
+        self.store.add(record)
+        return record
+
+    def _check_code(self, node_type: NodeType) -> None:
+        """Refuse what came of a module that was edited before it was imported here: its key speaks of another one.
+
+        Nodes import within their functions, so that is looked at after each call, but once for each module.
+        """
+        new = sys.modules.keys() - self._checked
+        paths = {node_type.function.__code__.co_filename, *(file_of(sys.modules.get(name)) for name in new)}
+        for path in paths & self._unchecked.keys():
+            if is_changed(path, self._unchecked[path]):
+                raise BadInput("changed during the run", where=path, right="run again")
+            del self._unchecked[path]
+        self._checked |= new
+
+    def _put(self, node_type: NodeType, result: Any, folder: Path | None) -> dict[str, Output]:
+        """Write the outputs of a node."""
+        results = node_type.by_output(result)
+        return {name: self.values.put(results[name], kind, folder) for name, kind in node_type.outputs.items()}
+
+
+def file_of(module: ModuleType | None) -> str:
+    """Path of the file that a module was imported from; nothing of it is asked, for some import more when they are."""
+    known = vars(module) if isinstance(module, ModuleType) else {}
+    return known.get("__file__") or ""
+
+
+def check_files(job: Job) -> None:
+    """Refuse a result whose input files were written to meanwhile: its key would lie."""
+    for path, stamp in job["files"].items():
+        if is_changed(path, stamp):
+            raise BadInput("changed while it was read", where=path, right="run again when it is complete")
+
+
+def failure(error: Exception) -> Reply:
+    """Describe the exception at hand."""
+    kind, message = "input", str(error)
+    if not isinstance(error, BadInput):
+        full = isinstance(error, OSError) and is_full(error)
+        kind = "disk" if full else "diverged" if type(error) is ArithmeticError else "node"
+        message = f"{type(error).__name__}: {error}"
+    return {"failure": {"kind": kind, "message": message, "traceback": traceback.format_exc()}}
+
+
+def spoken(caught: list[warnings.WarningMessage]) -> list[str]:
+    """Keep what warnings say to the user, each once."""
+    meant = [str(w.message) for w in caught if issubclass(w.category, UserWarning | RuntimeWarning)]
+    return list(dict.fromkeys(meant))[:MOST_WARNINGS]
+
+
+def die_with_parent() -> None:
+    """Ask Linux to end this process when its parent ends; elsewhere the end of the pipe does it, between jobs."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def is_closed(connection: Connection) -> bool:
+    """Whether the other end is gone: it never sends anything while a job is being evaluated."""
+    try:
+        return connection.poll(0)
+    except OSError:
+        return True
+
+
+def main(descriptor: int) -> None:
+    """Serve a coordinator until it is gone."""
+    die_with_parent()
+    keep_freed()
+    guard_kernels()
+    connection = Connection(descriptor)
+    try:
+        worker = Worker(json.loads(connection.recv_bytes()), lambda: is_closed(connection))
+        while True:
+            job = json.loads(connection.recv_bytes())
+            connection.send_bytes(json.dumps(worker.reply(job)).encode())
+    except (EOFError, OSError):
+        os._exit(0)

@@ -1,0 +1,1 @@
+"""The store: values and records on disk, whole or not at all."""

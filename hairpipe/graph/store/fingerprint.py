@@ -1,0 +1,56 @@
+"""Digests of files by their bytes, remembered as long as the file is provably untouched."""
+
+import json
+import time
+from contextlib import suppress
+from pathlib import Path
+
+from hairpipe.graph.store.digest import digest, hasher, parsed
+from hairpipe.graph.store.store import Store
+
+CHUNK = 1 << 20
+SETTLED = 2_000_000_000
+"""A file that changed less than this before it was digested may change again within one tick of its clock [ns]."""
+
+
+def fingerprint(path: Path, store: Store) -> str:
+    """Digest the bytes of a file; OSError where it cannot be read.
+
+    The store remembers it by device, inode, size, time of change and of status change: the last one is set by the
+    kernel alone, so that a copied or back-dated file is read again.
+    """
+    path = path.absolute()
+    name = digest("stat", str(path))
+    begun = time.time_ns()
+    stamp = stamp_of(path)
+    with suppress(ValueError, TypeError, KeyError):  # no note, or one of somebody else's making
+        known = parsed(store.recall(name) or "null")
+        if known["stamp"] == stamp and known["begun"] - max(stamp[3:]) > SETTLED:
+            return str(known["digest"])
+    found = digest_file(path)
+    if stamp_of(path) == stamp:
+        store.note(name, json.dumps({"stamp": stamp, "begun": begun, "digest": found}))
+    return found
+
+
+def stamp_of(path: Path) -> list[int]:
+    """Device, inode, size, modification and status change of a file [ns]."""
+    status = path.stat()
+    return [status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns]
+
+
+def is_changed(path: str, stamp: list[int]) -> bool:
+    """Whether a file is not the one that was stamped, or has been written to since."""
+    try:
+        return stamp_of(Path(path)) != stamp
+    except OSError:
+        return True
+
+
+def digest_file(path: Path) -> str:
+    """Digest the bytes of a file."""
+    state = hasher("file")
+    with path.open("rb") as file:
+        while chunk := file.read(CHUNK):
+            state.update(chunk)
+    return state.hexdigest()

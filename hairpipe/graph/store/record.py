@@ -1,0 +1,107 @@
+"""The record of an action: what was evaluated, and which objects came of it."""
+
+import json
+import math
+from dataclasses import asdict, dataclass
+from typing import Any, NamedTuple
+
+from hairpipe.graph.store.digest import DIGEST, digest_bytes, parsed
+from hairpipe.graph.store.key import Parts, is_key
+
+MARK = ',"check":"'
+SUFFIXES = (".h5", ".bin", ".set")
+"""Of objects: a value, the bytes of a file, a file with companions."""
+
+
+class Output(NamedTuple):
+    """An object by name and size [bytes], and the objects it refers to: a file with companions is a list of files."""
+
+    object: str
+    size: int
+    parts: tuple[tuple[str, int], ...] = ()
+
+
+@dataclass(frozen=True)
+class Record:
+    """One evaluation, as the store remembers it.
+
+    outputs    by name; the output named `state` of a scan may have been thinned away
+    seconds    that the evaluation took [s]
+    created    when, in seconds since 1970 [s]
+    processor  seconds of all its threads, which a busy machine changes less [s]; None in records of older versions
+    """
+
+    key: str
+    node: str
+    frame: int | None
+    parts: Parts
+    outputs: dict[str, Output]
+    state: str | None
+    seconds: float
+    warnings: tuple[str, ...]
+    created: float
+    processor: float | None = None
+
+    @property
+    def size(self) -> int:
+        """Bytes of all objects."""
+        return sum(o.size + sum(size for _, size in o.parts) for o in self.outputs.values())
+
+    def objects(self, without: str | None = None) -> list[tuple[str, int]]:
+        """List names and sizes of all objects but those of the output `without`."""
+        kept = [output for name, output in self.outputs.items() if name != without]
+        return [pair for output in kept for pair in ((output.object, output.size), *output.parts)]
+
+
+def write_record(record: Record) -> str:
+    """Write a record as JSON that carries its own check."""
+    text = json.dumps(asdict(record), separators=(",", ":"))
+    return f'{text[:-1]}{MARK}{digest_bytes("record", text.encode())}"}}'
+
+
+def read_record(text: str) -> Record | None:
+    """Read a record; None where a single byte of it is not as written, or where it is none of ours."""
+    body, mark, check = text.rpartition(MARK)
+    if not mark or check != digest_bytes("record", f"{body}}}".encode()) + '"}':
+        return None
+    try:
+        record = from_fields(parsed(body + "}"))
+        return record if is_sound(record) else None
+    except (ValueError, TypeError, KeyError, IndexError, AttributeError):
+        return None
+
+
+def from_fields(fields: dict[str, Any]) -> Record:
+    """Build a record from its fields as JSON gives them; those that another version has added are left out."""
+    known = {name: value for name, value in fields.items() if name in Record.__dataclass_fields__}
+    outputs = {name: Output(o[0], o[1], tuple(map(tuple, o[2]))) for name, o in fields["outputs"].items()}
+    return Record(**known | {"outputs": outputs, "warnings": tuple(fields["warnings"])})
+
+
+def is_sound(record: Record) -> bool:
+    """Whether everything in a record is of the type that it is used as, and every name one of ours."""
+    parts, numbers = (
+        record.parts,
+        (record.seconds, record.created, 0.0 if record.processor is None else record.processor),
+    )
+    return (
+        is_key(record.key)
+        and isinstance(record.node, str)
+        and isinstance(record.frame, int | None)
+        and parts.keys() == {"type", "code", "settings", "inputs", "time"}
+        and all(isinstance(parts[name], str) for name in ("type", "code"))
+        and all(isinstance(parts[name], dict) for name in ("settings", "inputs"))
+        and isinstance(parts["time"], dict | None)
+        and all(is_object(name) and type(size) is int and size >= 0 for name, size in record.objects())
+        and (record.state is None or record.state in record.outputs)
+        and all(isinstance(number, int | float) and math.isfinite(number) for number in numbers)
+        and all(isinstance(text, str) for text in record.warnings)
+    )
+
+
+def is_object(name: Any, *suffixes: str) -> bool:
+    """Whether something is the name of an object, of these kinds or of any: it becomes a path."""
+    if not isinstance(name, str):
+        return False
+    stem, dot, suffix = name.partition(".")
+    return DIGEST.fullmatch(stem) is not None and dot + suffix in (suffixes or SUFFIXES)

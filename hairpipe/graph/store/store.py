@@ -1,0 +1,204 @@
+"""The store: records of actions by key, objects by content. It knows no types and trusts nothing it reads.
+
+    actions/ab/<key>.json       what was evaluated and which objects came of it
+    objects/ab/<name>           a value (.h5), the bytes of a file (.bin), or a file with companions (.set)
+    latest/<graph>/<node>.json  key of each frame's latest result, by which `plan` explains differences
+    notes/ab/<name>             what is cheap to know again: analysed source files, digests of input files
+    tmp/                        files and workspaces in the making
+    lock                        one byte range per key that is being evaluated
+
+Everything appears by rename; any number of processes may share a store, and one that is killed leaves nothing to mend.
+It is data: nothing in it is executed, and compiled kernels are kept elsewhere (`machine_code`).
+"""
+
+import json
+import os
+import stat
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.store.atomic import discard, sweep, write_text
+from hairpipe.graph.store.digest import digest, parsed
+from hairpipe.graph.store.key import is_key
+from hairpipe.graph.store.record import Record, is_object, read_record, write_record
+
+
+class LostObject(Exception):
+    """An object that is needed is missing or was damaged, and has been removed."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(f"object {name} is missing or damaged")
+        self.name = name
+
+
+class Store:
+    """A folder of results; it is made when something is written.
+
+    read_only  writes and removes nothing, as a plan promises
+    """
+
+    def __init__(self, root: Path, *, read_only: bool = False) -> None:
+        self.root = root.absolute()
+        self.read_only = read_only
+        self.temporary = self.root / "tmp"
+
+    def sweep(self) -> int:
+        """Remove what killed processes left behind; returns how many files and folders."""
+        return 0 if self.read_only else sweep(self.temporary, ours_alone=True)
+
+    def check_writable(self) -> None:
+        """Refuse a store that cannot be written to, before something is computed in vain; one may well read it."""
+        if self.root.exists() and not os.access(self.root, os.W_OK | os.X_OK):
+            raise BadInput("cannot be written to", where=self.root, right="--cache FOLDER, or HAIRPIPE_CACHE")
+
+    def action_path(self, key: str) -> Path:
+        """Where the record of a key lies; ValueError for what is no key."""
+        if not is_key(key):
+            raise ValueError(f"{key!r} is no key")
+        return self.root / "actions" / key[:2] / f"{key}.json"
+
+    def object_path(self, name: str) -> Path:
+        """Where an object lies; ValueError for what is no name of one."""
+        if not is_object(name):
+            raise ValueError(f"{name!r} is no object")
+        return self.root / "objects" / name[:2] / name
+
+    def record_keys(self) -> Iterator[str]:
+        """Iterate over the keys of what lies where records lie, whole or not."""
+        for path in (self.root / "actions").glob("??/*.json"):
+            if is_key(path.stem) and self.action_path(path.stem) == path:
+                yield path.stem
+
+    def object_names(self) -> Iterator[str]:
+        """Iterate over the names of what lies where objects lie, whole or not."""
+        for path in (self.root / "objects").glob("??/*"):
+            if is_object(path.name) and self.object_path(path.name) == path:
+                yield path.name
+
+    def find(self, key: str, *, without: str | None = None) -> Record | None:
+        """Find a result whose objects are all there, but for those of the output `without`; a damaged one is none."""
+        record = self.record(key)
+        if record and all(self.has(name, size) for name, size in record.objects(without)):
+            return record
+        return None
+
+    def record(self, key: str) -> Record | None:
+        """Read the record of a key, whether its objects are there or not; a damaged record is removed."""
+        path = self.action_path(key)
+        text = self._text(path)
+        if text is None:
+            return None
+        record = read_record(text)
+        if record is None or record.key != key:
+            self.remove(path)
+            return None
+        return record
+
+    def has(self, name: str, size: int | None = None) -> bool:
+        """Whether an object is there with the right size; its bytes are checked when it is read."""
+        found = self.size(name)
+        if found is None or size is None or found == size:
+            return found is not None
+        self.remove(self.object_path(name))
+        return False
+
+    def size(self, name: str) -> int | None:
+        """Size of an object [bytes]; None where it is not there. What stands in its place and is no file is removed."""
+        path = self.object_path(name)
+        try:
+            status = path.stat()
+        except OSError:
+            return None
+        if stat.S_ISREG(status.st_mode):
+            return status.st_size
+        self.remove(path)
+        return None
+
+    def add(self, record: Record) -> None:
+        """Keep a record; its objects are in the store already."""
+        write_text(self.room(self.action_path(record.key)), write_record(record), self.temporary)
+
+    def touch(self, key: str) -> None:
+        """Note that a result was used, for those who clean by age."""
+        with suppress(OSError):
+            os.utime(self.action_path(key))
+
+    def renew(self, name: str) -> None:
+        """Note that an object is about to be held by a new result: those who clean spare what is young."""
+        with suppress(OSError):
+            os.utime(self.object_path(name))
+
+    def remove(self, path: Path) -> None:
+        """Remove a file of the store, or a folder that stands in its place."""
+        if not self.read_only:
+            with suppress(OSError):
+                discard(path)
+
+    def room(self, path: Path) -> Path:
+        """Make room for a file of the store: folders where folders belong, and none in its place; returns its path."""
+        if path.is_dir():
+            self.remove(path)
+        for file in (path, self.temporary / "any"):
+            try:
+                file.parent.mkdir(parents=True, exist_ok=True)
+            except (FileExistsError, NotADirectoryError):
+                for folder in reversed([file.parent, *file.parent.parents]):
+                    if folder.is_relative_to(self.root) and folder != self.root and not folder.is_dir():
+                        self.remove(folder)
+                file.parent.mkdir(parents=True, exist_ok=True)
+        return path
+
+    def _text(self, path: Path) -> str | None:
+        """Read a text; None where there is none, an empty one where something else stands there."""
+        try:
+            if path.is_file():
+                return path.read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return None
+        except UnicodeDecodeError:
+            return ""
+        return "" if os.path.lexists(path) else None
+
+    def recall(self, name: str) -> str | None:
+        """Give the text noted under a name; None where there is none, or one that is damaged."""
+        try:
+            note = parsed(self._text(self.root / "notes" / name[:2] / name) or "null")
+            is_whole = isinstance(note["note"], str) and note["digest"] == digest("note", [name, note["note"]])
+            return note["note"] if is_whole else None
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def remember(self, name: str, make: Callable[[], str]) -> str:
+        """Give the text noted under a name, or make and note it."""
+        known = self.recall(name)
+        if known is None:
+            known = make()
+            self.note(name, known)
+        return known
+
+    def note(self, name: str, text: str) -> None:
+        """Note a text under a name."""
+        if not self.read_only:
+            path = self.root / "notes" / name[:2] / name
+            whole = {"note": text, "digest": digest("note", [name, text])}
+            with suppress(OSError):  # a note saves time and nothing else, and one that is damaged is none
+                write_text(self.room(path), json.dumps(whole), self.temporary, lasting=False)
+
+    def latest(self, graph: str, node: str) -> dict[str, str]:
+        """Keys of the latest results of a node, by frame as text ("" for the shot)."""
+        try:
+            keys = parsed(self._text(self._latest_path(graph, node)) or "null")
+        except (OSError, ValueError):
+            return {}
+        return {frame: key for frame, key in keys.items() if is_key(key)} if isinstance(keys, dict) else {}
+
+    def set_latest(self, graph: str, node: str, keys: dict[str, str]) -> None:
+        """Note the latest results of a node; frames that are not given stay as they were."""
+        known = self.latest(graph, node)
+        if any(known.get(frame) != key for frame, key in keys.items()):
+            write_text(self.room(self._latest_path(graph, node)), json.dumps(known | keys), self.temporary)
+
+    def _latest_path(self, graph: str, node: str) -> Path:
+        return self.root / "latest" / graph / f"{node}.json"

@@ -1,0 +1,1 @@
+"""Hair grown from a scalp."""

@@ -1,0 +1,74 @@
+"""What painted settings come to: values over the body, and a number for every strand."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hairpipe.data import Body
+from hairpipe.errors import BadInput
+from hairpipe.groom.grow.style import Paint, Painted
+from hairpipe.groom.random_streams import stream
+from hairpipe.spatial.triangles import Sites, blend_corners, site_uv
+
+Coat = Callable[[Sites], np.ndarray]
+"""Paint as a function: sites (k,) to values 0..1, (k,)."""
+
+
+@dataclass(frozen=True)
+class Canvas:
+    """A body, and where its paint and its chance come from.
+
+    read_image  returns the picture in a file, (height, width) float64 in 0..1, the top row first
+    seed        of all random numbers
+    """
+
+    body: Body
+    read_image: Callable[[Path], np.ndarray]
+    seed: int
+
+    def coat(self, paint: Paint | Painted, name: str) -> Coat | None:
+        """Return the paint of a setting, or None where there is none; BadInput where the body cannot carry it."""
+        if paint.map is not None and paint.image is not None:
+            raise BadInput("both a map and an image are given", where=name, right="one of the two")
+        if paint.map is not None:
+            return vertex_coat(self.body, paint.map, name)
+        if paint.image is not None:
+            return image_coat(self.body, self.read_image(paint.image), name)
+        return None
+
+    def numbers(self, setting: Painted, name: str, sites: Sites) -> np.ndarray:
+        """Return the value of a setting for the strand at every site, (k,)."""
+        coat = self.coat(setting, name)
+        values = setting.value if coat is None else setting.low + (setting.value - setting.low) * coat(sites)
+        chance = stream(self.seed, name).uniform(-1.0, 1.0, len(sites.triangles))
+        return values * (1.0 + setting.variation * chance)
+
+
+def vertex_coat(body: Body, map_name: str, where: str) -> Coat:
+    """Return the paint of a vertex map, linear in every triangle."""
+    if map_name not in body.maps:
+        known = ", ".join(f"'{name}'" for name in sorted(body.maps)) or "none"
+        raise BadInput(f"the body has no map '{map_name}'", where=where, right=f"its maps: {known}")
+    corners = body.maps[map_name][body.mesh.triangles]
+    return lambda sites: blend_corners(corners[sites.triangles], sites)
+
+
+def image_coat(body: Body, picture: np.ndarray, where: str) -> Coat:
+    """Return the paint of a picture laid over the texture coordinates of the body."""
+    if body.mesh.uv is None:
+        raise BadInput("the body has no texture coordinates to lay an image over", where=where, right="a vertex map")
+    return lambda sites: sample_picture(picture, site_uv(body.mesh, sites))
+
+
+def sample_picture(picture: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """Return a picture, (height, width), bilinearly at texture coordinates (k, 2), (0, 0) its bottom left corner."""
+    height, width = picture.shape
+    x = np.clip(uv[:, 0] * width - 0.5, 0.0, width - 1.0)
+    y = np.clip((1.0 - uv[:, 1]) * height - 0.5, 0.0, height - 1.0)
+    i, j = x.astype(int), y.astype(int)
+    right, below = np.minimum(i + 1, width - 1), np.minimum(j + 1, height - 1)
+    top = picture[j, i] + (x - i) * (picture[j, right] - picture[j, i])
+    bottom = picture[below, i] + (x - i) * (picture[below, right] - picture[below, i])
+    return top + (y - j) * (bottom - top)

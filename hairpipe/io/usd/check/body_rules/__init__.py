@@ -1,0 +1,1 @@
+"""Rules for the body and for the roots on it."""

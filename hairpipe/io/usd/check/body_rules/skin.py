@@ -1,0 +1,124 @@
+"""Rules for the roots of hair: they stand on a skin, and go with it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.hair_rules.roots import Roots, find_roots, is_triangles, told_roots
+from hairpipe.io.usd.check.snapshot import Snapshot
+from hairpipe.io.usd.check.stage_rules.scene import Scene
+
+SOME = 0.005  # share of strands that a rule minds
+OUTSIDE = 1e-4  # by which coordinates in a triangle may be outside of it
+UV = 0.01  # by which texture coordinates may be off those of the skin
+
+
+def skin_range(scene: Scene) -> Iterator[Fault]:
+    """Find roots on faces that no mesh has, or outside of the triangle they name."""
+    for track in scene.hair:
+        faces, uv = track.first.array("primvars:skinprim"), track.first.array("primvars:skinprimuv", 2)
+        meshes = [len(mesh.first.counts) for mesh in scene.skins if mesh.first.consistent]
+        if faces is not None and len(faces) and meshes and len(meshes) == len(scene.skins):
+            wrong = (faces < 0) | (faces >= max(meshes))
+            if wrong.any():
+                message = f"strand {np.argmax(wrong)} stands on face {faces[np.argmax(wrong)]}; {wrong.sum()} such"
+                yield Fault(track.path("primvars:skinprim"), f"{message}, faces are 0 to {max(meshes) - 1}")
+        if uv is not None and len(uv):
+            wrong = (uv < -OUTSIDE).any(axis=1) | (uv > 1 + OUTSIDE).any(axis=1)
+            if all(is_triangles(mesh.first) for mesh in scene.meshes):
+                wrong |= uv.sum(axis=1) > 1 + OUTSIDE
+            if wrong.any():
+                place = ", ".join(f"{x:.3g}" for x in uv[np.argmax(wrong)])
+                message = f"strand {np.argmax(wrong)} stands at {place}, outside of its face; {wrong.sum()} such"
+                yield Fault(track.path("primvars:skinprimuv"), f"{message}, both are 0 or more, their sum 1 or less")
+
+
+def roots_on_skin(scene: Scene) -> Iterator[Fault]:
+    """Find roots off the skin, strands that stand on their tips, and hair that does not go with the body."""
+    for track in scene.hair:
+        roots = find_roots(scene, track)
+        if roots is None or not roots.reach:
+            continue
+        first = track.first
+        off = roots.misses(first, first.code) > roots.reach
+        upside = off & (roots.misses(first, first.code, tips=True) <= roots.reach)
+        if upside.mean() > SOME:
+            message = f"strand {roots.strands[np.argmax(upside)]} has its tip on the skin, not its root"
+            yield Fault(track.path("points"), f"{message}; {upside.sum()} such, the root comes first", first.code)
+        elif off.mean() > SOME:
+            far = roots.misses(first, first.code)
+            message = f"{off.sum()} of {len(off)} roots are off {roots.mesh.prim.GetPath()}, by up to {far.max():.3g}"
+            yield Fault(track.path("points"), f"{message}; a root is a point of the skin", first.code)
+        else:
+            yield from _goes_along(roots)
+
+
+def _goes_along(roots: Roots) -> Iterator[Fault]:
+    """Find the first time at which roots are not where the skin is, and whether they are late."""
+    still = roots.misses(roots.hair.first, roots.hair.first.code)
+    for time in _times(roots):
+        hair = roots.hair.at(time)
+        if not (hair.sound and np.array_equal(hair.counts, roots.hair.first.counts)):
+            continue
+        drift = roots.misses(hair, time) - (0 if roots.told else still)
+        off = np.abs(drift) > roots.reach
+        if off.mean() > SOME:
+            message = f"{off.sum()} of {len(off)} roots are off {roots.mesh.prim.GetPath()}, by up to {drift.max():.3g}"
+            yield Fault(roots.hair.path("points"), f"{message}{_late(roots, hair, time)}", time)
+            return
+
+
+def _times(roots: Roots) -> list[float]:
+    """Return when hair and skin are looked at: whenever one of them has a sample, while what moves has some."""
+    times = {*roots.hair.times, *roots.mesh.times}
+    spans = [track.points for track in (roots.hair, roots.mesh) if track.moves]
+    return sorted(t for t in times if all(span[0] <= t <= span[-1] for span in spans))
+
+
+def _late(roots: Roots, hair: Snapshot, time: float) -> str:
+    near = np.median(roots.misses(hair, time))
+    for lag, word in ((-1.0, "earlier"), (1.0, "later")):
+        if np.median(roots.misses(hair, time + lag)) < min(near / 10, roots.reach):
+            return f", but on it one frame {word}; hair and body belong to one frame"
+    return "; hair goes with the skin"
+
+
+def root_uv(scene: Scene) -> Iterator[Fault]:
+    """Find texture coordinates of roots that are not those of the skin they stand on, or all the same."""
+    for track in scene.hair:
+        roots, st = told_roots(scene, track), track.first.array("primvars:st", 2)
+        if st is None or len(st) != len(track.first.counts) or not np.isfinite(st).all():
+            continue
+        if len(st) > 1 and not np.ptp(st, axis=0).any():
+            yield Fault(track.path("primvars:st"), "is the same for all strands; it is where each root stands")
+            continue
+        skin = None if roots is None else _skin_uv(roots)
+        if roots is not None and skin is not None:
+            wrong = np.abs(skin - st[roots.strands]).max(axis=1) > UV
+            if wrong.mean() > SOME:
+                at = int(np.argmax(wrong))
+                here, there = (f"({u:.3g}, {v:.3g})" for u, v in (st[roots.strands[at]], skin[at]))
+                message = f"of strand {roots.strands[at]} is {here}, where the skin has {there}; {wrong.sum()} such"
+                yield Fault(track.path("primvars:st"), message)
+
+
+def _skin_uv(roots: Roots) -> np.ndarray | None:
+    """Return the texture coordinates of the skin at its roots, (s, 2), None where it has none a corner."""
+    primvar = UsdGeom.PrimvarsAPI(roots.mesh.prim).GetPrimvar("st")
+    corners = roots.mesh.first.corners
+    if not primvar.HasValue() or primvar.GetInterpolation() != UsdGeom.Tokens.faceVarying:
+        return None
+    st = np.asarray(primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()))
+    faces = roots.hair.first.array("primvars:skinprim")
+    if st.shape != (len(corners), 2) or faces is None:
+        return None
+    return np.einsum("sk,skx->sx", roots.weights, st.reshape(-1, 3, 2)[faces[roots.strands].astype(np.int64)])
+
+
+RULES = (
+    Rule("skin-range", "error", skin_range),
+    Rule("roots", "error", roots_on_skin),
+    Rule("root-uv", "warning", root_uv),
+)

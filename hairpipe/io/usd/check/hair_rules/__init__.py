@@ -1,0 +1,1 @@
+"""Rules for hair at one time."""

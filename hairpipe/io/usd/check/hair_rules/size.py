@@ -1,0 +1,134 @@
+"""Rules for size: hair is as thick and as long as hair, and numbers have room for it."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from pxr import UsdGeom, UsdVol
+
+from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.motion_rules.track import Track
+from hairpipe.io.usd.check.snapshot import Snapshot
+from hairpipe.io.usd.check.stage_rules.scene import Scene
+
+WIDTH = (1e-5, 3e-3)
+LENGTH = (2e-3, 1.5)
+SCALP = (0.03, 1.3)
+BODY = (0.08, 30.0)
+"""What hair, where it grows, and the body may measure [m]: from down to dreadlocks, from a doll to a dragon."""
+ROOM = 0.05  # of a width, that positions in single precision may be off by
+HULL = (0.2, 4.0)  # of a body, sizes of level sets of it, or of a part
+FEW = 8  # strands that say nothing about the size of what they grow on
+
+
+def plausible_size(scene: Scene) -> Iterator[Fault]:
+    """Find units that make a head as small as a pea or as large as a house, and hair of other units than its stage."""
+    if not UsdGeom.GetStageMetersPerUnit(scene.stage) > 0 or not UsdGeom.StageHasAuthoredMetersPerUnit(scene.stage):
+        return
+    body = max((_box(track.first.placed, scene) for track in scene.meshes), default=None)
+    for track in scene.hair:
+        hair = track.first
+        if not hair.sound or not _scale(hair, scene) > 0:
+            continue
+        width, length = _width(hair, scene), float(np.median(hair.lengths)) * _scale(hair, scene)
+        scalp = _box(hair.placed[hair.roots], scene) if len(hair.counts) >= FEW else None
+        votes = [_side(width, WIDTH), _side(length, LENGTH), _side(scalp, SCALP), _side(body, BODY)]
+        sizes = f"widths of {_said(width)}, strands of {_said(length)}" + (f", a body of {_said(body)}" if body else "")
+        alone = body is not None and votes[3] == 0 and scalp is not None and scalp > body
+        if abs(sum(votes)) >= 2 and alone:
+            message = f"make hair of {sizes}: points and widths are in another unit than the stage"
+            yield Fault(track.path("points"), message, hair.code)
+        elif abs(sum(votes)) >= 2:
+            what = "large" if sum(votes) > 0 else "small"
+            unit = UsdGeom.GetStageMetersPerUnit(scene.stage)
+            message = f"metersPerUnit is {unit:g}, which makes {sizes}: too {what}"
+            yield Fault("/", message)
+        elif votes[0]:
+            right = f"{_said(WIDTH[0])} to {_said(WIDTH[1])} is hair"
+            yield Fault(track.path("widths"), f"are {_said(width)} in the median; {right}", hair.code)
+        elif votes[1]:
+            right = f"{_said(LENGTH[0])} to {_said(LENGTH[1])} is hair"
+            yield Fault(track.path("points"), f"make strands of {_said(length)} in the median; {right}", hair.code)
+
+
+def _side(value: float | None, usual: tuple[float, float]) -> int:
+    """Return -1, 0 or 1 for what is too small, usual or unknown (as 0 is), or too large."""
+    return 0 if not value or not np.isfinite(value) else int(value > usual[1]) - int(value < usual[0])
+
+
+def _said(metres: float | None) -> str:
+    return "none" if metres is None else f"{metres:.2g} m" if metres > 0.01 else f"{metres * 1000:.2g} mm"
+
+
+def _scale(shape: Snapshot, scene: Scene) -> float:
+    """Return how many metres a unit of the shape is."""
+    return float(np.cbrt(abs(np.linalg.det(scene.metres[:3, :3] @ shape.world[:3, :3].T))))
+
+
+def _width(hair: Snapshot, scene: Scene) -> float | None:
+    """Return the median of the widths that are not 0 [m], None where there are none."""
+    widths = hair.array("widths")
+    thick = np.empty(0) if widths is None else widths[np.isfinite(widths) & (widths > 0)]
+    return float(np.median(thick)) * _scale(hair, scene) if len(thick) else None
+
+
+def _box(points: np.ndarray, scene: Scene) -> float:
+    """Return the diagonal of the box of points in the world [m]."""
+    scale = float(np.cbrt(abs(np.linalg.det(scene.metres[:3, :3]))))
+    return float(np.linalg.norm(np.ptp(points, axis=0))) * scale if len(points) else 0.0
+
+
+def volume_size(scene: Scene) -> Iterator[Fault]:
+    """Find level sets that are of another size than the body, or somewhere else."""
+    bodies = [track.first.placed for track in scene.meshes if len(track.first.points)]
+    volumes = [prim for prim in scene.stage.Traverse() if prim.IsA(UsdVol.Volume)] if bodies else []
+    for track in map(Track, volumes):
+        box = track.first.array("extent", 3)
+        if box is None or len(box) != 2 or not np.isfinite(box).all():
+            continue
+        corners = np.array(np.meshgrid(*box.T)).reshape(3, -1).T @ track.first.world[:3, :3] + track.first.world[3, :3]
+        body = np.concatenate(bodies)
+        sizes = [float(np.linalg.norm(np.ptp(points, axis=0))) for points in (corners, body)]
+        ratio = sizes[0] / max(sizes[1], np.finfo(np.float64).tiny)
+        apart = np.maximum(corners.min(axis=0) - body.max(axis=0), body.min(axis=0) - corners.max(axis=0)).max()
+        if apart > 0 or not HULL[0] <= ratio <= HULL[1]:
+            message = f"is {ratio:.3g} times as large as the body" if apart <= 0 else f"is {apart:.3g} off the body"
+            yield Fault(str(track.prim.GetPath()), f"{message}; both stand in one space", track.first.code)
+
+
+def precision(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find points so far from the origin of their prim that single precision shakes them by more than hair allows."""
+    widths = hair.array("widths")
+    if hair.sound and widths is not None and len(widths) and np.median(widths) > 0:
+        far = float(np.abs(hair.points).max())
+        step = float(np.spacing(np.float32(far)))
+        if step > ROOM * np.median(widths):
+            message = f"are up to {far:.3g} from the origin of the prim, where single precision has steps of {step:.1g}"
+            right = "write them about a nearer origin, and move the prim by a translate in double precision"
+            yield Fault(track.path("points"), f"{message}; {right}", hair.code)
+
+
+def float_translate(scene: Scene) -> Iterator[Fault]:
+    """Find hair that is moved far away in single precision."""
+    for track in scene.hair:
+        widths, prim = track.first.array("widths"), track.prim
+        least = ROOM * np.median(widths) if widths is not None and len(widths) else 0.0
+        while least > 0 and prim.IsA(UsdGeom.Xformable):
+            for op in UsdGeom.Xformable(prim).GetOrderedXformOps():
+                far = np.abs(op.Get(track.first.time) or 0.0).max() if _is_single(op) else 0.0
+                if np.spacing(np.float32(far)) > least:
+                    message = f"moves by {far:.3g} in steps of {np.spacing(np.float32(far)):.1g}; use double precision"
+                    yield Fault(str(op.GetAttr().GetPath()), message)
+            prim = prim.GetParent()
+
+
+def _is_single(op: UsdGeom.XformOp) -> bool:
+    single = op.GetPrecision() != UsdGeom.XformOp.PrecisionDouble
+    return single and op.GetOpType() == UsdGeom.XformOp.TypeTranslate
+
+
+FRAME_RULES = (Rule("precision", "warning", precision),)
+RULES = (
+    Rule("size", "error", plausible_size),
+    Rule("volume-size", "error", volume_size),
+    Rule("precision", "warning", float_translate),
+)

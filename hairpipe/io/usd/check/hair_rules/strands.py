@@ -1,0 +1,162 @@
+"""Rules for the strands of hair: they have a length, keep it, and are those of the groom at rest."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from pxr import UsdGeom
+
+from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.motion_rules.track import REST, Track
+from hairpipe.io.usd.check.snapshot import Snapshot
+from hairpipe.io.usd.check.stage_rules.scene import Scene
+
+COLLAPSED = 0.01  # of the median length
+COINCIDENT = 1e-3  # of a strand's mean segment
+OTHER = (0.5, 2.0)  # of one strand over its rest, beyond which that is another strand's
+STRETCH = (0.8, 1.25)  # lengths of all strands over time
+TORN = (0.2, 2.0)  # of one segment over time
+SPIKE = 8.0  # times the other segments of a strand
+LEAST = 3  # points of a strand of which one segment can be odd
+SOME = 0.01  # share of strands that a rule minds
+SHORT = 0.2  # of the median, below which a segment is not minded
+MUCH = 4.0  # times better, by which tips have to fit where roots should
+ROUGH = 0.01  # of a segment, a lattice that points are seen to jump on
+FEW = 8  # places that say nothing of a lattice
+ON_LATTICE = 0.02  # of its step, by which single precision may miss a lattice
+TINY = np.finfo(np.float64).tiny
+
+
+def collapsed(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find strands without length, and points of a strand that lie on each other."""
+    if not hair.sound:
+        return
+    short, alike = _short(hair), _coincident(hair)
+    if short.any():
+        message = f"strand {np.argmax(short)} has no length; {short.sum()} such, drop them or keep their shape"
+        yield Fault(track.path("points"), message, hair.code)
+    elif alike.any():
+        message = f"points of strand {np.argmax(alike)} lie on each other; {alike.sum()} such strands"
+        yield Fault(track.path("points"), f"{message}, which have no direction there", hair.code)
+
+
+def _short(hair: Snapshot) -> np.ndarray:
+    return hair.lengths <= COLLAPSED * np.median(hair.lengths)
+
+
+def _coincident(hair: Snapshot) -> np.ndarray:
+    """Return which strands have two consecutive points in one place, (c,); ends doubled on purpose do not count."""
+    mean = np.repeat(hair.lengths / (hair.counts - 1), hair.counts - 1)
+    alike = hair.segments < COINCIDENT * mean
+    if UsdGeom.BasisCurves(hair.prim).GetWrapAttr().Get() != UsdGeom.Tokens.pinned:
+        firsts = hair.roots - np.arange(len(hair.counts))
+        alike[firsts] = alike[firsts + hair.counts - 2] = False
+    return hair.per_strand(np.logical_or, alike)
+
+
+def spikes(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find strands of which one segment is far longer than all others: a point is somewhere else."""
+    if not hair.sound:
+        return
+    longest = hair.per_strand(np.maximum, hair.segments)
+    others = (hair.lengths - longest) / np.maximum(hair.counts - 2, 1)
+    spiked = (hair.counts > LEAST) & (longest > SPIKE * others) & ~_short(hair)
+    if spiked.mean() > SOME:
+        message = f"strand {np.argmax(spiked)} has a segment {SPIKE:g} times as long as its others"
+        yield Fault(track.path("points"), f"{message}; {spiked.sum()} such strands", hair.code)
+
+
+def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find strands that grow, shrink or tear: hair keeps its length."""
+    before = track.reference
+    if before is None or not hair.sound or not np.array_equal(hair.counts, before.counts):
+        return
+    kept = ~(_short(hair) | _coincident(hair) | _short(track.first))
+    ratio = float(np.median((hair.lengths / np.maximum(before.lengths, TINY))[kept])) if kept.any() else 1.0
+    if not STRETCH[0] <= ratio <= STRETCH[1]:
+        yield Fault(track.path("points"), f"make strands {ratio:.3g} times as long as they were", hair.code)
+        return
+    parts = hair.segments / np.maximum(before.segments, TINY)
+    minded = before.segments > SHORT * np.median(before.segments)
+    torn = kept & hair.per_strand(np.logical_or, minded & ((parts < TORN[0]) | (parts > TORN[1])))
+    if torn.mean() > SOME:
+        worst = hair.per_strand(np.maximum, np.where(minded, parts, 0))[np.argmax(torn)]
+        message = f"stretch a segment of strand {np.argmax(torn)} to {worst:.2g} times its length"
+        yield Fault(track.path("points"), f"{message}; {torn.sum()} such strands", hair.code)
+
+
+def widths_steady(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find widths that change in time: hair flickers."""
+    before, now = track.first.array("widths"), hair.array("widths")
+    if before is None or now is None or len(before) != len(now) or not len(now):
+        return
+    thick = before > 0
+    changed = thick & ((now > OTHER[1] * before) | (now < OTHER[0] * before))
+    if changed.sum() > SOME * len(now):
+        message = (
+            f"element {np.argmax(changed)} is {now[np.argmax(changed)]:.3g} and was {before[np.argmax(changed)]:.3g}"
+        )
+        yield Fault(track.path("widths"), f"{message}; {changed.sum()} such, hair keeps its width", hair.code)
+
+
+def rounded(track: Track, hair: Snapshot) -> Iterator[Fault]:
+    """Find points that were rounded: moving hair does not stay on a lattice."""
+    if not hair.sound or not track.moves or hair.code != track.points[-1]:
+        return
+    steps = [_lattice(hair.points[:, axis]) for axis in range(3)]
+    if min(steps) > ROUGH * np.median(hair.segments):
+        message = f"lie on a lattice of {min(steps):.2g}, {np.median(hair.segments) / min(steps):.2g} steps a segment"
+        yield Fault(track.path("points"), f"{message}; single precision is right", hair.code)
+
+
+def _lattice(values: np.ndarray) -> float:
+    """Return the step of which all values are multiples, 0 where they are of none that counts."""
+    places = np.unique(values.astype(np.float64))
+    step = float(np.diff(places).min()) if len(places) > FEW else 0.0
+    if not step:
+        return 0.0
+    step = np.ptp(places) / np.round(np.ptp(places) / step)  # what single precision has made of the least is inexact
+    off = (places - places[0]) / step
+    return float(step) if np.abs(off - np.round(off)).max() < ON_LATTICE else 0.0
+
+
+def rest(scene: Scene) -> Iterator[Fault]:
+    """Find a rest pose in another unit than the hair, or of other strands."""
+    for track in scene.hair:
+        if track.still is None or not np.median(track.first.lengths):
+            continue
+        ratio = float(np.median(track.growth))
+        apart = ((track.growth < OTHER[0]) | (track.growth > OTHER[1])) & ~_short(track.first)
+        if not REST[0] <= ratio <= REST[1]:
+            message = f"has strands {ratio:.3g} times as long as points has; it is in the unit of the points"
+            yield Fault(track.path("primvars:pref"), message)
+        elif apart.mean() > SOME:
+            message = f"strand {np.argmax(apart)} is {track.growth[np.argmax(apart)]:.2g} times as long as in points"
+            yield Fault(track.path("primvars:pref"), f"{message}; {apart.sum()} such strands, are they others?")
+        elif _is_reversed(track.first, track.still):
+            yield Fault(track.path("primvars:pref"), "has its tips where points has its roots; the root comes first")
+
+
+def _is_reversed(hair: Snapshot, still: Snapshot) -> bool:
+    """Return whether the roots are laid out as the tips at rest are, and not as the roots are."""
+    if len(hair.counts) < FEW:
+        return False
+    here = hair.points[hair.roots]
+    return _unlike(here, still.points[still.tips]) < _unlike(here, still.points[still.roots]) / MUCH
+
+
+def _unlike(these: np.ndarray, those: np.ndarray) -> float:
+    """Return how far two sets of places in one order are apart after the movement that brings them nearest [Kabsch]."""
+    a, b = (places.astype(np.float64) - places.mean(axis=0, dtype=np.float64) for places in (these, those))
+    left, _, right = np.linalg.svd(a.T @ b)
+    turn = left @ np.diag([1, 1, np.linalg.det(left @ right)]) @ right
+    return float(np.sqrt(((a @ turn - b) ** 2).sum(axis=1).mean()))
+
+
+FRAME_RULES = (
+    Rule("collapsed", "error", collapsed),
+    Rule("spike", "warning", spikes),
+    Rule("stretch", "error", stretch),
+    Rule("widths-steady", "warning", widths_steady),
+    Rule("rounded", "warning", rounded),
+)
+RULES = (Rule("rest", "error", rest),)

@@ -1,0 +1,1 @@
+"""Rules for what changes over time."""

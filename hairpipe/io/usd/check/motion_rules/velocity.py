@@ -1,0 +1,192 @@
+"""Rules for velocities and accelerations: they carry the points from frame to frame, in units per second."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.motion_rules.track import Track
+from hairpipe.io.usd.check.snapshot import Snapshot
+from hairpipe.io.usd.check.stage_rules.scene import Scene
+
+MISFIT = 0.75  # a step may differ from its velocities by this part: they are those of the instants between
+SLIGHT = 0.1  # of the usual step, below which a step says nothing
+EXACT = 0.015  # by which the scale of all velocities may be off, or by what their scatter explains
+BELONG = 0.3  # least correlation of velocities with the way of the points
+LATE = 0.25  # of the misfit, to which it falls where velocities are those of another frame
+ROUNDING = 64 * np.finfo(np.float32).eps  # of positions, in parts of the largest
+WILD = (0.2, 5.0)  # accelerations over the change of the velocities
+
+
+class Sums(NamedTuple):
+    """Products of what velocities tell with what is seen, summed over a shot."""
+
+    told: float
+    both: float
+    seen: float
+
+    def add(self, told: np.ndarray, seen: np.ndarray) -> "Sums":
+        """Return the sums with two arrays of one shape more."""
+        a, b = told.ravel(), seen.ravel()
+        return Sums(self.told + a @ a, self.both + a @ b, self.seen + b @ b)
+
+    @property
+    def scale(self) -> float:
+        """Return by what the told has to be multiplied to come near the seen."""
+        return float(self.both / self.told) if self.told else 1.0
+
+    @property
+    def correlation(self) -> float:
+        """Return 1 where both agree but for a factor."""
+        product = np.sqrt(self.told) * np.sqrt(self.seen)
+        return float(self.both / product) if product else 1.0
+
+
+NONE = Sums(0.0, 0.0, 0.0)
+
+
+def velocity_match(scene: Scene) -> Iterator[Fault]:
+    """Find velocities that do not carry the points, in units per second: of another unit, rate, sign or frame."""
+    for track in [*scene.hair, *scene.meshes]:
+        if track.moves and track.prim.GetAttribute("velocities").HasValue():
+            message = next(_overall(track), "")
+            if message:
+                yield Fault(track.path("velocities"), f"{message}; units per second are right", track.first.code)
+            else:
+                yield from _step_by_step(track)
+
+
+def _overall(track: Track) -> Iterator[str]:
+    """Say what is wrong over the whole shot.
+
+    x1 - x-1 = dt/3 (v-1 + 4 v0 + v1) up to the fifth derivative of x (Simpson's rule).
+    """
+    right, late, early = NONE, NONE, NONE
+    told_before = seen_before = None
+    rate = track.prim.GetStage().GetTimeCodesPerSecond()
+    for trio in _trios(track):
+        told, seen = _simpson(trio, rate)
+        right = right.add(told, seen)
+        if told_before is not None and seen_before is not None and len(told_before) == len(told):
+            late, early = late.add(told, seen_before), early.add(told_before, seen)
+        told_before, seen_before = told, seen
+    noise = ROUNDING * np.sqrt(track.first.points.size) * np.abs(track.first.points).max(initial=0)
+    if max(right.told, right.seen) <= noise**2:
+        return
+    scatter = np.sqrt(max(0.0, 1 - right.correlation**2))
+    near = min(1 - late.correlation, 1 - early.correlation) if late.told else 1.0
+    if near < LATE * (1 - right.correlation) and 1 - right.correlation > EXACT**2:
+        yield f"are those of the frame {'before' if early.correlation > late.correlation else 'after'}"
+    elif right.correlation < -BELONG:
+        yield "point backwards"
+    elif right.correlation < BELONG:
+        yield "do not belong to these points"
+    elif abs(right.scale - 1) > max(EXACT, scatter):
+        yield f"carry the points {np.sqrt(right.told / max(right.seen, 1e-300)):.3g} times as far as they go"
+
+
+def _trios(track: Track) -> Iterator[list[Snapshot]]:
+    """Give three samples at equal distances in time, that can be compared, one frame later each time."""
+    held: list[Snapshot] = []
+    for shape in (track.at(time) for time in track.points):
+        held = [*held[-2:], shape]
+        times = [s.time.GetValue() for s in held]
+        if len(held) == 3 and np.isclose(times[2] - times[1], times[1] - times[0]) and _alike(held):
+            yield held
+
+
+def _alike(shapes: list[Snapshot]) -> bool:
+    given = [array for shape in shapes for array in (shape.points, shape.array("velocities", 3))]
+    arrays = [array for array in given if array is not None and len(array) == len(shapes[0].points)]
+    return len(arrays) == len(given) and all(np.isfinite(array).all() for array in arrays)
+
+
+def _simpson(trio: list[Snapshot], rate: float) -> tuple[np.ndarray, np.ndarray]:
+    arrays = [shape.array("velocities", 3) for shape in trio]
+    before, now, after = (np.asarray(array, np.float64) for array in arrays)
+    dt = (trio[1].time.GetValue() - trio[0].time.GetValue()) / rate
+    return dt / 3 * (before + 4 * now + after), trio[2].points.astype(np.float64) - trio[0].points
+
+
+class Step(NamedTuple):
+    """From one sample to the next: how far points went, and off that what their velocities told [scene units]."""
+
+    code: float
+    after: float
+    told: float
+    seen: float
+    misfit: float
+    noise: float
+
+
+def _step_by_step(track: Track) -> Iterator[Fault]:
+    """Find single samples whose velocities are of something else."""
+    steps = list(_steps(track))
+    usual = np.median([max(step.told, step.seen) for step in steps]) if steps else 0.0
+    for step in steps:
+        larger = max(step.told, step.seen)
+        if step.misfit > max(MISFIT * larger, step.noise) and larger > SLIGHT * usual:
+            share = step.told / max(step.seen, np.finfo(np.float64).tiny)
+            message = f"carry the points {share:.2g} times as far as they go to {step.after:g}"
+            yield Fault(track.path("velocities"), f"{message}; units per second are right", step.code)
+
+
+def _steps(track: Track) -> Iterator[Step]:
+    """Compare neighbours: (v0 + v1) / 2 = (x1 - x0) / (t1 - t0), up to the third derivative of x."""
+    rate, before = track.prim.GetStage().GetTimeCodesPerSecond(), None
+    for now in (track.at(time) for time in track.points):
+        arrays = [] if before is None else [before.points, now.points, before.array("velocities", 3)]
+        arrays += [now.array("velocities", 3)]
+        if before is not None and all(a is not None and len(a) == len(now.points) for a in arrays):
+            sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
+            start, end, v0, v1 = (array[sound].astype(np.float64) for array in arrays)
+            told, seen = (v0 + v1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate, end - start
+            most = max(np.abs(start).max(initial=0), np.abs(end).max(initial=0))
+            norms = (float(np.linalg.norm(array)) for array in (told, seen, told - seen))
+            yield Step(before.code, now.code, *norms, ROUNDING * np.sqrt(start.size) * most)
+        before = now
+
+
+def velocities_missing(scene: Scene) -> Iterator[Fault]:
+    """Find hair that moves without velocities: who blurs it has to guess, and who loads one frame has nothing."""
+    for track in scene.hair:
+        attribute = track.prim.GetAttribute("velocities")
+        if track.moves and not attribute.HasValue():
+            yield Fault(track.path("velocities"), "has no value; moving hair needs them, in units per second")
+        elif not track.moves and attribute.HasValue():
+            yield from _frozen(track)
+
+
+def _frozen(track: Track) -> Iterator[Fault]:
+    stage, hair = track.prim.GetStage(), track.first
+    speed = hair.array("velocities", 3)
+    if not hair.sound or speed is None or not stage.GetEndTimeCode() > stage.GetStartTimeCode():
+        return
+    way = np.linalg.norm(speed, axis=1).max(initial=0) / stage.GetTimeCodesPerSecond()
+    if way > EXACT * np.median(hair.lengths):
+        span = f"{stage.GetStartTimeCode():g} to {stage.GetEndTimeCode():g}"
+        yield Fault(track.path("points"), f"has one value from {span}, but velocities that move it", hair.code)
+
+
+def acceleration_match(scene: Scene) -> Iterator[Fault]:
+    """Find accelerations that do not change the velocities as they do change: (a0 + a1) / 2 = (v1 - v0) / dt."""
+    for track in scene.hair:
+        sums, before, rate = NONE, None, track.prim.GetStage().GetTimeCodesPerSecond()
+        moves = track.moves and track.prim.GetAttribute("accelerations").HasValue()
+        for now in (track.at(time) for time in track.points) if moves else ():
+            arrays = [s.array(n, 3) for s in (before, now) if s is not None for n in ("velocities", "accelerations")]
+            if before is not None and all(a is not None and len(a) == len(now.points) for a in arrays):
+                v0, a0, v1, a1 = (np.nan_to_num(np.asarray(array, np.float64)) for array in arrays)
+                sums = sums.add((a0 + a1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate, v1 - v0)
+            before = now
+        if sums.seen > 0 and not (WILD[0] <= sums.scale <= WILD[1]):
+            message = f"change the velocities {sums.told**0.5 / sums.seen**0.5:.2g} times as much as they change"
+            yield Fault(track.path("accelerations"), f"{message}; units per second squared are right", track.first.code)
+
+
+RULES = (
+    Rule("velocity-match", "warning", velocity_match),
+    Rule("velocities", "warning", velocities_missing),
+    Rule("acceleration-match", "warning", acceleration_match),
+)

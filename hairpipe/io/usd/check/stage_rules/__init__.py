@@ -1,0 +1,1 @@
+"""Rules for how a stage is put together."""

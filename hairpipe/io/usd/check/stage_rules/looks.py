@@ -1,0 +1,100 @@
+"""Rules for materials: bound, with a surface that clients know, and not transparent."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from pxr import Sdr, Usd, UsdShade
+
+from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.stage_rules.scene import Scene
+
+OWN = "UsdPreviewSurface"
+FAMILIES = ("ND_", "arnold:", "Pxr", "karma", "kma_", "vray:", "VRay", "redshift", "RS", "octane:", "mtlx", "OmniPBR")
+"""What the names of shaders begin with that OpenUSD does not ship and renderers know."""
+BETWEEN = {"roughness": (0, 1), "metallic": (0, 1), "opacity": (0, 1), "clearcoat": (0, 1), "ior": (0.1, 10)}
+BETWEEN |= {"diffuseColor": (0, 1), "specularColor": (0, 1)}
+"""What inputs of UsdPreviewSurface may be."""
+
+
+def material_binding(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find bindings that are ignored since the API is not applied, or that lead to something other than a material."""
+    bindings = [r for r in prim.GetAuthoredRelationships() if r.GetName().split(":")[:2] == ["material", "binding"]]
+    if bindings and not prim.HasAPI(UsdShade.MaterialBindingAPI):
+        yield Fault(str(prim.GetPath()), "binds a material without the MaterialBindingAPI")
+    for binding in bindings:
+        for path in binding.GetTargets():
+            target = prim.GetStage().GetPrimAtPath(path)
+            if target and not target.IsA(UsdShade.Material) and "collection" not in binding.GetName():
+                yield Fault(str(binding.GetPath()), f"leads to {path}, a {target.GetTypeName()} and no Material")
+
+
+def shader_id(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find shaders that do not say which one they are, or one that nobody knows."""
+    shader = UsdShade.Shader(prim)
+    if not shader or shader.GetImplementationSource() != UsdShade.Tokens.id:
+        return
+    name = shader.GetShaderId()
+    if not name:
+        yield Fault(str(prim.GetPath()), "the shader has no info:id")
+    elif not Sdr.Registry().GetShaderNodeByIdentifier(name) and not name.startswith(FAMILIES):
+        yield Fault(str(prim.GetPath()), f"the shader {name!r} is known to no client; use {OWN}")
+
+
+def surface(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find materials without a surface, which leave what they are bound to grey or black."""
+    if prim.IsA(UsdShade.Material):
+        outputs = [out for out in UsdShade.Material(prim).GetOutputs() if out.GetBaseName() in ("surface", "volume")]
+        if not any(out.GetAttr().HasAuthoredConnections() for out in outputs):
+            yield Fault(str(prim.GetPath()), "the material has no surface that is connected to a shader")
+        for out in outputs:
+            for path in out.GetAttr().GetConnections():
+                source = prim.GetStage().GetAttributeAtPath(path)
+                if source and not UsdShade.Output.IsOutput(source):
+                    yield Fault(str(out.GetAttr().GetPath()), f"leads to {path}, which is no output of a shader")
+
+
+def shader_inputs(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find inputs of the surface that no light makes sense of: transparent hair, colours of 0 to 255."""
+    shader = UsdShade.Shader(prim)
+    if not shader or shader.GetShaderId() != OWN:
+        return
+    node = Sdr.Registry().GetShaderNodeByIdentifier(OWN)
+    known = node.GetShaderInputNames()
+    for given in shader.GetInputs():
+        name, value = given.GetBaseName(), None if given.HasConnectedSource() else given.Get()
+        if name not in known:
+            yield Fault(str(given.GetAttr().GetPath()), f"is no input of {OWN}, which has {', '.join(known)}")
+        elif given.GetTypeName() != (kind := node.GetShaderInput(name).GetTypeAsSdfType().GetSdfType()):
+            yield Fault(str(given.GetAttr().GetPath()), f"is of type {given.GetTypeName()}; it has to be {kind}")
+        elif value is not None and name in BETWEEN:
+            least, most = BETWEEN[name]
+            if not ((np.asarray(value) >= least) & (np.asarray(value) <= most)).all():
+                yield Fault(str(given.GetAttr().GetPath()), f"is {value}; {least} to {most} is possible")
+            elif name == "opacity" and value == 0:
+                yield Fault(str(given.GetAttr().GetPath()), "is 0, so that nothing is seen")
+
+
+def hair_looks(scene: Scene) -> Iterator[Fault]:
+    """Find hair that is drawn transparent, or without a material beside others that have one."""
+    for track in scene.hair:
+        opacity = track.first.array("primvars:displayOpacity")
+        if opacity is not None and len(opacity) and not opacity.any():
+            yield Fault(track.path("primvars:displayOpacity"), "is 0, so that nothing is seen")
+    shapes = [*scene.hair, *scene.meshes]
+    bound = [bool(UsdShade.MaterialBindingAPI(t.prim).ComputeBoundMaterial()[0]) for t in shapes]
+    tried = [t.prim.HasRelationship("material:binding") for t in shapes]
+    material = any(prim.IsA(UsdShade.Material) for prim in scene.stage.Traverse())
+    for track, has, tries in zip(scene.hair, bound, tried, strict=False):
+        if material and not has and not tries:
+            some = track.prim.GetAuthoredPropertiesInNamespace("material:binding")
+            message = f"{some[0].GetName()} alone leaves out previews" if some else "the stage has some"
+            yield Fault(str(track.prim.GetPath()), f"is bound to no material for all purposes; {message}")
+
+
+PRIM_RULES = (
+    Rule("material-binding", "error", material_binding),
+    Rule("shader-id", "error", shader_id),
+    Rule("surface", "error", surface),
+    Rule("shader-input", "error", shader_inputs),
+)
+RULES = (Rule("hair-material", "warning", hair_looks),)

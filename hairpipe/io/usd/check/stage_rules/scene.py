@@ -1,0 +1,85 @@
+"""What a stage draws: hair and meshes over time, one frame of one shape in memory at a time."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, Vt
+
+from hairpipe.errors import BadInput
+from hairpipe.io.usd.check.motion_rules.track import Track
+from hairpipe.io.usd.skeleton import Binding, find_bindings
+from hairpipe.io.usd.stage import RENDERED, to_metres
+
+OURS = ("primvars:hairId", "primvars:pref", "primvars:skinprim", "velocities")
+MANY = 20  # curves, from which on they count as hair
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What of a stage is drawn.
+
+    hair    curves of hair
+    meshes  those that are drawn
+    skins   all meshes, for hair may stand on one that is not
+    roots   where hair stands on them, by its path, as far as it was searched
+    """
+
+    stage: Usd.Stage
+    hair: list[Track]
+    meshes: list[Track]
+    skins: list[Track]
+    roots: dict[Sdf.Path, Any] = field(default_factory=dict)
+
+    @cached_property
+    def bindings(self) -> dict[Sdf.Path, Binding]:
+        """Return what skeletons move; nothing where they are broken."""
+        try:
+            return find_bindings(self.stage)
+        except BadInput:
+            return {}
+
+    @cached_property
+    def metres(self) -> np.ndarray:
+        """Return the matrix from the world to metres with Y up, column vectors, (4, 4) float64."""
+        return to_metres(self.stage)
+
+    def place(self, mesh: Track, time: float | None) -> np.ndarray:
+        """Return the points of a mesh in the world, moved by its skeleton if it has one, (n, 3) float64."""
+        shape, binding = mesh.at(time), self.bindings.get(mesh.prim.GetPath())
+        if binding is None or not len(shape.points):
+            return shape.placed
+        points = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(shape.points))
+        transforms = binding.skeleton.ComputeSkinningTransforms(shape.time)
+        binding.skinning.ComputeSkinnedPoints(transforms, points, shape.time)
+        skeleton = UsdGeom.Xformable(binding.skeleton.GetPrim()).ComputeLocalToWorldTransform(shape.time)
+        return np.array(points) @ np.array(skeleton)[:3, :3] + np.array(skeleton)[3, :3]
+
+    def moves(self, mesh: Track) -> bool:
+        """Return whether a mesh changes its place in time."""
+        above = [mesh.prim]
+        while above[-1].GetParent().IsA(UsdGeom.Xformable):
+            above.append(above[-1].GetParent())
+        turned = any(UsdGeom.Xformable(prim).TransformMightBeTimeVarying() for prim in above)
+        return mesh.moves or turned or mesh.prim.GetPath() in self.bindings
+
+
+def find_scene(stage: Usd.Stage) -> Scene:
+    """Find what of a stage is drawn at its first time, hair and meshes."""
+    prims = list(stage.Traverse(Usd.TraverseInstanceProxies()))
+    hair = [Track(prim) for prim in prims if prim.IsA(UsdGeom.BasisCurves) and _is_drawn(prim)]
+    skins = [Track(prim) for prim in prims if prim.IsA(UsdGeom.Mesh)]
+    meshes = [track for track in skins if _is_drawn(track.prim)]
+    return Scene(stage, [track for track in hair if _is_hair(track)], meshes, skins)
+
+
+def _is_drawn(prim: Usd.Prim) -> bool:
+    image = UsdGeom.Imageable(prim)
+    shown = image and image.ComputeVisibility(Usd.TimeCode.EarliestTime()) != UsdGeom.Tokens.invisible
+    return bool(shown and image.ComputePurpose() in RENDERED)
+
+
+def _is_hair(track: Track) -> bool:
+    """Return whether curves are hair, not a wire or a rope: there are many, or they carry what hair carries."""
+    return len(track.first.counts) >= MANY or any(track.prim.GetAttribute(name).HasAuthoredValue() for name in OURS)

@@ -1,0 +1,174 @@
+"""The bricks of a narrow band: which there are, and what their samples hold."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.data import LevelSet
+from hairpipe.levelset.bake.flood_fill import OUTSIDE
+from hairpipe.levelset.grid_layout import BRICK, Lattice, refuse_if_huge
+from hairpipe.spatial.closest import closest
+from hairpipe.spatial.triangle_tree import Tree
+
+SIDE = BRICK + 1
+# A stored sample takes 16 bytes: 1.6 GB.
+MOST_STORED = 100_000_000
+
+
+class Bricks(NamedTuple):
+    """The bricks of a band, as LevelSet holds them.
+
+    places    number of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
+    distance  [m], (B, 9, 9, 9) float32
+    velocity  [m/s], (B, 9, 9, 9, 3) float32
+    """
+
+    places: np.ndarray
+    distance: np.ndarray
+    velocity: np.ndarray
+
+
+def filled_bricks(tree: Tree, velocities: np.ndarray, lattice: Lattice, marks: np.ndarray, width: float) -> Bricks:
+    """Return the bricks that the band touches; pure.
+
+    tree        over the surface
+    velocities  of the corners of the surface's triangles [m/s], (m, 3, 3) float64
+    marks       of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
+    width       of the band [m]
+
+    Raises BadInput where they would take too much room.
+    """
+    places = near_bricks(tree, lattice, width)
+    refuse_if_huge(len(places) * SIDE**3, lattice.size, lattice.voxel, MOST_STORED)
+    distance = np.empty((len(places), SIDE, SIDE, SIDE), np.float32)
+    velocity = np.empty((*distance.shape, 3), np.float32)
+    fill_bricks(tree, velocities, places, lattice.first, lattice.voxel, width, marks, distance, velocity)
+    index = np.pad(brick_index(places, marks), (0, 1), constant_values=LevelSet.FAR_OUTSIDE)
+    share_samples(index, places, width, distance, velocity)
+    kept = (np.abs(distance) < np.float32(width)).any(axis=(1, 2, 3))
+    return Bricks(brick_index(places[kept], marks), distance[kept], velocity[kept])
+
+
+def brick_index(places: np.ndarray, marks: np.ndarray) -> np.ndarray:
+    """Return the number of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32; pure.
+
+    places  that have a brick, (n, 3) int64; all samples of any other place are on one side
+    """
+    corner = marks[:-1:BRICK, :-1:BRICK, :-1:BRICK] & OUTSIDE
+    index = np.where(corner, LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE).astype(np.int32)
+    index[tuple(places.T)] = np.arange(len(places), dtype=np.int32)
+    return index
+
+
+def near_bricks(tree: Tree, lattice: Lattice, width: float) -> np.ndarray:
+    """Return the bricks that the band may touch, (n, 3) int64, in the order they lie in memory; pure.
+
+    width  of the band [m]
+
+    No sample of a brick is farther from its middle than half the brick's diagonal.
+    """
+    distances = np.empty(lattice.bricks)
+    reach = width + np.sqrt(3) * BRICK / 2 * lattice.voxel
+    measure_middles(tree, lattice.first, lattice.voxel, reach, distances)
+    return np.argwhere(distances < reach)
+
+
+@njit(cache=True)
+def measure_middles(tree: Tree, first: np.ndarray, voxel: float, reach: float, distances: np.ndarray) -> None:
+    """Measure, in place, the distance from the middle of every brick to the surface [m], exact within reach [m]."""
+    na, nb, nc = distances.shape
+    near = 0
+    for a in range(na):
+        for b in range(nb):
+            for c in range(nc):
+                x = (first[0] + BRICK * a + BRICK / 2) * voxel
+                y = (first[1] + BRICK * b + BRICK / 2) * voxel
+                z = (first[2] + BRICK * c + BRICK / 2) * voxel
+                squared, near, _ = closest(tree, (x, y, z), reach * reach, near)
+                distances[a, b, c] = np.sqrt(squared)
+
+
+@njit(cache=True, parallel=True)
+def fill_bricks(
+    tree: Tree,
+    velocities: np.ndarray,
+    places: np.ndarray,
+    first: np.ndarray,
+    voxel: float,
+    width: float,
+    marks: np.ndarray,
+    distance: np.ndarray,
+    velocity: np.ndarray,
+) -> None:
+    """Fill, in place, the first 8 x 8 x 8 samples of every brick: distance, and velocity of the closest point.
+
+    velocities  of the corners of the surface's triangles [m/s], (m, 3, 3) float64
+    places      of the bricks along the axes, (n, 3) int64
+    first       index of the lattice's first sample, (3,) int64
+    voxel       spacing of the samples [m]
+    width       of the band [m]
+    marks       of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
+    distance    clamped outside [m], (n, 9, 9, 9) float32
+    velocity    [m/s], (n, 9, 9, 9, 3) float32
+    """
+    for n in prange(len(places)):
+        near = 0
+        for i in range(BRICK):
+            for j in range(BRICK):
+                for k in range(BRICK):
+                    a, b, c = BRICK * places[n, 0] + i, BRICK * places[n, 1] + j, BRICK * places[n, 2] + k
+                    x, y, z = (first[0] + a) * voxel, (first[1] + b) * voxel, (first[2] + c) * voxel
+                    squared, near, w = closest(tree, (x, y, z), np.inf, near)
+                    t = tree.triangles[near]
+                    far = np.sqrt(squared)
+                    distance[n, i, j, k] = min(far, width) if marks[a, b, c] & OUTSIDE else -far
+                    for axis in range(3):
+                        v0, v1, v2 = velocities[t, 0, axis], velocities[t, 1, axis], velocities[t, 2, axis]
+                        velocity[n, i, j, k, axis] = w[0] * v0 + w[1] * v1 + w[2] * v2
+
+
+@njit(cache=True)
+def share_samples(
+    index: np.ndarray, places: np.ndarray, width: float, distance: np.ndarray, velocity: np.ndarray
+) -> None:
+    """Fill, in place, the last samples of every brick along each axis: they are the first of the brick beyond.
+
+    index  of the brick at every place, negative where there is none, with one place more at the end of every axis,
+           (na + 1, nb + 1, nc + 1) int32
+
+    Where that brick is missing, the sample is beyond the band: it takes sign and velocity of the sample before it, in a
+    brick that all who share the sample agree on. Inside, the distance goes on as it does before that.
+    """
+    last = BRICK - 1
+    for n in range(len(places)):
+        a, b, c = places[n]
+        for i in range(SIDE):
+            for j in range(SIDE):
+                for k in range(SIDE):
+                    if max(i, j, k) == BRICK:
+                        m, u, v, w = holder(index, BRICK * a + i, BRICK * b + j, BRICK * c + k)
+                        near = distance[m, min(u, last), min(v, last), min(w, last)]
+                        if max(u, v, w) < BRICK:
+                            distance[n, i, j, k] = near
+                        elif near > 0.0:
+                            distance[n, i, j, k] = width
+                        else:
+                            nearer = distance[m, min(u, 2 * last - u), min(v, 2 * last - v), min(w, 2 * last - w)]
+                            distance[n, i, j, k] = 2.0 * near - nearer
+                        for axis in range(3):
+                            velocity[n, i, j, k, axis] = velocity[m, min(u, last), min(v, last), min(w, last), axis]
+
+
+@njit(cache=True)
+def holder(index: np.ndarray, i: int, j: int, k: int) -> tuple[int, int, int, int]:
+    """Return the first brick that holds a sample of the lattice, the one it begins before all others; and where in it.
+
+    At least one must; the others it lies in are those before, along one axis or more.
+    """
+    for a in (i // BRICK, (i - 1) // BRICK):
+        for b in (j // BRICK, (j - 1) // BRICK):
+            for c in (k // BRICK, (k - 1) // BRICK):
+                if index[a, b, c] >= 0:
+                    return index[a, b, c], i - BRICK * a, j - BRICK * b, k - BRICK * c
+    return -1, 0, 0, 0

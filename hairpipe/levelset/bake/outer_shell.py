@@ -1,0 +1,139 @@
+"""The part of a closed surface that the outside touches, without the sheets that lie inside other parts."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from hairpipe.levelset.bake.closed_surface import Surface
+from hairpipe.levelset.bake.flood_fill import OUTSIDE, TOUCH
+from hairpipe.levelset.grid_layout import Lattice
+
+HIDDEN, BACKED, LOST = range(3)
+# Halving the longest side goes this deep only for a triangle 2^60 voxels long.
+DEEPEST = 128
+
+
+class Outer(NamedTuple):
+    """What the outside touches of a surface.
+
+    surface  its triangles; those that are hidden in part are cut into pieces no larger than a voxel
+    lost     share of their area that no inside sample backs: parts too thin for the voxel
+    """
+
+    surface: Surface
+    lost: float
+
+
+def outer_surface(surface: Surface, marks: np.ndarray, lattice: Lattice) -> Outer:
+    """Return the part of a surface that the outside touches; pure.
+
+    marks  of the samples, from outside.marked_samples, (x, y, z) uint8
+
+    A point outside is nearest to that part anyway. A point inside must not take a sheet hidden within the body for its
+    surface: its distance and its velocity would be those of something nobody can touch. Where parts meet, sheets end
+    within two voxels behind the crease.
+    """
+    triangles = np.concatenate([surface.corners / lattice.voxel - lattice.first, surface.velocities], axis=2)
+    counts, areas = sort_pieces(triangles, marks, np.empty((0, 3, 6)))
+    lost, touched = areas[:, LOST].sum(), areas[:, BACKED:].sum()
+    whole = areas[:, HIDDEN] == 0
+    cut = ~whole & (counts > 0)
+    pieces = np.empty((counts[cut].sum(), 3, 6))
+    sort_pieces(triangles[cut], marks, pieces)
+    corners = np.concatenate([surface.corners[whole], (pieces[:, :, :3] + lattice.first) * lattice.voxel])
+    velocities = np.concatenate([surface.velocities[whole], pieces[:, :, 3:]])
+    return Outer(Surface(corners, velocities), float(lost / touched))
+
+
+@njit(cache=True)
+def sort_pieces(triangles: np.ndarray, marks: np.ndarray, pieces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cut every triangle into pieces no larger than a voxel and tell which of them the outside touches.
+
+    triangles  place of the corners, counted in samples from the first, and velocity [m/s], (m, 3, 6) float64
+    pieces     takes those that are touched, one triangle after the other, as many as fit, (p, 3, 6) float64
+
+    Returns how many pieces of each triangle are touched, (m,) int64, and the area of its pieces that are hidden, backed
+    by an inside sample, and lost, (m, 3) float64 [voxel^2].
+    """
+    counts = np.zeros(len(triangles), np.int64)
+    areas = np.zeros((len(triangles), 3))
+    stack = np.empty((DEEPEST, 3, 6))
+    at = 0
+    for t in range(len(triangles)):
+        stack[0] = triangles[t]
+        top = 1
+        while top > 0:
+            piece = stack[top - 1]
+            longest = longest_side(piece)
+            if longest >= 0:
+                halve(piece, longest, stack[top])
+                top += 1
+                continue
+            top -= 1
+            fate = fate_of(piece, marks)
+            areas[t, fate] += area(piece)
+            if fate != HIDDEN:
+                counts[t] += 1
+                if at < len(pieces):
+                    pieces[at] = piece
+                    at += 1
+    return counts, areas
+
+
+@njit(cache=True)
+def longest_side(piece: np.ndarray) -> int:
+    """Return the number of the longest side, from corner s to s + 1, or -1 where no side spans more than a voxel."""
+    found, most, span = -1, 0.0, 0.0
+    for s in range(3):
+        length = 0.0
+        for x in range(3):
+            reach = abs(piece[(s + 1) % 3, x] - piece[s, x])
+            span = max(span, reach)
+            length += reach * reach
+        if length > most:
+            found, most = s, length
+    return found if span > 1.0 else -1
+
+
+@njit(cache=True)
+def halve(piece: np.ndarray, s: int, other: np.ndarray) -> None:
+    """Cut a piece, in place, at the middle of its side s, and put the other half into `other`."""
+    a, b = s, (s + 1) % 3
+    for x in range(6):
+        middle = 0.5 * (piece[a, x] + piece[b, x])
+        for c in range(3):
+            other[c, x] = piece[c, x]
+        piece[b, x] = middle
+        other[a, x] = middle
+
+
+@njit(cache=True)
+def fate_of(piece: np.ndarray, marks: np.ndarray) -> int:
+    """Return HIDDEN where all samples of the voxels that hold a piece are inside, LOST where all are outside.
+
+    A piece that lies on samples is held by the voxels on both sides.
+    """
+    outside = inside = False
+    low, high = np.empty(3, np.int64), np.empty(3, np.int64)
+    for x in range(3):
+        low[x] = int(np.floor(min(piece[0, x], piece[1, x], piece[2, x]) - TOUCH))
+        high[x] = int(np.ceil(max(piece[0, x], piece[1, x], piece[2, x]) + TOUCH))
+    for i in range(low[0], high[0] + 1):
+        for j in range(low[1], high[1] + 1):
+            for k in range(low[2], high[2] + 1):
+                if marks[i, j, k] & OUTSIDE:
+                    outside = True
+                else:
+                    inside = True
+    if outside:
+        return BACKED if inside else LOST
+    return HIDDEN
+
+
+@njit(cache=True)
+def area(piece: np.ndarray) -> float:
+    """Return the area of a triangle [voxel^2]."""
+    ax, ay, az = piece[1, 0] - piece[0, 0], piece[1, 1] - piece[0, 1], piece[1, 2] - piece[0, 2]
+    bx, by, bz = piece[2, 0] - piece[0, 0], piece[2, 1] - piece[0, 1], piece[2, 2] - piece[0, 2]
+    return 0.5 * np.sqrt((ay * bz - az * by) ** 2 + (az * bx - ax * bz) ** 2 + (ax * by - ay * bx) ** 2)

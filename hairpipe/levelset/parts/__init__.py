@@ -1,0 +1,1 @@
+"""Level sets of a body in parts, each carried by its bones."""

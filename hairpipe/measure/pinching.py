@@ -1,0 +1,36 @@
+"""Whether hair that is inside bodies could be outside at all."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hairpipe.levelset.collider import MovingSurface, Probe
+
+ROOM = 1e-3
+"""How far a place is outside that counts as room: the thickness that hair keeps by default [m]."""
+_STEPS = 12
+_ENOUGH = 0.5  # of the room; distances are not exact
+_FARTHEST = 2.0  # places looked at, over the depth and the room
+
+
+def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[MovingSurface]) -> np.ndarray:
+    """Tell for which points inside bodies there is no room, as where two bodies overlap, (P,); pure.
+
+    points  [m], (P, 3); depths  how deep they are inside [m], (P,)
+    bodies  at time zero
+
+    The way out is followed along the normals, out of every body that it leads into, as far as twice the depth and the
+    room: pinched is what finds no place outside there. Nothing is pinched that comes to where there is no way out.
+    """
+    places, pinched = points.copy(), np.ones(len(points), bool)
+    reach = _FARTHEST * (depths + ROOM)
+    for _ in range(_STEPS):
+        probe = Probe.blank(len(points), 2.0 * ROOM)
+        for body in bodies:
+            body.probe(places, 0.0, probe)
+        near = np.linalg.norm(places - points, axis=1) <= reach
+        outside = (probe.distance > _ENOUGH * ROOM) & near
+        lost = (probe.distance < 0.0) & ~probe.normal.any(axis=1)
+        pinched &= ~(outside | lost)
+        places += np.maximum(ROOM - probe.distance, 0.0)[:, None] * probe.normal
+    return pinched

@@ -1,0 +1,79 @@
+"""Where to put the camera so that the hair fills the picture, whatever it does."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from hairpipe.data.lengths import strand_lengths
+from hairpipe.render.camera import Camera
+
+View = Literal["three_quarter", "front", "side", "back"]
+Place = tuple[float, float, float]
+
+AZIMUTHS = {"three_quarter": 38.0, "front": 0.0, "side": 90.0, "back": 180.0}
+"""Of the eye about the up axis, from where the face looks (+Z) towards the left ear (+X) [degrees]."""
+ELEVATION = 6.0
+"""Of the eye above the horizon [degrees]."""
+DROP = 0.3
+"""How far below the centre of the roots the picture has its centre, over its radius."""
+
+
+@dataclass(frozen=True)
+class Shot:
+    """How a picture is taken; an eye and a target override what the view and the hair would give.
+
+    width   of the picture [pixels]
+    height  of the picture [pixels]
+    view    side of the head it is taken from
+    fov     field of view across the shorter side [degrees]
+    eye     position of the camera [m]
+    target  what is at the centre of the picture [m]
+    """
+
+    width: int
+    height: int
+    view: View = "three_quarter"
+    fov: float = 24.0
+    eye: Place | None = None
+    target: Place | None = None
+
+
+@dataclass(frozen=True)
+class Framing:
+    """What a picture should hold.
+
+    target  centre of it [m], (3,) float64
+    radius  half of what its shorter side shows at the target [m]
+    """
+
+    target: np.ndarray
+    radius: float
+
+
+def frame_hair(points: np.ndarray, offsets: np.ndarray) -> Framing:
+    """Frame the hair from its roots and its length, not from where it happens to be.
+
+    The spread of the roots and the median length of the strands stay the same while the hair moves, so the picture
+    keeps its scale, and its centre moves with the roots only: hair that flies about does not drag it along.
+
+    points   root first, strand after strand [m], (p, 3) float64
+    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
+    """
+    roots = points[offsets[:-1]]
+    centre = roots.mean(axis=0)
+    spread = float(np.sqrt(np.mean(np.sum((roots - centre) ** 2, axis=1))))
+    length = float(np.median(strand_lengths(points, offsets)))
+    radius = max(1.6 * spread + 0.65 * length, 1e-3)
+    return Framing(centre - [0.0, DROP * radius, 0.0], radius)
+
+
+def place_camera(shot: Shot, framing: Framing) -> Camera:
+    """Put the camera where the shot says, and where it says nothing, where the framed hair fills the picture."""
+    target = framing.target if shot.target is None else np.array(shot.target)
+    azimuth, elevation = np.radians(AZIMUTHS[shot.view]), np.radians(ELEVATION)
+    level = np.cos(elevation)
+    towards = np.array([level * np.sin(azimuth), np.sin(elevation), level * np.cos(azimuth)])
+    distance = framing.radius / np.tan(0.5 * np.radians(shot.fov))
+    eye = target + distance * towards if shot.eye is None else np.array(shot.eye)
+    return Camera.look_at(eye, target, shot.fov, shot.width, shot.height)

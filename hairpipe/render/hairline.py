@@ -1,0 +1,52 @@
+"""A picture of what is painted on a body: where hair will grow."""
+
+import numpy as np
+
+from hairpipe.data import Body
+from hairpipe.errors import BadInput
+from hairpipe.groom.grow.paint import vertex_coat
+from hairpipe.render.film import GRAIN, backdrop, develop
+from hairpipe.render.framing import Framing, Shot, place_camera
+from hairpipe.render.lights import studio
+from hairpipe.render.objects import NO_HAIR
+from hairpipe.render.raster.surface import see_body
+from hairpipe.render.shading.skin import CLAY, shade_skin
+from hairpipe.render.shadows import cast_shadow
+from hairpipe.spatial.closest import project
+from hairpipe.spatial.triangle_tree import tree_over
+
+PAINT, LINE = np.array([0.20, 0.045, 0.015]), np.array([0.9, 0.85, 0.35])
+"""Colours where the paint is 1, and where it passes through a half, linear."""
+HALF = 0.06
+"""How far from a half the paint is drawn as the line."""
+ROOM, SCENE = 1.6, 1.35
+"""Radius of the picture over that of what is painted, and half the edge of the cube in which shadows fall over that."""
+
+
+def draw_hairline(body: Body, name: str, shot: Shot) -> np.ndarray:
+    """Draw a body at rest with a map that is painted on it, (height, width, 3) uint8, sRGB.
+
+    name  of the map
+    Raise BadInput where the body has no such map, or nothing is painted.
+    """
+    coat = vertex_coat(body, name, "map")
+    mesh, framing = body.mesh, frame_paint(body, name)
+    camera = place_camera(shot, framing).enlarged(GRAIN)
+    shadows = [
+        cast_shadow(light, framing.target, SCENE * framing.radius, *NO_HAIR, 0.0, mesh) for light in studio(camera.axes)
+    ]
+    surface, film = see_body(mesh, camera), backdrop(camera.height, camera.width)
+    sites, _ = project(tree_over(mesh.points[mesh.triangles]), surface.points)
+    paint = np.clip(coat(sites), 0.0, 1.0)[:, None]
+    colours = np.where(np.abs(paint - 0.5) < HALF, LINE, CLAY + paint * (PAINT - CLAY))
+    film[surface.rows, surface.columns] = shade_skin(surface, colours, camera.eye, shadows)
+    return develop(film)
+
+
+def frame_paint(body: Body, name: str) -> Framing:
+    """Frame the vertices of which the paint is at least a half; BadInput where there is none."""
+    painted = body.mesh.points[body.maps[name] >= 0.5]
+    if not len(painted):
+        raise BadInput(f"map '{name}' is less than a half everywhere", where="map", right="a map that is painted")
+    lower, upper = painted.min(axis=0), painted.max(axis=0)
+    return Framing(0.5 * (lower + upper), max(0.5 * ROOM * float(np.linalg.norm(upper - lower)), 1e-3))

@@ -1,0 +1,60 @@
+"""A picture of a mesh on a level floor, every triangle with a face of its own."""
+
+import numpy as np
+
+from hairpipe.data import Mesh
+from hairpipe.errors import BadInput
+from hairpipe.render.film import GRAIN, backdrop, develop
+from hairpipe.render.framing import Framing, Shot, place_camera
+from hairpipe.render.lights import studio
+from hairpipe.render.raster.surface import Surface, see_body
+from hairpipe.render.shading.skin import shade_skin
+from hairpipe.render.shadows import cast_shadow
+
+FLOOR = np.array([0.09, 0.095, 0.105])
+"""Colour of the floor, linear."""
+WIDE, TILES = 8.0, 64
+"""Half the edge of the floor, over the radius of the picture, and tiles along it: those behind the eye are left out."""
+BELOW = 2e-3
+"""How far under y = 0 the floor lies, so that what lies on it is seen, over the radius of the picture."""
+NO_HAIR = np.zeros((0, 3)), np.zeros(1, np.int32)
+
+
+def draw_object(mesh: Mesh, shot: Shot, framing: Framing, colour: np.ndarray) -> np.ndarray:
+    """Draw a mesh and its shadow on the floor at y = 0, (height, width, 3) uint8, sRGB.
+
+    framing  what the picture holds where the shot does not say
+    colour   of the mesh, linear, (3,)
+
+    Raises BadInput where a position is not finite.
+    """
+    if not np.isfinite(mesh.points).all():
+        raise BadInput("a point is not finite", where="mesh")
+    camera = place_camera(shot, framing).enlarged(GRAIN)
+    facets = Mesh(mesh.points[mesh.triangles].reshape(-1, 3), np.arange(3 * len(mesh.triangles)).reshape(-1, 3))
+    shadows = [
+        cast_shadow(light, framing.target, 2 * framing.radius, *NO_HAIR, 0.0, facets) for light in studio(camera.axes)
+    ]
+    film, nearest = backdrop(camera.height, camera.width), np.full((camera.height, camera.width), np.inf)
+    for thing, paint in ((_floor(framing), FLOOR), (facets, colour)):
+        seen = _ahead(see_body(thing, camera), nearest)
+        film[seen.rows, seen.columns] = shade_skin(seen, np.tile(paint, (len(seen.rows), 1)), camera.eye, shadows)
+    return develop(film)
+
+
+def _floor(framing: Framing) -> Mesh:
+    along = WIDE * framing.radius * np.linspace(-1, 1, TILES + 1)
+    x, z = np.meshgrid(framing.target[0] + along, framing.target[2] + along, indexing="ij")
+    points = np.stack([x, np.full_like(x, -BELOW * framing.radius), z], axis=2).reshape(-1, 3)
+    i, j = (index.ravel() for index in np.indices((TILES, TILES)))
+    a = i * (TILES + 1) + j
+    b, c, d = a + 1, a + TILES + 2, a + TILES + 1
+    return Mesh(points, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32))
+
+
+def _ahead(surface: Surface, nearest: np.ndarray) -> Surface:
+    """Keep what is nearer than what was drawn, and note it in `nearest`, in place."""
+    rows, columns = surface.rows, surface.columns
+    keep = surface.depth[rows, columns] < nearest[rows, columns]
+    nearest[rows[keep], columns[keep]] = surface.depth[rows[keep], columns[keep]]
+    return Surface(rows[keep], columns[keep], surface.points[keep], surface.normals[keep], surface.depth)

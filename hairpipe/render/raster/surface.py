@@ -1,0 +1,81 @@
+"""What the camera sees of the body."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from hairpipe.data import Mesh
+from hairpipe.render.camera import NEAR, Camera
+from hairpipe.render.raster.triangles import UNSEEN, rasterise, vertex_normals, weights
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The points of the body that are seen, one for every pixel that sees it.
+
+    rows     of the pixels, (n,) int64
+    columns  of the pixels, (n,) int64
+    points   seen [m], (n, 3) float64
+    normals  there, interpolated between the vertices and turned to the eye, unit vectors, (n, 3) float64
+    depth    of every pixel of the film along the view axis [m], infinite where no body is seen, (height, width)
+    """
+
+    rows: np.ndarray
+    columns: np.ndarray
+    points: np.ndarray
+    normals: np.ndarray
+    depth: np.ndarray
+
+
+def see_body(body: Mesh, camera: Camera) -> Surface:
+    """Find the body's points at the pixel centres; triangles that reach behind the eye are left out."""
+    places = camera.project(body.points)
+    closeness = np.where(places[:, 2] > NEAR, 1.0 / np.maximum(places[:, 2], NEAR), 0.0)
+    seen, close = rasterise(places[:, :2], body.triangles, closeness, camera.height, camera.width)
+    rows, columns = np.nonzero(seen != UNSEEN)
+    depth = np.full(seen.shape, np.inf)
+    depth[rows, columns] = 1.0 / close[rows, columns]
+    towards = vertex_normals(body.points, body.triangles)
+    points, normals = np.empty((len(rows), 3)), np.empty((len(rows), 3))
+    interpolate(points, body.points, places, closeness, body.triangles, seen, rows, columns)
+    interpolate(normals, towards, places, closeness, body.triangles, seen, rows, columns)
+    turn_to(camera.eye, points, normals)
+    return Surface(rows, columns, points, normals, depth)
+
+
+@njit(cache=True, nogil=True)
+def interpolate(
+    taken: np.ndarray,
+    values: np.ndarray,
+    film: np.ndarray,
+    closeness: np.ndarray,
+    triangles: np.ndarray,
+    seen: np.ndarray,
+    rows: np.ndarray,
+    columns: np.ndarray,
+) -> None:
+    """Interpolate vertex values (n, 3) at the pixels that see a triangle, true to perspective, into `taken` (p, 3)."""
+    for p in range(len(rows)):
+        i, j = rows[p], columns[p]
+        m = seen[i, j]
+        a, b, c = triangles[m, 0], triangles[m, 1], triangles[m, 2]
+        ax, ay, bx, by, cx, cy = film[a, 0], film[a, 1], film[b, 0], film[b, 1], film[c, 0], film[c, 1]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        u, v, w = weights(ax, ay, bx, by, cx, cy, area, j + 0.5, i + 0.5)
+        u, v, w = u * closeness[a], v * closeness[b], w * closeness[c]
+        for d in range(3):
+            taken[p, d] = (u * values[a, d] + v * values[b, d] + w * values[c, d]) / (u + v + w)
+
+
+@njit(cache=True, nogil=True)
+def turn_to(eye: np.ndarray, points: np.ndarray, normals: np.ndarray) -> None:
+    """Give normals unit length and turn those that look away from the eye, in place."""
+    for p in range(len(points)):
+        length, ahead = 0.0, 0.0
+        for d in range(3):
+            length += normals[p, d] ** 2
+            ahead += normals[p, d] * (eye[d] - points[p, d])
+        scale = (1.0 if ahead >= 0.0 else -1.0) / max(np.sqrt(length), 1e-12)
+        for d in range(3):
+            normals[p, d] *= scale

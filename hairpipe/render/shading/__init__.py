@@ -1,0 +1,1 @@
+"""How hair, skin and scalp throw light back."""

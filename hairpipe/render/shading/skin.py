@@ -1,0 +1,86 @@
+"""How the body throws light back: matt, warm where light turns to shadow, with a faint sheen."""
+
+import math
+
+import numpy as np
+from numba import njit
+
+from hairpipe.render.raster.surface import Surface
+from hairpipe.render.shadows import Shadow, look_up
+
+CLAY = np.array([0.25, 0.21, 0.19])
+"""Colour of the body, linear."""
+WRAP = np.array([0.38, 0.22, 0.15])
+"""How far light creeps around into the shade: red furthest, as in skin."""
+SHEEN = 0.25
+"""Strength of the highlight."""
+AMBIENT = 0.05
+"""Light that comes from everywhere."""
+DENSITY = 0.2
+"""How fast light dies away in the hair before the body."""
+GRAZING = 0.3
+"""Cosine to the lamp below which the cells are too coarse to tell a surface's own shadow: there it fades away."""
+LIFT = 1.5
+"""How far off the surface the shadow is looked up [cells]."""
+
+
+def shade_skin(surface: Surface, colours: np.ndarray, eye: np.ndarray, shadows: list[Shadow]) -> np.ndarray:
+    """Light that the seen points of the body send to the eye, linear, (n, 3) float64.
+
+    colours  of the points, linear, (n, 3)
+    eye      [m], (3,)
+    shadows  of every lamp
+    """
+    shed = AMBIENT * colours
+    for shadow in shadows:
+        lift, light = LIFT * shadow.cell, shadow.light
+        add_light(
+            shed,
+            surface.points,
+            surface.normals,
+            colours,
+            eye,
+            light.towards,
+            light.colour,
+            shadow.depth,
+            shadow.to_cells,
+            lift,
+        )
+    return shed
+
+
+@njit(cache=True, nogil=True)
+def add_light(
+    shed: np.ndarray,
+    points: np.ndarray,
+    normals: np.ndarray,
+    colours: np.ndarray,
+    eye: np.ndarray,
+    towards: np.ndarray,
+    light: np.ndarray,
+    depth: np.ndarray,
+    to_cells: np.ndarray,
+    lift: float,
+) -> None:
+    """Add what one lamp makes the points (n, 3) send to the eye, into `shed` (n, 3).
+
+    Diffuse ((n.l + w)/(1 + w))^2 where positive, with a width w for every colour; specular (n.h)^16, h halfway between
+    lamp and eye (Blinn 1977); both in the colour of the point.
+    """
+    lx, ly, lz = towards
+    for i in range(len(shed)):
+        nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
+        facing = nx * lx + ny * ly + nz * lz
+        if facing <= -WRAP[0]:
+            continue
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        ex, ey, ez = eye[0] - x, eye[1] - y, eye[2] - z
+        away = math.sqrt(ex * ex + ey * ey + ez * ez)
+        hx, hy, hz = ex / away + lx, ey / away + ly, ez / away + lz
+        half = (nx * hx + ny * hy + nz * hz) / math.sqrt(hx * hx + hy * hy + hz * hz + 1e-12)
+        sheen = SHEEN * max(0.0, half) ** 16 * min(1.0, max(0.0, 4.0 * facing))
+        sure = min(1.0, max(0.0, facing / GRAZING))
+        through = math.exp(-DENSITY * sure * look_up(depth, to_cells, x + lift * nx, y + lift * ny, z + lift * nz))
+        for c in range(3):
+            wrapped = max(0.0, (facing + WRAP[c]) / (1.0 + WRAP[c]))
+            shed[i, c] += light[c] * through * colours[i, c] * (wrapped * wrapped + sheen)

@@ -1,0 +1,137 @@
+"""What lies between a lamp and a point: the optical depth of the hair, and the body.
+
+A cube of cells stands around the scene with one edge along the light. Every hair segment adds the area it shows to the
+light, over the area of a cell; summed along the light this is the number of hairs that a ray crosses on average: the
+deep opacity map of Yuksel and Keyser 2008 with layers of equal thickness, itself a cheap form of the deep shadow map of
+Lokovic and Veach 2000. Behind the body the depth grows to SOLID.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from hairpipe.data import Mesh
+from hairpipe.render.lights import Light
+from hairpipe.render.raster.triangles import rasterise
+
+CELLS = 160
+"""Along an edge of the cube."""
+SOLID = 15.0
+"""Hairs that the body is worth: next to no light comes through so many, yet the shadow has a soft edge."""
+FINE = 2
+"""Rays across a cell that look for the body."""
+BIAS = 1.5
+"""How far behind the body's surface its shadow begins, so that the body does not shade its own lit side [cells]."""
+
+
+@dataclass(frozen=True)
+class Shadow:
+    """Optical depth in front of the cells of a cube, as seen from a lamp.
+
+    light     the lamp
+    to_cells  to_cells[:, :3] x + to_cells[:, 3] is the place in the cube of a world point x [cells], (3, 4) float64;
+              the third coordinate runs away from the lamp
+    cell      edge of a cell [m]
+    depth     at the centres of the cells, (CELLS, CELLS, CELLS) float32
+    """
+
+    light: Light
+    to_cells: np.ndarray
+    cell: float
+    depth: np.ndarray
+
+
+def cast_shadow(
+    light: Light, centre: np.ndarray, radius: float, points: np.ndarray, offsets: np.ndarray, width: float, body: Mesh
+) -> Shadow:
+    """Cast the shadow of hair and body away from a lamp.
+
+    centre   of the scene [m], (3,) float64
+    radius   of the scene: half an edge of the cube [m]
+    points   of the strands [m], (p, 3) float64
+    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
+    width    of a strand [m]
+    """
+    cell = 2.0 * radius / CELLS
+    axes = across(light.towards) / cell
+    shift = CELLS / 2 - axes @ centre
+    depth = np.zeros((CELLS, CELLS, CELLS), np.float32)
+    scatter(depth, points @ axes.T + shift, offsets, width / cell)
+    accumulate(depth, front(body.points @ axes.T + shift, body.triangles))
+    return Shadow(light, np.column_stack([axes, shift]), cell, depth)
+
+
+def across(towards: np.ndarray) -> np.ndarray:
+    """Two axes across the light and one along it, away from the lamp: rows of a rotation, (3, 3)."""
+    aside = np.cross(towards, [0.0, 1.0, 0.0] if abs(towards[1]) < 0.9 else [1.0, 0.0, 0.0])
+    aside /= np.linalg.norm(aside)
+    return np.stack([aside, np.cross(aside, -towards), -towards])
+
+
+def front(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Where along the rays the body begins [cells], infinite beside it, (FINE*CELLS, FINE*CELLS); vertices in cells."""
+    far = places[:, 2].max(initial=0.0) + 1.0
+    _, close = rasterise(FINE * places[:, 1::-1], triangles, far - places[:, 2], FINE * CELLS, FINE * CELLS)
+    return np.where(close > 0.0, far - close, np.inf)
+
+
+@njit(cache=True, nogil=True)
+def scatter(depth: np.ndarray, places: np.ndarray, offsets: np.ndarray, width: float) -> None:
+    """Add the area that every segment shows the light [cell areas] to the cells, in place; places (p, 3) in cells."""
+    for s in range(len(offsets) - 1):
+        for i in range(offsets[s], offsets[s + 1] - 1):
+            x, y, z = places[i, 0], places[i, 1], places[i, 2]
+            dx, dy, dz = places[i + 1, 0] - x, places[i + 1, 1] - y, places[i + 1, 2] - z
+            area = width * math.hypot(dx, dy)
+            add(depth, x + 0.25 * dx, y + 0.25 * dy, z + 0.25 * dz, 0.5 * area)
+            add(depth, x + 0.75 * dx, y + 0.75 * dy, z + 0.75 * dz, 0.5 * area)
+
+
+@njit(cache=True, nogil=True)
+def add(depth: np.ndarray, x: float, y: float, z: float, area: float) -> None:
+    """Share an area among the eight cells around a place, in place; nothing outside the cube."""
+    top = CELLS - 1.5
+    if not (0.5 <= x < top and 0.5 <= y < top and 0.5 <= z < top):
+        return
+    i, j, k = int(x - 0.5), int(y - 0.5), int(z - 0.5)
+    u, v, w = x - 0.5 - i, y - 0.5 - j, z - 0.5 - k
+    for di, p in ((0, 1.0 - u), (1, u)):
+        for dj, q in ((0, 1.0 - v), (1, v)):
+            depth[i + di, j + dj, k] += area * p * q * (1.0 - w)
+            depth[i + di, j + dj, k + 1] += area * p * q * w
+
+
+@njit(cache=True, nogil=True)
+def accumulate(depth: np.ndarray, solid: np.ndarray) -> None:
+    """Sum the cells along the light, each to its centre, and fill what lies behind the body, in place."""
+    for i in range(CELLS):
+        for j in range(CELLS):
+            before = 0.0
+            for k in range(CELLS):
+                behind = 0.0
+                for n in range(FINE * FINE):
+                    start = solid[FINE * i + n // FINE, FINE * j + n % FINE]
+                    behind += min(max(k + 0.5 - start - BIAS, 0.0), 1.0) / FINE**2
+                own = depth[i, j, k]
+                depth[i, j, k] = before + 0.5 * own + SOLID * behind
+                before += own
+
+
+@njit(cache=True, nogil=True, inline="always")
+def look_up(depth: np.ndarray, to_cells: np.ndarray, px: float, py: float, pz: float) -> float:
+    """Optical depth at a world point, between the centres of the cells; none beside the cube."""
+    x = to_cells[0, 0] * px + to_cells[0, 1] * py + to_cells[0, 2] * pz + to_cells[0, 3] - 0.5
+    y = to_cells[1, 0] * px + to_cells[1, 1] * py + to_cells[1, 2] * pz + to_cells[1, 3] - 0.5
+    z = to_cells[2, 0] * px + to_cells[2, 1] * py + to_cells[2, 2] * pz + to_cells[2, 3] - 0.5
+    if not (0.0 <= x < CELLS - 1 and 0.0 <= y < CELLS - 1):
+        return 0.0
+    z = min(max(z, 0.0), CELLS - 1.001)
+    i, j, k = int(x), int(y), int(z)
+    u, v, w = x - i, y - j, z - k
+    total = 0.0
+    for di, p in ((0, 1.0 - u), (1, u)):
+        for dj, q in ((0, 1.0 - v), (1, v)):
+            total += p * q * ((1.0 - w) * depth[i + di, j + dj, k] + w * depth[i + di, j + dj, k + 1])
+    return total

@@ -1,0 +1,81 @@
+"""What of a scene surrounds its hair in a frame."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import numpy as np
+
+from hairpipe.data import LevelSet
+from hairpipe.data.hair import HairState
+from hairpipe.data.parts import BodyParts
+from hairpipe.levelset.collider import MovingSurface
+from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.sim.air.breeze import Breeze
+from hairpipe.sim.boundary import WORLD
+from hairpipe.sim.contact.body.body_contacts import BodyContacts, thicknesses
+from hairpipe.sim.contact.body.fold_preservation import turns_of
+from hairpipe.sim.contact.hair.exclusions import REST
+from hairpipe.sim.contact.hair.hair_contacts import HairContacts
+from hairpipe.sim.contact.hair.proximity import near_pairs
+from hairpipe.sim.contact.hair.stiction import Connections, same_hair_keys
+from hairpipe.sim.hair_model import Hair
+from hairpipe.sim.interactions import Surroundings
+from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction
+from hairpipe.sim.strands.chain import Chain
+from hairpipe.sim.strands.network import Network
+from hairpipe.spatial.pairs import key_of
+
+
+def bodies_of(
+    surfaces: Sequence[tuple[LevelSet, LevelSet]],
+    parts: Sequence[tuple[BodyParts, BodyParts]],
+    contact: BodyContact,
+    frame: float,
+) -> list[MovingSurface]:
+    """Make bodies of what they are at the previous and at this frame, which are frame [s] apart."""
+    scheme = Interpolation[contact.interpolation]
+    whole = [moving_field(*surface, frame, scheme) for surface in surfaces]
+    return [*whole, *(moving_parts(*body, frame) for body in parts)]
+
+
+def surroundings_of(
+    hair: Hair,
+    model: Network | Chain,
+    state: HairState,
+    bodies: Sequence[MovingSurface],
+    scene: Scene,
+    began: float,
+    origin: np.ndarray = WORLD,
+) -> Surroundings:
+    """Collect what acts on hair in a frame, which is computed about an origin [m], (3,)."""
+    offsets = hair.layout.offsets
+    body = wind = touching = None
+    if bodies:
+        turns = turns_of(hair.groom.points, offsets) if scene.contact.folds is not None else None
+        thickness = thicknesses(offsets, scene.contact.thickness)
+        axial = np.empty(len(offsets) - 1)
+        axial[hair.layout.strands] = model.constants[:, 0]
+        segments = np.linalg.norm(np.diff(hair.groom.points, axis=0, prepend=hair.groom.points[:1]), axis=1)
+        body = BodyContacts(list(bodies), scene.contact, thickness, offsets, segments, axial, turns)
+    if scene.wind is not None:
+        wind = Breeze(scene.wind, hair.diameter)
+    if scene.stiction is not None or scene.collisions is not None:
+        stuck = Connections(state.stuck, state.stuck_at)
+        at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
+        touching = HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest)
+    return Surroundings(model, hair.layout, scene.strain, wind, body, touching, began, origin)
+
+
+@lru_cache(maxsize=2)
+def pairs_at_rest(
+    hair: Hair, stiction: Stiction | None, collisions: Collisions | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the keys of pairs that the groom has so near that they do not stick, and that they do not collide."""
+    points, offsets, none = hair.groom.points, hair.layout.offsets, np.empty(0, np.int64)
+    sticking = same_hair_keys(points, offsets, stiction.reach) if stiction is not None else none
+    colliding = none
+    if collisions is not None:
+        colliding = key_of(near_pairs(points, offsets, REST * collisions.thickness).segments)
+    return sticking, colliding

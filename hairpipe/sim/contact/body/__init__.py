@@ -1,0 +1,1 @@
+"""Hair against bodies."""

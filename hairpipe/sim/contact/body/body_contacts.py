@@ -1,0 +1,189 @@
+"""Hair against the body in one step: held while it is solved, caught where it ran into it, put right at the end."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hairpipe.levelset.collider import MovingSurface, Probe, Sweep
+from hairpipe.sim.contact.body.depenetration import pushes, rise, within_reach
+from hairpipe.sim.contact.body.fold_preservation import Turns, add_heights
+from hairpipe.sim.contact.body.implicit import FREE, INSIDE, STIFF, TOUCHES, Touch, hold, judge, resume, stop_normals
+from hairpipe.sim.contact.body.length_projection import drape
+from hairpipe.sim.contact.body.pinching import give_way
+from hairpipe.sim.contact.body.probe_cache import Sight
+from hairpipe.sim.contact.body.projection import Motion, farthest, project
+from hairpipe.sim.settings import BodyContact
+
+RISE = 5
+"""Points over which the thickness grows from the root on."""
+_PARTS = 8  # of a step, that the normals are read at where hair ran into something
+_MARGIN = 5e-3  # [m]; points farther than this beyond their thickness are not looked at, nor held
+_NEAR = 1e-4  # [m]; what is farther than this beyond it begins to touch in no case
+
+
+def thicknesses(offsets: np.ndarray, thickness: float) -> np.ndarray:
+    """Return what every point keeps from the body [m], (P,): rising from 0 at the root to all of it at the fifth."""
+    along = np.arange(offsets[-1]) - np.repeat(offsets[:-1], np.diff(offsets))
+    return thickness * np.minimum(along, RISE) / RISE
+
+
+@dataclass(eq=False)
+class BodyContacts:
+    """Contact with bodies within a frame; touching is remembered from stage to stage.
+
+    surfaces   the bodies, which are one
+    thickness  that points keep [m], (P,)
+    offsets    of the points of strands, (S+1,) int32
+    segments   from the points to those before them [m], (P,)
+    axial      E A of the strands [N], (S,)
+    turns      of curls that keep their shape; None: they are pressed flat
+    """
+
+    surfaces: list[MovingSurface]
+    contact: BodyContact
+    thickness: np.ndarray
+    offsets: np.ndarray
+    segments: np.ndarray
+    axial: np.ndarray
+    turns: Turns | None = None
+    _touch: Touch = field(init=False)
+    _sight: Sight = field(init=False)
+    _everyone: np.ndarray = field(init=False)
+    _begun: np.ndarray = field(init=False)
+    _wanted: np.ndarray = field(init=False)
+    _kept: np.ndarray = field(init=False)
+    _reach: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._touch, self._everyone = Touch.none(len(self.thickness)), np.ones(len(self.thickness), np.bool_)
+        highest = 2.0 * self.turns.radii.max(initial=0.0) if self.turns is not None else 0.0
+        far = float(self.thickness.max(initial=0.0) + highest)
+        self._reach = np.full(len(self.thickness), np.inf)
+        self._sight = Sight(self.surfaces, len(self.thickness), far + _MARGIN, far + _NEAR)
+
+    def look(self, points: np.ndarray, time: float, who: np.ndarray) -> Probe:
+        """Find how near the body is at a time since the previous frame [s], where it is, and what points keep there.
+
+        who  points that are looked at, (P,) bool; of the others what was seen last
+        """
+        self._sight.renew(points, time, who, self._touch.state != FREE)
+        probe, self._wanted = self._sight.probe, self.thickness
+        if self.turns is not None and self.contact.folds is not None:
+            self._wanted = self.thickness.copy()
+            add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._wanted)
+        room = give_way(points, time, self.surfaces, probe, self.thickness, self._wanted)
+        self._kept = np.minimum(room, self._reach)
+        return probe
+
+    def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, dt: float) -> None:
+        """Note where points begin a step of dt [s], and how fast."""
+        probe = self.look(points, time, self._everyone)
+        self._begun = probe.distance.copy()
+        self._reach = within_reach(self._begun, self.segments, self.offsets)
+        self._kept = np.minimum(self._kept, self._reach)
+        self._touch.shocked[:] = False
+        rise(self._touch, probe, self._kept, pushes(self.axial, masses, self.offsets), masses, dt)
+        resume(self._touch, probe, speeds, self._kept, masses)
+
+    def foresee(self, points: np.ndarray, time: float, who: np.ndarray) -> None:
+        """Look where a prediction leads points who, (P,) bool, at the end of a stage."""
+        self.look(points, time, who)
+        self._touch.freed[:] = False
+
+    def hold(
+        self,
+        points: np.ndarray,
+        speeds: np.ndarray,
+        masses: np.ndarray,
+        weights: np.ndarray,
+        who: np.ndarray,
+        push: np.ndarray,
+        damping: np.ndarray,
+    ) -> None:
+        """Add the forces that hold points, push - damping v, in place; see `hold`."""
+        hold(self._touch, self._sight.probe, points, speeds, self._kept, masses, weights, who, push, damping)
+
+    def judge(
+        self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, who: np.ndarray
+    ) -> np.ndarray:
+        """Look at what a solve found; mark the points that must be solved again, (P,) bool."""
+        probe, changed = self.look(points, time, who), np.empty(len(points), np.bool_)
+        rest = (self._kept, masses, self.contact.friction, who, changed)
+        judge(self._touch, probe, speeds, *rest)
+        return changed
+
+    @property
+    def shocked(self) -> np.ndarray:
+        """Points whose contact with the body jumped in this step, or that it moved out at the end, (P,) bool."""
+        return self._touch.shocked
+
+    @property
+    def speed(self) -> float:
+        """Speed that no body exceeds [m/s]."""
+        return max((surface.speed for surface in self.surfaces), default=0.0)
+
+    def stop(self, speeds: np.ndarray) -> np.ndarray:
+        """Return the change of velocity [m/s], (P, 3), after which what is held goes with the body along the normal."""
+        change = np.empty_like(speeds)
+        stop_normals(self._touch, speeds, self._sight.probe.distance, change)
+        return change
+
+    def hold_normals(self, who: np.ndarray, normals: np.ndarray, masses: np.ndarray, dt: float) -> None:
+        """Give points who, (P,) bool, the body's velocity along normals in the next solves, and let go of the others.
+
+        This is how the paper's velocity solve has it, in a step of dt [s]; friction has acted before.
+        """
+        touch = self._touch
+        others = touch.state != INSIDE
+        touch.state[others] = np.where(who & np.isfinite(masses), TOUCHES, FREE)[others]
+        touch.grip[others] = 0.0
+        touch.normal[others] = normals[others]
+        touch.target[others] = self._sight.probe.velocity[others]
+        touch.rate[others] = np.where(touch.state == TOUCHES, STIFF * masses / dt, 0.0)[others]
+
+    def let_go(self) -> None:
+        """Hold nothing but what rises, until points are looked at again."""
+        self._touch.state[self._touch.state != INSIDE] = FREE
+
+    def correct(
+        self, before: np.ndarray, after: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, dt: float
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Find what puts points right at the end of a step: changes of position [m] and velocity [m/s], (P, 3).
+
+        Third and fourth: which points touched, (P,) bool, and the normals there, (P, 3).
+        """
+        sweep = Sweep.blank(len(after))
+        for surface in self.surfaces:
+            surface.sweep(before, after, time, time + dt, self.thickness, sweep)
+        met = np.flatnonzero((sweep.fraction <= 1.0) & np.isfinite(masses))
+        parts = np.minimum((sweep.fraction[met] * _PARTS).astype(int), _PARTS - 1)
+        meeting = Probe.blank(len(met))
+        for part in np.unique(parts):
+            chosen = parts == part
+            where, share = met[chosen], part / _PARTS
+            at = before[where] + share * (after[where] - before[where])
+            found = Probe.blank(len(where))
+            for surface in self.surfaces:
+                surface.probe(at, time + share * dt, found)
+            for target, values in zip(meeting, found, strict=True):
+                target[chosen] = values
+        ended, leaving = self.look(after, time + dt, self._everyone), Probe.blank(len(met))
+        for surface in self.surfaces:
+            surface.probe(after[met], time + dt, leaving)
+        most = farthest(self._begun, dt)
+        motion = Motion(before, after, speeds, most, self._kept, masses)
+        found = project(motion, ended, met, parts / _PARTS, meeting, leaving.normal, dt, self.contact.friction)
+        dx, dv, touched, normals = found
+        # What is pressed on the body sinks in and is moved out in every step: with the forces found before it trembles.
+        np.logical_or(self._touch.shocked, touched, out=self._touch.shocked)
+        drape(after, dx, normals, most, masses, lambda places, which: self._around(places, which, time + dt))
+        return dx, dv, touched, normals
+
+    def _around(self, places: np.ndarray, which: np.ndarray, time: float) -> tuple[Probe, np.ndarray]:
+        """Find the body at places [m], (n, 3), of points (n,), and what these keep from it there [m], (n,)."""
+        wanted = self._wanted[which]
+        probe = Probe.blank(len(places), float(wanted.max(initial=0.0)) + _MARGIN)
+        for surface in self.surfaces:
+            surface.probe(places, time, probe)
+        room = give_way(places, time, self.surfaces, probe, self.thickness[which], wanted)
+        return probe, np.minimum(room, self._reach[which])

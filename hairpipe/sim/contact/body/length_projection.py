@@ -1,0 +1,104 @@
+"""Strands that a body pushes out, and that may not stretch: both, in turns.
+
+A point that was moved out may be too far from the one before it, towards the root. It is drawn after that in the plane
+of its contact, so that it slides along the body and not back into it; where the body is curved it is moved out again.
+Where that does not help, as where a thin part is between the two, it is laid beside the one before, on the same side of
+the body. That one is outside, so there always is a place.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numba import njit
+
+from hairpipe.levelset.collider import Probe
+
+STRETCH = 0.1
+"""How far a segment may be stretched by what puts its ends right, of its length."""
+_ROUNDS = 64  # of both; what is inside then cannot be helped
+_PATIENCE = 4  # rounds until points are laid beside those before them
+_SHORT = 0.5  # of what a point keeps from the body; nearer than that it is moved out again
+_SHORTEST = 1e-4  # [m]; nothing that is nearer by less than this is moved again
+_STEEPEST = 0.9  # of the longest way to a neighbour, that may be along the normal
+
+
+def drape(
+    after: np.ndarray,
+    dx: np.ndarray,
+    normals: np.ndarray,
+    most: np.ndarray,
+    masses: np.ndarray,
+    look: Callable[[np.ndarray, np.ndarray], tuple[Probe, np.ndarray]],
+) -> None:
+    """Change dx, (P, 3) [m], in place, until it neither stretches a segment nor leaves a point inside.
+
+    after    where points are without dx, which moves them out [m], (P, 3)
+    normals  they were moved along, 0 where they were not, (P, 3); in place
+    most     distance from the body up to which they may be moved out [m], (P,)
+    masses   [kg], (P,); inf where held, at roots
+    look     finds the body at places [m], (n, 3), of points (n,), and what these keep from it [m], (n,)
+    """
+    moved = after + dx
+    strands = np.cumsum(np.isinf(masses))
+    wrong = np.ones(strands[-1] + 1, bool)
+    for turn in range(_ROUNDS):
+        keep_lengths(after, normals, masses, moved)
+        looked = np.flatnonzero(wrong[strands])
+        chosen = looked[(moved[looked] != after[looked]).any(axis=1)]
+        probe, kept = look(moved[chosen], chosen)
+        aim = np.minimum(kept, most[chosen])
+        short = aim - probe.distance
+        bad = (short > np.maximum(_SHORT * np.abs(aim), _SHORTEST)) & probe.normal.any(axis=1)
+        if not bad.any():
+            break
+        out = chosen[bad]
+        wrong[:] = False
+        wrong[strands[out]] = True
+        if turn % _PATIENCE < _PATIENCE - 1:
+            normals[out] = probe.normal[bad]
+            moved[out] += short[bad, None] * probe.normal[bad]
+        else:
+            lay_beside(out, normals, moved)
+    else:
+        keep_lengths(after, normals, masses, moved)
+    dx[:] = moved - after
+
+
+@njit(cache=True)
+def keep_lengths(after: np.ndarray, normals: np.ndarray, masses: np.ndarray, moved: np.ndarray) -> None:
+    """Draw points, from the root on, after the one before where the way to it is stretched too far; moved in place.
+
+    Arguments as for `drape`.
+    """
+    way = np.empty(3)
+    for i in range(1, len(moved)):
+        if masses[i] == np.inf:
+            continue
+        rest = length = along = 0.0
+        for a in range(3):
+            way[a] = moved[i, a] - moved[i - 1, a]
+            rest += (after[i, a] - after[i - 1, a]) ** 2
+            length += way[a] ** 2
+            along += way[a] * normals[i, a]
+        longest = (1.0 + STRETCH) ** 2 * rest
+        if length <= longest:
+            continue
+        if along**2 > _STEEPEST**2 * longest:
+            along = 0.0
+        scale = np.sqrt((longest - along**2) / (length - along**2))
+        for a in range(3):
+            up = along * normals[i, a]
+            moved[i, a] = moved[i - 1, a] + up + scale * (way[a] - up)
+
+
+@njit(cache=True)
+def lay_beside(which: np.ndarray, normals: np.ndarray, moved: np.ndarray) -> None:
+    """Lay points, ascending, where the plane of contact of the ones before them is, else nearer to these; in place."""
+    for i in which:
+        down = 0.0
+        for a in range(3):
+            down += (moved[i, a] - moved[i - 1, a]) * normals[i - 1, a]
+        for a in range(3):
+            way = moved[i, a] - moved[i - 1, a]
+            moved[i, a] = moved[i - 1, a] + (way - down * normals[i - 1, a] if down < 0.0 else 0.5 * way)
+            normals[i, a] = normals[i - 1, a]

@@ -1,0 +1,140 @@
+"""Hair out of the body at the end of a step: level-set collision after Bridson et al. 2003, step 5 of the paper's nine.
+
+A point that ends a step nearer to the surface than its thickness is moved out along the normal n, and its velocity V,
+V_b being the body's, loses what points inwards and, by Coulomb friction, part of what slides:
+
+    V_n' = max(V_n, Vb_n),   V_t' = Vb_t + (V_t - Vb_t) max(0, 1 - mu (V_n' - V_n) / |V_t - Vb_t|)
+
+once for the velocity that is kept and once for the displacement of the step. A point that went through, and comes out
+on the other side or would be pushed out there, goes on from where it met the body with V'; one that comes out on the
+same side has slid around it, which a straight way between two steps cuts short.
+
+We differ from the paper: what began inside is left to what lets it rise (`depenetration.py`), and what began nearer
+than its thickness is moved out at a bounded speed, so that a groom that starts within the body does not burst; no
+segment is stretched by more than a tenth (`length_projection.py`), so that hair which is squeezed is not flung away
+when it comes free; and where contact is held in the solve (`implicit.py`) only what that missed is left to do.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from hairpipe.levelset.collider import Probe
+from hairpipe.sim.contact.body.implicit import DEEP, PUSH_OUT
+
+
+class Motion(NamedTuple):
+    """Points in a step.
+
+    before, after  positions [m], (P, 3)
+    speeds         velocities [m/s], (P, 3)
+    most           distance from the body up to which they are moved out [m], (P,); -inf where they are left alone
+    thickness      [m], (P,); mass [kg], inf where held, (P,)
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    speeds: np.ndarray
+    most: np.ndarray
+    thickness: np.ndarray
+    mass: np.ndarray
+
+
+@njit(cache=True)
+def slide(u, n, push, friction):  # noqa: ANN001, ANN201
+    """Return relative motion u after a normal push >= 0 and the friction it causes; all (3,) tuples."""
+    normal = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
+    tx, ty, tz = u[0] - normal * n[0], u[1] - normal * n[1], u[2] - normal * n[2]
+    speed = np.sqrt(tx * tx + ty * ty + tz * tz)
+    keep = max(0.0, 1.0 - friction * push / speed) if speed > 0.0 else 0.0
+    normal += push
+    return normal * n[0] + keep * tx, normal * n[1] + keep * ty, normal * n[2] + keep * tz
+
+
+def farthest(begun: np.ndarray, dt: float) -> np.ndarray:
+    """Return the distances [m] up to which points that began a step of dt [s] at others are moved out, (P,); pure."""
+    return np.where(begun < -DEEP, -np.inf, begun + PUSH_OUT * dt)
+
+
+@njit(cache=True)
+def project(
+    motion: Motion,
+    ended: Probe,
+    met: np.ndarray,
+    shares: np.ndarray,
+    meeting: Probe,
+    leaving: np.ndarray,
+    dt: float,
+    friction: float,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Find the changes of position [m] and of velocity [m/s], (P, 3), that put points right; pure.
+
+    ended    the body at the end of the step, where points are then
+    met      points that ran into it, ascending; shares  of the step, at which they had not yet
+    meeting  the body there and then
+    leaving  normals of the body where they are at the end, zero where it is far, (len(met), 3)
+
+    Third and fourth: which points touched, (P,) bool, and their normals, (P, 3).
+    """
+    count = len(motion.after)
+    dx, dv, touched, normals = (
+        np.zeros((count, 3)),
+        np.zeros((count, 3)),
+        np.zeros(count, np.bool_),
+        np.zeros((count, 3)),
+    )
+    next_met = 0
+    for i in range(count):
+        through = -1
+        if next_met < len(met) and met[next_met] == i:
+            through, next_met = next_met, next_met + 1
+        kept, phi = motion.thickness[i], ended.distance[i]
+        n = (ended.normal[i, 0], ended.normal[i, 1], ended.normal[i, 2])
+        out = n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.5
+        if through >= 0:
+            m = (meeting.normal[through, 0], meeting.normal[through, 1], meeting.normal[through, 2])
+            end = leaving[through]
+            same = m[0] * end[0] + m[1] * end[1] + m[2] * end[2]
+            if same <= 0.0 and m[0] * m[0] + m[1] * m[1] + m[2] * m[2] > 0.5:
+                b = (meeting.velocity[through, 0], meeting.velocity[through, 1], meeting.velocity[through, 2])
+                _stop(motion, i, shares[through], m, b, dt, friction, dx, dv)
+                touched[i] = True
+                normals[i, 0], normals[i, 1], normals[i, 2] = m
+                continue
+        if phi < kept and out and motion.mass[i] < np.inf and motion.most[i] > -np.inf:
+            b = (ended.velocity[i, 0], ended.velocity[i, 1], ended.velocity[i, 2])
+            _meet(motion, i, n, b, max(min(kept, motion.most[i]) - phi, 0.0), dt, friction, dx, dv)
+            touched[i] = True
+            normals[i, 0], normals[i, 1], normals[i, 2] = n
+    return dx, dv, touched, normals
+
+
+@njit(cache=True)
+def _slow(motion, i, n, b, friction, dv):  # noqa: ANN001, ANN202
+    """Take from the velocity what points into the body, with its friction."""
+    v = motion.speeds[i]
+    u = (v[0] - b[0], v[1] - b[1], v[2] - b[2])
+    s = slide(u, n, max(0.0, -(u[0] * n[0] + u[1] * n[1] + u[2] * n[2])), friction)
+    dv[i, 0], dv[i, 1], dv[i, 2] = s[0] - u[0], s[1] - u[1], s[2] - u[2]
+
+
+@njit(cache=True)
+def _meet(motion, i, n, b, push, dt, friction, dx, dv):  # noqa: ANN001, ANN202
+    """Move a point that is too near out, friction acting on what it moved in the step."""
+    p, q = motion.after[i], motion.before[i]
+    u = (p[0] - q[0] - dt * b[0], p[1] - q[1] - dt * b[1], p[2] - q[2] - dt * b[2])
+    s = slide(u, n, push, friction)
+    dx[i, 0], dx[i, 1], dx[i, 2] = s[0] - u[0], s[1] - u[1], s[2] - u[2]
+    _slow(motion, i, n, b, friction, dv)
+
+
+@njit(cache=True)
+def _stop(motion, i, share, n, b, dt, friction, dx, dv):  # noqa: ANN001, ANN202
+    """Let a point that went through go on along the surface from where it met it."""
+    p, q = motion.after[i], motion.before[i]
+    w = ((p[0] - q[0]) / dt - b[0], (p[1] - q[1]) / dt - b[1], (p[2] - q[2]) / dt - b[2])
+    s = slide(w, n, max(0.0, -(w[0] * n[0] + w[1] * n[1] + w[2] * n[2])), friction)
+    for a in range(3):
+        dx[i, a] = (1.0 - share) * dt * (s[a] - w[a])
+    _slow(motion, i, n, b, friction, dv)

@@ -1,0 +1,71 @@
+"""Which pairs of segments pass through each other in a step, where, and when."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.kernels.simd import WIDTH, lowest
+from hairpipe.sim.contact.ccd.coplanarity import coplanar_time
+from hairpipe.sim.contact.ccd.crossing_normal import crossing_normal
+from hairpipe.sim.contact.ccd.cubic_signs import ROWS, may_cross
+from hairpipe.sim.contact.ccd.moving_segments import encounter, meet
+from hairpipe.spatial.pairs import key_of
+
+_CHUNK = 1024
+
+
+class Crossings(NamedTuple):
+    """The first crossing of each pair of segments that have one.
+
+    segments   first < second, rows in lexicographic order, (n, 2) int32
+    fractions  of the segments where they meet, (n, 2) float64
+    times      when, a fraction of the step, (n,) float64
+    normals    across both, from the second to the first as they were before they met, (n, 3) float64
+    """
+
+    segments: np.ndarray
+    fractions: np.ndarray
+    times: np.ndarray
+    normals: np.ndarray
+
+
+def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Crossings:
+    """Find the pairs of segments that pass through or touch each other in a linear motion; pure.
+
+    before, after  positions [m], (P, 3) float64
+    pairs          of segments that may, see `swept_pairs`, (n, 2) int32
+
+    Sec. 5.1 after Bridson et al. 2002, edge against edge: what meets at an end point is left out, unless an edge
+    passes exactly through a joint.
+    """
+    times = np.empty(len(pairs))
+    _find_times(before, after, pairs, times)
+    found = np.flatnonzero(times <= 1.0)
+    found = found[np.argsort(key_of(pairs[found]), kind="stable")]
+    times, segments = times[found], pairs[found]
+    fractions, normals = np.empty((len(found), 2)), np.empty((len(found), 3))
+    _describe(before, after, segments, times, fractions, normals)
+    return Crossings(segments, fractions, times, normals)
+
+
+@njit(cache=True, parallel=True)
+def _find_times(before, after, pairs, times):  # noqa: ANN001, ANN202
+    for chunk in prange(-(-len(pairs) // _CHUNK)):
+        room = np.empty((ROWS, WIDTH))
+        for start in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(pairs)), WIDTH):
+            times[start : start + WIDTH] = np.inf
+            possible = may_cross(before, after, pairs, start, room)
+            while possible != 0:
+                k = start + lowest(possible)
+                possible &= possible - 1
+                times[k] = coplanar_time(encounter(before, after, pairs[k, 0], pairs[k, 1]))
+
+
+@njit(cache=True, parallel=True)
+def _describe(before, after, segments, times, fractions, normals):  # noqa: ANN001, ANN202
+    for k in prange(len(segments)):
+        pair = encounter(before, after, segments[k, 0], segments[k, 1])
+        fractions[k, 0], fractions[k, 1], _ = meet(pair, times[k])
+        normal = crossing_normal(pair, times[k], fractions[k, 0], fractions[k, 1])
+        normals[k, 0], normals[k, 1], normals[k, 2] = normal

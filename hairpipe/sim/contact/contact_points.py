@@ -1,0 +1,151 @@
+"""Where hair touches hair at the beginning of a step: points, normals and the load that each carries.
+
+A contact stays what it is for the whole step: its two points and its normal do not change, and its gap is
+
+    g = n . J x = n . (first point - second point),
+
+linear in the positions and with a sign, so that hair which a prediction carried through another one is still pushed
+back to the side it came from. For two crossing segments n is normal to both and g does not depend on how far they slid.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd_vec3 import cross, dot, minus, scaled
+from hairpipe.kernels.vec3 import any_across, unit
+from hairpipe.sim.settings import Collisions
+from hairpipe.spatial.pairs import Pairs
+
+REACH = 2.0
+"""Pairs within so many thicknesses at the beginning of a step may touch before it ends.
+
+With those alone that touch then, whatever comes down on a stack is caught when it is in it already.
+"""
+RELAXATION = 5e-3
+"""Time in which two hairs that overlap and carry nothing come apart [s]: the viscosity of a contact over its stiffness.
+
+Without it they part within one step, at a speed that is as great as the step is short, and stacks tremble on.
+"""
+_COINCIDENT = 1e-9
+"""Points nearer than this [m] have no direction between them."""
+
+
+class Contacts(NamedTuple):
+    """A set of contacts.
+
+    segments   int32 (n, 2); fractions (n, 2): the two points, see `Pairs`
+    normals    unit vectors from the second point to the first, (n, 3)
+    loads      force along the normal, as the step before left it [N], (n,)
+    """
+
+    segments: np.ndarray
+    fractions: np.ndarray
+    normals: np.ndarray
+    loads: np.ndarray
+
+
+def find_contacts(pairs: Pairs, points: np.ndarray, velocities: np.ndarray, collisions: Collisions) -> Contacts:
+    """Make contacts of pairs at the beginning of a step; pure.
+
+    points, velocities  [m], [m/s], (points, 3)
+
+    The stiff spring of a contact is implicit, so what it exerts where a step ended is what it exerted in that step.
+    """
+    normals, loads = np.empty((len(pairs.segments), 3)), np.empty(len(pairs.segments))
+    viscosity = collisions.stiffness * RELAXATION
+    _find(normals, loads, pairs, points, velocities, collisions.thickness, collisions.stiffness, viscosity)
+    return Contacts(pairs.segments, pairs.fractions, normals, loads)
+
+
+@inlined
+def on_segment(x, k, s):  # noqa: ANN001, ANN201
+    """(1 - s) x_k + s x_(k+1)."""
+    r = 1.0 - s
+    return r * x[k, 0] + s * x[k + 1, 0], r * x[k, 1] + s * x[k + 1, 1], r * x[k, 2] + s * x[k + 1, 2]
+
+
+@inlined
+def between(x, segments, fractions, i):  # noqa: ANN001, ANN201
+    """First point of pair i minus its second one, (J x)_i."""
+    return minus(
+        on_segment(x, segments[i, 0], fractions[i, 0]),
+        on_segment(x, segments[i, 1], fractions[i, 1]),
+    )
+
+
+@inlined
+def inverse_mass(masses, segments, fractions, i):  # noqa: ANN001, ANN201
+    """1/M = sum w^2 / m over the four points of pair i [1/kg]: change of the relative velocity for a unit impulse."""
+    total = 0.0
+    for j in range(2):
+        k, s = segments[i, j], fractions[i, j]
+        total += (1.0 - s) * (1.0 - s) / masses[k] + s * s / masses[k + 1]
+    return total
+
+
+@inlined
+def apply(v, masses, segments, fractions, i, impulse):  # noqa: ANN001, ANN201
+    """Give an impulse [N s] to the first point of pair i and the opposite to its second, in place; held points stay."""
+    for j in range(2):
+        k, s, sign = segments[i, j], fractions[i, j], 1.0 - 2.0 * j
+        for c in range(3):
+            v[k, c] += sign * (1.0 - s) / masses[k] * impulse[c]
+            v[k + 1, c] += sign * s / masses[k + 1] * impulse[c]
+
+
+@inlined
+def impulse(u, n, dv, friction, mass):  # noqa: ANN001, ANN201
+    """Impulse that changes n.u by dv > 0 and slows down the sliding u_t by at most friction dv [N s].
+
+    u  relative velocity of first and second point; mass  M of the pair
+    """
+    ut = minus(u, scaled(dot(n, u), n))
+    slide = np.sqrt(dot(ut, ut))
+    slowed = min(friction * dv / slide, 1.0) if slide > 0.0 else 0.0
+    return scaled(mass, minus(scaled(dv, n), scaled(slowed, ut)))
+
+
+@inlined
+def along(x, k):  # noqa: ANN001, ANN201
+    """x_(k+1) - x_k."""
+    return x[k + 1, 0] - x[k, 0], x[k + 1, 1] - x[k, 1], x[k + 1, 2] - x[k, 2]
+
+
+@inlined
+def normal_of(x, v, segments, fractions, i):  # noqa: ANN001, ANN201
+    """Unit vector from the second point of pair i to the first.
+
+    Where the two coincide, normal to both segments and against the relative velocity; where these are parallel too,
+    against that part of the relative velocity that is normal to them; where there is none, any normal to the first.
+    """
+    gap = between(x, segments, fractions, i)
+    length = np.sqrt(dot(gap, gap))
+    if length > _COINCIDENT:
+        return scaled(1.0 / length, gap)
+    a, b = along(x, segments[i, 0]), along(x, segments[i, 1])
+    speed = between(v, segments, fractions, i)
+    n, aa = cross(a, b), dot(a, a)
+    nn = dot(n, n)
+    if nn > 1e-12 * aa * dot(b, b):
+        sign = -1.0 if dot(n, speed) > 0.0 else 1.0
+        return scaled(sign / np.sqrt(nn), n)
+    if aa > 0.0:
+        speed = minus(speed, scaled(dot(speed, a) / aa, a))
+    ss = dot(speed, speed)
+    if ss > 1e-12:
+        return scaled(-1.0 / np.sqrt(ss), speed)
+    return unit(any_across(a), (0.0, 1.0, 0.0))
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _find(normals, loads, pairs, points, velocities, thickness, stiffness, viscosity):  # noqa: ANN001, ANN202
+    for i in prange(len(loads)):
+        n = normal_of(points, velocities, pairs.segments, pairs.fractions, i)
+        gap = dot(n, between(points, pairs.segments, pairs.fractions, i))
+        speed = dot(n, between(velocities, pairs.segments, pairs.fractions, i))
+        normals[i, 0], normals[i, 1], normals[i, 2] = n
+        # What comes near only now has not been slowed down yet.
+        loads[i] = max(stiffness * (thickness - gap) - viscosity * max(speed, 0.0), 0.0) if gap < thickness else 0.0

@@ -1,0 +1,1 @@
+"""Hair against hair, while a stage is solved."""

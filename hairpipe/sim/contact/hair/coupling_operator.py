@@ -1,0 +1,264 @@
+"""Couplings as every segment sees them: what conjugate gradients multiply by again and again, in order.
+
+A coupling is seen from both of its sides. They are kept in few bytes, of which dense hair has hundreds of megabytes:
+directions and places are rounded to 1 / 32767, those of a coupling for both of its sides alike, and own blocks are made
+of the same numbers, so that P + O (`sim/contact/hair/couplings.py`) stays the matrix of springs, none of which drives.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.prefetch import AHEAD, fetch
+from hairpipe.kernels.simd_vec3 import plus, scaled
+from hairpipe.kernels.simd_vec4 import WHOLE, dot, item, load_four, load_short_four, without_first, zeros
+from hairpipe.kernels.sym3 import outer
+from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings, Incidence
+
+_CHUNK = 2048
+"""Points that are gathered one after the other."""
+_NO_BLOCK, _NO_PUSH = (0.0,) * 6, (0.0,) * 3
+
+
+class Sides(NamedTuple):
+    """Couplings that act as segment after segment sees them, and what each point has of them for itself.
+
+    first      those of segment k are first[k] : first[k+1], (points+1,) int32
+    others     segment on the other side, (2 n,) int32
+    places     x y z of the direction and the fraction on the other side, in parts of `WHOLE`, (2 n, 4) int16
+    numbers    strength across the direction, what there is more along it [kg], fraction on this side, (2 n, 3) float32
+    push       J^T push [N s], (points, 3) float64
+    diagonal   own block between a point and itself, symmetric [kg], (points, 6) float32
+    following  that between a point and the next of its strand, symmetric too [kg], (points, 6) float32
+    """
+
+    first: np.ndarray
+    others: np.ndarray
+    places: np.ndarray
+    numbers: np.ndarray
+    push: np.ndarray
+    diagonal: np.ndarray
+    following: np.ndarray
+
+
+def sides_of(couplings: Couplings, incidence: Incidence) -> Sides:
+    """Sort couplings that act by the segments that they touch, and sum up what points have of them; pure."""
+    first = np.zeros_like(incidence.first)
+    _count_acting(couplings.acts, incidence, first)
+    count, points = first[-1], len(first) - 1
+    # Memory from numpy, in huge pages: all of it is read in every iteration.
+    others, places = np.empty(count, np.int32), np.empty((count, 4), np.int16)
+    own = (np.empty((points, size), dtype) for size, dtype in ((3, np.float64), (6, np.float32), (6, np.float32)))
+    out = Sides(first, others, places, np.empty((count, 3), np.float32), *own)
+    _gather(couplings, incidence, out)
+    return out
+
+
+@njit(cache=True, parallel=True)
+def _count_acting(acts, incidence, first):  # noqa: ANN001, ANN202
+    for chunk in prange(-(-(len(first) - 1) // _CHUNK)):
+        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(first) - 1)):
+            for e in range(incidence.first[k], incidence.first[k + 1]):
+                first[k + 1] += acts[incidence.sides[e] >> 1]
+    for k in range(1, len(first)):
+        first[k] += first[k - 1]
+
+
+@njit(cache=True, parallel=True)
+def _gather(couplings, incidence, out):  # noqa: ANN001, ANN202
+    for chunk in prange(-(-len(out.push) // _CHUNK)):
+        _gather_some(couplings, incidence, out, np.int64(chunk) * _CHUNK)
+
+
+@njit(cache=True)
+def _gather_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
+    """Walk along the segments of a chunk: each gives the part of its own point, and carries that of the next.
+
+    The segment before the chunk, which carries something into it, is walked twice, and entered twice alike.
+    """
+    first, sides, acts, exerted = incidence.first, incidence.sides, couplings.acts, couplings.exerted
+    fractions = couplings.fractions
+    carried, carried_push = _NO_BLOCK, _NO_PUSH
+    for k in range(max(begin - 1, 0), min(begin + _CHUNK, len(out.push))):
+        near, far, between, near_push, far_push = _NO_BLOCK, _NO_BLOCK, _NO_BLOCK, _NO_PUSH, _NO_PUSH
+        place = out.first[k]
+        for e in range(first[k], first[k + 1]):
+            ahead = sides[min(e + AHEAD, len(sides) - 1)] >> 1
+            if acts[ahead]:
+                fetch(exerted, ahead)
+                fetch(fractions, ahead)
+                fetch(couplings.segments, ahead)
+            i, j = sides[e] >> 1, sides[e] & 1
+            if acts[i]:
+                M, r = _enter(couplings, i, j, out, place)
+                near = _more_block(near, (1.0 - r) * (1.0 - r), M)
+                far = _more_block(far, r * r, M)
+                between = _more_block(between, r * (1.0 - r), M)
+                sign, s = 1.0 - 2.0 * j, fractions[i, j]
+                push = (exerted[i, PUSH], exerted[i, PUSH + 1], exerted[i, PUSH + 2])
+                near_push = plus(near_push, scaled(sign * (1.0 - s), push))
+                far_push = plus(far_push, scaled(sign * s, push))
+                place += 1
+        if k >= begin:
+            for c in range(6):
+                out.diagonal[k, c], out.following[k, c] = near[c] + carried[c], between[c]
+            for c in range(3):
+                out.push[k, c] = near_push[c] + carried_push[c]
+        carried, carried_push = far, far_push
+
+
+@inlined
+def _enter(couplings, i, j, sides, place):  # noqa: ANN001, ANN202
+    """Write down coupling i as its segment j sees it; return its matrix, xx to zz, and where it is, as written down."""
+    sides.others[place] = couplings.segments[i, 1 - j]
+    # Towards zero: a direction that is longer than 1 would make a matrix that is not positive.
+    for c in range(3):
+        sides.places[place, c] = np.int16(WHOLE * couplings.exerted[i, DIRECTION + c])
+    sides.places[place, 3] = _rounded(couplings.fractions[i, 1 - j])
+    sides.numbers[place, 0] = couplings.exerted[i, ACROSS]
+    sides.numbers[place, 1] = couplings.exerted[i, ALONG] - couplings.exerted[i, ACROSS]
+    sides.numbers[place, 2] = _rounded(couplings.fractions[i, j]) / WHOLE
+    across, more = np.float64(sides.numbers[place, 0]), np.float64(sides.numbers[place, 1])
+    x, y, z = sides.places[place, 0] / WHOLE, sides.places[place, 1] / WHOLE, sides.places[place, 2] / WHOLE
+    xx, xy, xz, yy, yz, zz = outer(more, (x, y, z))
+    return (across + xx, xy, xz, across + yy, yz, across + zz), np.float64(sides.numbers[place, 2])
+
+
+@inlined
+def _more_block(sums, weight, M):  # noqa: ANN001, ANN202
+    return (
+        sums[0] + weight * M[0],
+        sums[1] + weight * M[1],
+        sums[2] + weight * M[2],
+        sums[3] + weight * M[3],
+        sums[4] + weight * M[4],
+        sums[5] + weight * M[5],
+    )
+
+
+@inlined
+def _rounded(fraction):  # noqa: ANN001, ANN202
+    return np.int16(WHOLE * fraction + 0.5)
+
+
+@inlined
+def _acts(matrix, i):  # noqa: ANN001, ANN202
+    """Whether a matrix, positive semidefinite, is not zero."""
+    return matrix[i, 0] + matrix[i, 3] + matrix[i, 5] > 0.0
+
+
+@njit(cache=True, parallel=True)
+def multiply_across(sides: Sides, v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
+    """Set out to start + O v, O being the terms between points of different sides of a coupling, in place.
+
+    v           [m/s], (points, 3) float32
+    start, out  [N s], (points, 3) float32
+    """
+    places, speeds = sides.places.reshape(-1), v.reshape(-1)
+    for chunk in prange(-(-len(out) // _CHUNK)):
+        _multiply_some(sides, places, speeds, start, out, np.int64(chunk) * _CHUNK)
+
+
+@njit(cache=True, parallel=True)
+def rounded_speeds(v):  # noqa: ANN001, ANN201
+    """Copy vectors, (points, 3), one behind the other in single precision, (3 points,)."""
+    out = np.empty(3 * len(v), np.float32)
+    for chunk in prange(-(-len(v) // _CHUNK)):
+        for k in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(v))):
+            for c in range(3):
+                out[3 * k + c] = v[k, c]
+    return out
+
+
+@njit(cache=True, parallel=True)
+def impulses_after(sides: Sides, change: np.ndarray, who: np.ndarray, out: np.ndarray) -> None:
+    """Set out to what points get after velocities have changed, J^T (push - M J dv), where asked for, in place.
+
+    change  dv [m/s], (points, 3)
+    who     points that are asked for, (points,) bool
+    out     [N s], (points, 3)
+    """
+    places, rounded = sides.places.reshape(-1), rounded_speeds(change)
+    for chunk in prange(-(-len(out) // _CHUNK)):
+        begin = np.int64(chunk) * _CHUNK
+        for k in range(begin, min(begin + _CHUNK, len(out))):
+            if who[k]:
+                total, far = _across(sides, places, k, rounded)
+                near = total - far
+                if k > 0:
+                    near = near + _across(sides, places, k - 1, rounded)[1]
+                own = _own_part(sides, change, k)
+                for c in range(3):
+                    out[k, c] = sides.push[k, c] - own[c] + item(near, c)
+
+
+@njit(cache=True, parallel=True)
+def follow(sides: Sides, change: np.ndarray, who: np.ndarray, total: np.ndarray, out: np.ndarray) -> None:
+    """Take note that velocities of points who have changed, in place; arguments as for `impulses_after`.
+
+    total  of all changes, to which this one is added; what is not finite does not move for others [m/s], (points, 3)
+    out    impulses, from which is subtracted what the own strand's change makes of them [N s], (points, 3)
+    """
+    for chunk in prange(-(-len(out) // _CHUNK)):
+        for k in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(out))):
+            if who[k]:
+                own = _own_part(sides, change, k)
+                for c in range(3):
+                    out[k, c] -= own[c]
+                    if abs(change[k, c]) < np.inf:
+                        total[k, c] += change[k, c]
+
+
+@inlined
+def _own_part(sides, v, k):  # noqa: ANN001, ANN202
+    """What own blocks make of velocities at point k [N s]."""
+    diagonal, following = sides.diagonal, sides.following
+    y = _times(diagonal, k, v, k)
+    # Where nothing acts, the next point may be another strand's, and lost.
+    if _acts(following, k):
+        y = plus(y, _times(following, k, v, k + 1))
+    if k > 0 and _acts(following, k - 1):
+        y = plus(y, _times(following, k - 1, v, k - 1))
+    return y
+
+
+@inlined
+def _times(M, m, v, k):  # noqa: ANN001, ANN202
+    a, b, c = v[k, 0], v[k, 1], v[k, 2]
+    return (
+        M[m, 0] * a + M[m, 1] * b + M[m, 2] * c,
+        M[m, 1] * a + M[m, 3] * b + M[m, 4] * c,
+        M[m, 2] * a + M[m, 4] * b + M[m, 5] * c,
+    )
+
+
+@inlined
+def _across(sides, places, k, v):  # noqa: ANN001, ANN202
+    """What moves on the other sides gives to segment k in all, and to its next point: -O v [N s]."""
+    first, others, numbers = sides.first, sides.others, sides.numbers
+    total, far = zeros(), zeros()
+    for e in range(first[k], first[k + 1]):
+        ahead = np.int64(others[min(e + AHEAD, len(others) - 1)])
+        fetch(v, 3 * ahead)
+        fetch(v, 3 * ahead + 5)
+        d, q = load_short_four(places, 4 * e), np.int64(others[e])
+        before, after = load_four(v, 3 * q), without_first(load_four(v, 3 * q + 2))
+        u = before + item(d, 3) * (after - before)
+        y = numbers[e, 0] * u + (numbers[e, 1] * dot(d, u)) * d
+        total = total + y
+        far = far + numbers[e, 2] * y
+    return total, far
+
+
+@njit(cache=True)
+def _multiply_some(sides, places, v, start, out, begin):  # noqa: ANN001, ANN202
+    """Walk as `_gather_some` does."""
+    carried = _across(sides, places, begin - 1, v)[1] if begin > 0 else zeros()
+    for k in range(begin, min(begin + _CHUNK, len(out))):
+        total, far = _across(sides, places, k, v)
+        near = total - far + carried
+        for c in range(3):
+            out[k, c] = start[k, c] - item(near, c)
+        carried = far

@@ -1,0 +1,144 @@
+"""Linear spring-dampers between points of two segments: what couples strands, in one linear system with them.
+
+A coupling i joins the point (1 - s) x_k + s x_(k+1) of its first segment k to that of its second. With J_i the matrix
+that takes velocities of points to the relative velocity of the two, first minus second, a stage solves
+
+    (A + sum_i J_i^T M_i J_i) dv = b + sum_i J_i^T push_i,   M = t (h K + C),   push = t (f - C v_rel),
+
+A and b being those of the strands without couplings, h the weight of the stage's end, the mean of those of the two
+strands, and t the time that the stage covers: what strands do to each other is no part of accelerations, so it acts all
+that time. Every term of J^T M J is in exactly one of two places, so that
+P + O is the matrix of the whole system:
+
+    P = A + own    terms between points of one and the same segment. For the axis particle of point k diagonal[k] goes
+                   to the block on the diagonal, following[k] to that which couples it to the axis particle of point
+                   k + 1: both lie in the band of its strand, and so in its factors.
+    O              `multiply_across`: terms between points of the two segments of a coupling, also where both belong
+                   to one strand; conjugate gradients multiply by it, `sim/solve/pcg.py`.
+
+The right-hand side of the strands gets J^T push. Rows of held particles (roots) are fixed after all of that. Which
+couplings touch a point is found once, by `find_incidence`, and holds as long as `segments` stay what they are; every
+point gathers from its own list, in the order of the couplings, so that no result depends on threads: `sides_of` in
+`sim/contact/hair/coupling_operator.py`.
+"""
+
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numba import njit
+
+PUSH, DIRECTION, ALONG, ACROSS = 0, 3, 6, 7
+"""Where what a coupling exerts begins in its row."""
+
+
+class Couplings(NamedTuple):
+    """A set of couplings.
+
+    segments   a segment joins a point to the next of its strand and has its number, (n, 2) int32
+    fractions  where on the segments, 0 at that point and 1 at the next, (n, 2)
+    acts       whether a coupling exerts anything, (n,) bool; where not, all below is not set
+    exerted    side by side, since all of it is read at once and anywhere in memory, (n, 8) float32:
+
+    push       impulse on the first point, the opposite on the second [N s], (n, 3)
+    direction  d, a unit vector, (n, 3)
+    strength   along and across it, a and b of M = a d d^T + b (I - d d^T), not negative [kg], (n, 2)
+    """
+
+    segments: np.ndarray
+    fractions: np.ndarray
+    acts: np.ndarray
+    exerted: np.ndarray
+
+    @property
+    def push(self) -> np.ndarray:
+        """The first three numbers; memory is shared."""
+        return self.exerted[:, PUSH : PUSH + 3]
+
+    @property
+    def direction(self) -> np.ndarray:
+        """The next three; memory is shared."""
+        return self.exerted[:, DIRECTION : DIRECTION + 3]
+
+    @property
+    def strength(self) -> np.ndarray:
+        """The last two; memory is shared."""
+        return self.exerted[:, ALONG:]
+
+
+class Incidence(NamedTuple):
+    """Which couplings touch a segment.
+
+    first  those of segment k are sides[first[k]:first[k+1]], (points+1,) int32
+    sides  2 i + j: coupling i, of which the segment is the first (j = 0) or the second (j = 1), ascending, (2 n,) int32
+    """
+
+    first: np.ndarray
+    sides: np.ndarray
+
+
+class Places(Protocol):
+    """Where things couple: see `Couplings`."""
+
+    @property
+    def segments(self) -> np.ndarray:
+        """Pairs of segments, (n, 2) int32."""
+        ...
+
+    @property
+    def fractions(self) -> np.ndarray:
+        """Where on them, (n, 2)."""
+        ...
+
+
+class Joined(NamedTuple):
+    """Places one set after the other: see `Couplings`."""
+
+    segments: np.ndarray
+    fractions: np.ndarray
+
+
+def join(*places: Places) -> Joined:
+    """Put places one set after the other."""
+    segments = np.concatenate([some.segments for some in places])
+    return Joined(segments, np.concatenate([some.fractions for some in places]))
+
+
+def couplings_at(places: Places) -> Couplings:
+    """Make couplings with room for what they exert."""
+    count = len(places.segments)
+    return Couplings(places.segments, places.fractions, np.zeros(count, np.bool_), np.empty((count, 8), np.float32))
+
+
+def part_of(couplings: Couplings, begin: int, end: int) -> Couplings:
+    """Return couplings begin to end; memory is shared."""
+    return Couplings(*(array[begin:end] for array in couplings))
+
+
+def matrices(couplings: Couplings) -> np.ndarray:
+    """Return M of all couplings that act, and zeros of the others [kg], (n, 3, 3) float64; pure."""
+    d = couplings.direction.astype(np.float64)
+    along, across = couplings.strength.astype(np.float64).T[:, :, None, None]
+    M = across * np.eye(3) + (along - across) * d[:, :, None] * d[:, None, :]
+    return np.where(couplings.acts[:, None, None], M, 0.0)
+
+
+@njit(cache=True)
+def find_incidence(segments: np.ndarray, points: int) -> Incidence:
+    """Find which couplings touch every segment, by counting.
+
+    segments  (n, 2) int32; points  their number
+    """
+    first = np.zeros(points + 1, np.int32)
+    for i in range(len(segments)):
+        for j in range(2):
+            first[segments[i, j] + 1] += 1
+    for k in range(points):
+        first[k + 1] += first[k]
+    free = first[:-1].copy()
+    sides = np.empty(2 * len(segments), np.int32)
+    for i in range(len(segments)):
+        for j in range(2):
+            k = segments[i, j]
+            sides[free[k]] = 2 * i + j
+            free[k] += 1
+    return Incidence(first, sides)

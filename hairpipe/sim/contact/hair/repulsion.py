@@ -1,0 +1,100 @@
+"""Hair that pushes hair away, as springs with friction in the linear system of a stage: what stacks need.
+
+Along the normal of a contact, one-sided,
+
+    f_n = max(0, k (thickness - g) - c n.u),    g = n.J x,    u = J v,    M_n = t (h k + c) n n^T,
+
+and across it Coulomb friction, as a damper that is as strong as friction is at the prediction,
+
+    f_t = -b u_t,   b = mu N / max(|u_t| - mu N t / m, creep),   M_t = t b (I - n n^T),   1/m = sum w^2 / m_i,
+
+h and t being the weight of the stage's end and the time that it covers, see `sim/contact/hair/couplings.py`.
+
+Alone, a contact that slides so feels mu N exactly, one that friction can stop within the stage stops, and no friction
+ever reverses it; one that stays creeps, at less than `CREEP` while it holds. N is its load at the beginning of the step
+or, if that is more, what would stop the two segments if they were alone: the first is right for hair at rest, where the
+second ignores the stack above, and the second for impacts.
+
+Where the solve is linearised at rest (backward Euler, the paper's half steps) that says nothing of how fast hair is,
+and u_t in b, N and what begins to act go by where the velocity felt so far would lead.
+
+A contact acts if it would push at the prediction, or did so in the step before: it is let go one step late. Decided by
+the prediction alone, which does not know the forces to come, a contact at rest that trembles falls by h^2 g before it
+is caught again, half its thickness, and a stack sinks through itself (`graphs/experiments/stack.toml`).
+
+We differ from the paper, which adapts Bridson et al. 2002, impulses pair by pair (`impulses.py`): they do not
+converge in stacks. The authors' code also leaves out pairs whose closest point is an end of a segment. We count them:
+nearly parallel segments, as nearly all neighbours in hair are, always have their closest point there, and so has a tip
+that rests on another hair. Of segments in a row that are near the same one, the nearest has the contact (`near.py`):
+what slides over their joints goes from one to the next at the same point, with the same force. Where it is the same one
+that ends, both pairs share a contact and both springs act; Coulomb's law does not mind: the two loads add up to one.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.kernels.simd_vec3 import dot, minus, scaled
+from hairpipe.sim.contact.contact_points import RELAXATION, Contacts, between, inverse_mass
+from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
+from hairpipe.sim.settings import Collisions
+
+CREEP = 1e-4
+"""Tangential speed at which a contact that sticks reaches the limit of friction [m/s]."""
+_FIRMEST = 1e2
+"""Damper of friction over the mass that it stops: more stops nothing better, and is hard to solve for."""
+
+
+def linearise(
+    contacts: Contacts,
+    points: np.ndarray,
+    velocities: np.ndarray,
+    felt: np.ndarray,
+    masses: np.ndarray,
+    collisions: Collisions,
+    weights: np.ndarray,
+    span: float,
+    who: np.ndarray,
+    out: Couplings,
+) -> None:
+    """Linearise what contacts exert at the prediction of a stage. Those of hair that is not finite do not act, nor do
+    those between hairs that are not asked for.
+
+    points, velocities  at the prediction [m], [m/s], (points, 3)
+    felt                velocities that friction, loads and what begins to act go by [m/s], same shape
+    masses              of the points, inf where they are held [kg], (points,)
+    weights             h, of the end of the stage [s], (points,)
+    span                t, of time, that the stage covers [s]
+    who                 points of strands that are solved, (points,) bool
+    out                 all but segments and fractions is set, in place
+    """
+    stiffness, viscosity = collisions.stiffness, collisions.stiffness * RELAXATION
+    law = (collisions.thickness, stiffness, viscosity, collisions.friction)
+    _linearise(out, contacts, points, velocities, felt, masses, law, weights, span, who)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _linearise(out, contacts, points, velocities, felt, masses, law, weights, span, who):  # noqa: ANN001, ANN202
+    thickness, stiffness, viscosity, friction = law
+    segments, fractions = contacts.segments, contacts.fractions
+    # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
+    acts, exerted = out.acts, out.exerted
+    for i in prange(len(acts)):
+        acts[i] = False
+        if not (who[segments[i, 0]] or who[segments[i, 1]]):
+            continue
+        n = (contacts.normals[i, 0], contacts.normals[i, 1], contacts.normals[i, 2])
+        overlap = thickness - dot(n, between(points, segments, fractions, i))
+        u, coming = between(velocities, segments, fractions, i), between(felt, segments, fractions, i)
+        un, closing = dot(n, u), dot(n, coming)
+        h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
+        ahead = overlap - h * (closing - un)
+        force, load = stiffness * overlap - viscosity * un, stiffness * ahead - viscosity * closing
+        if np.isfinite(force + load) and (contacts.loads[i] > 0.0 or (ahead > 0.0 and load > 0.0)):
+            ut, slip = minus(u, scaled(un, n)), minus(coming, scaled(closing, n))
+            w, along = inverse_mass(masses, segments, fractions, i), span * (h * stiffness + viscosity)
+            limit = friction * max(contacts.loads[i], load / (1.0 + along * w))
+            across = min(span * limit / max(np.sqrt(dot(slip, slip)) - limit * span * w, CREEP), _FIRMEST / w)
+            acts[i] = True
+            exerted[i, ALONG], exerted[i, ACROSS] = along, across
+            for c in range(3):
+                exerted[i, DIRECTION + c], exerted[i, PUSH + c] = n[c], span * force * n[c] - across * ut[c]

@@ -1,0 +1,162 @@
+"""Stiction, Sec. 5.2: segments that came close are connected by a spring until they are pulled apart.
+
+A connection joins the two points where its segments were closest when it was made. It is a spring that resists both
+ways, and lets go at once, Fig. 10c:
+
+    f = -k (l - reach) d + ...,   d = (x - y) / l,   k = force / (release - reach),   0 at l > release
+
+on the first point x, the opposite on the second, y, with damping along d, a fraction of critical for the two points
+alone: 1/m = sum w_i^2 / m_i. It is implicit, with all of its stiffness but what is negative:
+
+    K = k d d^T + max(T, 0) / l (I - d d^T),   T = k (l - reach),   C = c d d^T,   c = 2 fraction sqrt(k m).
+
+Connections are broken and made at the beginning of a step. One that is beyond release at a prediction lets go within
+the step: it gets the spring that does the same work on the whole way, k (release - reach)^2 / (l - reach)^2, and c less
+by the way it is there. Otherwise what it exerts would grow with the step, and take away whatever speed hair parts with.
+
+We differ from the authors' code, which has a modulus without a unit, is explicit, and caps the connections of one of
+the two segments.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.errors import BadInput
+from hairpipe.kernels.simd_vec3 import dot
+from hairpipe.sim.contact.contact_points import between, inverse_mass, normal_of
+from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
+from hairpipe.sim.contact.hair.proximity import near_pairs
+from hairpipe.sim.settings import Stiction
+from hairpipe.spatial.pairs import Pairs, key_of
+
+_SMALLEST = 1e-12  # [m]; a shorter connection counts as so long
+
+
+class Connections(NamedTuple):
+    """What sticks together.
+
+    segments   first < second, rows in lexicographic order, (n, 2) int32
+    fractions  of the segments, where the connection is fixed for as long as it lasts, (n, 2)
+    """
+
+    segments: np.ndarray
+    fractions: np.ndarray
+
+
+def no_connections() -> Connections:
+    """Make an empty set."""
+    return Connections(np.empty((0, 2), np.int32), np.empty((0, 2)))
+
+
+def stiffness_of(stiction: Stiction) -> float:
+    """Stiffness of a connection [N/m]; BadInput where it would let go before it pulls."""
+    if not stiction.release > stiction.reach:
+        raise BadInput(
+            f"stiction lets go at {stiction.release} m, before it pulls at {stiction.reach} m",
+            where="stiction.release",
+            right="more than stiction.reach",
+        )
+    return stiction.force / (stiction.release - stiction.reach)
+
+
+def release(connections: Connections, points: np.ndarray, distance: float) -> Connections:
+    """Return the connections that are not longer than a distance [m]; points  [m], (points, 3)."""
+    kept = np.empty(len(connections.segments), np.bool_)
+    _hold_on(kept, connections, points, distance)
+    return Connections(connections.segments[kept], connections.fractions[kept])
+
+
+def room(connections: Connections, points: int, closest: int) -> np.ndarray:
+    """Count the connections that segments may still get, of so many that each may have, (points,) int64."""
+    return closest - np.bincount(connections.segments.ravel(), minlength=points)
+
+
+def connect(connections: Connections, candidates: Pairs) -> Connections:
+    """Add pairs that are not connected yet; that they find `room` is the business of `closest_pairs`."""
+    segments = np.concatenate([connections.segments, candidates.segments])
+    order = np.argsort(key_of(segments), kind="stable")
+    return Connections(segments[order], np.concatenate([connections.fractions, candidates.fractions])[order])
+
+
+def linearise(
+    connections: Connections,
+    points: np.ndarray,
+    velocities: np.ndarray,
+    masses: np.ndarray,
+    stiction: Stiction,
+    weights: np.ndarray,
+    span: float,
+    who: np.ndarray,
+    out: Couplings,
+) -> None:
+    """Linearise what connections exert at the prediction of a stage. Those of hair that is not finite do not act, nor
+    do those between hairs that are not asked for.
+
+    points, velocities  at the prediction [m], [m/s], (points, 3)
+    masses              of the points, inf where they are held [kg], (points,)
+    weights             h, of the end of the stage [s], (points,)
+    span                of time, that the stage covers [s]
+    who                 points of strands that are solved, (points,) bool
+    out                 all but segments and fractions is set, in place
+    """
+    law = (stiffness_of(stiction), stiction.reach, stiction.release, stiction.damping)
+    _linearise(out, connections, points, velocities, masses, law, weights, span, who)
+
+
+def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.ndarray:
+    """List pairs of one hair that its shape at rest has within reach: a curl does not stick to itself.
+
+    points   of the groom [m], (points, 3); offsets  of its strands, (strands+1,) int32
+    returns  sorted keys, see `key_of`, (n,) int64
+    """
+    segments = near_pairs(points, offsets, reach).segments
+    strands = np.searchsorted(offsets, segments, side="right")
+    return key_of(segments[strands[:, 0] == strands[:, 1]])
+
+
+def stiffest(connections: Connections, masses: np.ndarray, stiction: Stiction) -> float:
+    """Bound what connections add to the square of the highest frequency: max_p sum_i 4 k |w_i| / m_p [1/s^2].
+
+    masses  of the points, inf where they are held [kg], (points,)
+
+    The sum runs over the connections at a point, like that over springs in `step_size.py`, to which it is added.
+    """
+    segments, fractions = connections
+    weights = np.bincount(segments.ravel(), 1.0 - fractions.ravel(), len(masses))
+    weights += np.bincount(segments.ravel() + 1, fractions.ravel(), len(masses))
+    return 4.0 * stiffness_of(stiction) * float((weights / masses).max(initial=0.0))
+
+
+@njit(cache=True, parallel=True)
+def _hold_on(kept, connections, points, distance):  # noqa: ANN001, ANN202
+    for i in prange(len(kept)):
+        span = between(points, connections.segments, connections.fractions, i)
+        kept[i] = dot(span, span) <= distance * distance
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _linearise(out, connections, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
+    stiffness, reach, far, fraction = law
+    segments, fractions = connections.segments, connections.fractions
+    # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
+    acts, exerted = out.acts, out.exerted
+    for i in prange(len(acts)):
+        acts[i] = False
+        if not (who[segments[i, 0]] or who[segments[i, 1]]):
+            continue
+        apart, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
+        length, speed = np.sqrt(dot(apart, apart)), np.sqrt(dot(u, u))
+        if length < np.inf and speed < np.inf:
+            d = normal_of(points, velocities, segments, fractions, i)
+            present = min((far - reach) / max(length - reach, far - reach), 1.0)
+            k, w = stiffness * present * present, inverse_mass(masses, segments, fractions, i)
+            c = 2.0 * fraction * present * np.sqrt(stiffness / w) if w > 0.0 else 0.0
+            h, pull = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]]), k * (length - reach)
+            force = -span * (pull + c * dot(u, d))
+            acts[i] = True
+            exerted[i, ALONG] = span * (h * k + c)
+            exerted[i, ACROSS] = span * h * max(pull, 0.0) / max(length, _SMALLEST)
+            for a in range(3):
+                exerted[i, DIRECTION + a], exerted[i, PUSH + a] = d[a], force * d[a]

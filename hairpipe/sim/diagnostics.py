@@ -1,0 +1,61 @@
+"""What is said of a shot's hair while it is simulated: roots too deep inside a body, segments stretched too far."""
+
+from collections.abc import Sequence
+from warnings import warn
+
+import numpy as np
+
+from hairpipe.data.lengths import segment_lengths
+from hairpipe.groom.binding import name_strands
+from hairpipe.levelset.collider import MovingSurface, Probe
+from hairpipe.sim.contact.body.length_projection import STRETCH
+from hairpipe.sim.hair_model import Hair
+from hairpipe.sim.settings import Scene
+
+SHALLOW = 2e-3
+"""A root that lies so little below the skin is an ordinary one [m], whatever its segments are."""
+MORE = 1.1
+"""Of a stretch that was told of: less more is not worth a word."""
+_FREE = 0.1  # taken as the limit where a scene has none
+_EXACT = 0.005
+
+
+def warn_of_deep_roots(hair: Hair, positions: np.ndarray, bodies: Sequence[MovingSurface]) -> None:
+    """Name the strands whose roots are so deep inside bodies, as these are now, that their first segments end inside.
+
+    positions  of the particles [m], (rows, 3, W)
+    """
+    offsets = hair.layout.offsets
+    points = hair.layout.axis(positions).astype(float)[offsets[:-1]]
+    probe = Probe.blank(len(points), 0.0)
+    for body in bodies:
+        body.probe(points, 0.0, probe)
+    first = hair.groom.points[offsets[:-1] + 1] - hair.groom.points[offsets[:-1]]
+    deep = -probe.distance > np.maximum(np.linalg.norm(first, axis=1), SHALLOW)
+    if deep.any():
+        order = np.argsort(probe.distance, kind="stable")[: np.count_nonzero(deep)]
+        ids = hair.groom.ids[order[deep[order]]]
+        said = f"{np.count_nonzero(deep)} of {len(deep)} roots are inside the body by more than a segment"
+        worst = f"the deepest by {-1e3 * probe.distance.min():.3g} mm: {name_strands(ids)}"
+        mend = "roots on the skin; look at the unit, the place and the pose of groom and body"
+        warn(f"{said}, {worst} ({mend})", stacklevel=3)
+
+
+def warn_of_stretch(hair: Hair, positions: np.ndarray, scene: Scene, frame: int, told: float) -> float:
+    """Name the strand with the segment that is stretched most, where that is farther than a body may have to.
+
+    positions  of the particles [m], (rows, 3, W)
+    told       stretch that was told of before, which this must exceed by some: one that lasts is told of once
+
+    Returns what has been told of now.
+    """
+    offsets, rest = hair.layout.offsets, segment_lengths(hair.groom.points, hair.layout.offsets)
+    stretch = segment_lengths(hair.layout.axis(positions), offsets) / rest
+    worst = int(np.argmax(stretch))
+    limit = _FREE if scene.strain is None else scene.strain.tolerance
+    if not stretch[worst] > max((1.0 + limit) * (1.0 + STRETCH) + _EXACT, MORE * told):
+        return told
+    strand = int(np.searchsorted(offsets[1:] - np.arange(1, len(offsets)), worst, side="right"))
+    far = f"a segment of strand {hair.groom.ids[strand]} is stretched to {stretch[worst]:.3g} times its length"
+    warn(f"{far} at frame {frame}, beyond the limit of {1.0 + limit:.3g}: what holds it is too strong", stacklevel=3)
+    return float(stretch[worst])

@@ -1,0 +1,296 @@
+"""How the time between two frames is cut into steps: each limit is an object, the shortest step holds."""
+
+from dataclasses import dataclass, field
+from math import ceil, inf
+from typing import ClassVar, Protocol
+
+import numpy as np
+from numba import njit
+
+from hairpipe.kernels.simd import store
+from hairpipe.sim.boundary import Path
+from hairpipe.sim.interactions import Surroundings
+from hairpipe.sim.settings import StepControl
+from hairpipe.sim.state import Motion
+from hairpipe.sim.strands.chain import Chain
+from hairpipe.sim.strands.interface import shape_of, spring_constant, springs_from
+from hairpipe.sim.strands.network import Network
+
+_SHORTEST = 0.25
+"""Step that crossing hair may ask for, over the longest."""
+_SHORTER, _LONGER = 0.5, 1.25
+"""By what a step may follow the one before."""
+_COUNTED = 2**31
+"""Steps beyond which nobody counts them."""
+
+
+Lane = tuple[int, int] | None
+"""Where a strand is, block and lane; None: no one strand."""
+
+
+class TooManySteps(ArithmeticError):
+    """A frame would take more steps than it may: what is left of it so many [1], by a setting, for a strand."""
+
+    def __init__(self, setting: str, steps: float, lane: Lane) -> None:
+        super().__init__(f"{setting} asks for {steps:.2g} steps more in a frame")
+        self.setting, self.steps, self.lane = setting, steps, lane
+
+
+class Limit(Protocol):
+    """Bounds a step by what hair and roots do.
+
+    setting  of `StepControl` that asks for it
+    """
+
+    setting: ClassVar[str]
+
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """Find the strand that asks for the shortest step."""
+        ...
+
+    def longest(self, motion: Motion, path: Path, time: float) -> float:
+        """Find the longest step from a time since the last frame [s]."""
+        ...
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """Steps of one length [s], or an equal share of a frame that is shorter."""
+
+    setting: ClassVar[str] = "longest"
+    step: float
+
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """All ask for the same."""
+        return None
+
+    def longest(self, motion: Motion, path: Path, time: float) -> float:
+        """Give that length."""
+        return self.step
+
+
+@dataclass(frozen=True, eq=False)
+class Courant:
+    """What an explicit step could be, times a number: dt = cfl / sqrt(max_p sum_s 4 k_s / (m_p l0_s)).
+
+    The sum runs over the springs at a particle, and over its connections by stiction. [code] of the authors: 4 for
+    heads, 10 for single strands; stiction, which is explicit there, does not count.
+    """
+
+    setting: ClassVar[str] = "courant"
+    number: float
+    model: Network | Chain
+    around: Surroundings
+    stiffest: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "stiffest", _stiffest(self.model)[0])
+
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """Find the strand with the stiffest springs for their masses."""
+        return _stiffest(self.model)[1:]
+
+    def longest(self, motion: Motion, path: Path, time: float) -> float:
+        """Give that length: without stiction it depends on nothing that moves."""
+        return self.number / np.sqrt(self.stiffest + self.around.stiffest_connections())
+
+
+@dataclass(frozen=True, eq=False)
+class StrainRate:
+    """An edge changes its length by at most a fraction of it: dt = fraction / max |(v_q - v_p) . d| / l0, Sec. 4."""
+
+    setting: ClassVar[str] = "strain_rate"
+    model: Network | Chain
+    fraction: float
+
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """Find the strand with the edge that is strained fastest."""
+        return self._fastest(motion)[1:]
+
+    def _fastest(self, motion: Motion) -> tuple[float, int, int]:
+        return _strain_rate(self.model.first, self.model.inverse_lengths, self.model.shape.stride, motion.x, motion.v)
+
+    def longest(self, motion: Motion, path: Path, time: float) -> float:
+        """Find the fastest strain."""
+        rate = self._fastest(motion)[0]
+        return self.fraction / rate if rate > 0.0 else np.inf
+
+
+@dataclass(frozen=True, eq=False)
+class Travel:
+    """A particle moves at most this far [m], and so does a body that may meet it.
+
+    Nothing is leapt over by what goes farther; but hair is stretched by a body that goes farther than it is thick in
+    one step (`graphs/experiments/stability_contact.toml`: a bar of 3 cm).
+    """
+
+    setting: ClassVar[str] = "travel"
+    distance: float
+    around: Surroundings
+
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """Find the fastest strand, where no body is faster."""
+        speed, row, lane = _largest(motion.v)
+        first = self.around.model.first
+        return (int(np.searchsorted(first, row, "right")) - 1, lane) if speed >= self.around.body_speed() else None
+
+    def longest(self, motion: Motion, path: Path, time: float) -> float:
+        """Divide by the highest speed."""
+        speed = max(_largest(motion.v)[0], self.around.body_speed())
+        return self.distance / speed if speed > 0.0 else np.inf
+
+
+@dataclass(frozen=True)
+class Root:
+    """A held particle moves at most this far [m]: 1 cm in the authors' code."""
+
+    setting: ClassVar[str] = "root"
+    distance: float
+
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """Find the strand whose ends go farthest in what is left of the frame."""
+        way = path.way(path.ends(time), path.frame)
+        _, row, lane = _farthest(way)
+        return row // way.shape[1], lane
+
+    def longest(self, motion: Motion, path: Path, time: float) -> float:
+        """Shorten the rest of the frame until the ends keep to the distance: twice as many steps, then as few as do."""
+        left, here = path.frame - time, path.ends(time)
+
+        def is_far(count: int) -> bool:
+            return _farthest(path.way(here, time + left / count))[0] > self.distance
+
+        few, many = 0, 1
+        while is_far(many) and many < _COUNTED:
+            few, many = many, 2 * many
+        while many - few > 1:
+            middle = (few + many) // 2
+            few, many = (middle, many) if is_far(middle) else (few, middle)
+        return left / many
+
+
+@dataclass(eq=False)
+class Pace:
+    """Steps so short that few segments have to be kept from passing through each other.
+
+    What the solve of a step does not see, since it is linear and contact in it is soft, is put right after it, by
+    moving the points of two segments. That stretches their strands, by the square of what they move in a step, and the
+    next solve has them cross again. Hair that got into this packs ever more densely: at 1/96 s throughout, 10,000 hairs
+    in a vigorous shake jam, and cost twice as much (README, "The paper's scenes").
+
+    part  pairs a segment that may be kept so in a step
+    most  of time in a step, where there are no such segments [s]
+    step  longest that is allowed now [s]
+    """
+
+    setting: ClassVar[str] = "crossings"
+    part: float
+    most: float
+    step: float
+
+    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+        """It is their number that counts."""
+        return None
+
+    def longest(self, motion: Motion, path: Path, time: float) -> float:
+        """Give the step that is allowed now."""
+        return self.step
+
+    def follow(self, dt: float, crossed: float) -> None:
+        """Take note of the pairs a segment that a step of dt [s] had to keep from passing through each other.
+
+        In packed hair it goes about with dt^1.5. Steps get longer slowly, lest they go up and down.
+        """
+        change = min(max((self.part / crossed) ** (2.0 / 3.0), _SHORTER), _LONGER) if crossed > 0.0 else _LONGER
+        step = dt * change if change < 1.0 else max(dt * change, self.step)
+        self.step = min(max(step, _SHORTEST * self.most), self.most)
+
+
+def pace_of(control: StepControl, step: float) -> Pace:
+    """Go on at the pace at which hair went before [s]."""
+    return Pace(control.crossings, control.longest, min(step, control.longest))
+
+
+def limits_of(control: StepControl, model: Network | Chain, around: Surroundings) -> list[Limit]:
+    """Collect the limits that a scene asks for."""
+    limits: list[Limit] = [Fixed(control.longest), Travel(control.travel, around), Root(control.root)]
+    if control.strain_rate is not None:
+        limits.append(StrainRate(model, control.strain_rate))
+    if control.courant is not None:
+        limits.append(Courant(control.courant, model, around))
+    return limits
+
+
+def next_step(limits: list[Limit], motion: Motion, path: Path, time: float, most: int = 10**9) -> float:
+    """Choose the step from a time since the last frame [s]: an equal share of what is left of the frame.
+
+    TooManySteps where that would be more than `most`.
+    """
+    left = path.frame - time
+    longest, limit = min(((limit.longest(motion, path, time), limit) for limit in limits), key=lambda found: found[0])
+    steps = left / longest if longest > left * 1e-300 else inf
+    if steps - 1e-6 > most:
+        raise TooManySteps(limit.setting, steps, limit.worst(motion, path, time))
+    return left / max(ceil(steps - 1e-6), 1)
+
+
+def highest_frequency(model: Network | Chain) -> float:
+    """Bound what springs swing with [rad/s]: sqrt(max_p sum_s 4 k_s / (m_p l0_s))."""
+    return float(np.sqrt(_stiffest(model)[0]))
+
+
+def _farthest(way: np.ndarray) -> tuple[float, int, int]:
+    """Length of the longest of ways (blocks, n, 3, W) [m], which of the blocks times n it is, and its lane."""
+    return _largest(way.reshape(-1, *way.shape[2:]))
+
+
+@njit(cache=True)
+def _stiffest(model):  # noqa: ANN001, ANN202
+    """Find the largest sum of 4 k / (m l0) over the springs at a free particle [1/s^2], its block and lane."""
+    stiffest, where, which = 0.0, 0, 0
+    for block in range(len(model.first) - 1):
+        first, count = model.first[block], model.first[block + 1] - model.first[block]
+        sums = np.zeros((count, model.mass.shape[1]))
+        k = np.empty((1, model.mass.shape[1]), model.mass.dtype)
+        for p in range(count):
+            for o in range(1, springs_from(model, p, count) + 1):
+                store(k, (0,), spring_constant(model, block, p, o))
+                stiffness = 4.0 * k[0] * model.inverse_lengths[first + p, o - 1]
+                sums[p] += stiffness / model.mass[first + p]
+                sums[p + o] += stiffness / model.mass[first + p + o]
+        for lane in range(sums.shape[1]):
+            most = sums[shape_of(model).clamped :, lane].max()
+            if most > stiffest:
+                stiffest, where, which = most, block, lane
+    return stiffest, where, which
+
+
+@njit(cache=True)
+def _strain_rate(first, inverse_lengths, stride, x, v):  # noqa: ANN001, ANN202
+    """Find the largest rate of strain of an edge on the axis [1/s], its block and lane."""
+    fastest, where, which = 0.0, 0, 0
+    for block in range(len(first) - 1):
+        for p in range(first[block], first[block + 1] - stride, stride):
+            for lane in range(x.shape[2]):
+                length, closing = 0.0, 0.0
+                for c in range(3):
+                    d = x[p + stride, c, lane] - x[p, c, lane]
+                    length += d * d
+                    closing += d * (v[p + stride, c, lane] - v[p, c, lane])
+                if length > 0.0:
+                    rate = abs(closing) / np.sqrt(length) * inverse_lengths[p, stride - 1, lane]
+                    if fastest < rate < np.inf:
+                        fastest, where, which = rate, block, lane
+    return fastest, where, which
+
+
+@njit(cache=True)
+def _largest(vectors: np.ndarray) -> tuple[float, int, int]:
+    """Length of the longest finite vector of (n, 3, W), its row and lane."""
+    longest, where, which = 0.0, 0, 0
+    for n in range(vectors.shape[0]):
+        for lane in range(vectors.shape[2]):
+            size = vectors[n, 0, lane] ** 2 + vectors[n, 1, lane] ** 2 + vectors[n, 2, lane] ** 2
+            if longest < size < np.inf:
+                longest, where, which = size, n, lane
+    return np.sqrt(longest), where, which

@@ -1,0 +1,1 @@
+"""One implicit stage of all strands: assemble, factor, couple, solve."""

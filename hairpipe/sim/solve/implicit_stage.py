@@ -1,0 +1,383 @@
+"""One linearly implicit stage of a time integrator: assemble, eliminate and substitute, fused per block of strands.
+
+A stage asks for the velocity v at its end, with x = xh + h v, such that M (v - vh) = h f(x, v). Linearised once at a
+guess,
+
+    (M + h D + h^2 K) dv = M (vh - v) + h (f(x) - D v),   v += dv,  x += h dv.
+
+Every integrator is a sequence of such stages; they differ in h, xh, vh and the guess. Strands of one stage may differ
+in h, too: all that touch are one system, whatever each of them has behind it.
+
+What acts on hair from outside joins the system as numbers of each point of the axis, `outer` (rows / stride, 9 or 15,
+W): an impulse to add to the right-hand side [N s], a symmetric block to add to that on the diagonal [kg], and one to
+that between the point and the next [kg]; no rows where nothing does. Those of block b begin at first[b] // stride.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.kernels.banded import (
+    add,
+    add_coupling,
+    clear_row,
+    eliminate,
+    fix_lanes,
+    fix_row,
+    row_size,
+    substitute,
+)
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import any_lane, either, load, select, sqrt, store, store_as
+from hairpipe.kernels.simd_arrays import copy, fill
+from hairpipe.sim.solve.spring_form import SpringForm
+from hairpipe.sim.strands import (
+    chain,  # noqa: F401 (they teach numba the kernels of the interface)
+    network,  # noqa: F401 (they teach numba the kernels of the interface)
+)
+from hairpipe.sim.strands.forces.spring import multiplier, tension
+from hairpipe.sim.strands.interface import add_forces, shape_of, spring_constant, springs_from
+
+_EXPLICIT, _PRINTED, _TENSION, _MULTIPLIER = (int(form) for form in SpringForm)
+
+
+class Rule(NamedTuple):
+    """What all stages of a simulation have in common.
+
+    form        a SpringForm
+    damping     of the springs, a fraction of critical damping
+    guard       strain of an edge at the guess beyond which its strand restarts as the stage began, at its root, in two
+                iterations, or where something acts on hair, from where `guess_stages` carries it; inf: never
+    iterations  of Newton's method a stage
+    gravity     [m/s^2], (3,)
+    drag        against still air [1/s]
+    """
+
+    form: int
+    damping: float
+    guard: float
+    iterations: int
+    gravity: np.ndarray
+    drag: float
+
+
+@inlined
+def _start_row(A, b, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
+    """Inertia, weight and air drag of particle p."""
+    clear_row(A, p)
+    m = load(mass, (p,))
+    for c in range(3):
+        speed = load(v, (p, c))
+        store(b, (p, c), m * (load(vh, (p, c)) - speed + h * (rule.gravity[c] - rule.drag * speed)))
+    inertia = m * (1.0 + h * rule.drag)
+    add(A, p, 0, inertia)
+    add(A, p, 3, inertia)
+    add(A, p, 5, inertia)
+
+
+@inlined
+def _add_outer(A, b, outer, p, n, stride, count):  # noqa: ANN001, ANN202
+    """Add what acts from outside on particle p, the point n of its axis."""
+    for c in range(3):
+        add(b, p, c, load(outer, (n, c)))
+    for c in range(6):
+        add(A, p, c, load(outer, (n, 3 + c)))
+    if outer.shape[1] > 9 and p + stride < count:
+        xx, xy, xz = load(outer, (n, 9)), load(outer, (n, 10)), load(outer, (n, 11))
+        yy, yz, zz = load(outer, (n, 12)), load(outer, (n, 13)), load(outer, (n, 14))
+        add_coupling(A, p, stride, xx, xy, xz, yy, yz, zz)
+
+
+@inlined
+def _assemble(model, A, b, x, v, vh, T, outer, block, held, h, rule):  # noqa: ANN001, ANN202
+    """Leave the factors in A, and in b what is left to substitute for the change of velocity [m/s]."""
+    count, reach = x.shape[0], shape_of(model).reach
+    clamped, stride = shape_of(model).clamped, shape_of(model).stride
+    mass = model.mass[model.first[block] : model.first[block + 1]]
+    hh = (0.0 if rule.form == _EXPLICIT else 1.0) * h * h
+    for p in range(min(reach, count)):
+        _start_row(A, b, mass, vh, v, p, h, rule)
+    for p in range(count):
+        if p + reach < count:
+            _start_row(A, b, mass, vh, v, p + reach, h, rule)
+        add_forces(model, A, b, x, v, T, p, block, h, hh, rule.damping)
+        past = p + 1 - clamped
+        if outer.shape[0] > 0 and past >= 0 and past % stride == 0:
+            _add_outer(A, b, outer, p, past // stride, stride, count)
+        if p < clamped:
+            fix_row(A, b, p)
+        else:
+            if len(held) > 0 and p >= count - clamped:
+                fix_lanes(A, b, p, load(held, (block,)) > 0.0)
+            eliminate(A, b, p, count, reach)
+
+
+@inlined
+def _update(model, x, v, T, dx, b, bad, only_bad, block, h, rule):  # noqa: ANN001, ANN202
+    """Move to the solution; with only_bad, in the flagged lanes only."""
+    count, first = x.shape[0], model.first[block]
+    for p in range(count):
+        for c in range(3):
+            dv = load(b, (p, c))
+            if only_bad:
+                dv = select(bad, dv, 0.0)
+            store(dx, (p, c), h * dv)
+            store(v, (p, c), load(v, (p, c)) + dv)
+    if rule.form == _MULTIPLIER:
+        for p in range(count):
+            for o in range(1, springs_from(model, p, count) + 1):
+                k = spring_constant(model, block, p, o)
+                t = multiplier(x, dx, p, o, k, load(model.inverse_lengths, (first + p, o - 1)))
+                if only_bad:
+                    t = select(bad, t, load(T, (p, o - 1)))
+                store(T, (p, o - 1), t)
+    for p in range(count):
+        for c in range(3):
+            store(x, (p, c), load(x, (p, c)) + load(dx, (p, c)))
+
+
+@inlined
+def overstrained(model, x, block, limit):  # noqa: ANN001, ANN201
+    """Lanes with an axis edge whose strain is beyond +-limit."""
+    first, stride = model.first[block], shape_of(model).stride
+    worst = load(x, (0, 0)) < load(x, (0, 0))
+    for p in range(0, x.shape[0] - stride, stride):
+        dx = load(x, (p + stride, 0)) - load(x, (p, 0))
+        dy = load(x, (p + stride, 1)) - load(x, (p, 1))
+        dz = load(x, (p + stride, 2)) - load(x, (p, 2))
+        inverse_rest = load(model.inverse_lengths, (first + p, stride - 1))
+        strain = sqrt(dx * dx + dy * dy + dz * dz) * inverse_rest - 1.0
+        worst = either(worst, either(strain > limit, strain < -limit))
+    return worst
+
+
+@njit(cache=True, error_model="numpy")
+def set_tensions(model, block, x, T):  # noqa: ANN001, ANN201
+    """Set T to the tensions of the present stretch of a block [N], in place.
+
+    x  (particles, 3, W); T  (particles, springs, W)
+    """
+    first, count = model.first[block], x.shape[0]
+    for p in range(count):
+        for o in range(1, springs_from(model, p, count) + 1):
+            k = spring_constant(model, block, p, o)
+            store(T, (p, o - 1), tension(x, p, o, k, load(model.inverse_lengths, (first + p, o - 1))))
+
+
+@inlined
+def _place_ends(x, v, xh, ends, held, block, clamped, h):  # noqa: ANN001, ANN202
+    """Put the particles that are held where they end, with the velocity that takes them there."""
+    count = x.shape[0]
+    for p in range(clamped):
+        for c in range(3):
+            end = load(ends, (p, c))
+            store(x, (p, c), end)
+            store(v, (p, c), (end - load(xh, (p, c))) / h)
+    if len(held) > 0:
+        fixed = load(held, (block,)) > 0.0
+        for i in range(clamped):
+            p = count - clamped + i
+            for c in range(3):
+                end = load(ends, (clamped + i, c))
+                store(x, (p, c), select(fixed, end, load(x, (p, c))))
+                store(v, (p, c), select(fixed, (end - load(xh, (p, c))) / h, load(v, (p, c))))
+
+
+@inlined
+def _guess(model, block, x, v, xh, ends, held, h, guard):  # noqa: ANN001, ANN202
+    """Place a block where its guess leads; return the lanes that are strained too much there."""
+    for p in range(x.shape[0]):
+        for c in range(3):
+            store(x, (p, c), load(xh, (p, c)) + h * load(v, (p, c)))
+    _place_ends(x, v, xh, ends, held, block, shape_of(model).clamped, h)
+    return overstrained(model, x, block, guard)
+
+
+@inlined
+def _restart(model, block, x, v, xh, before, ends, held, h, bad):  # noqa: ANN001, ANN202
+    """Place the lanes that are bad as the stage began, along with their roots."""
+    clamped = shape_of(model).clamped
+    for p in range(clamped, x.shape[0]):
+        for c in range(3):
+            along = load(ends, (clamped - 1, c)) - load(before, (clamped - 1, c))
+            store(x, (p, c), select(bad, load(before, (p, c)) + along, load(x, (p, c))))
+            store(v, (p, c), select(bad, (load(x, (p, c)) - load(xh, (p, c))) / h, load(v, (p, c))))
+    _place_ends(x, v, xh, ends, held, block, clamped, h)
+
+
+@njit(cache=True, error_model="numpy")
+def run_stage(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):  # noqa: ANN001, ANN201
+    """Advance one block of strands through a stage that nothing from outside takes part in, in place.
+
+    x, v     out: positions [m] and velocities [m/s] at the end, (particles, 3, W); in: v is the guess
+    T        tensions of the springs [N], in: of the solve before, (particles, springs, W)
+    xh, vh   explicit parts of position and velocity
+    before   positions at the start of the stage; a strand that the guess strains too much restarts so, at its root
+    ends     positions of the held particles at the end: those at the root, then those at the tip [m], (2 clamped, 3, W)
+    held     1 where the tip is held, 0 where it is free, (blocks, W); no rows where all are free
+    weights  h, of the end, for every strand [s], (blocks, W)
+    """
+    count, reach, h = x.shape[0], shape_of(model).reach, load(weights, (block,))
+    A = np.empty((count, row_size(reach), x.shape[2]), x.dtype)
+    b, dx, nothing = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty((0, 9, x.shape[2]), x.dtype)
+    bad = _guess(model, block, x, v, xh, ends, held, h, rule.guard)
+    if any_lane(bad):
+        _restart(model, block, x, v, xh, before, ends, held, h, bad)
+    for iteration in range(rule.iterations + int(any_lane(bad))):
+        set_form(model, block, x, T, rule)
+        _assemble(model, A, b, x, v, vh, T, nothing, block, held, h, rule)
+        substitute(A, b, count, reach)
+        _update(model, x, v, T, dx, b, bad, iteration == rule.iterations, block, h, rule)
+
+
+@inlined
+def set_form(model, block, x, T, rule):  # noqa: ANN001, ANN201
+    """Give T, in place, what the spring form wants in the matrix: nothing, the present tension, or what it has."""
+    if rule.form <= _PRINTED:
+        fill(T, 0.0)
+    elif rule.form == _TENSION:
+        set_tensions(model, block, x, T)
+
+
+@njit(cache=True, parallel=True)
+def run_stages(model, x, v, T, xh, vh, before, ends, held, weights, rule):  # noqa: ANN001, ANN201
+    """Advance all strands through a stage, in place; see `run_stage`.
+
+    x, v, T, xh, vh, before  of all rows; ends  (blocks, 2 clamped, 3, W)
+    """
+    for block in prange(len(model.first) - 1):
+        # Numba counts blocks without sign, and would compile all below for that once more.
+        _run_block(model, np.int64(block), x, v, T, xh, vh, before, ends, held, weights, rule)
+
+
+@njit(cache=True)
+def _run_block(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):  # noqa: ANN001, ANN202
+    rows = slice(model.first[block], model.first[block + 1])
+    parts = x[rows], v[rows], T[rows], xh[rows], vh[rows], before[rows]
+    run_stage(model, block, *parts, ends[block], held, weights, rule)
+
+
+@njit(cache=True, parallel=True)
+def guess_stages(model, x, v, T, xh, before, began, ends, held, weights, span, rule):  # noqa: ANN001, ANN201
+    """Begin a stage: place all strands where their guess leads, in place; see `run_stage`.
+
+    began  velocities where the stage began [m/s], (rows, 3, W), which may be v itself
+    span   that the stage covers [s]
+
+    A strand that this strains too much goes by itself, by backward Euler over the span from how the stage began: vh
+    has the forces of the springs, which bore what touched the strand and would fling it without.
+    """
+    for block in prange(len(model.first) - 1):
+        _guess_block(model, np.int64(block), x, v, T, xh, before, began, ends, held, weights, span, rule)
+
+
+@njit(cache=True, error_model="numpy")
+def _guess_block(model, block, x, v, T, xh, before, began, ends, held, weights, span, rule):  # noqa: ANN001, ANN202
+    rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
+    xs, vs = x[rows], v[rows]
+    bad = _guess(model, block, xs, vs, xh[rows], ends[block], held, h, rule.guard)
+    if any_lane(bad):
+        parts = T[rows], xh[rows], before[rows], began[rows]
+        _carry(model, block, xs, vs, *parts, ends[block], held, h, 0.0 * h + span, bad, rule)
+
+
+@njit(cache=True, error_model="numpy")
+def _carry(model, block, x, v, T, xh, before, began, ends, held, h, span, bad, rule):  # noqa: ANN001, ANN202
+    """Carry the lanes that are bad by backward Euler, in place; span of every lane."""
+    count, reach = x.shape[0], shape_of(model).reach
+    A, b = np.empty((count, row_size(reach), x.shape[2]), x.dtype), np.empty(x.shape, x.dtype)
+    moved, speeds, tensions = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty(T.shape, T.dtype)
+    copy(tensions, T)
+    clamped = shape_of(model).clamped
+    for p in range(count):
+        for c in range(3):
+            along = load(ends, (clamped - 1, c)) - load(before, (clamped - 1, c))
+            store(moved, (p, c), load(before, (p, c)) + along)
+            store(speeds, (p, c), along / span)
+    _place_ends(moved, speeds, before, ends, held, block, clamped, span)
+    set_form(model, block, moved, tensions, rule)
+    nothing = np.empty((0, 9, x.shape[2]), x.dtype)
+    _assemble(model, A, b, moved, speeds, began, tensions, nothing, block, held, span, rule)
+    substitute(A, b, count, reach)
+    _update(model, moved, speeds, tensions, np.empty(x.shape, x.dtype), b, bad, False, block, span, rule)
+    for p in range(count):
+        for c in range(3):
+            store(x, (p, c), select(bad, load(moved, (p, c)), load(x, (p, c))))
+            store(v, (p, c), select(bad, (load(x, (p, c)) - load(xh, (p, c))) / h, load(v, (p, c))))
+        for o in range(T.shape[1]):
+            store(T, (p, o), select(bad, load(tensions, (p, o)), load(T, (p, o))))
+
+
+@njit(cache=True, parallel=True)
+def factor_stages(model, A, b, x, v, vh, T, outer, held, who, weights, rule):  # noqa: ANN001, ANN201
+    """Solve every strand's own system, in place.
+
+    A      out: its factors, (rows, row_size, W), which may have less precision; not kept where it has no rows
+    b      out: change of velocity [m/s], (rows, 3, W)
+    outer  what acts from outside, see above
+    who    1 for strands that are solved, (blocks, W); the others have 0 in b
+    """
+    for block in prange(len(model.first) - 1):
+        if who[block].any():
+            _factor_block(model, np.int64(block), A, b, x, v, vh, T, outer, held, who, weights, rule)
+        else:
+            fill(b[model.first[block] : model.first[block + 1]], 0.0)
+
+
+@njit(cache=True, error_model="numpy")
+def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, weights, rule):  # noqa: ANN001, ANN202
+    rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
+    bs, xs, Ts = b[rows], x[rows], T[rows]
+    reach = shape_of(model).reach
+    As = np.empty((xs.shape[0], row_size(reach), xs.shape[2]), xs.dtype)
+    set_form(model, block, xs, Ts, rule)
+    axis = slice(rows.start // shape_of(model).stride, rows.stop // shape_of(model).stride)
+    _assemble(model, As, bs, xs, v[rows], vh[rows], Ts, outer[axis], block, held, h, rule)
+    substitute(As, bs, xs.shape[0], reach)
+    for p in range(bs.shape[0]):
+        for c in range(3):
+            store(bs, (p, c), select(load(who, (block,)) > 0.0, load(bs, (p, c)), 0.0))
+    if A.shape[0] > 0:
+        kept = A[rows]
+        for p in range(kept.shape[0]):
+            for c in range(kept.shape[1]):
+                store_as(kept, (p, c), load(As, (p, c)))
+
+
+@njit(cache=True, parallel=True)
+def update_stages(model, x, v, T, b, who, weights, rule):  # noqa: ANN001, ANN201
+    """Move the strands who, (blocks, W), to the solution b, in place."""
+    for block in prange(len(model.first) - 1):
+        if who[block].any():
+            _update_block(model, np.int64(block), x, v, T, b, who, weights, rule)
+
+
+@njit(cache=True, error_model="numpy")
+def _update_block(model, block, x, v, T, b, who, weights, rule):  # noqa: ANN001, ANN202
+    rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
+    dx = np.empty(x[rows].shape, x.dtype)
+    _update(model, x[rows], v[rows], T[rows], dx, b[rows], load(who, (block,)) > 0.0, True, block, h, rule)
+
+
+@njit(cache=True, parallel=True)
+def overstrained_lanes(model, x, limit, out):  # noqa: ANN001, ANN201
+    """Set out, (blocks, W), to 1 for strands with an edge strained beyond +-limit, in place; tell whether any is."""
+    for block in prange(len(model.first) - 1):
+        _overstrained_block(model, np.int64(block), x, limit, out)
+    return out.any()
+
+
+@njit(cache=True, error_model="numpy")
+def _overstrained_block(model, block, x, limit, out):  # noqa: ANN001, ANN202
+    rows = slice(model.first[block], model.first[block + 1])
+    lanes = overstrained(model, x[rows], block, limit)
+    store(out, (block,), select(lanes, 0.0 * load(out, (block,)) + 1.0, 0.0))
+
+
+@njit(cache=True, parallel=True)
+def set_all_tensions(model, x, T):  # noqa: ANN001, ANN201
+    """Set T to the tensions of the present stretch of all strands [N], in place."""
+    for block in prange(len(model.first) - 1):
+        rows = slice(model.first[block], model.first[block + 1])
+        set_tensions(model, np.int64(block), x[rows], T[rows])

@@ -1,0 +1,76 @@
+"""How strands respond to impulses on their axes, each by the factors of its own system."""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.kernels.banded import forward, substitute
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import both, load, select, store
+from hairpipe.kernels.simd_arrays import fill
+from hairpipe.sim.axis import Axis
+from hairpipe.sim.strands.interface import shape_of
+
+
+@njit(cache=True, parallel=True)
+def respond(model, axis: Axis, A, held, who, impulses, change, b) -> None:  # noqa: ANN001
+    """Solve every strand's own system for impulses on its axis, in place.
+
+    A         factors, of `factor_stages`; they are all that it reads from memory, and so kept in single precision
+    held      see `Step`; who  1 for strands that are solved, (blocks, W); the others do not move
+    impulses  [N s], (P, 3)
+    change    out: of the velocity of points [m/s], (P, 3)
+    b         that of all particles is added to it, (rows, 3, W); nowhere where it has no rows
+    """
+    for block in prange(len(axis.first) - 1):
+        _respond_block(model, axis, np.int64(block), A, held, who, impulses, change, b)
+
+
+@njit(cache=True, error_model="numpy")
+def _respond_block(model, axis, block, A, held, who, impulses, change, b):  # noqa: ANN001, ANN202
+    rows = slice(axis.first[block], axis.first[block + 1])
+    As = A[rows]
+    x = np.empty((As.shape[0], 3, As.shape[2]), who.dtype)
+    count, clamped, reach = x.shape[0], shape_of(model).clamped, shape_of(model).reach
+    fill(x, 0.0)
+    if who[block].any():
+        _take(axis, block, impulses, x)
+        for p in range(clamped):
+            for c in range(3):
+                store(x, (p, c), 0.0)
+        for p in range(clamped, count):
+            free = load(who, (block,)) > 0.0
+            if len(held) > 0 and p >= count - clamped:
+                free = both(free, load(held, (block,)) < 0.5)
+            for c in range(3):
+                store(x, (p, c), select(free, load(x, (p, c)), 0.0))
+            forward(As, x, p, count, reach)
+        substitute(As, x, count, reach)
+        if b.shape[0] > 0:
+            bs = b[rows]
+            for p in range(count):
+                for c in range(3):
+                    store(bs, (p, c), load(bs, (p, c)) + load(x, (p, c)))
+    _give(axis, block, x, change)
+
+
+@inlined
+def _take(axis, block, points, x):  # noqa: ANN001, ANN202
+    """Copy what points of a block have to its particles."""
+    for lane in range(axis.strands.shape[1]):
+        first, row = axis.offsets[axis.strands[block, lane]], axis.root
+        for k in range(first, axis.offsets[axis.strands[block, lane] + 1]):
+            for c in range(3):
+                x[row, c, lane] = points[k, c]
+            row += axis.stride
+
+
+@inlined
+def _give(axis, block, x, points):  # noqa: ANN001, ANN202
+    """Copy what particles of a block have to its points."""
+    for lane in range(axis.strands.shape[1]):
+        if not axis.idle[block, lane]:
+            first, row = axis.offsets[axis.strands[block, lane]], axis.root
+            for k in range(first, axis.offsets[axis.strands[block, lane] + 1]):
+                for c in range(3):
+                    points[k, c] = x[row, c, lane]
+                row += axis.stride

@@ -1,0 +1,1 @@
+"""Strands at rest under gravity."""

@@ -1,0 +1,110 @@
+"""How forces change where a strand stands: the exact second derivatives of its energy, banded.
+
+The matrix of a step leaves out what could make it indefinite, and that is what tells whether a strand stands or falls.
+So the kernels' own forces are differentiated numerically. Particles farther apart than twice the reach of a force are
+moved at once: 2 reach + 1 colours, each in three directions, are all columns.
+
+Where an altitude spring is about to be exchanged for another, forces have a corner, or a jump unless they are at rest:
+the step of a difference must not reach it.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.kernels.banded import add, row_size
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import load, select, store
+from hairpipe.kernels.simd_arrays import fill
+from hairpipe.sim.strands import (
+    chain,  # noqa: F401 (they teach numba the kernels of the interface)
+    network,  # noqa: F401 (they teach numba the kernels of the interface)
+)
+from hairpipe.sim.strands.interface import add_forces, shape_of
+
+_WEIGHTS = np.array([3 / 4, -3 / 20, 1 / 60])
+"""Central differences of sixth order."""
+
+
+@njit(cache=True)
+def _set_forces(model, block, A, b, x, still, slack):  # noqa: ANN001, ANN202
+    """Set b to the forces of a block's springs; still and slack are zero, and nothing but zeros is added to A."""
+    fill(b, 0.0)
+    for p in range(x.shape[0]):
+        add_forces(model, A, b, x, still, slack, p, block, 1.0, 0.0, 0.0)
+
+
+@njit(cache=True)
+def spring_forces(model, block, x) -> np.ndarray:  # noqa: ANN001
+    """Find the forces of all springs of a block [N], (particles, 3, W), at positions x [m] of the same shape."""
+    A = np.zeros((x.shape[0], row_size(shape_of(model).reach), x.shape[2]), x.dtype)
+    b = np.empty_like(x)
+    _set_forces(model, block, A, b, x, np.zeros_like(x), np.zeros_like(x))
+    return b
+
+
+@inlined
+def _add_column(H, slope, p, c, reach):  # noqa: ANN001, ANN202
+    """Add what the forces lose as particle p moves along c: half to each of the two places an entry stands for."""
+    i = 3 * p + c
+    for j in range(3 * max(0, p - reach), 3 * min(slope.shape[0], p + reach + 1)):
+        half = -0.5 * load(slope, (j // 3, j % 3))
+        add(H, min(i, j), abs(i - j), half + half if i == j else half)
+
+
+@njit(cache=True)
+def tangent(model, block, x, steps) -> np.ndarray:  # noqa: ANN001
+    """Differentiate the energy of a block twice [N/m], (3 particles, 3 reach + 3, W): H[i, k] couples i and i + k.
+
+    x      positions [m], (particles, 3, W)
+    steps  of the differences for all strands [m], (blocks, W)
+    """
+    count, reach = x.shape[0], shape_of(model).reach
+    H = np.zeros((3 * count, 3 * reach + 3, x.shape[2]), x.dtype)
+    A = np.zeros((count, row_size(reach), x.shape[2]), x.dtype)
+    still, slack = np.zeros_like(x), np.zeros_like(x)
+    moved, slope, b = x.copy(), np.empty_like(x), np.empty_like(x)
+    step = load(steps, (block,))
+    for colour in range(2 * reach + 1):
+        for c in range(3):
+            fill(slope, 0.0)
+            for side in range(6):
+                sign, far = 1.0 - 2.0 * (side % 2), side // 2 + 1
+                for p in range(colour, count, 2 * reach + 1):
+                    store(moved, (p, c), load(x, (p, c)) + sign * far * step)
+                _set_forces(model, block, A, b, moved, still, slack)
+                weight = sign * _WEIGHTS[far - 1] / step
+                for p in range(count):
+                    for d in range(3):
+                        store(slope, (p, d), load(slope, (p, d)) + weight * load(b, (p, d)))
+            for p in range(colour, count, 2 * reach + 1):
+                store(moved, (p, c), load(x, (p, c)))
+                _add_column(H, slope, p, c, reach)
+    return H
+
+
+@njit(cache=True, parallel=True)
+def find_stable(model, x, steps, stable) -> None:  # noqa: ANN001
+    """Set stable to 1 where a strand is stiff against every motion of its free particles, else to 0, in place.
+
+    x       positions of all rows [m]
+    steps   of the differences [m], (blocks, W)
+    stable  (blocks, W)
+    """
+    for block in prange(len(model.first) - 1):
+        # Numba counts blocks without sign, and would compile all below for that once more.
+        _find_stable(model, np.int64(block), x, steps, stable)
+
+
+@njit(cache=True, error_model="numpy")
+def _find_stable(model, block, x, steps, stable):  # noqa: ANN001, ANN202
+    """Eliminate one unknown after the other: H is positive definite where all that is left on its diagonal is."""
+    rows, clamped = x[model.first[block] : model.first[block + 1]], shape_of(model).clamped
+    H = tangent(model, block, rows, steps)
+    store(stable, (block,), 1.0)
+    for i in range(3 * clamped, H.shape[0]):
+        pivot = load(H, (i, 0))
+        store(stable, (block,), select(pivot > 0.0, load(stable, (block,)), 0.0))
+        for k in range(1, min(H.shape[1], H.shape[0] - i)):
+            part = load(H, (i, k)) / pivot
+            for m in range(k, min(H.shape[1], H.shape[0] - i)):
+                store(H, (i + k, m - k), load(H, (i + k, m - k)) - part * load(H, (i, m)))

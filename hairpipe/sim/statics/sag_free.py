@@ -1,0 +1,180 @@
+"""Rest lengths with which a groomed strand is in equilibrium under gravity: it starts, and stays, as groomed.
+
+Springs at rest in the groom's shape carry nothing, so hair sags as soon as it is simulated. The network is isostatic
+but for its altitude springs: every free particle ends three springs, as many as it has equations. Those at rest height
+carry no force, and the tensions follow from the tip to the root, three at a time,
+
+    sum_o T_q-o,o d_q-o,o = m_q g + sum_o T_q,o d_q,o,   o = 1, 2, 3,   d_p,o = (x_p+o - x_p) / l_p,o
+    l0 = l / (1 + T / k)
+
+which is exact. Whether the equilibrium is stable, and how far its
+springs are strained, says if hair so stiff can stand so at all: 10 cm of real hair can stick out, 20 cm cannot.
+
+For rods the same takes an optimiser: Takahashi and Batty, Rest Shape Optimization for Sag-Free DER, 2024.
+"""
+
+from dataclasses import dataclass
+from warnings import warn
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.errors import BadInput
+from hairpipe.groom.binding import name_strands
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import load, maximum, sqrt, store
+from hairpipe.kernels.simd_vec3 import cross, dot, minus, scaled
+from hairpipe.sim.layout import Layout
+from hairpipe.sim.settings import SagFree
+from hairpipe.sim.statics.hessian import find_stable
+from hairpipe.sim.statics.settle import settle
+from hairpipe.sim.strands.chain import Chain
+from hairpipe.sim.strands.interface import shape_of, spring_constant, springs_from
+from hairpipe.sim.strands.network import Network
+
+STEP = 1e-5
+"""Of differences of forces, over the length of a segment: a curl can be close to exchanging altitude springs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stance:
+    """How strands start.
+
+    positions        [m], (rows, 3, W)
+    inverse_lengths  1 / l0 of their springs [1/m], (rows, springs, W)
+    tensions         of their springs [N], same shape
+    rests            lanes in equilibrium: those that stand as groomed or have settled, (rows, W) bool
+    """
+
+    positions: np.ndarray
+    inverse_lengths: np.ndarray
+    tensions: np.ndarray
+    rests: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """Springs that carry strands as they stand.
+
+    inverse_lengths  1 / l0 [1/m], (rows, springs, W)
+    tensions         [N], same shape
+    strains          the largest of a strand, l / l0 - 1 or its opposite, (blocks, W)
+    """
+
+    inverse_lengths: np.ndarray
+    tensions: np.ndarray
+    strains: np.ndarray
+
+
+def carry_weight(model: Network, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
+    """Find the springs that carry strands at x [m], (rows, 3, W), under gravity [m/s^2], (3,)."""
+    lengths, tensions = np.zeros_like(model.inverse_lengths), np.zeros_like(model.inverse_lengths)
+    strains = np.zeros((len(model.first) - 1, x.shape[2]))
+    _carry_all(model, x, gravity, tensions, lengths, strains)
+    return Equilibrium(lengths, tensions, strains)
+
+
+def stands(model: Network, x: np.ndarray, strains: np.ndarray, limit: float) -> np.ndarray:
+    """Tell which strands stand at x [m] with the springs of a model, none strained beyond a limit, (blocks, W) bool."""
+    edges = np.linalg.norm(x[model.first[:-1] + 2] - x[model.first[:-1]], axis=1)
+    stable = np.zeros_like(strains)
+    find_stable(model, x, STEP * edges, stable)
+    return (stable > 0.0) & (strains <= limit)
+
+
+def stand(
+    model: Network | Chain, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, wanted: SagFree
+) -> Stance:
+    """Let strands stand as they are placed, and do with those that cannot as is wanted, which is said.
+
+    ids      of the strands, to name them
+    x        particles as placed [m], (rows, 3, W)
+    gravity  [m/s^2], (3,)
+
+    BadInput where the model is no network, or where strands that cannot stand are refused.
+    """
+    if isinstance(model, Chain):
+        raise BadInput("a chain cannot hold a groomed shape under its weight", where="model", right='"network"')
+    found = carry_weight(model, x, gravity)
+    able = stands(model._replace(inverse_lengths=found.inverse_lengths), x, found.strains, wanted.strain)
+    _report(able, layout, ids, wanted.unstable)
+    keeps = np.repeat(able, np.diff(layout.first), axis=0)
+    lengths = np.where(keeps[:, None], found.inverse_lengths, model.inverse_lengths)
+    tensions = np.where(keeps[:, None], found.tensions, 0.0)
+    if wanted.unstable == "fall" or able.all():
+        return Stance(x, lengths, tensions, keeps)
+    settled = settle(model, layout, ids, x, gravity, ~able)
+    return Stance(
+        settled.positions, lengths, np.where(keeps[:, None], tensions, settled.tensions), np.full_like(keeps, True)
+    )
+
+
+def _report(able: np.ndarray, layout: Layout, ids: np.ndarray, unstable: str) -> None:
+    unable = ids[np.unique(layout.strands[~able])]
+    if not len(unable):
+        return
+    said = f"{len(unable)} of {len(ids)} strands cannot stand as groomed under their weight"
+    if unstable == "refuse":
+        raise BadInput(
+            f"{said}: {name_strands(unable)}",
+            where="sag_free.unstable",
+            right='shorter or stiffer hair, or "fall" or "settle"',
+        )
+    warn(f"{said} and {unstable}: {name_strands(unable)}", stacklevel=3)
+
+
+@inlined
+def _direction(x, p, q):  # noqa: ANN001, ANN202
+    """Unit vector from particle p to q, and the inverse of its length [1/m]."""
+    span = minus(
+        (load(x, (q, 0)), load(x, (q, 1)), load(x, (q, 2))), (load(x, (p, 0)), load(x, (p, 1)), load(x, (p, 2)))
+    )
+    inverse = 1.0 / sqrt(dot(span, span))
+    return scaled(inverse, span), inverse
+
+
+@inlined
+def _carry(x, b, T, q):  # noqa: ANN001, ANN202
+    """Find the three tensions that carry b_q [N], and hand them on to the particles they pull at, in place."""
+    d1, d2, d3 = _direction(x, q - 1, q)[0], _direction(x, q - 2, q)[0], _direction(x, q - 3, q)[0]
+    f = load(b, (q, 0)), load(b, (q, 1)), load(b, (q, 2))
+    n1, n2, n3 = cross(d2, d3), cross(d3, d1), cross(d1, d2)
+    inverse = 1.0 / dot(d1, n1)
+    for o, d, n in ((1, d1, n1), (2, d2, n2), (3, d3, n3)):
+        t = inverse * dot(n, f)
+        store(T, (q - o, o - 1), t)
+        for c in range(3):
+            store(b, (q - o, c), load(b, (q - o, c)) + t * d[c])
+
+
+@njit(cache=True, error_model="numpy")
+def _carry_block(model, block, x, gravity, T, lengths, strains):  # noqa: ANN001, ANN202
+    first, count = model.first[block], x.shape[0]
+    b = np.empty_like(x)
+    for p in range(count):
+        for c in range(3):
+            store(b, (p, c), gravity[c] * load(model.mass, (first + p,)))
+    for q in range(count - 1, shape_of(model).clamped - 1, -1):
+        _carry(x, b, T, q)
+    worst = nothing = 0.0 * load(x, (0, 0))
+    for p in range(count):
+        for o in range(1, springs_from(model, p, count) + 1):
+            strain = load(T, (p, o - 1)) / spring_constant(model, block, p, o)
+            store(lengths, (p, o - 1), (1.0 + strain) * _direction(x, p, p + o)[1])
+            worst = maximum(worst, maximum(strain, -strain))
+            nothing = nothing + 0.0 * strain  # unless it is not finite
+    store(strains, (block,), worst + nothing)
+
+
+@njit(cache=True, parallel=True)
+def _carry_all(model, x, gravity, T, lengths, strains):  # noqa: ANN001, ANN202
+    """Fill tensions, inverse rest lengths and strains of all strands, in place."""
+    for block in prange(len(model.first) - 1):
+        # Numba counts blocks without sign, and would compile all below for that once more.
+        _carry_some(model, np.int64(block), x, gravity, T, lengths, strains)
+
+
+@njit(cache=True)
+def _carry_some(model, block, x, gravity, T, lengths, strains):  # noqa: ANN001, ANN202
+    rows = slice(model.first[block], model.first[block + 1])
+    _carry_block(model, block, x[rows], gravity, T[rows], lengths[rows], strains)

@@ -1,0 +1,146 @@
+"""Strands brought to rest under gravity, without the way there: quasi-static, by large damped steps.
+
+From x, always at rest, a step of backward Euler as long as it helps, linearised as any stage is:
+
+    (M / h^2 + K) dx = f(x) + M g,   x += dx
+
+As h grows it becomes Newton's method, with a K that is never indefinite, so the energy falls. h grows as the forces
+left fall and shrinks as they rise, and no particle moves farther than half a segment along an axis at once. Every
+strand has its own h and stops by itself, so that the others do not matter.
+
+Source: Kelley and Keyes, Convergence Analysis of Pseudo-Transient Continuation, 1998.
+"""
+
+from dataclasses import dataclass
+from warnings import warn
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.groom.binding import name_strands
+from hairpipe.kernels.banded import add, eliminate, fix_row, row_size, substitute
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import any_lane, load, maximum, minimum, select, store
+from hairpipe.kernels.simd_arrays import fill
+from hairpipe.sim.layout import Layout
+from hairpipe.sim.solve.implicit_stage import set_tensions
+from hairpipe.sim.strands.chain import Chain
+from hairpipe.sim.strands.interface import add_forces, shape_of
+from hairpipe.sim.strands.network import Network
+
+STILL = 1e-7
+"""Forces left on a particle along an axis, over the mass of its strand, at rest [m/s^2]: 1e-8 of its weight."""
+_MOST_STEPS = 2000
+_START = 24.0
+"""1 / h of the first step [1/s]."""
+_FURTHEST = 0.5
+"""Way of a particle along an axis in one step, over the length of a segment."""
+
+
+@dataclass(frozen=True, eq=False)
+class Settled:
+    """Where strands have come to rest.
+
+    positions  [m], (rows, 3, W)
+    tensions   of their springs [N], (rows, springs, W)
+    left       largest component of a force left, over the mass of a strand [m/s^2], (blocks, W)
+    """
+
+    positions: np.ndarray
+    tensions: np.ndarray
+    left: np.ndarray
+
+
+def settle(
+    model: Network | Chain, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, who: np.ndarray
+) -> Settled:
+    """Let strands come to rest under gravity; those that do not are named in a warning. Pure.
+
+    ids      of the strands
+    x        particles as they start [m], (rows, 3, W)
+    gravity  [m/s^2], (3,)
+    who      settles; the others stay as they are, (blocks, W) bool
+    """
+    positions, tensions = x.copy(), np.zeros_like(model.inverse_lengths)
+    left = np.zeros(who.shape)
+    settle_all(model, positions, tensions, gravity, who.astype(float), left)
+    moving = ids[np.unique(layout.strands[~(left <= STILL)])]
+    if len(moving):
+        warn(f"{len(moving)} of {len(ids)} strands have not come to rest: {name_strands(moving)}", stacklevel=3)
+    return Settled(positions, tensions, left)
+
+
+@njit(cache=True, parallel=True)
+def settle_all(model, x, T, gravity, who, left):  # noqa: ANN001, ANN201
+    """Bring the strands who, (blocks, W), to rest, in place; arguments as in `Settled`."""
+    for block in prange(len(model.first) - 1):
+        # Numba counts blocks without sign, and would compile all below for that once more.
+        _settle_some(model, np.int64(block), x, T, gravity, who, left)
+
+
+@njit(cache=True)
+def _settle_some(model, block, x, T, gravity, who, left):  # noqa: ANN001, ANN202
+    rows = slice(model.first[block], model.first[block + 1])
+    _settle(model, block, x[rows], T[rows], gravity, who, left)
+
+
+@inlined
+def _assemble(model, block, A, b, x, still, T, gravity):  # noqa: ANN001, ANN202
+    """Set A to the stiffness of a block and b to the forces on its particles; return the largest on a free one."""
+    fill(A, 0.0)
+    for p in range(x.shape[0]):
+        m = load(model.mass, (model.first[block] + p,))
+        for c in range(3):
+            store(b, (p, c), gravity[c] * m)
+    for p in range(x.shape[0]):
+        add_forces(model, A, b, x, still, T, p, block, 1.0, 1.0, 0.0)
+    return _largest(b, shape_of(model).clamped)
+
+
+@inlined
+def _largest(b, first):  # noqa: ANN001, ANN202
+    """Largest component from a particle on; not a number stays one."""
+    largest = nothing = 0.0 * load(b, (first, 0))
+    for p in range(first, b.shape[0]):
+        for c in range(3):
+            size = load(b, (p, c))
+            largest = maximum(largest, maximum(size, -size))
+            nothing = nothing + 0.0 * size  # unless it is not finite
+    return largest + nothing
+
+
+@njit(cache=True, error_model="numpy")
+def _settle(model, block, x, T, gravity, who, left):  # noqa: ANN001, ANN202
+    count, clamped, reach, stride = x.shape[0], shape_of(model).clamped, shape_of(model).reach, shape_of(model).stride
+    A = np.empty((count, row_size(reach), x.shape[2]), x.dtype)
+    b, still = np.empty_like(x), np.zeros_like(x)
+    mass = 0.0 * load(x, (0, 0))
+    for p in range(clamped, count):
+        mass = mass + load(model.mass, (model.first[block] + p,))
+    furthest = _FURTHEST / load(model.inverse_lengths, (model.first[block], stride - 1))
+    rate, before = mass * 0.0 + _START * _START, mass * 0.0
+    for step in range(_MOST_STEPS + 1):
+        set_tensions(model, block, x, T)
+        force = _assemble(model, block, A, b, x, still, T, gravity) / mass
+        moving = select(load(who, (block,)) > 0.0, force, 0.0)
+        store(left, (block,), moving)
+        if step == _MOST_STEPS or not any_lane(moving > STILL):
+            break
+        if step > 0:
+            rate = rate * minimum(maximum(force / before, 0.5), 2.0)
+        before = force
+        for p in range(count):
+            if p < clamped:
+                fix_row(A, b, p)
+            else:
+                inertia = rate * load(model.mass, (model.first[block] + p,))
+                add(A, p, 0, inertia)
+                add(A, p, 3, inertia)
+                add(A, p, 5, inertia)
+                eliminate(A, b, p, count, reach)
+        substitute(A, b, count, reach)
+        way = _largest(b, clamped)
+        part = select(moving > STILL, select(way > furthest, furthest / way, 1.0), 0.0)
+        for p in range(clamped, count):
+            for c in range(3):
+                store(x, (p, c), load(x, (p, c)) + part * load(b, (p, c)))

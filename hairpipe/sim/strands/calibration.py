@@ -1,0 +1,169 @@
+"""Spring constants that give the network the stiffness of an elastic rod, at any resolution.
+
+EI and GJ of the network grow as k l^2, and with altitude springs they mix, so bending and torsion
+constants are fitted: the linear response of a straight strand to an end couple must be M L / EI about both transverse
+axes (their mean) and M L / GJ about its own.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from hairpipe.errors import BadInput
+from hairpipe.sim.material import Material
+from hairpipe.sim.strands import lattice
+from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.tetrahedra import altitude_vectors, area_vectors
+
+_PROBED = 20  # segments the response is measured over: the lattice repeats twice, so directions average out
+_MARGIN = 3  # segments left at either end
+_GRID = 0.02  # of the edges' compliance over that of bending
+_SOFTEST = 0.1  # beyond, an edge gives way before the strand bends
+_SINGULAR = np.deg2rad(20.0)  # a lattice that turns by less than this from the plane has no stiffness to fit
+_ENOUGH = 1e-7  # misfit of the logarithm of a stiffness; rounding leaves 1e-8
+_STIFFEST = 1e-4  # of that compliance: stiffer edges change nothing and cost digits
+
+
+def spring_constants(material: Material, construction: Construction, length: np.ndarray) -> np.ndarray:
+    """Fit the four spring constants of strands to their material, and take away what the construction leaves out.
+
+    A lattice without turn has modes without stiffness: its constants are those of the lattice that works.
+
+    length   of a segment [m], (s,)
+    returns  edge, bending, torsion and altitude constants: force per unit strain [N], (4, s)
+
+    Edges that are too short to be softened so far are softened as far as they may be, see `softenings`.
+    """
+    unit = material.bending / length**2
+    axial = material.axial * material.softening / softenings(material, length)
+    slack = unit / axial
+    ratio = material.torsion / material.bending
+    # Fits lie on a fixed grid, not at the lengths at hand: a strand's constants must not depend on the other strands.
+    below = np.floor(slack / _GRID).astype(int)
+    turn = np.deg2rad(construction.turn)
+    turn = turn if works(turn) else lattice.TURN
+    fits = {n: _fit(n * _GRID, ratio, construction.altitude, turn) for n in {*below.tolist(), *(below + 1).tolist()}}
+    low, high = (np.array([fits[n + up] for n in below.tolist()]) for up in (0, 1))
+    bending, torsion = unit / (low + (slack / _GRID - below)[:, None] * (high - low)).T
+    bending, torsion = construction.bending * bending, construction.torsion * torsion
+    return np.stack([axial, bending, torsion, construction.altitude * torsion])
+
+
+def softenings(material: Material, length: np.ndarray) -> np.ndarray:
+    """Return by what the axial stiffness of strands is divided, (s,): less where edges would be softer than bending.
+
+    length  of a segment [m], (s,)
+
+    Less than 1 is what no material has: segments shorter than 0.8 of the diameter are no rod.
+    """
+    slack = material.bending / (material.axial * length**2)
+    return material.softening * np.minimum(1.0, _SOFTEST / slack)
+
+
+def works(turn: float) -> bool:
+    """Whether a lattice that turns so [rad] has stiffness in all of its modes."""
+    return bool(_SINGULAR < turn < np.pi - _SINGULAR)
+
+
+@lru_cache(maxsize=64)
+def _fit(slack: float, ratio: float, altitude: float, turn: float) -> tuple[float, float]:
+    """Compliances of bending and torsion springs for EI = 1, GJ = ratio and segments of length 1.
+
+    slack     compliance of the edges; compliances in series add, so the fit is nearly linear in it
+    altitude  constant of the altitude springs over that of the torsion springs
+    turn      of the lattice [rad]
+    """
+    log = np.log([1 / 6.2, 1 / 3.7])
+    for _ in range(30):
+        misfit = _misfit(log, slack, ratio, altitude, turn)
+        if np.abs(misfit).max() < _ENOUGH:
+            break
+        slopes = [(_misfit(log + step, slack, ratio, altitude, turn) - misfit) / 1e-6 for step in np.eye(2) * 1e-6]
+        log = log - np.clip(np.linalg.solve(np.transpose(slopes), misfit), -1, 1)
+    else:
+        raise BadInput(
+            f"no spring constants give a lattice that turns by {np.rad2deg(turn):.3g} deg the stiffness of a rod",
+            where="construction",
+            right="turn = 60 to 110, or altitude = 0",
+        )
+    bending, torsion = np.exp(log)
+    return float(bending), float(torsion)
+
+
+def _misfit(log: np.ndarray, slack: float, ratio: float, altitude: float, turn: float) -> np.ndarray:
+    bending, torsion = np.exp(-log)
+    edge = 1 / max(slack, _STIFFEST)
+    stiffness = rod_stiffness(np.array([edge, bending, torsion, altitude * torsion]), turn)
+    return np.log(stiffness / [1.0, ratio])
+
+
+def rod_stiffness(constants: np.ndarray, turn: float) -> np.ndarray:
+    """Bending and torsional stiffness of a straight network with segments of length 1.
+
+    constants  edge, bending, torsion, altitude [N], (4,); turn  of the lattice [rad]
+    returns    EI (mean of both transverse axes) and GJ [N m^2], (2,)
+    """
+    segments = _PROBED + 2 * _MARGIN
+    axis = np.zeros((1, segments + 1, 3))
+    axis[0, :, 2] = np.arange(segments + 1)
+    particles = lattice.perturb(axis, np.array([[0.0, 1.0, 0.0]]), turn)[0]
+    free = slice(3 * lattice.CLAMPED, None)
+    hessian = _hessian(particles, constants)[free, free]
+    loads = np.zeros((len(particles), 3, 3))
+    loads[-3:] = _couples(particles[-3:])
+    moved = np.zeros((len(particles) * 3, 3))
+    moved[free] = np.linalg.solve(hessian, loads.reshape(-1, 3)[free])
+    moved = moved.reshape(-1, 3, 3)
+    start = 2 * _MARGIN
+    first, last = (np.diag(_rotation(particles, moved, p)) for p in (start, start + 2 * _PROBED))
+    per_length = (last - first) / _PROBED
+    return 1 / np.array([per_length[:2].mean(), per_length[2]])
+
+
+def _couples(triangle: np.ndarray) -> np.ndarray:
+    """Forces on three points that make a unit couple about x, y and z: (3, 3 components, 3 couples)."""
+    arms = triangle - triangle.mean(0)
+    spin = np.linalg.inv(_inertia(arms))
+    return np.cross(spin.T[None], arms[:, None]).transpose(0, 2, 1)
+
+
+def _rotation(particles: np.ndarray, moved: np.ndarray, first: int) -> np.ndarray:
+    """Best rotation vectors of three particles in a row under the three displacements: (3 components, 3 couples)."""
+    arms = particles[first : first + 3] - particles[first : first + 3].mean(0)
+    torque = np.cross(arms[:, None], moved[first : first + 3].transpose(0, 2, 1)).sum(0)
+    return np.linalg.solve(_inertia(arms), torque.T)
+
+
+def _inertia(arms: np.ndarray) -> np.ndarray:
+    return np.eye(3) * np.sum(arms**2) - arms.T @ arms
+
+
+def _hessian(particles: np.ndarray, constants: np.ndarray) -> np.ndarray:
+    """Second derivatives of the network's energy at rest [N/m], (3p, 3p)."""
+    edge, bending, torsion, altitude = constants
+    count = len(particles)
+    hessian = np.zeros((count, 3, count, 3))
+    for i in range(count):
+        for offset, k in ((1, edge), (2, bending if i % 2 else edge), (3, torsion)):
+            if i + offset < count:
+                span = particles[i + offset] - particles[i]
+                length = np.linalg.norm(span)
+                _add_outer(hessian, [i, i + offset], np.array([-1.0, 1.0]), span / length, k / length)
+    area, volume = (values[0] for values in area_vectors(lattice.tetrahedra(particles[None])))
+    for i in range(count - 3 if altitude else 0):
+        candidates = altitude_vectors(area[i])
+        size = np.linalg.norm(candidates, axis=1)
+        best = np.argmax(size)
+        weights = area[i] @ candidates[best] / size[best] ** 2
+        height = abs(volume[i]) / size[best]
+        _add_outer(hessian, [i, i + 1, i + 2, i + 3], weights, candidates[best] / size[best], altitude / height)
+    return hessian.reshape(3 * count, 3 * count)
+
+
+def _add_outer(hessian: np.ndarray, who: list[int], weights: np.ndarray, direction: np.ndarray, k: float) -> None:
+    """Add k g_i g_j n n^T for every pair of the particles who, with weights g along direction n."""
+    gradient = (weights[:, None] * direction).reshape(-1)
+    block = k * np.outer(gradient, gradient).reshape(len(who), 3, len(who), 3)
+    for i, p in enumerate(who):
+        for j, q in enumerate(who):
+            hessian[p, :, q, :] += block[i, :, j, :]

@@ -1,0 +1,127 @@
+"""A plain chain: particles on the axis only, edges between them and the bending energy of the rod.
+
+    m_-1  m_0  m_1  ...  m_n
+
+For straight hair that nothing twists: half the particles of the network, and a band of two particles instead of three.
+It has no torsion, and no shape at rest but the straight one. The buried segment (m_-1, m_0) gives the direction of the
+root; the joint at m_0 stands for half a segment of free hair and is twice as stiff, as in the network.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba.core.extending import overload
+
+from hairpipe.errors import BadInput
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import load
+from hairpipe.sim.layout import Layout
+from hairpipe.sim.material import Material
+from hairpipe.sim.strands.forces.assembly import add_spring
+from hairpipe.sim.strands.forces.bending import add_bending
+from hairpipe.sim.strands.forces.spring import critical_damping, linearise_spring
+from hairpipe.sim.strands.interface import Shape, add_forces, is_model, shape_of, spring_constant, springs_from
+
+SHAPE = Shape(reach=2, clamped=2, stride=1)
+STRAIGHTEST = np.deg2rad(3.0)
+"""Turn between two segments above which a strand is not called straight."""
+
+
+class Chain(NamedTuple):
+    """Constants of every strand; rows are particles from m_-1 to m_n, block after block.
+
+    first            rows of block b are first[b]:first[b+1], (blocks+1,) int64
+    mass             [kg], (rows, W)
+    inverse_lengths  1 / l0 of the edge to the next particle [1/m], 0 past the end, (rows, 1, W)
+    constants        edge constant EA [N] and bending stiffness EI / l^3 [N/m], (blocks, 2, W)
+    shape            of a strand
+    """
+
+    first: np.ndarray
+    mass: np.ndarray
+    inverse_lengths: np.ndarray
+    constants: np.ndarray
+    shape = SHAPE
+
+
+def build_chain(layout: Layout, points: np.ndarray, material: Material) -> tuple[Chain, np.ndarray]:
+    """Make the chains of a groom of straight strands.
+
+    points   of the groom [m], (p, 3)
+    returns  the chains, and their particles at rest [m], (rows, 3, W)
+
+    BadInput where a strand is not straight.
+    """
+    rest = layout.empty(3, dtype=np.float64)
+    chain = Chain(layout.first, layout.empty(), layout.empty(1), layout.empty_blocks(2))
+    for blocks, axis in layout.classes(points):
+        particles = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
+        edges = np.diff(particles, axis=1)
+        lengths = np.linalg.norm(edges, axis=2)
+        _check_straight(edges / lengths[:, :, None])
+        segment = lengths[:, 1:].mean(1)
+        mass = np.repeat(material.line_density * segment[:, None], particles.shape[1], axis=1)
+        mass[:, -1] /= 2
+        inverse = np.zeros((*particles.shape[:2], 1))
+        inverse[:, :-1, 0] = 1 / lengths
+        layout.fill(rest, blocks, particles)
+        layout.fill(chain.mass, blocks, mass)
+        layout.fill(chain.inverse_lengths, blocks, inverse)
+        bending = material.bending / segment**3
+        layout.fill_blocks(chain.constants, blocks, np.stack([np.full_like(bending, material.axial), bending]))
+    return chain, rest
+
+
+def _check_straight(tangents: np.ndarray) -> None:
+    turn = np.arccos(np.clip(np.sum(tangents[:, 1:] * tangents[:, :-1], axis=2), -1, 1)).max(initial=0.0)
+    if turn > STRAIGHTEST:
+        raise BadInput(
+            f"a strand turns by {np.rad2deg(turn):.3g} deg from one segment to the next; a chain is straight at rest",
+            where="model",
+            right='model = "network"',
+        )
+
+
+@inlined
+def _springs(p: int, count: int) -> int:
+    return min(1, count - 1 - p)
+
+
+@inlined
+def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):  # noqa: ANN001, ANN202
+    count, row = x.shape[0], model.first[block] + p
+    if p + 2 < count:
+        joint = 2.0 if p == 0 else 1.0
+        add_bending(A, b, x, p, joint * load(model.constants, (block, 1)), h, hh)
+    if p + 1 < count:
+        k, inverse_rest = load(model.constants, (block, 0)), load(model.inverse_lengths, (row, 0))
+        mass = model.mass[model.first[block] : model.first[block + 1]]
+        c = damping * critical_damping(k, inverse_rest, mass, p, p + 1) if damping > 0.0 else 0.0 * k
+        add_spring(A, b, p, 1, linearise_spring(x, v, T, p, 1, k, inverse_rest, c, h, hh))
+
+
+@overload(add_forces, strict=False)
+def _chain_forces(
+    model: Any, A: Any, b: Any, x: Any, v: Any, T: Any, p: Any, block: Any, h: Any, hh: Any, damping: Any
+) -> Callable | None:
+    if is_model(model, Chain):
+        return lambda model, A, b, x, v, T, p, block, h, hh, damping: _add_forces(
+            model, A, b, x, v, T, p, block, h, hh, damping
+        )
+    return None
+
+
+@overload(shape_of, strict=False)
+def _chain_shape(model: Any) -> Callable | None:
+    return (lambda model: SHAPE) if is_model(model, Chain) else None
+
+
+@overload(springs_from, strict=False)
+def _chain_springs(model: Any, p: Any, count: Any) -> Callable | None:
+    return (lambda model, p, count: _springs(p, count)) if is_model(model, Chain) else None
+
+
+@overload(spring_constant, strict=False)
+def _chain_constant(model: Any, block: Any, p: Any, offset: Any) -> Callable | None:
+    return (lambda model, block, p, offset: load(model.constants, (block, 0))) if is_model(model, Chain) else None

@@ -1,0 +1,94 @@
+"""Four particles on a line, whose altitude has no direction: the last resort of Sec. 3.1.
+
+They are taken to stand apart by a tiny part of their extent, the second and the third in directions that depend on the
+line alone. Of what is then a tetrahedron the shortest altitude is chosen as of any other: its length is next to 0, its
+direction at right angles to the line, and its weights are as good, so the full force of the spring takes the particles
+off the line. The displacement fades in where rounding begins to blur the true direction, and nothing jumps there.
+
+We differ from the paper and its code, which give up the true direction below an angle of 7.6 degrees and measure
+nothing then but the overlap of two edges. What is lost: nothing remembers from which side the particles came to the
+line, the direction turns abruptly as the line passes a diagonal of the axes, and angular momentum is kept to
+the size of the displacement only.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from numba import types
+from numba.core.extending import overload
+
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import maximum, minimum, select, sqrt
+from hairpipe.kernels.simd_vec3 import cross, dot, plus, scaled
+
+
+def nothing(x: Any) -> Any:
+    """Give a positive number of the lanes' precision that is next to nothing [1]."""
+
+
+def _limits(x: Any) -> Any:
+    """Thickness over extent that collinear particles are given, and |N|^2 over extent^4 below which they are."""
+
+
+@overload(nothing, strict=False)
+def _nothing(x: Any) -> Callable:
+    value = 1e-200 if x.dtype == types.float64 else 1e-36
+    return lambda x: value
+
+
+@overload(_limits, strict=False)
+def _limits_of(x: Any) -> Callable:
+    values = (2e-8, 1e-16) if x.dtype == types.float64 else (1e-4, 1e-9)
+    return lambda x: values
+
+
+@inlined
+def _limit(u, v, w):  # noqa: ANN001, ANN202
+    extent = dot(u, u) + dot(v, v) + dot(w, w)
+    return _limits(extent)[1] * extent * extent
+
+
+@inlined
+def collinear(u, v, w, size):  # noqa: ANN001, ANN201
+    """Where particles are so close to a line that rounding blurs their altitude.
+
+    u, v, w  from particle 0 to the others [m], tuples of three lanes; size  the largest |N|^2 there is [m^4]
+    """
+    return size < _limit(u, v, w)
+
+
+@inlined
+def off_the_line(u, v, w, size, where):  # noqa: ANN001, ANN201
+    """Give u and v [m] back, displaced where the particles are collinear."""
+    along = _longer(u, _longer(v, w))
+    aside = cross(along, _least_axis(along))
+    limit = maximum(_limit(u, v, w), nothing(size))
+    reach = _limits(size)[0] * sqrt(dot(along, along)) * (1.0 - size / limit)
+    b = plus(u, scaled(reach, _unit(aside)))
+    c = plus(v, scaled(reach, _unit(cross(along, aside))))
+    return _where(where, b, u), _where(where, c, v)
+
+
+@inlined
+def _where(condition, a, b):  # noqa: ANN001, ANN202
+    return select(condition, a[0], b[0]), select(condition, a[1], b[1]), select(condition, a[2], b[2])
+
+
+@inlined
+def _longer(a, b):  # noqa: ANN001, ANN202
+    return _where(dot(b, b) > dot(a, a), b, a)
+
+
+@inlined
+def _unit(a):  # noqa: ANN001, ANN202
+    """Vector of length 1, or 0."""
+    return scaled(1.0 / sqrt(maximum(dot(a, a), nothing(a[0]))), a)
+
+
+@inlined
+def _least_axis(a):  # noqa: ANN001, ANN202
+    """Coordinate axis that a vector is least along."""
+    xx, yy, zz = a[0] * a[0], a[1] * a[1], a[2] * a[2]
+    x = select(minimum(yy, zz) < xx, 0.0 * xx, 1.0 + 0.0 * xx)
+    y = (1.0 - x) * select(zz < yy, 0.0 * xx, 1.0 + 0.0 * xx)
+    return x, y, 1.0 - x - y

@@ -1,0 +1,68 @@
+"""Linear springs: Sec. 3.2 and the implicit linear spring of Sec. 4.1, with its tension term.
+
+    f_p = k (l / l0 - 1) d + c (d . (v_q - v_p)) d,  f_q = -f_p,  d = (x_q - x_p) / l
+    K = (k / l0) d d^T + max(T, 0) / l (I - d d^T),   D = c d d^T
+
+k is a force per unit strain [N], c = 2 z sqrt(k m / l0) a fraction z of critical damping, m = m_p m_q / (m_p + m_q).
+Which pairs are edges, bending or torsion springs is the model's business, what T is that of `sim/solve/spring_form.py`.
+For T < 0 the term is left out, so that K stays positive semidefinite.
+
+We differ from the paper, which keeps only the first term of K (T = 0 here): hair hanging under gravity then diverges
+above a few milliseconds.
+"""
+
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import load, maximum, sqrt
+from hairpipe.kernels.simd_vec3 import difference, dot, scaled
+from hairpipe.kernels.sym3 import outer
+
+_SMALLEST = 1e-12  # [m]; a segment shorter than this has no direction and gets no force
+
+
+@inlined
+def _direction(x, p, q):  # noqa: ANN001, ANN202
+    """Unit vector from p to q, length [m] and its inverse."""
+    span = difference(x, p, q)
+    length = maximum(sqrt(dot(span, span)), _SMALLEST)
+    inverse = 1.0 / length
+    return scaled(inverse, span), length, inverse
+
+
+@inlined
+def critical_damping(k, inverse_rest, mass, p, q):  # noqa: ANN001, ANN201
+    """Critical damping of a spring between particles p and q [kg/s]: 2 sqrt(k m / l0)."""
+    mp, mq = load(mass, (p,)), load(mass, (q,))
+    return 2.0 * sqrt(k * inverse_rest * mp * mq / (mp + mq))
+
+
+@inlined
+def linearise_spring(x, v, T, p, offset, k, inverse_rest, c, h, hh):  # noqa: ANN001, ANN201
+    """Give h f on particle p and hh K + h D for the spring from there to p + offset.
+
+    x, v          positions [m] and velocities [m/s], (particles, 3, W)
+    T             tensions for K [N], (particles, springs, W), by offset
+    k             force per unit strain [N]; inverse_rest  1 / l0 [1/m]; c  damping [kg/s]
+    h             step [s]; hh  its square, or 0 for a spring that is not implicit [s^2]
+    """
+    d, length, inverse = _direction(x, p, p + offset)
+    closing = dot(d, difference(v, p, p + offset))
+    f = h * (k * (inverse_rest * length - 1.0) + c * closing)
+    t = hh * maximum(load(T, (p, offset - 1)), 0.0) * inverse
+    xx, xy, xz, yy, yz, zz = outer(hh * k * inverse_rest + h * c - t, d)
+    return scaled(f, d), (xx + t, xy, xz, yy + t, yz, zz + t)
+
+
+@inlined
+def multiplier(x, dx, p, offset, k, inverse_rest):  # noqa: ANN001, ANN201
+    """Tension that the linear system gave a spring: k (d . (x_q + dx_q - x_p - dx_p) / l0 - 1) [N].
+
+    x   where the system was linearised [m]; dx  what it was moved by [m]; both (particles, 3, W)
+    """
+    d, length, _ = _direction(x, p, p + offset)
+    return k * (inverse_rest * (length + dot(d, difference(dx, p, p + offset))) - 1.0)
+
+
+@inlined
+def tension(x, p, offset, k, inverse_rest):  # noqa: ANN001, ANN201
+    """Tension of a spring as it is stretched: k (l / l0 - 1) [N]."""
+    return k * (inverse_rest * _direction(x, p, p + offset)[1] - 1.0)

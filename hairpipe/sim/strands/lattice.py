@@ -1,0 +1,143 @@
+"""The spring network of a strand: Fig. 7b of Selle, Lentine, Fedkiw 2008, as it must be to work.
+
+A strand of n segments is a chain of 2n+3 particles
+
+    m_-1  q_-1  m_0  q_0  m_1  ...  q_n-1  m_n
+
+The m lie on the axis, m_0 at the root; q_i stands off the middle of segment i so that (m_i, q_i, m_i+1) is an
+equilateral triangle. Along the chain every pair at distance one, two or three carries a spring, and every four
+particles in a row a tetrahedron:
+
+    offset 1   m-q                    extra edges (as strong as the hair's edges)
+    offset 2   m-m edge, q-q bending
+    offset 3   m-q                    torsion
+    4 in a row                        altitude spring
+
+so all couplings lie within three particles and one strand is one block-heptadiagonal matrix.
+
+We differ from the paper:
+- q turns about the axis by 72 degrees a segment, to the left for five segments, then to the right for five. Without a
+  turn the network is floppy. At 90 degrees two altitude springs tie: near it, bending or twist makes the choice jump,
+  and a strand with a Gamma beyond 60 finds no equilibrium. Turned one way only it is softer when twisted with the turn
+  than against it. Ten segments look in all directions alike.
+- One segment (m_-1, q_-1, m_0) is buried and clamped. The network bends at the m_i, and m_0 stands for half a segment
+  of free hair only: springs across it are twice as stiff. The free length is then exact for every roll of the strand.
+- The first q stands opposite to where the strand bends to, or where the skin says, not along an axis of the world: a
+  groom that is turned is the same groom (`first_normals`). Curls turn and stiffen theirs, see `curl.py`.
+- Curls are perturbed too, instead of using their own turns as triangles, which degenerate as a curl is drawn out.
+- Perturbed particles carry 5 % of the mass instead of a third: off-axis mass slows torsion by orders of magnitude.
+"""
+
+import numpy as np
+
+from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.tetrahedra import altitude_vectors, area_vectors
+
+CLAMPED = 3
+REVERSAL = 5
+TURN = np.deg2rad(Construction().turn)
+HEIGHT = np.sqrt(3.0) / 2.0
+_STRAIGHT = 1e-6
+"""How far the middle of a straight strand is off the line of its first segment, over its way from the root."""
+
+
+def perturb(axis: np.ndarray, normals: np.ndarray, turn: float | np.ndarray = TURN) -> np.ndarray:
+    """Interleave the perturbed particles with the axis.
+
+    axis     points of strands of n equal segments, root first [m], (s, n+1, 3)
+    normals  of the first segments: where the first perturbed particles stand, see `first_normals`, (s, 3)
+    turn     of the perturbed particles about the axis from segment to segment [rad], or of every strand, (s, 1)
+    returns  particles in the order of the chain [m], (s, 2n+3, 3)
+    """
+    axis = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
+    edges = np.diff(axis, axis=1)
+    lengths = np.linalg.norm(edges, axis=2, keepdims=True)
+    off_axis = (axis[:, :-1] + axis[:, 1:]) / 2 + HEIGHT * lengths * _carried(edges / lengths, normals, turn)
+    particles = np.empty((len(axis), 2 * axis.shape[1] - 1, 3))
+    particles[:, ::2], particles[:, 1::2] = axis, off_axis
+    return particles
+
+
+def _carried(tangents: np.ndarray, first: np.ndarray, turn: float | np.ndarray) -> np.ndarray:
+    """Carry unit normals, (s, 3), along the axis without twist, and turn them at every segment, (s, n+1, 3).
+
+    The turn reverses its sense every REVERSAL segments.
+    """
+    normals = np.empty_like(tangents)
+    normals[:, 0] = first
+    for i in range(1, tangents.shape[1]):
+        carried = transport(normals[:, i - 1], tangents[:, i - 1], tangents[:, i])
+        sense = 1 - 2 * ((i - 1) // REVERSAL % 2)
+        normals[:, i] = np.cos(turn) * carried + sense * np.sin(turn) * np.cross(tangents[:, i], carried)
+    return normals
+
+
+def first_normals(axis: np.ndarray, frames: np.ndarray) -> np.ndarray:
+    """Unit vectors across the first segments of strands, which turn with the strand and its root, (s, 3).
+
+    axis    [m], (s, n+1, 3)
+    frames  of the roots: columns tangent, bitangent, outward normal, (s, 3, 3 or more)
+
+    Away from the middle of the strand, where that is off the line of the first segment: of heavy hair that hangs over,
+    the network is then most often as stable as the rod is. For a straight strand, along the tangent of the skin,
+    carried from its normal to the strand. A straight strand that goes back into the skin has no such direction: there
+    it is the mirrored tangent, and jumps about, as the smallest rotation to that does.
+    """
+    edges = axis[:, 1] - axis[:, 0]
+    along = edges / np.linalg.norm(edges, axis=1, keepdims=True)
+    middle = axis.mean(axis=1) - axis[:, 0]
+    aside = middle - np.sum(middle * along, axis=1, keepdims=True) * along
+    off = np.linalg.norm(aside, axis=1, keepdims=True)
+    carried = transport(frames[:, :, 0], frames[:, :, 2], along)
+    straight = off <= _STRAIGHT * np.linalg.norm(middle, axis=1, keepdims=True)
+    return np.where(straight, carried, -aside / np.where(straight, 1.0, off))
+
+
+def transport(vectors: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Carry vectors by the smallest rotation that takes unit start to unit end; all (s, 3).
+
+    Where end = -start no rotation is smallest, and the component along start is mirrored.
+    """
+    across = np.cross(start, end)
+    cosine = np.sum(start * end, axis=1, keepdims=True)
+    along = np.sum(across * vectors, axis=1, keepdims=True) * across / np.maximum(1 + cosine, 1e-12)
+    carried = cosine * vectors + np.cross(across, vectors) + along
+    carried -= np.sum(carried * end, axis=1, keepdims=True) * end
+    return carried / np.linalg.norm(carried, axis=1, keepdims=True)
+
+
+def masses(length: np.ndarray, segments: int, line_density: float, off_axis: float) -> np.ndarray:
+    """Share the mass of a strand among its particles.
+
+    length        of a segment [m], (s,)
+    line_density  [kg/m]; off_axis  the perturbed particles' share of the mass
+    returns       [kg], (s, 2n+3); the clamped ones count what their segment would carry
+    """
+    weights = np.tile([1 - off_axis, off_axis], segments + 2)[:-1]
+    weights[-1] /= 2
+    return line_density * length[:, None] * weights
+
+
+def rest_lengths(particles: np.ndarray) -> np.ndarray:
+    """Distances to the next three particles [m], (s, p, 3); zero past the end of the chain."""
+    lengths = np.zeros((*particles.shape[:2], 3))
+    for offset in (1, 2, 3):
+        lengths[:, :-offset, offset - 1] = np.linalg.norm(particles[:, offset:] - particles[:, :-offset], axis=2)
+    return lengths
+
+
+def tetrahedra(particles: np.ndarray) -> np.ndarray:
+    """Every four particles in a row [m], (s, p-3, 4, 3)."""
+    return np.stack([particles[:, i : particles.shape[1] - 3 + i] for i in range(4)], axis=2)
+
+
+def rest_heights(particles: np.ndarray) -> np.ndarray:
+    """Signed lengths of the seven altitude springs of every tetrahedron [m], (s, p, 7); zero where there is none.
+
+    h = 6V / |N|; N is the area vector of a face (four) or u x v of two opposite edges (three), Sec. 3.1.
+    """
+    areas, volume = area_vectors(tetrahedra(particles))
+    heights = np.zeros((*particles.shape[:2], 7))
+    size = np.linalg.norm(altitude_vectors(areas), axis=3)
+    np.divide(volume[:, :, None], size, out=heights[:, :-3], where=size > 0)
+    return heights

@@ -1,0 +1,108 @@
+"""The point of a surface closest to a point in space."""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.vec3 import Vector, dot, minus, row, times
+from hairpipe.spatial.triangle_tree import Tree
+from hairpipe.spatial.triangles import Sites
+
+
+@inlined
+def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int, Vector]:
+    """Return the squared distance [m^2] of p to a surface, the closest triangle's place in the tree, and barycentrics.
+
+    reach  squared distance to search [m^2]; where the surface is farther, the answer is that for the guess
+    guess  place of a triangle that may be near; the better the guess, the less is searched
+
+    Exact within reach: every box is opened that could hold a nearer point. The last bit of `waiting` tells whether the
+    box beside this one is still to be searched, those before it the same of the boxes around this one.
+    """
+    boxes, leaves = tree.boxes, len(tree.starts) - 1
+    place = guess
+    squared, weights = closest_on_triangle(tree.corners, guess, p)
+    best = min(squared, reach)
+    box, waiting, gap = 1, 0, 0.0
+    while True:
+        if gap < best:
+            if box < leaves:
+                box, waiting = 2 * box, 2 * waiting
+                gap, beside = to_box(boxes, box, p), to_box(boxes, box + 1, p)
+                if beside < gap:
+                    box, gap, beside = box + 1, beside, gap
+                waiting |= beside < best
+                continue
+            for t in range(tree.starts[box - leaves], tree.starts[box - leaves + 1]):
+                here, at = closest_on_triangle(tree.corners, t, p)
+                if here < best:
+                    place, squared, best, weights = t, here, here, at
+        if waiting == 0:
+            return squared, place, weights
+        while waiting & 1 == 0:
+            box, waiting = box >> 1, waiting >> 1
+        box, waiting = box ^ 1, waiting ^ 1
+        gap = to_box(boxes, box, p)
+
+
+@inlined
+def to_box(boxes: np.ndarray, i: int, p: Vector) -> float:
+    """Return the squared distance [m^2] of p to box i, 0 inside it."""
+    dx = max(boxes[i, 0, 0] - p[0], 0.0, p[0] - boxes[i, 1, 0])
+    dy = max(boxes[i, 0, 1] - p[1], 0.0, p[1] - boxes[i, 1, 1])
+    dz = max(boxes[i, 0, 2] - p[2], 0.0, p[2] - boxes[i, 1, 2])
+    return dx * dx + dy * dy + dz * dz
+
+
+@inlined
+def closest_on_triangle(corners: np.ndarray, t: int, p: Vector) -> tuple[float, Vector]:
+    """Return the squared distance [m^2] of p to triangle t, and the barycentrics of the closest point.
+
+    corners  of all triangles [m], (k, 3, 3) float64; none a sliver
+
+    Regions of corner, side and face after Ericson, Real-Time Collision Detection (2005), 5.1.5. On a side the
+    barycentric of the corner opposite is exactly 0.
+    """
+    a = row(corners[t], 0)
+    x, u, v = minus(p, a), minus(row(corners[t], 1), a), minus(row(corners[t], 2), a)
+    uu, uv, vv = dot(u, u), dot(u, v), dot(v, v)
+    d1, d2 = dot(u, x), dot(v, x)
+    d3, d4, d5, d6 = d1 - uu, d2 - uv, d1 - uv, d2 - vv
+    va, vb, vc = d3 * d6 - d5 * d4, d5 * d2 - d1 * d6, d1 * d4 - d3 * d2
+    if d1 <= 0.0 and d2 <= 0.0:
+        q, s, r = 1.0, 0.0, 0.0
+    elif d3 >= 0.0 and d4 <= d3:
+        q, s, r = 0.0, 1.0, 0.0
+    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+        q, s, r = 1.0 - d1 / uu, d1 / uu, 0.0
+    elif d6 >= 0.0 and d5 <= d6:
+        q, s, r = 0.0, 0.0, 1.0
+    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+        q, s, r = 1.0 - d2 / vv, 0.0, d2 / vv
+    elif va <= 0.0 and d4 >= d3 and d5 >= d6:
+        r = min((d4 - d3) / (uu - 2.0 * uv + vv), 1.0)
+        q, s = 0.0, 1.0 - r
+    else:
+        q, s, r = va / (va + vb + vc), vb / (va + vb + vc), vc / (va + vb + vc)
+    off = minus(minus(x, times(s, u)), times(r, v))
+    return dot(off, off), (q, s, r)
+
+
+def project(tree: Tree, points: np.ndarray) -> tuple[Sites, np.ndarray]:
+    """Return the sites of a surface closest to points [m], (k, 3), and how far they are [m], (k,)."""
+    k = len(points)
+    sites, distances = Sites(np.empty(k, np.int32), np.empty((k, 3))), np.empty(k)
+    find_sites(tree, np.ascontiguousarray(points, dtype=np.float64), *sites, distances)
+    return sites, distances
+
+
+@njit(cache=True, parallel=True)
+def find_sites(
+    tree: Tree, points: np.ndarray, triangles: np.ndarray, barycentrics: np.ndarray, distances: np.ndarray
+) -> None:
+    """Write the closest site and its distance [m] for every point (k, 3), into (k,), (k, 3) and (k,)."""
+    for i in prange(len(points)):
+        squared, place, weights = closest(tree, row(points, i), np.inf, 0)
+        triangles[i], distances[i] = tree.triangles[place], np.sqrt(squared)
+        for k in range(3):
+            barycentrics[i, k] = weights[k]

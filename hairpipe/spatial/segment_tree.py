@@ -1,0 +1,215 @@
+"""Segments in a tree of boxes, sixteen in each, so that those near others are found by looking at few.
+
+Segments come in the order of a curve that fills space, and sixteen that follow one another share a leaf. A group is
+what a box holds: sixteen segments, or sixteen boxes, whose sides lie side by side in memory and are compared at once.
+
+Of segments that move linearly through a step there are boxes for its start and for its end. If two of them are apart
+along an axis at the start, and in the same order at the end, they are throughout: what boxes are round is apart by a
+distance that is concave in time. So motion that neighbours have in common costs nothing.
+
+All is in single precision, in lengths of a common segment from a place amid the hair. Boxes are rounded outwards; the
+rounding of distances is bounded, see `distances`.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import bits, both, either, load, lowest, width
+from hairpipe.kernels.vec3 import Vector, length, minus, mix, row, times
+from hairpipe.sim.contact.ccd.moving_segments import TOUCHING
+from hairpipe.spatial.morton import along_curve
+from hairpipe.spatial.segment_distance_simd import MOVING, RESTING, ULP, enter_drift, enter_segment
+
+SINGLE = np.float32
+LANES = width(SINGLE)
+ALL = (1 << LANES) - 1
+MOST_OPEN = 16 * LANES
+"""Groups that wait at most while leaves are looked for: fifteen of each level, and one."""
+_SIDES = 6
+"""Rows of boxes at one time: least x y z, greatest x y z."""
+_SHORTEST = 1e-6
+"""Least unit of length [m]: the farthest squares are finite."""
+_SAMPLE = 1024
+
+
+class Frame(NamedTuple):
+    """What coordinates are relative to.
+
+    centre  where they are zero [m], (3,)
+    unit    of length [m]
+    extent  of most of the hair from the centre [m]
+    """
+
+    centre: np.ndarray
+    unit: float
+    extent: float
+
+
+class Tree(NamedTuple):
+    """Segments and boxes round them, in units of a frame. Groups 0 to L are leaves, the last one is the root.
+
+    segments  of the leaves, and zeros behind the last, (16 L,) int32
+    rows      of the leaves, see `distances`, (L, RESTING or MOVING, 16) float32
+    boxes     of the groups at the start and, if they move, at the end, grown by half the reach and by what
+              counts as touching, (G, 6 or 12, 16) float32; where there is none the least is above the greatest
+    children  first of the sixteen groups that boxes of a group hold; -1 of a leaf, (G,) int64
+    ends      one past the last leaf in each group, (G,) int64
+    reach     distance that is searched
+    """
+
+    segments: np.ndarray
+    rows: np.ndarray
+    boxes: np.ndarray
+    children: np.ndarray
+    ends: np.ndarray
+    reach: float
+
+
+def find_frame(before: np.ndarray, after: np.ndarray, segments: np.ndarray) -> Frame:
+    """Choose a frame for some segments, (m,) int32, that move between positions [m], (P, 3); pure."""
+    some = segments[:: max(1, len(segments) // _SAMPLE)]
+    if not len(some):
+        return Frame(np.zeros(3), 1.0, 1.0)
+    starts, ends = (0.5 * (before[k] + after[k]) for k in (some, some + 1))
+    centre = np.median(starts, axis=0)
+    extent = 2.0 * np.quantile(np.abs(starts - centre).max(axis=1), 0.98)
+    return Frame(centre, max(float(np.median(np.linalg.norm(ends - starts, axis=1))), _SHORTEST), float(extent))
+
+
+def build_tree(before: np.ndarray, after: np.ndarray | None, segments: np.ndarray, reach: float, frame: Frame) -> Tree:
+    """Sort segments, (m,) int32, for searches within reach [m]; pure.
+
+    before, after  positions [m], (P, 3) float64; None where nothing moves
+    """
+    moving = after is not None
+    after = before if after is None else after
+    counts = [-(-len(segments) // LANES)]
+    while len(counts) < 2 or counts[-1] > 1:
+        counts.append(-(-counts[-1] // LANES))
+    firsts = np.cumsum([0, *counts])
+    middles = np.empty((len(segments), 3))
+    _find_middles(before, after, segments, middles)
+    order = along_curve(middles, frame.centre, frame.extent)
+    rows = np.zeros((counts[0], MOVING if moving else RESTING, LANES), SINGLE)
+    boxes = np.empty((firsts[-1], 2 * _SIDES if moving else _SIDES, LANES), SINGLE)
+    boxes.reshape(-1, 2, 3, LANES)[:] = np.array([np.inf, -np.inf], SINGLE)[:, None, None]
+    children, ends = np.full(firsts[-1], -1), np.arange(1, firsts[-1] + 1)
+    inside = np.zeros(counts[0] * LANES, np.int32)
+    inside[: len(order)] = segments[order]
+    _fill_leaves(before, after, inside, len(order), frame.centre, frame.unit, 0.5 * reach, moving, rows, boxes)
+    _enclose(boxes, firsts, children, ends)
+    return Tree(inside, rows, boxes, children, ends, reach / frame.unit)
+
+
+@njit(cache=True, parallel=True)
+def _find_middles(before, after, segments, middles):  # noqa: ANN001, ANN202
+    for k in prange(len(segments)):
+        i = segments[k]
+        for x in range(3):
+            middles[k, x] = 0.25 * (before[i, x] + before[i + 1, x] + after[i, x] + after[i + 1, x])
+
+
+@njit(cache=True, parallel=True)
+def _fill_leaves(before, after, segments, count, centre, unit, margin, moving, rows, boxes):  # noqa: ANN001, ANN202
+    for leaf in prange(len(rows)):
+        for lane in range(min(LANES, count - leaf * LANES)):
+            i = segments[leaf * LANES + lane]
+            p, q = _in_frame(before, i, centre, unit), _in_frame(before, i + 1, centre, unit)
+            a, b = _in_frame(after, i, centre, unit), _in_frame(after, i + 1, centre, unit)
+            around = margin / unit + TOUCHING * max(length(minus(q, p)), length(minus(b, a)))
+            _enter_box(boxes, leaf, 0, lane, p, q, around)
+            enter_segment(rows, leaf, lane, mix(p, a, 0.5), mix(q, b, 0.5))
+            if moving:
+                _enter_box(boxes, leaf, _SIDES, lane, a, b, around)
+                enter_drift(rows, leaf, lane, times(0.5, minus(a, p)), times(0.5, minus(b, q)))
+
+
+@inlined
+def _in_frame(points: np.ndarray, i: int, centre: np.ndarray, unit: float) -> Vector:
+    return times(1.0 / unit, minus(row(points, i), (centre[0], centre[1], centre[2])))
+
+
+@inlined
+def _enter_box(boxes, group, side, lane, p, q, margin):  # noqa: ANN001, ANN202
+    """Write the box round a segment from p to q, grown by a margin and rounded outwards."""
+    for x in range(3):
+        low, high = min(p[x], q[x]) - margin, max(p[x], q[x]) + margin
+        boxes[group, side + x, lane] = low - 2.0 * ULP * abs(low)
+        boxes[group, side + 3 + x, lane] = high + 2.0 * ULP * abs(high)
+
+
+@njit(cache=True)
+def _enclose(boxes, firsts, children, ends):  # noqa: ANN001, ANN202
+    """Fill the groups above the leaves, level by level, with the boxes round those below; firsts of all levels."""
+    for level in range(1, len(firsts) - 1):
+        for group in range(firsts[level], firsts[level + 1]):
+            start = firsts[level - 1] + (group - firsts[level]) * LANES
+            children[group] = start
+            count = min(LANES, firsts[level] - start)
+            for lane in range(count):
+                for side in range(boxes.shape[1]):
+                    sides = boxes[start + lane, side]
+                    boxes[group, side, lane] = sides.min() if side % _SIDES < 3 else sides.max()
+            ends[group] = ends[start + count - 1]
+
+
+@inlined
+def box_of(tree: Tree, leaf: int) -> tuple[int, int]:
+    """Return the group and the lane of the box round a leaf."""
+    return len(tree.rows) + leaf // LANES, leaf % LANES
+
+
+@inlined
+def find_leaves(tree: Tree, boxes: np.ndarray, box: tuple[int, int], first: int, room: np.ndarray) -> int:
+    """Write the leaves from number `first` on that may hold what is within reach to room; return how many; in place.
+
+    boxes, box  group and lane of that which is within reach of all that is looked for, as in the same frame
+    room        (L + MOST_OPEN,) int64
+    """
+    count, stack = 0, len(tree.rows)
+    room[stack] = len(tree.children) - 1
+    opened = 1
+    while opened > 0:
+        opened -= 1
+        group = room[stack + opened]
+        near = overlapping(tree.boxes, group, boxes, box)
+        while near != 0:
+            child = tree.children[group] + lowest(near)
+            near &= near - 1
+            if tree.ends[child] <= first:
+                continue
+            if tree.children[child] < 0:
+                room[count] = child
+                count += 1
+            else:
+                room[stack + opened] = child
+                opened += 1
+    return count
+
+
+@inlined
+def overlapping(boxes: np.ndarray, group: int, others: np.ndarray, box: tuple[int, int]) -> int:
+    """Return which boxes of a group meet another box, of a group and lane of others, in a step; a bit for each."""
+    apart = _apart(boxes, group, others, box, 0)
+    apart = either(apart, _apart(boxes, group, others, box, 1))
+    apart = either(apart, _apart(boxes, group, others, box, 2))
+    return ALL ^ bits(apart)
+
+
+@inlined
+def _apart(boxes, group, others, box, x):  # noqa: ANN001, ANN202
+    """Whether boxes are apart along an axis all the time, as lanes."""
+    other, lane = box
+    end = boxes.shape[1] - _SIDES
+    below = both(
+        load(boxes, (group, 3 + x)) < others[other, x, lane],
+        load(boxes, (group, end + 3 + x)) < others[other, end + x, lane],
+    )
+    above = both(
+        load(boxes, (group, x)) > others[other, 3 + x, lane],
+        load(boxes, (group, end + x)) > others[other, end + 3 + x, lane],
+    )
+    return either(below, above)

@@ -1,0 +1,24 @@
+"""What is measured."""
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from hairpipe.sim.material import Material
+from hairpipe.sim.strands.construction import Construction
+from hairpipe.units import Gt, Metres
+
+
+@dataclass(frozen=True)
+class Sample:
+    """What a strand is made of.
+
+    material      of the fibre
+    construction  of the lattice
+    constants     of the springs: calibrated, or E I / l^2, as one might guess, with altitude springs a share of it
+    length        of the strand
+    """
+
+    material: Material = Material()  # noqa: RUF009 (frozen)
+    construction: Construction = Construction()  # noqa: RUF009
+    constants: Literal["calibrated", "guessed"] = "calibrated"
+    length: Annotated[Metres, Gt(0.0)] = 0.3

@@ -1,0 +1,107 @@
+"""A strand that is scattered or crushed at the start, of the oddest stuff and sizes: whether it comes back."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hairpipe.data import Table
+from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
+from hairpipe.sim.advance import advance_frame, start
+from hairpipe.sim.hair_model import Hair, make_hair
+from hairpipe.sim.material import Material
+from hairpipe.sim.settings import Air, Scene, Scheme, StepControl
+from hairpipe.studies.integrators.leading import groom_of
+from hairpipe.studies.integrators.trial import Strand
+
+FRAME = 1 / 24
+COLUMNS = (
+    "case",
+    "value",
+    "step [s]",
+    "largest stretch [%]",
+    "stretch at the end [%]",
+    "speed at the end [m/s]",
+    "outcome",
+)
+DRAG, CALM, TRUE = 20.0, 0.5, 0.02
+"""Drag [1/s]; speed [m/s] and stretch at the end, beyond that by its weight, up to which a strand has come back."""
+STARTS = ("scattered", "collapsed", "on a line", "mirrored")
+HAIR = Material()
+
+
+def extremes_table(rates: Sequence[int], seconds: float) -> Table:
+    """Tabulate what becomes of a strand in every odd case, in every number of steps a second."""
+    rows = []
+    for rate in rates:
+        for factor in 10.0 ** np.arange(-4, 5):
+            material = replace(HAIR, young=factor * HAIR.young)
+            rows.append(_tried("stiffness, over that of hair", factor, rate, seconds, material=material))
+        rows.append(_tried("length of a soft segment [m]", 1e-4, rate, seconds, length=2e-3))
+        for size in (1e-4, 1e-3, 1e-2, 0.1, 1.0):
+            material = replace(HAIR, softening=min(HAIR.softening, size / 1e-4))
+            rows.append(_tried("length of a segment [m]", size, rate, seconds, material=material, length=20 * size))
+        for segments in (1, 2, 3, 10, 100, 1000):
+            rows.append(_tried("segments of 3 mm", segments, rate, seconds, length=3e-3 * segments, segments=segments))
+        rows.append(_tried("gravity [m/s^2]", 0.0, rate, seconds, gravity=0.0))
+        for how in STARTS:
+            rows.append(_tried(f"at the start {how}", 1.0, rate, seconds, disturbed=how))
+    return table_of_rows(COLUMNS, rows)
+
+
+def _tried(
+    case: str,
+    value: float,
+    rate: int,
+    seconds: float,
+    *,
+    material: Material = HAIR,
+    length: float = 0.1,
+    segments: int = 20,
+    gravity: float = 9.81,
+    disturbed: str = "",
+) -> tuple[float | str, ...]:
+    """Let a strand swing, and see how it ends: a row."""
+    scene = Scene(gravity, Air(DRAG), steps=StepControl(1.0 / rate, np.inf, np.inf), scheme=Scheme())
+    try:
+        hair = make_hair(groom_of([Strand("swing", length)], segments), material)
+    except BadInput as error:
+        return case, value, 1.0 / rate, np.nan, np.nan, np.nan, f"refused: {error}".splitlines()[0]
+    state = start(hair, None, scene)
+    disturb(hair, state.positions, disturbed)
+    largest, last = 0.0, 0.0
+    with np.errstate(all="ignore"):
+        for _ in range(round(seconds / FRAME)):
+            state = advance_frame(hair, state, (None, None), (), FRAME, scene)
+            last = stretch(hair, state.positions)
+            largest = max(largest, last)
+    speed = float(np.linalg.norm(state.velocities, axis=1).max())
+    hanging = material.line_density * gravity * length / material.axial
+    good = last < TRUE + hanging and speed < CALM
+    outcome = "comes back" if good else "stays bent" if np.isfinite([last, speed]).all() else "not finite"
+    return case, value, 1.0 / rate, 100 * largest, 100 * last, speed, outcome
+
+
+def disturb(hair: Hair, positions: np.ndarray, how: str) -> None:
+    """Move the free particles of a strand, (rows, 3, W) [m], in place."""
+    clamped = hair.model.shape.clamped
+    free, root = positions[clamped:], positions[clamped - 1].copy()
+    segment = 1.0 / float(hair.model.inverse_lengths[0, 1, 0])
+    if how == "scattered":
+        free += segment * np.random.default_rng(3).normal(size=(*free.shape[:2], 1))
+    elif how == "collapsed":
+        free[:] = root
+    elif how == "on a line":
+        free[:] = root + segment / 2 * (
+            np.arange(1, len(free) + 1)[:, None, None] * np.array([0.6, -0.8, 0.0])[:, None]
+        )
+    elif how == "mirrored":
+        free[:, 2] *= -1.0
+
+
+def stretch(hair: Hair, positions: np.ndarray) -> float:
+    """Largest change of length of a segment of the only strand, over its length."""
+    axis = hair.layout.axis(positions)
+    lengths = np.linalg.norm(np.diff(axis, axis=0), axis=1)
+    return float(np.max(np.abs(lengths * float(hair.model.inverse_lengths[0, 1, 0]) - 1.0)))

@@ -1,0 +1,68 @@
+"""What hair is put through: single strands, each led through a motion of its own."""
+
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from hairpipe.scripted_ends.wave import Wave
+from hairpipe.sim.material import Material
+from hairpipe.units import Degrees, Gt, Interval, Metres, PerSecond, Seconds
+
+MotionName = Literal["rest", "swing", "shake 600 deg/s", "square wave", "shake 2500 deg/s"]
+_LEVER = (0.0, 0.0, -0.1)
+"""From a root to the axis that a head turns about [m]."""
+
+
+@dataclass(frozen=True)
+class Moved:
+    """How a strand starts and how its root is led.
+
+    from_hanging  angle of the straight strand from hanging down, at the start
+    wave          that leads the root; it stands still without
+    drag          of the air: where a strand is thrown about with little of it the motion is chaotic, and no answer to
+                  compare with exists
+    """
+
+    from_hanging: Degrees = 0.0
+    wave: Wave | None = None
+    drag: PerSecond = 0.1
+
+
+MOTIONS: dict[str, Moved] = {
+    "rest": Moved(),
+    "swing": Moved(from_hanging=60.0),
+    "shake 600 deg/s": Moved(wave=Wave("sine", 2.0, turning=600.0, pivot=_LEVER), drag=10.0),
+    "square wave": Moved(wave=Wave("square", 2.0, 2.0, turning=360.0, axis=(0.0, 0.0, 1.0)), drag=10.0),
+    "shake 2500 deg/s": Moved(wave=Wave("sine", 2.0, turning=2500.0, pivot=_LEVER), drag=10.0),
+}
+"""Motions by name, from calm to violent: a square wave of +-2 m/s turns by 360 deg/s, too."""
+
+
+@dataclass(frozen=True)
+class Strand:
+    """One strand and its motion."""
+
+    motion: MotionName
+    length: float
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Strands of every length through every motion.
+
+    motions   rest and swing in thin air, the others with a drag of 10 1/s
+    lengths   of the strands
+    segments  of each strand
+    seconds   from the start; samples are taken 24 times a second
+    material  of the fibre
+    """
+
+    motions: tuple[MotionName, ...] = ("swing",)
+    lengths: tuple[Annotated[Metres, Gt(0.0)], ...] = (0.3, 0.1)
+    segments: Annotated[int, Interval(ge=1, le=1000)] = 50
+    seconds: Annotated[Seconds, Gt(0.0)] = 3.0
+    material: Material = field(default_factory=Material)
+
+    @property
+    def strands(self) -> list[Strand]:
+        """List the strands, motion by motion."""
+        return [Strand(motion, length) for motion in self.motions for length in self.lengths]

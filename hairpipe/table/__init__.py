@@ -1,0 +1,1 @@
+"""Tools for tables: rows, series, Pareto fronts."""

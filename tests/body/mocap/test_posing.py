@@ -1,0 +1,132 @@
+import warnings
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hairpipe.body.mannequin.bust import build_skeleton
+from hairpipe.body.mocap.posing import Playback, leading_frames, pose_at
+from hairpipe.body.mocap.retarget import build_retarget
+from hairpipe.errors import BadInput
+from hairpipe.io.mocap.bvh import read_bvh
+
+PLAIN = Playback(up=None, reference=None, unit=None, skip=None, joints=())
+
+
+def spin_of(pose, joint: int) -> np.ndarray:
+    """Angular velocity [rad/s] from W = dR/dt R^T."""
+    w = pose.rates[joint, :3, :3] @ pose.transforms[joint, :3, :3].T
+    return 0.5 * np.array([w[2, 1] - w[1, 2], w[0, 2] - w[2, 0], w[1, 0] - w[0, 1]])
+
+
+@pytest.mark.parametrize("speed", [1.0, 0.5, 3.0])
+def test_rates_are_the_change_over_one_sampling_interval(skeleton, make_clip, speed):
+    clip = make_clip(20, seed=1)
+    pose = pose_at(skeleton, clip, 0.0731, speed, PLAIN)
+    half = 0.5 * clip.frame_time
+    around = [pose_at(skeleton, clip, 0.0731 + step, speed, PLAIN).transforms for step in (-half, half)]
+    np.testing.assert_allclose(pose.rates, speed * (around[1] - around[0]) / (2.0 * half), atol=1e-9)
+
+
+def test_rates_approach_the_true_derivative_of_smooth_motion(skeleton, make_clip):
+    clip = make_clip(200, seed=2)
+    step = 1e-4
+    pose = pose_at(skeleton, clip, 0.755, 1.0, PLAIN)  # between two samples: the clip is smooth there
+    before, after = (pose_at(skeleton, clip, 0.755 + s, 1.0, PLAIN).transforms for s in (-step, step))
+    np.testing.assert_allclose(pose.rates, (after - before) / (2.0 * step), atol=0.05 * np.abs(pose.rates).max())
+
+
+@pytest.mark.filterwarnings("ignore:where the clip's feet")
+def test_a_tail_edit_leaves_earlier_poses_as_they_were(skeleton, make_clip):
+    clip = make_clip(60, seed=3)
+    values = clip.values.copy()
+    values[40:] = 0.0
+    edited = replace(clip, values=values[:55])
+    for seconds in (0.0, 0.1234, 0.385, 0.39 - 1e-9):
+        before, after = pose_at(skeleton, clip, seconds, 1.0, PLAIN), pose_at(skeleton, edited, seconds, 1.0, PLAIN)
+        assert before.transforms.tobytes() == after.transforms.tobytes()
+        if seconds < 0.385:
+            assert before.rates.tobytes() == after.rates.tobytes()
+    assert (
+        pose_at(skeleton, clip, 0.41, 1.0, PLAIN).transforms != pose_at(skeleton, edited, 0.41, 1.0, PLAIN).transforms
+    ).any()
+
+
+@pytest.mark.filterwarnings("ignore:the shot begins before")
+@pytest.mark.parametrize(("seconds", "frame"), [(-1.0, 0), (-0.006, 0), (0.096, 9), (5.0, 9)])
+def test_outside_the_clip_the_body_holds_still(skeleton, make_clip, seconds, frame):
+    clip = make_clip(10, seed=4)
+    pose = pose_at(skeleton, clip, seconds, 1.0, PLAIN)
+    end = pose_at(skeleton, clip, frame * clip.frame_time, 1.0, PLAIN)
+    np.testing.assert_allclose(pose.transforms, end.transforms, atol=1e-12)
+    np.testing.assert_array_equal(pose.rates, 0.0)
+
+
+def test_a_shot_that_begins_before_the_clip_is_told(skeleton, make_clip):
+    with pytest.warns(UserWarning, match="before the clip"):
+        pose_at(skeleton, make_clip(3), -1.0, 1.0, PLAIN)
+
+
+def with_t_pose(clip):
+    values = np.concatenate([np.zeros((1, clip.values.shape[1])), clip.values + 25.0])
+    return replace(clip, values=values)
+
+
+def test_a_leading_t_pose_is_dropped_with_a_word(skeleton, make_clip):
+    clip = with_t_pose(make_clip(30, seed=5))
+    with pytest.warns(UserWarning, match="T pose.*skip = 0"):
+        dropped = pose_at(skeleton, clip, 0.0, 1.0, PLAIN)
+    told = pose_at(skeleton, clip, 0.0, 1.0, replace(PLAIN, skip=1))
+    kept = pose_at(skeleton, clip, clip.frame_time, 1.0, replace(PLAIN, skip=0))
+    np.testing.assert_array_equal(dropped.transforms, told.transforms)
+    np.testing.assert_allclose(dropped.transforms, kept.transforms, atol=1e-12)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3, 30])
+def test_smooth_beginnings_are_kept(make_clip, frames):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert leading_frames(make_clip(frames, seed=6)) == 0
+
+
+def test_skipping_everything_is_refused(skeleton, make_clip):
+    with pytest.raises(BadInput, match="skip = 3 leaves none of the 3"):
+        pose_at(skeleton, make_clip(3), 0.0, 1.0, replace(PLAIN, skip=3))
+
+
+# Largest turn of the head over a window of 1/30 s, as measured by an independent reader on the same files.
+CLIPS = {
+    "cmu_05_06": 974.0,
+    "cmu_49_08": 403.0,
+    "cmu_61_12_scaled": 2539.0,
+    "fair1_dab": 616.0,
+    "rokoko_jesse_dance": 98.0,
+}
+
+
+@pytest.mark.parametrize("name", CLIPS)
+def test_the_head_of_our_bust_turns_as_fast_as_the_performers(shared, name):
+    clip = read_bvh(shared / "mocap" / f"{name}.bvh")
+    played = replace(clip, values=clip.values[1:])
+    retarget = build_retarget(build_skeleton(), clip, up=None, reference=None, unit=None, joints=())
+    head = retarget.transforms(played, np.arange(len(played.values)))[:, -1]
+    window = max(round(1.0 / 30.0 / clip.frame_time), 1)
+    turns = Rotation.from_matrix(head[:, :3, :3])
+    speed = (turns[:-window].inv() * turns[window:]).magnitude().max() / (window * clip.frame_time)
+    assert np.degrees(speed) == pytest.approx(CLIPS[name], rel=0.02)
+    assert (
+        np.linalg.norm(np.diff(head[:, :3, 3], axis=0), axis=1).max() / clip.frame_time < 5.0
+    )  # [m/s], at the declared rate
+
+
+def test_our_own_clip_shakes_the_head_hard_and_comes_to_rest():
+    clip = read_bvh(Path(__file__).resolve().parents[2] / "graphs" / "assets" / "shake.bvh")
+    skeleton = build_skeleton()
+    poses = [pose_at(skeleton, clip, frame / 24.0, 1.0, PLAIN) for frame in range(60)]
+    spin = np.degrees([np.linalg.norm(spin_of(pose, -1)) for pose in poses])
+    assert spin[:5].max() == 0.0
+    assert 550.0 < spin.max() < 700.0
+    assert spin[-1] < 60.0
+    np.testing.assert_allclose(poses[0].transforms, skeleton.rest, atol=1e-9)

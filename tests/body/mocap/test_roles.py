@@ -1,0 +1,96 @@
+import pytest
+
+from hairpipe.body.mocap.roles import Role, find_roles, match_roles, plain_name, spread
+
+CONVENTIONS = {
+    "cmu": (
+        "Hips, LowerBack, Spine, Spine1, Neck, Neck1, Head, LHipJoint, LeftUpLeg, LeftLeg, LeftFoot, "
+        "LeftShoulder, LeftArm, LeftForeArm, LeftHand, LeftHandIndex1, LThumb"
+    ),
+    "daz": (
+        "hip, abdomen, chest, neck, head, leftEye, lButtock, lThigh, lShin, lFoot, lCollar, lShldr, lForeArm, "
+        "lHand, lThumb1, lIndex1"
+    ),
+    "mixamo": (
+        "mixamorig:Hips, mixamorig:Spine, mixamorig:Spine1, mixamorig:Neck, mixamorig:Head, "
+        "mixamorig:LeftUpLeg, mixamorig:LeftLeg, mixamorig:LeftFoot, mixamorig:LeftShoulder, "
+        "mixamorig:LeftArm, mixamorig:LeftForeArm, mixamorig:LeftHand"
+    ),
+    "biped": (
+        "Bip01 Pelvis, Bip01 Spine, Bip01 Neck, Bip01 Head, Bip01 L Thigh, Bip01 L Calf, Bip01 L Foot, Bip01 "
+        "L Clavicle, Bip01 L UpperArm, Bip01 L Forearm, Bip01 L Hand"
+    ),
+    "joints": ("Hips, Chest, Neck, Head, LeftHip, LeftKnee, LeftAnkle, LeftCollar, LeftShoulder, LeftElbow, LeftWrist"),
+    "unreal": (
+        "root, pelvis, spine_01, spine_02, neck_01, head, thigh_l, calf_l, foot_l, clavicle_l, upperarm_l, "
+        "lowerarm_l, hand_l"
+    ),
+    "makehuman": (
+        "root, spine05, spine04, neck01, neck02, head, pelvis.L, upperleg01.L, upperleg02.L, lowerleg01.L, "
+        "foot.L, clavicle.L, shoulder01.L, upperarm01.L, upperarm02.L, lowerarm01.L, wrist.L"
+    ),
+}
+EXPECTED = {
+    "cmu": "Hips Head LeftShoulder LeftArm LeftForeArm LeftHand LeftUpLeg LeftLeg LeftFoot",
+    "daz": "hip head lCollar lShldr lForeArm lHand lThigh lShin lFoot",
+    "joints": "Hips Head LeftCollar LeftShoulder LeftElbow LeftWrist LeftHip LeftKnee LeftAnkle",
+    "unreal": "pelvis head clavicle_l upperarm_l lowerarm_l hand_l thigh_l calf_l foot_l",
+    "makehuman": "root head clavicle.L upperarm01.L lowerarm01.L wrist.L upperleg01.L lowerleg01.L foot.L",
+}
+PARTS = ("hips", "head", "clavicle", "upperarm", "forearm", "hand", "thigh", "shin", "foot")
+
+
+@pytest.mark.parametrize("convention", CONVENTIONS)
+def test_every_part_is_found_in_every_convention(convention):
+    names = tuple(CONVENTIONS[convention].split(", "))
+    roles = find_roles(names)
+    found = [names[roles[Role(part, "" if part in ("hips", "head") else "left")][0]] for part in PARTS]
+    if convention in EXPECTED:
+        assert found == EXPECTED[convention].split()
+    assert Role("spine") in roles and Role("neck") in roles
+
+
+@pytest.mark.parametrize("change", [str.lower, str.upper, lambda name: name.replace("Left", "Left_")])
+def test_case_and_punctuation_do_not_matter(change):
+    names = ("Hips", "Left_Arm", "Left_Hand", "Head")
+    assert find_roles(tuple(change(name) for name in names)) == find_roles(names)
+
+
+def test_fingers_toes_and_eyes_play_no_part():
+    roles = find_roles(("LeftHandIndex1", "lThumb1", "leftEye", "LHipJoint", "LeftToeBase", "RightHandEnd", "jaw"))
+    assert roles == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "plain"),
+    [
+        ("LThumb", ("thumb", "left")),
+        ("upperarm01.R", ("upperarm", "right")),
+        ("rShldr", ("shldr", "right")),
+        ("Character1:RightUpLeg", ("upleg", "right")),
+        ("", ("", "")),
+    ],
+)
+def test_plain_names(name, plain):
+    assert plain_name(name) == plain
+
+
+@pytest.mark.parametrize(
+    ("count", "expected"), [(1, [30]), (2, [10, 30]), (3, [10, 20, 30]), (5, [10, 10, 20, 30, 30])]
+)
+def test_chains_are_spread_from_first_to_last(count, expected):
+    result = spread([10, 20, 30], count)
+    assert result[0] == expected[0] and result[-1] == expected[-1] and len(result) == count
+    assert result == sorted(result)
+
+
+def test_a_bust_follows_the_top_of_the_spine():
+    bust = find_roles(("chest", "neck", "neck1", "head"))
+    performer = find_roles(("Hips", "Spine", "Spine1", "Spine2", "Neck", "Head"))
+    assert match_roles(bust, performer) == {0: 3, 1: 4, 2: 4, 3: 5}
+
+
+def test_the_clip_of_a_bust_moves_the_top_of_a_whole_body():
+    body = find_roles(("root", "spine02", "spine01", "neck01", "head"))
+    performer = find_roles(("chest", "neck", "head"))
+    assert match_roles(body, performer) == {2: 0, 3: 1, 4: 2}

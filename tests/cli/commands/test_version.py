@@ -1,0 +1,26 @@
+"""`hairpipe version`: what results depend on."""
+
+import json
+import platform
+
+import numpy as np
+
+from hairpipe import __version__
+from hairpipe.cli.commands.version import version_of
+
+
+def test_a_document_names_all_that_matters(hairpipe):
+    found = json.loads(hairpipe("version --json").stdout)
+    assert found["hairpipe"] == __version__
+    assert found["python"] == platform.python_version()
+    assert found["numpy"] == np.__version__
+    assert found["threads"] >= 1
+    assert {"numba", "usd", "openvdb"} <= found.keys()
+
+
+def test_the_text_says_the_same(hairpipe):
+    assert f"numpy     {np.__version__}\n" in hairpipe("version").stdout
+
+
+def test_what_is_not_installed_has_no_version():
+    assert version_of("no-such-distribution") is None

@@ -1,0 +1,185 @@
+"""Where a graph may publish: within its project, and over nothing that is not hairpipe's."""
+
+import os
+import secrets
+import shutil
+from pathlib import Path
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.graph import project_of
+from hairpipe.graph.run import publish
+from hairpipe.graph.run.ledger import Ledger, ledger_path
+
+MINE = "mine\n"
+
+
+@pytest.fixture
+def outside(tmp_path_factory) -> Path:
+    return tmp_path_factory.mktemp("outside")
+
+
+def publish_to(shot, path) -> None:
+    shot.path.write_text(shot.path.read_text().replace('"out/list.txt"', f'"{path}"'))
+
+
+def refused(shot, **how) -> str:
+    """Run what must be refused before anything is evaluated."""
+    with pytest.raises(BadInput) as caught:
+        shot.run(**how)
+    assert not shot.tally()
+    return str(caught.value)
+
+
+def test_a_project_is_what_holds_the_graphs(tmp_path, monkeypatch):
+    for name in ("graphs/a.toml", "graphs/paper/b.toml"):
+        assert project_of(tmp_path / name) == tmp_path
+    assert project_of(tmp_path / "shots" / "c.toml") == tmp_path / "shots"
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert project_of(tmp_path / "graphs" / "a.toml") == tmp_path / "graphs", "a home folder is nobody's project"
+
+
+@pytest.mark.parametrize("path", ["../list.txt", "../../home/.bashrc", "{outside}/list.txt", "out/../../list.txt"])
+def test_what_leads_out_is_refused_before_anything_runs(shot, outside, path):
+    publish_to(shot, path.format(outside=outside))
+    assert f"it leads out of {shot.folder} (a path within, or --publish-root FOLDER)" in refused(shot)
+    assert not list(outside.iterdir())
+
+
+@pytest.mark.parametrize("way", ["out", "out/deep", "out/list.txt"])
+def test_links_that_lead_out_are_refused(shot, outside, way):
+    publish_to(shot, "out/deep/list.txt" if way == "out/deep" else "out/list.txt")
+    link = shot.folder / way
+    link.parent.mkdir(exist_ok=True)
+    link.symlink_to(outside / "list.txt" if way.endswith("txt") else outside)
+    assert "it leads out of" in refused(shot)
+    assert not list(outside.iterdir())
+
+
+def test_a_folder_that_the_user_names_is_within(shot, outside):
+    publish_to(shot, outside / "deep" / "list.txt")
+    assert not shot.run(root=outside).failures
+    assert (outside / "deep" / "list.txt").is_file()
+    publish_to(shot, "out/list.txt")
+
+
+@pytest.mark.parametrize("swapped", ["out", "out/parts"])
+def test_a_link_that_comes_later_is_not_followed(shot, outside, swapped):
+    """Between the check and the copy a folder becomes a link to another one."""
+    graph = shot.load(list__parts="true")
+    link = shot.folder / swapped
+    link.parent.mkdir(exist_ok=True)
+    link.symlink_to(outside)
+    (failure,) = publish_all(shot, graph).failures
+    assert failure.kind == "publish" and "a link lies on the way" in failure.message
+    assert not list(outside.iterdir())
+
+
+def publish_all(shot, graph):
+    from hairpipe.graph.run.events import Options
+    from hairpipe.graph.run.run import run
+
+    return run(graph, shot.store, options=Options(jobs=1))
+
+
+def test_a_folder_that_becomes_a_link_while_it_is_entered_is_not_followed(shot, outside, monkeypatch):
+    monkeypatch.setattr(publish, "check_way", lambda place: None)  # it was none when it was looked at
+    graph = shot.load()
+    (shot.folder / "out").symlink_to(outside)
+    (failure,) = publish_all(shot, graph).failures
+    assert failure.kind == "publish" and not list(outside.iterdir())
+
+
+def test_a_name_that_somebody_foresaw_is_not_written_to(shot, outside, monkeypatch):
+    """A temporary name with a link behind it: the link is not followed, and nothing is published."""
+    (shot.folder / "out").mkdir()
+    (shot.folder / "out" / ".hairpipe-foreseen.tmp").symlink_to(outside / "victim")
+    shot.run()  # all but the file is there: nothing else needs a name
+    (shot.folder / "out" / "list.txt").unlink()
+    monkeypatch.setattr(secrets, "token_hex", lambda count: "foreseen")
+    (failure,) = shot.run().failures
+    assert failure.kind == "publish" and "File exists" in failure.message
+    assert not (outside / "victim").exists() and not (shot.folder / "out" / "list.txt").exists()
+
+
+@pytest.mark.parametrize(
+    ("path", "what"),
+    [
+        ("sibling.toml", "it is a graph file"),
+        ("lib/nodes/hat.txt", "it is in a folder of node types"),
+        ("conftest.py", "it is code"),
+        (".git/config", "it is hidden"),
+        ("cache/actions/list.txt", "it is in the store"),
+    ],
+)
+def test_some_places_are_nobodys_to_publish_to_even_with_force(shot, path, what):
+    publish_to(shot, path)
+    (shot.folder / path).parent.mkdir(parents=True, exist_ok=True)
+    (shot.folder / path).write_text(MINE)
+    assert what in refused(shot, force=True)
+    assert (shot.folder / path).read_text() == MINE
+
+
+def test_a_file_of_the_users_stays_unless_he_says_so(shot):
+    path = shot.folder / "out" / "list.txt"
+    path.parent.mkdir()
+    path.write_text(MINE)
+    events = []
+    (failure,) = shot.run(report=events.append).failures
+    told = next(event for event in events if event.kind != "begun")
+    assert told.kind == "warning" and str(told.task) == "list" and "stays unless" in told.message, (
+        "before it is computed"
+    )
+    assert "a file that hairpipe has not published, or that was changed since" in failure.message
+    assert "--force" in failure.message and path.read_text() == MINE
+    outcome = shot.run(force=True)
+    assert not outcome.failures and outcome.evaluated == 0 and path.read_text() != MINE
+
+
+def test_what_was_published_is_replaced_whatever_became_of_the_store(shot):
+    """An edit of the graph, then no store: yesterday's file is known as ours."""
+    path = shot.folder / "out" / "list.txt"
+    shot.run()
+    before = path.read_bytes()
+    shutil.rmtree(shot.folder / "cache")
+    assert not shot.run(seed__value=4).failures and path.read_bytes() != before
+
+
+def test_a_project_that_was_moved_needs_no_force(shot, monkeypatch, tmp_path_factory):
+    """To another machine: what the store has, and what comes out as it is there, is ours, now and later."""
+    shot.run()
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+    assert not shot.run(seed__value=4).failures
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+    shutil.rmtree(shot.folder / "cache")
+    assert not shot.run(seed__value=4).failures
+    shutil.rmtree(shot.folder / "cache")
+    assert not shot.run(seed__value=5).failures
+
+
+def test_a_ledger_stays_short_and_survives_damage(tmp_path):
+    ledger = Ledger()
+    for round in range(40):
+        ledger.note(tmp_path / "a\n.txt", f"{round:040x}")
+    path = ledger_path(tmp_path)
+    with path.open("a") as file:
+        file.write('\n["a", \n[1, 2, 3]\nnull\n"b')
+    assert Ledger().digest(tmp_path / "a\n.txt") == f"{39:040x}"
+    assert len(path.read_text().split("\n")) < 5 and path.stat().st_mode & 0o077 == 0
+    Ledger().note(tmp_path / "b.txt", "b")
+    path.chmod(0o666)
+    assert Ledger().digest(tmp_path / "b.txt") is None, "others may have written it"
+
+
+def test_without_a_home_publishing_works(shot, monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "tally" / "no" / "folder"))
+    (tmp_path / "tally").touch()
+    assert not shot.run(frames=[1]).failures
+
+
+def test_a_pipe_in_the_way_is_refused(shot):
+    (shot.folder / "out").mkdir()
+    os.mkfifo(shot.folder / "out" / "list.txt")
+    (failure,) = shot.run(force=True).failures
+    assert failure.kind == "publish" and "what is there is no file" in failure.message

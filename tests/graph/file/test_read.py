@@ -1,0 +1,73 @@
+"""Places in a graph file: found for messages, and cheaply, since most are never shown."""
+
+import pytest
+
+from hairpipe.graph.file import read
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.file.read import GraphText
+from hairpipe.graph.plan.tasks import unroll
+
+TEXT = """schema = 1
+frames = [1, 2]  # schema
+[a]
+type = "make_seed"
+[b.in]
+seed = "a"
+[b]
+"value" = 3
+"""
+
+
+@pytest.mark.parametrize(
+    ("node", "names", "line"),
+    [(None, ["frames"], 2), (None, ["fps"], None), ("a", ["type"], 4), ("b", ["in", "seed"], 6), ("b", ["x"], 5)],
+)
+def test_a_place_is_the_line_where_it_stands(tmp_path, node, names, line):
+    label = f": [{node}]" if node else ""
+    at = f":{line}" if line else ""
+    assert GraphText(tmp_path, TEXT).place(node, names) == f"{tmp_path}{at}{label}"
+
+
+@pytest.mark.parametrize("nodes", [30, 3000])
+def test_places_of_all_nodes_cost_in_proportion_to_the_lines(tmp_path, monkeypatch, nodes):
+    """Each line is matched once to find whose it is, and those of a node alone are searched for a name."""
+    header, matched = read.HEADER, []
+
+    class Counting:
+        def match(self, line):
+            matched.append(line)
+            return header.match(line)
+
+    monkeypatch.setattr(read, "HEADER", Counting())
+    text = GraphText(tmp_path, "schema = 1\n" + "".join(f'[n{n}]\ntype = "make_seed"\n' for n in range(nodes)))
+    places = [text.place(f"n{n}", ["type"]) for n in range(nodes)]
+    assert places[-1] == f"{tmp_path}:{2 * nodes + 1}: [n{nodes - 1}]" and len(matched) == 2 * nodes + 1
+    assert sum(len(text._owned[f"n{n}"]) for n in range(nodes)) == 2 * nodes
+
+
+@pytest.mark.parametrize("frames", [20, 2000])
+def test_unrolling_costs_in_proportion_to_the_tasks(shot, monkeypatch, frames):
+    """Tasks are made about as often as they are there, and none is compared with all."""
+    shot.write(shot.path.read_text().replace("[1, 10]", f"[1, {frames}]"))
+    graph = shot.load()
+    from hairpipe.graph.plan import tasks
+
+    made = []
+    real = tasks.Task
+    monkeypatch.setattr(tasks, "Task", lambda *given: made.append(given) or real(*given))
+    assert isinstance(graph, Graph) and len(unroll(graph, graph.select(None))) == 2 * frames + 2
+    assert len(made) < 12 * frames
+
+
+def test_the_code_of_a_type_is_read_once_however_many_nodes_have_it(shot, monkeypatch):
+    from hairpipe.graph.key.code import CodeReader
+
+    shot.path.write_text(
+        "schema = 1\nframes = [1, 2]\nfps = 24\n" + "".join(f'[n{n}]\ntype = "make_seed"\n' for n in range(50))
+    )
+    read_modules = []
+    code_of = CodeReader.code_of
+    monkeypatch.setattr(
+        CodeReader, "code_of", lambda self, module: read_modules.append(module) or code_of(self, module)
+    )
+    assert len(shot.plan()) == 50 and read_modules == ["make_seed"]

@@ -1,0 +1,185 @@
+"""States of a scan: the last two and every n-th are there while it runs, every n-th and the last afterwards."""
+
+from collections import Counter
+from types import SimpleNamespace
+
+import pytest
+
+from hairpipe.graph.plan.checkpoints import Thinner
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.store.record import Output, Record
+from hairpipe.graph.store.store import Store
+
+
+def kept(shot) -> list[int]:
+    results = shot.results()
+    return [frame for frame in range(1, 11) if shot.store.has(results[f"sum@{frame}"]["state"])]
+
+
+def test_every_nth_state_and_the_last_are_kept(shot):
+    shot.run()
+    assert kept(shot) == [4, 8, 10]
+    shot.tally()
+    shot.run()
+    assert shot.tally() == Counter(), "a thinned state is no miss while nobody needs it"
+
+
+def show_states(shot):
+    """Add a node that looks at the states of the scan."""
+    source = (shot.nodes / "soften.py").read_text().replace("soften", "show_sum")
+    source = source.replace("number: Pair[Numeral], other: Numeral | None = None", "sum: Sum")
+    source = (
+        source.replace("import Numeral", "import Numeral, Sum").split("    return")[0]
+        + "    return numeral(sum.total)\n"
+    )
+    (shot.nodes / "show_sum.py").write_text(source)
+    shot.path.write_text(shot.path.read_text() + '[show]\ntype = "show_sum"\nin.sum = "sum"\n')
+
+
+def test_states_that_somebody_looks_at_stay(shot):
+    shot.path.write_text(shot.path.read_text().replace('in.numbers = "sum"', 'in.numbers = "move"'))
+    show_states(shot)
+    assert shot.run().exit_code == 0
+    assert kept(shot) == list(range(1, 11))
+
+
+def test_states_stay_though_another_scan_has_the_same(shot):
+    show_states(shot)
+    shot.path.write_text(shot.path.read_text() + '[twin]\nlike = "sum"\n')
+    assert shot.run().exit_code == 0
+    assert kept(shot) == list(range(1, 11))
+
+
+def test_states_stay_though_the_run_does_not_reach_who_looks_at_them(shot):
+    show_states(shot)
+    shot.run()
+    shot.run(to=["sum"])
+    assert kept(shot) == list(range(1, 11))
+    shot.tally()
+    shot.run()
+    assert shot.tally() == Counter()
+
+
+def test_a_lost_state_is_computed_again_only_for_who_has_to_look_at_it(shot):
+    show_states(shot)
+    shot.run()
+    states = [shot.results()[f"sum@{frame}"]["state"] for frame in (5, 6)]
+    shot.tally()
+    for state in states:
+        shot.store.remove(shot.store.object_path(state))
+    assert {entry.status for entry in shot.plan().values()} == {"cached"}
+    shot.run()
+    assert shot.tally() == Counter(), "nothing has changed, and nobody looks"
+    shot.edit("show_sum.py", "sum.total", "2 * sum.total")
+    planned = [name for name, entry in shot.plan().items() if entry.status == "run"]
+    assert planned == ["sum@5", "sum@6", *(f"show@{frame}" for frame in range(1, 11))]
+    shot.run()
+    assert shot.tally()["add_up"] == 2 and kept(shot) == list(range(1, 11))
+
+
+def test_longer_range_goes_on_from_the_last_state(shot):
+    shot.run(frames=range(1, 7))
+    shot.tally()
+    shot.run()
+    assert shot.tally()["add_up"] == 4
+
+
+def test_state_that_is_needed_is_recomputed_from_the_nearest(shot):
+    shot.run()
+    before = shot.results()
+    shot.tally()
+    for frame in (4, 8, 10):
+        shot.store.remove(shot.store.object_path(before[f"sum@{frame}"]["state"]))
+    shot.path.write_text(shot.path.read_text().replace("[1, 10]", "[1, 11]"))
+    shot.run()
+    assert shot.tally() == Counter(move_seed=1, add_up=11, write_list=1)
+    after = shot.results()
+    assert {name: after[name] for name in before if name != "list"} == {n: before[n] for n in before if n != "list"}
+
+
+def test_states_go_while_the_scan_goes_on(shot, tmp_path):
+    other = Store(tmp_path / "other")
+    shot.run(store=other)
+    names = shot.results(other)
+    there = []
+
+    def look(event):
+        if event.kind == "finished" and event.task.node == "sum":
+            there.append([frame for frame in range(1, 11) if shot.store.has(names[f"sum@{frame}"]["state"])])
+
+    shot.run(report=look)
+    assert there[:4] == [[1], [1, 2], [1, 2, 3], [2, 3, 4]], "a state goes once the result after the next is noted"
+    assert there[7:] == [[4, 6, 7, 8], [4, 7, 8, 9], [4, 8, 9, 10]]
+    assert kept(shot) == [4, 8, 10]
+
+
+class Counted(dict):
+    """Results that count how often one is looked at."""
+
+    looks = 0
+
+    def get(self, *given):
+        self.looks += 1
+        return super().get(*given)
+
+    def values(self):
+        self.looks += len(self)
+        return super().values()
+
+    def items(self):
+        self.looks += len(self)
+        return super().items()
+
+
+@pytest.mark.parametrize("frames", [100, 10_000])
+def test_each_state_is_looked_at_once(frames):
+    """A scan of many frames costs in proportion to them."""
+    there = {f"{frame}.h5" for frame in range(frames)}
+    asked = []
+    store = SimpleNamespace(
+        has=lambda name: asked.append(name) or name in there,
+        remove=there.discard,
+        object_path=str,
+        record_keys=lambda: (),
+        record=None,
+    )
+    node = SimpleNamespace(checkpoint=24)
+    graph = SimpleNamespace(nodes={"scan": node}, frames=(0, frames - 1), begin=0)
+    tasks = {Task("scan", frame): {} for frame in range(frames)}
+    resolver = SimpleNamespace(graph=graph, store=store, results=Counted(), tasks=tasks, thinnable=lambda node: "state")
+    thinner = Thinner(resolver)
+    for task in tasks:
+        outputs = {"state": Output(f"{task.frame}.h5", 1)}
+        record = Record("", "scan", task.frame, {}, outputs, "state", 0.0, (), 0.0)
+        resolver.results[task] = record
+        thinner.take(task, record, None)
+        thinner.follow(task)
+    thinner.finish()
+    assert there == {f"{frame}.h5" for frame in range(frames) if frame % 24 == 23 or frame == frames - 1}
+    assert len(asked) < frames and resolver.results.looks <= 2 * frames
+
+
+def test_a_state_that_was_computed_again_is_let_go_of_again(shot):
+    """Frames are evaluated again from the nearest checkpoint, in a run that had thinned them."""
+    shot.run()
+    shot.tally()
+    for frame in (8, 10):
+        shot.store.remove(shot.store.object_path(shot.results()[f"sum@{frame}"]["state"]))
+    shot.path.write_text(shot.path.read_text().replace("[1, 10]", "[1, 11]"))
+    assert shot.run().exit_code == 0 and shot.tally()["add_up"] == 7
+    results = shot.results()
+    assert [f for f in range(1, 12) if shot.store.has(results[f"sum@{f}"]["state"])] == [4, 8, 11]
+
+
+SHOWN = "@dataclass(frozen=True)\nclass Shown:\n    total: float\n    history: np.ndarray\n\n\n"
+
+
+def test_a_state_that_is_shown_as_well_stays(shot):
+    """One object, under two names of one result."""
+    shot.edit("numeral.py", "@dataclass(frozen=True)\nclass Bent", SHOWN + "@dataclass(frozen=True)\nclass Bent")
+    shot.edit("add_up.py", "import Numeral", "import Numeral, Shown")
+    shot.edit("add_up.py", "Added(numeral(total), ", "Added(Shown(total, history), ")
+    shot.edit("add_up.py", "    number: Numeral\n", "    number: Shown\n")
+    shot.path.write_text(shot.path.read_text().split("[list]")[0])
+    assert shot.run().exit_code == 0 and shot.tally()["add_up"] == 10
+    assert kept(shot) == list(range(1, 11))

@@ -1,0 +1,111 @@
+"""Scans that diverge: who takes what was reached goes on with it, everybody else is told."""
+
+import pytest
+
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.results import fetch
+
+BLOW_UP = '''"""A fold that diverges."""
+from numeral import Numeral
+from tally import numeral, tally
+from hairpipe.graph import Time, node
+
+@node(frames="scan")
+def blow_up(number: Numeral, previous: Numeral | None, time: Time, *, at: int = 4, how: str = "diverge") -> Numeral:
+    """Grow.
+
+    at   frame
+    how  it ends
+    """
+    tally("blow_up", time.frame)
+    if time.frame == at:
+        raise {"diverge": ArithmeticError, "zero": ZeroDivisionError}[how]("too much")
+    return numeral(number.value + (previous.value if previous else 0.0))
+'''
+COUNT = '''"""A count of what was reached."""
+from numeral import Numeral
+from tally import numeral, tally
+from hairpipe.graph import Reached, node
+
+@node(frames="once")
+def count(numbers: tuple[Reached[Numeral], ...]) -> Numeral:
+    """Count frames, and add up what is in the last."""
+    tally("count")
+    return numeral(sum(1000 * len(shot) + shot[max(shot)].value for shot in numbers))
+'''
+GRAPH = """schema = 1
+frames = [1, 6]
+fps = 24
+[seed]
+type = "make_seed"
+[move]
+type = "move_seed"
+in.seed = "seed"
+step = 0
+[wild]
+type = "blow_up"
+in.number = "move"
+[calm]
+like = "wild"
+at = 0
+[count]
+type = "count"
+in.numbers = ["calm", "wild"]
+[after]
+type = "gather"
+in.numbers = ["count"]
+"""
+
+
+@pytest.fixture
+def diverging(shot):
+    """A shot in which one of two scans diverges at frame 4."""
+    (shot.nodes / "blow_up.py").write_text(BLOW_UP)
+    (shot.nodes / "count.py").write_text(COUNT)
+    shot.write(GRAPH)
+    return shot
+
+
+def test_what_was_reached_is_used_and_somebody_says_so(diverging):
+    said = []
+    outcome = diverging.run(report=said.append)
+    assert outcome.exit_code == 0 and not outcome.failures and outcome.blocked == 0
+    warnings = [(str(event.task), event.message) for event in said if event.kind == "warning"]
+    assert warnings == [("wild@4", "ArithmeticError: too much; what came before is used")]
+    assert diverging.tally()["blow_up"] == 6 + 4
+
+
+def test_a_second_run_tries_the_frame_that_failed_and_nothing_else(diverging):
+    diverging.run()
+    diverging.tally()
+    assert diverging.run().exit_code == 0
+    assert diverging.tally() == {"blow_up": 1}
+
+
+def test_a_plan_knows_what_was_reached_and_so_does_who_asks_for_it(diverging):
+    diverging.run()
+    plan = diverging.plan()
+    assert plan["wild@4"].status == "run" and "diverged" in plan["wild@4"].reason
+    assert plan["count"].status == plan["after"].status == "cached"
+    assert fetch(diverging.load(), diverging.store, Task("count", None)).value == 6000 + 6 + 3000 + 3
+
+
+def test_the_result_is_that_of_as_many_frames(diverging):
+    diverging.write(GRAPH + '[list]\ntype = "write_list"\nin.numbers = "shown"\npublish = "list.txt"\n'
+                    + '[shown]\ntype = "soften"\nin = { number = "move", other = "count" }\n')  # fmt: skip
+    assert diverging.run().exit_code == 0
+    first = (diverging.folder / "list.txt").read_text().splitlines()[0]
+    assert float(first.split()[1]) == 1.0 + (6000 + 6) + (3000 + 3)
+
+
+@pytest.mark.parametrize("settings", [{"wild__how": "zero"}, {"wild__at": 1}], ids=["a fault", "nothing reached"])
+def test_other_failures_stop_the_run(diverging, settings):
+    outcome = diverging.run(**settings)
+    assert outcome.exit_code == 1 and outcome.failures[0].task.node == "wild"
+
+
+def test_who_needs_all_frames_makes_it_a_failure(diverging):
+    diverging.write(GRAPH + '[list]\ntype = "write_list"\nin.numbers = "wild"\n')
+    outcome = diverging.run()
+    assert [(failure.kind, str(failure.task)) for failure in outcome.failures] == [("diverged", "wild@4")]
+    assert outcome.exit_code == 1

@@ -1,0 +1,163 @@
+"""Runs: what is evaluated and what is not, counted by the nodes themselves."""
+
+import os
+from collections import Counter
+
+from hairpipe.graph.store.store import Store
+
+ALL = Counter(make_seed=1, move_seed=10, add_up=10, write_list=1)
+
+
+def test_second_run_evaluates_nothing(shot):
+    first = shot.run()
+    assert shot.tally() == ALL
+    assert first.evaluated == 22 and first.exit_code == 0
+    second = shot.run()
+    assert shot.tally() == Counter()
+    assert (second.evaluated, second.cached) == (0, 22)
+
+
+def test_values_are_those_of_the_plain_functions(shot):
+    shot.run()
+    total, lines = 0.0, []
+    for frame in range(1, 11):
+        total = 3.0 + frame + 0.9 * total
+        lines.append(f"{frame} {total!r}")
+    assert (shot.folder / "out" / "list.txt").read_text() == "\n".join(lines)
+
+
+def test_values_per_frame_make_way_for_the_scan(shot):
+    shot.edit("move_seed.py", "seed.value + (0 if still", "__import__('os').nice(0) + (0 if True")
+    shot.edit("add_up.py", "number.value + (", "number.value - __import__('os').nice(0) + (")
+    shot.run()
+    assert (shot.folder / "out" / "list.txt").read_text().splitlines()[0] == f"1 {float(10 - os.nice(0))!r}"
+
+
+def test_longer_range_reuses_old_frames(shot):
+    shot.run()
+    shot.tally()
+    shot.path.write_text(shot.path.read_text().replace("[1, 10]", "[1, 12]"))
+    shot.run()
+    assert shot.tally() == Counter(move_seed=2, add_up=2, write_list=1)
+
+
+def test_setting_reruns_what_depends_on_it(shot):
+    shot.run()
+    shot.tally()
+    shot.run(sum__warn=99)
+    assert shot.tally() == Counter(add_up=10), "same sums: the list stands"
+    shot.run(seed__value=4)
+    assert shot.tally() == ALL
+    shot.run()
+    assert shot.tally() == Counter(), "going back finds the old results"
+
+
+def test_change_from_a_frame_on_keeps_the_frames_before(shot):
+    shot.run()
+    shot.tally()
+    shot.run(move__turn=7)
+    # All of `move` is looked at again, but frames 1-6 give what they gave; the sum goes on from the state at frame 4,
+    # the nearest one that was kept before frame 7.
+    assert shot.tally() == Counter(move_seed=10, add_up=2 + 4, write_list=1)
+    changed = shot.results(move__turn=7)
+    other = Store(shot.folder / "fresh")
+    shot.run(move__turn=7, store=other)
+    assert shot.results(other, move__turn=7) == changed
+
+
+def test_input_file_counts_by_its_bytes(shot):
+    (shot.folder / "clip").write_bytes(b"abc")
+    (shot.folder / "copy").write_bytes(b"abc")
+    shot.run(seed__file="clip")
+    shot.tally()
+    shot.run(seed__file="copy")
+    assert shot.tally() == Counter()
+    (shot.folder / "clip").write_bytes(b"xyz")
+    shot.run(seed__file="clip")
+    assert shot.tally() == Counter(make_seed=1), "three bytes as before: equal values stop the change here"
+    (shot.folder / "clip").write_bytes(b"longer")
+    shot.run(seed__file="clip")
+    assert shot.tally() == ALL
+
+
+def test_comment_and_docstring_change_nothing(shot):
+    shot.run()
+    shot.tally()
+    shot.edit("add_up.py", '"""Add numbers up over time."""', '"""Add."""  # quickly')
+    shot.run()
+    assert shot.tally() == Counter()
+
+
+def test_code_of_a_node_and_of_its_helpers_counts(shot):
+    shot.run()
+    shot.tally()
+    shot.edit("add_up.py", "0.9", "0.8")
+    shot.run()
+    assert shot.tally() == Counter(add_up=10, write_list=1)
+    shot.edit("tally.py", "FACTOR = 1.0", "FACTOR = 1.5")
+    shot.run()
+    assert shot.tally() == ALL
+
+
+def test_number_of_processes_does_not_show(shot):
+    results = {}
+    for jobs in (1, 4):
+        store = Store(shot.folder / f"cache{jobs}")
+        shot.run(store=store, jobs=jobs)
+        results[jobs] = shot.results(store)
+    assert results[1] == results[4]
+
+
+def test_selected_frames_of_a_scan_bring_those_before(shot):
+    shot.run(frames=[3, 5], to=["sum"])
+    assert shot.tally() == Counter(make_seed=1, move_seed=5, add_up=5)
+    shot.run(frames=[3, 5], to=["move"])
+    assert shot.tally() == Counter()
+
+
+def test_pair_is_the_current_value_twice_at_the_first_frame(shot):
+    text = shot.path.read_text().split("[sum]")[0]
+    shot.path.write_text(text + '[soft]\ntype = "soften"\nin.number = "move"\n')
+    shot.run(frames=[1, 2])
+    assert shot.tally() == Counter(make_seed=1, move_seed=2, soften=2)
+    values = [value_of(shot, f"soft@{frame}") for frame in (1, 2)]
+    assert values == [4.0, 4.5]
+
+
+def value_of(shot, name):
+    from hairpipe.graph.plan.tasks import Task
+    from hairpipe.graph.results import fetch
+
+    node, _, frame = name.partition("@")
+    return fetch(shot.load(), shot.store, Task(node, int(frame) if frame else None)).value
+
+
+def test_warnings_are_given_again_on_hits(shot):
+    for _ in range(2):
+        events = []
+        shot.run(sum__warn=3, report=events.append)
+        said = [(str(event.task), event.message) for event in events if event.kind == "warning"]
+        assert said == [("sum@3", "a strand is too short")]
+
+
+def test_the_path_of_a_graph_need_not_be_text(shot, monkeypatch):
+    folder = shot.folder / os.fsdecode(b"caf\xe9")
+    monkeypatch.setenv("HAIRPIPE_TRUST", str(folder / "nodes"))
+    folder.mkdir()
+    shot.nodes, shot.path = shot.nodes.rename(folder / "nodes"), shot.path.rename(folder / "shot.toml")
+    assert shot.run().exit_code == 0 and (folder / "out" / "list.txt").exists()
+    assert {entry.status for entry in shot.plan().values()} == {"cached"}
+
+
+def test_scans_begin_before_the_first_frame_and_nothing_else_sees_it(shot):
+    """Three frames of pre-roll: the sum has them in it, the list has not."""
+    shot.run()
+    whole = (shot.folder / "out" / "list.txt").read_text().splitlines()
+    shot.tally()
+    shot.path.write_text(shot.path.read_text().replace("frames = [1, 10]", "frames = [4, 10]\npreroll = 3"))
+    shot.run()
+    assert shot.tally() == Counter(write_list=1)
+    assert (shot.folder / "out" / "list.txt").read_text().splitlines() == whole[3:]
+    shot.path.write_text(shot.path.read_text().replace("preroll = 3", "preroll = 0"))
+    shot.run()
+    assert (shot.folder / "out" / "list.txt").read_text().splitlines()[0] == f"4 {3.0 + 4.0!r}"

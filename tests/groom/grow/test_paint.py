@@ -1,0 +1,88 @@
+"""Numbers by paint and by chance."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hairpipe.data import Mesh
+from hairpipe.errors import BadInput
+from hairpipe.groom.grow.paint import Canvas, sample_picture
+from hairpipe.groom.grow.style import Paint, Painted
+from hairpipe.spatial.triangles import Sites, site_points
+
+
+@pytest.fixture
+def body(sheet, body_of):
+    mesh = sheet(4, 4)
+    return body_of(mesh, ramp=mesh.points[:, 0].copy())
+
+
+@pytest.fixture
+def sites(body):
+    random = np.random.default_rng(0)
+    return Sites(random.integers(0, len(body.mesh.triangles), 4000).astype(np.int32), random.dirichlet([1, 1, 1], 4000))
+
+
+def ramp_picture(path: Path) -> np.ndarray:
+    """Values that grow from 0 at the left edge to 1 at the right edge; pixel centres lie half a pixel inside."""
+    return np.tile((np.arange(200) + 0.5) / 200, (3, 1))
+
+
+def test_a_vertex_map_and_an_image_of_it_paint_the_same(body, sites):
+    canvas = Canvas(body, ramp_picture, 0)
+    x = site_points(body.mesh, sites)[:, 0]
+    by_map = canvas.numbers(Painted(3.0, low=1.0, map="ramp"), "a", sites)
+    by_image = canvas.numbers(Painted(3.0, low=1.0, image=Path("ramp.png")), "a", sites)
+    assert np.allclose(by_map, 1 + 2 * x)
+    inside = np.abs(x - 0.5) < 0.49
+    assert np.allclose(by_map[inside], by_image[inside], atol=1e-6) and np.abs(by_map - by_image).max() < 0.01
+
+
+def test_pictures_are_seen_upright_and_exactly_at_their_pixels():
+    picture = np.random.default_rng(1).random((5, 7))
+    row, column = (g.ravel() for g in np.meshgrid(np.arange(5), np.arange(7), indexing="ij"))
+    uv = np.stack([(column + 0.5) / 7, 1 - (row + 0.5) / 5], axis=1)
+    assert np.allclose(sample_picture(picture, uv), picture.ravel())
+    assert np.allclose(
+        sample_picture(picture, np.array([[0.0, 1.0], [1.0, 0.0], [5.0, -5.0]])), picture[[0, 4, 4], [0, 6, 6]]
+    )
+    middle = sample_picture(picture, np.array([[2.0 / 7, 1 - 3.0 / 5]]))
+    assert np.allclose(middle, picture[2:4, 1:3].mean())
+
+
+def test_without_paint_every_strand_has_the_value(body, sites):
+    assert np.array_equal(Canvas(body, ramp_picture, 0).numbers(Painted(0.25), "length", sites), np.full(4000, 0.25))
+
+
+def test_variation_is_uniform_and_relative(body, sites):
+    values = Canvas(body, ramp_picture, 0).numbers(Painted(2.0, variation=0.3), "length", sites)
+    assert 1.4 <= values.min() < 1.41 and 2.59 < values.max() <= 2.6
+    assert abs(values.mean() - 2) < 0.02 and abs(values.std() - 0.6 / 3**0.5) < 0.01
+
+
+def test_chance_differs_between_settings_and_seeds_only(body, sites):
+    def draw(name, seed):
+        return Canvas(body, ramp_picture, seed).numbers(Painted(1.0, variation=0.5), name, sites)
+
+    assert np.array_equal(draw("length", 0), draw("length", 0))
+    assert abs(np.corrcoef(draw("length", 0), draw("lift", 0))[0, 1]) < 0.05
+    assert abs(np.corrcoef(draw("length", 0), draw("length", 1))[0, 1]) < 0.05
+
+
+def test_paint_the_body_cannot_carry_is_refused(body):
+    canvas = Canvas(body, ramp_picture, 0)
+    with pytest.raises(BadInput, match=r"curl.radius: the body has no map 'beard' \(its maps: 'ramp'\)"):
+        canvas.coat(Paint(map="beard"), "curl.radius")
+    with pytest.raises(BadInput, match="both a map and an image"):
+        canvas.coat(Paint(map="ramp", image=Path("x.png")), "density")
+    bare = Canvas(
+        type(body)(Mesh(body.mesh.points, body.mesh.triangles), body.skeleton, body.joints, body.weights),
+        ramp_picture,
+        0,
+    )
+    with pytest.raises(BadInput, match="no texture coordinates"):
+        bare.coat(Paint(image=Path("x.png")), "density")
+    with pytest.raises(BadInput, match="its maps: none"):
+        bare.coat(Paint(map="ramp"), "density")
+    assert canvas.coat(Paint(), "density") is None

@@ -1,0 +1,107 @@
+"""A body in parts between two frames against the analytic body."""
+
+import numpy as np
+import pytest
+
+from hairpipe.data import Mesh
+from hairpipe.errors import BadInput
+from hairpipe.levelset.bake.parts import gathered
+from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.collider import Probe, Sweep
+from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.studies.interpolation.bodies import FRAME, outline_at, parts_of, poses_at, surfaces_of
+from hairpipe.studies.interpolation.cases import CASES, Case
+from hairpipe.studies.interpolation.solids import ellipsoid
+from hairpipe.studies.interpolation.surface_errors import misses
+
+VOXEL, HALF_WIDTH = 0.05, 8.0
+STILL = np.eye(3, 4)[None]
+
+
+def error(surface, case: Case, a: float) -> float:
+    """The largest error of a surface over the body's radius."""
+    off, _ = misses(surface, outline_at(case, a), a * FRAME, VOXEL * HALF_WIDTH)
+    return off.max() / case.radius
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+def test_between_frames_nothing_but_the_samples_own_error_is_left(case):
+    surfaces = surfaces_of(case, VOXEL, HALF_WIDTH)
+    floor = max(error(surfaces["parts"], case, a) for a in (0.0, 1.0))
+    for a in (0.25, 0.5, 0.8):
+        assert error(surfaces["parts"], case, a) < 1.02 * floor + 5e-4
+    if "turn" in case.name or len(case.solids) > 1:
+        assert error(surfaces["two_sided"], case, 0.5) > 4.0 * floor
+
+
+@pytest.mark.parametrize("case", [CASES[3], CASES[7]], ids=lambda case: case.name)
+def test_normal_and_velocity_are_those_of_the_body(case):
+    surface = surfaces_of(case, VOXEL, HALF_WIDTH)["parts"]
+    poses, rates = poses_at(case, 0.4)
+    last = len(case.solids) - 1
+    points = case.solids[last].mesh().points @ poses[last][:, :3].T + poses[last][:, 3]
+    if last:
+        other = case.solids[0]
+        points = points[~other._replace(semi=1.3 * other.semi).contains(points)]
+    probe = Probe.blank(len(points))
+    surface.probe(points, 0.4 * FRAME, probe)
+    exact = (points - poses[last][:, 3]) @ (rates[last][:, :3] @ poses[last][:, :3].T).T + rates[last][:, 3]
+    fastest = np.linalg.norm(exact, axis=1).max()
+    assert np.linalg.norm(probe.velocity - exact, axis=1).max() < 1e-6 * fastest
+    assert fastest <= surface.speed < 3.0 * fastest  # that of corners of boxes
+    away = Probe.blank(len(points))
+    surface.probe(points + 0.5 * VOXEL * probe.normal, 0.4 * FRAME, away)
+    assert np.allclose(away.distance - probe.distance, 0.5 * VOXEL, rtol=0.1)
+
+
+@pytest.fixture(scope="module")
+def swelling():
+    """A ball that grows from 0.5 to 0.6 m in a frame, at rest."""
+    return moving_parts(
+        *(gathered(("ball",), STILL, 0.0 * STILL, [bake(ball(r), VOXEL, HALF_WIDTH)]) for r in (0.5, 0.6)), FRAME
+    )
+
+
+def ball(radius: float) -> Mesh:
+    return ellipsoid((radius, radius, radius)).mesh()
+
+
+def test_a_part_that_changes_its_shape_is_blended_and_pushes(swelling):
+    points = ball(0.55).points[::11]
+    probe = Probe.blank(len(points))
+    swelling.probe(points, 0.5 * FRAME, probe)
+    outwards = points / 0.55
+    assert np.allclose(probe.distance, 0.0, atol=0.05 * VOXEL)
+    assert np.allclose(probe.normal, outwards, atol=0.03)
+    assert np.allclose(probe.velocity, 0.1 / FRAME * outwards, atol=0.04 * 0.1 / FRAME)
+    assert swelling.speed == pytest.approx(0.1 / FRAME, rel=0.02)
+
+
+def test_velocity_is_how_the_distance_changes(swelling):
+    # d phi / dt = -v . n |grad phi|, and the gradient of a distance is 1.
+    travel = surfaces_of(CASES[5], VOXEL, HALF_WIDTH)["parts"]
+    for surface, case_points in ((swelling, ball(0.56).points), (travel, outline_at(CASES[5], 0.5))):
+        points = case_points[::13]
+        e = 1e-4 * FRAME
+        probes = [Probe.blank(len(points)) for _ in range(3)]
+        for probe, seconds in zip(probes, (0.5 * FRAME - e, 0.5 * FRAME, 0.5 * FRAME + e), strict=True):
+            surface.probe(points, seconds, probe)
+        slope = (probes[2].distance - probes[0].distance) / (2 * e)
+        along = (probes[1].velocity * probes[1].normal).sum(axis=1)
+        off = np.abs(slope + along) / np.abs(along).max()
+        assert off.mean() < 0.02 and off.max() < 0.12
+
+
+def test_a_point_at_rest_is_met_by_a_part_that_swells(swelling):
+    points = np.array([[0.57, 0.0, 0.0], [0.0, 0.64, 0.0]])
+    sweep = Sweep.blank(2)
+    swelling.sweep(points, points, 0.0, FRAME, np.full(2, 0.01), sweep)
+    assert sweep.fraction[0] == pytest.approx(0.6, abs=0.03) and np.isinf(sweep.fraction[1])
+
+
+def test_frames_with_other_parts_are_refused():
+    case = CASES[0]
+    parts = parts_of(case, [bake(case.solids[0].mesh(), VOXEL, HALF_WIDTH)], 0.0)
+    other = gathered(("other",), parts.poses, parts.rates, [bake(case.solids[0].mesh(), VOXEL, HALF_WIDTH)])
+    with pytest.raises(BadInput, match="not the same at both frames"):
+        moving_parts(parts, other, FRAME)

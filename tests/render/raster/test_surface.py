@@ -1,0 +1,49 @@
+"""A sphere as a camera sees it: outline, distance and normals are known."""
+
+import numpy as np
+import pytest
+
+from hairpipe.data import Mesh
+from hairpipe.render.camera import Camera
+from hairpipe.render.raster.surface import see_body
+
+CENTRE, RADIUS, DISTANCE = np.array([0.0, 1.6, 0.0]), 0.09, 0.5
+
+
+@pytest.fixture(scope="module")
+def camera() -> Camera:
+    """Half a metre before the sphere."""
+    return Camera.look_at(CENTRE + np.array([0.3, 0.0, 0.4]), CENTRE, 40.0, 240, 180)
+
+
+def test_silhouette_is_the_cone_that_touches_the_sphere(head: Mesh, camera: Camera) -> None:
+    surface = see_body(head, camera)
+    on_film = camera.focal * RADIUS / np.sqrt(DISTANCE**2 - RADIUS**2)
+    assert len(surface.rows) == pytest.approx(np.pi * on_film**2, rel=0.01)
+    away = np.hypot(surface.columns + 0.5 - 120, surface.rows + 0.5 - 90)
+    assert away.max() <= on_film and away.max() > on_film - 2.0
+
+
+def test_points_lie_on_the_sphere_and_normals_are_radial(head: Mesh, camera: Camera) -> None:
+    surface = see_body(head, camera)
+    outward = surface.points - CENTRE
+    assert np.linalg.norm(outward, axis=1) == pytest.approx(RADIUS, rel=0.003)
+    assert surface.normals == pytest.approx(outward / RADIUS, abs=0.03)
+
+
+def test_points_fall_back_on_their_pixels(head: Mesh, camera: Camera) -> None:
+    surface = see_body(head, camera)
+    column, row, depth = camera.project(surface.points).T
+    assert column == pytest.approx(surface.columns + 0.5) and row == pytest.approx(surface.rows + 0.5)
+    assert depth == pytest.approx(surface.depth[surface.rows, surface.columns])
+    assert np.isinf(surface.depth).sum() == surface.depth.size - len(surface.rows)
+
+
+def test_inside_out_looks_the_same(head: Mesh, camera: Camera) -> None:
+    turned = see_body(Mesh(head.points, head.triangles[:, ::-1].copy()), camera)
+    assert turned.normals == pytest.approx(see_body(head, camera).normals)
+
+
+def test_a_body_around_the_eye_is_not_drawn_wildly(camera: Camera) -> None:
+    behind = Mesh(camera.eye + np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, -1]]), np.array([[0, 1, 2]], np.int32))
+    assert len(see_body(behind, camera).rows) == 0

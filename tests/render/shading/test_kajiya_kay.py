@@ -1,0 +1,71 @@
+"""Where hair shines, and that its variation hangs on nothing but the index."""
+
+import numpy as np
+import pytest
+
+from hairpipe.render.shading.kajiya_kay import add_light, noise, strand_colours, tangents
+from hairpipe.render.shadows import CELLS
+
+
+def shine(along: np.ndarray, to_eye: np.ndarray, towards: np.ndarray, tilt: float = 0.0) -> float:
+    """What one black hair, which has the white highlight only, sends to a far eye."""
+    shed, open_air = np.zeros((1, 3)), np.zeros((CELLS, CELLS, CELLS), np.float32)
+    add_light(
+        shed,
+        np.zeros((1, 3)),
+        along[None],
+        np.zeros((1, 3)),
+        np.array([tilt]),
+        1e6 * to_eye,
+        towards,
+        np.ones(3),
+        open_air,
+        np.zeros((3, 4)),
+        0.0,
+    )
+    return float(shed[0, 0])
+
+
+def turned(angle: float) -> np.ndarray:
+    """Unit vector at an angle from x towards y [degrees]."""
+    return np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0.0])
+
+
+@pytest.mark.parametrize("lamp", [40.0, 75.0, 90.0, 120.0])
+def test_the_highlight_is_the_mirror_image_of_the_lamp(lamp: float) -> None:
+    eyes = np.arange(5.0, 176.0)
+    seen = [shine(np.array([1.0, 0, 0]), turned(eye), turned(lamp)) for eye in eyes]
+    assert eyes[np.argmax(seen)] == pytest.approx(180.0 - lamp)
+
+
+def test_tilted_scales_move_the_highlight_to_the_root_by_twice_the_tilt() -> None:
+    # The tip is along x: scales face the root, and their normal is at 95 degrees.
+    eyes = np.arange(5.0, 176.0)
+    seen = [shine(np.array([1.0, 0, 0]), turned(eye), turned(70.0), np.radians(5.0)) for eye in eyes]
+    assert eyes[np.argmax(seen)] == pytest.approx(2.0 * 95.0 - 70.0)
+
+
+def test_root_to_tip_or_tip_to_root_shines_alike_without_tilt() -> None:
+    there, back = shine(turned(20.0), turned(95.0), turned(130.0)), shine(-turned(20.0), turned(95.0), turned(130.0))
+    assert there == pytest.approx(back) and there > 0
+
+
+def test_noise_is_even_between_its_ends_and_differs_between_seeds() -> None:
+    one, two = noise(20_000, 1), noise(20_000, 2)
+    assert abs(one.mean()) < 0.02 and one.var() == pytest.approx(1 / 3, rel=0.03)
+    assert one.min() >= -1 and one.max() <= 1
+    assert abs(np.corrcoef(one, two)[0, 1]) < 0.03 and abs(np.corrcoef(one[1:], one[:-1])[0, 1]) < 0.03
+
+
+def test_a_strand_keeps_its_colour_when_others_follow() -> None:
+    colour, few, many = np.array([0.2, 0.1, 0.05]), np.array([0, 4, 8]), np.array([0, 4, 8, 12])
+    assert np.array_equal(strand_colours(colour, few), strand_colours(colour, many)[:8])
+
+
+def test_tangents_of_a_circle() -> None:
+    turn = np.linspace(0, 1, 30)
+    circle = np.stack([np.cos(turn), np.sin(turn), np.zeros(30)], axis=1)
+    along = tangents(np.concatenate([circle, circle[::-1]]), np.array([0, 30, 60]))
+    exact = np.stack([-np.sin(turn), np.cos(turn), np.zeros(30)], axis=1)
+    assert along[1:29] == pytest.approx(exact[1:29], abs=1e-9)
+    assert along[31:59] == pytest.approx(-exact[::-1][1:29], abs=1e-9)

@@ -1,0 +1,52 @@
+"""What light does on the body."""
+
+import numpy as np
+import pytest
+
+from hairpipe.render.lights import Light
+from hairpipe.render.raster.surface import Surface
+from hairpipe.render.shading.skin import AMBIENT, shade_skin
+from hairpipe.render.shadows import CELLS, Shadow
+
+EYE = np.array([0.0, 0.0, 5.0])
+TO_CELLS = np.column_stack([np.eye(3), np.full(3, CELLS / 2)])
+
+
+def shade(normals: np.ndarray, depth: float = 0.0, brightness: float = 1.0) -> np.ndarray:
+    """White skin at the origin with these normals, under a lamp at +X behind hair of this depth."""
+    count = len(normals)
+    none, film = np.zeros(count, int), np.zeros((1, 1))
+    cells = np.full((CELLS, CELLS, CELLS), depth, np.float32)
+    shadow = Shadow(Light(np.array([1.0, 0.0, 0.0]), np.full(3, brightness)), TO_CELLS, 1.0, cells)
+    surface = Surface(none, none, np.zeros((count, 3)), normals, film)
+    return shade_skin(surface, np.ones((count, 3)), EYE, [shadow])
+
+
+def around(angles: np.ndarray) -> np.ndarray:
+    """Normals at these angles from the lamp, in the plane the eye looks along [degrees]."""
+    turn = np.radians(angles)
+    return np.stack([np.cos(turn), -np.sin(turn), np.zeros_like(turn)], axis=1)
+
+
+def test_grows_darker_the_farther_it_turns_from_the_lamp() -> None:
+    light = shade(around(np.arange(0.0, 181.0, 10.0)))
+    assert (np.diff(light, axis=0) <= 1e-12).all()
+    assert light[-1] == pytest.approx(AMBIENT)
+
+
+def test_the_edge_of_the_light_is_warm() -> None:
+    red, green, blue = shade(around(np.array([95.0])))[0]
+    assert red > green > blue
+
+
+def test_hair_before_the_lamp_takes_its_light() -> None:
+    facing = around(np.array([20.0]))
+    bare, thin, thick = (shade(facing, depth)[0, 1] for depth in (0.0, 2.0, 200.0))
+    assert bare > thin > thick and thick == pytest.approx(AMBIENT)
+    # each layer takes the same share
+    assert (shade(facing, 4.0)[0, 1] - AMBIENT) * (bare - AMBIENT) == pytest.approx((thin - AMBIENT) ** 2)
+
+
+def test_twice_the_light_is_twice_as_bright() -> None:
+    facing = around(np.array([30.0, 80.0]))
+    assert shade(facing, 1.0, 2.0) - AMBIENT == pytest.approx(2 * (shade(facing, 1.0, 1.0) - AMBIENT))

@@ -1,0 +1,50 @@
+"""The frame holds still while hair moves, and the camera stands where the frame fills the film."""
+
+import numpy as np
+import pytest
+
+from hairpipe.data import Strands
+from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
+
+
+def test_hair_that_swings_moves_neither_centre_nor_scale(hair: Strands) -> None:
+    points = hair.points.astype(float)
+    roots = np.repeat(points[hair.offsets[:-1]], np.diff(hair.offsets), axis=0)
+    swung = roots + (points - roots) @ np.array([[0.0, 1, 0], [-1, 0, 0], [0, 0, 1]])
+    still, moved = frame_hair(points, hair.offsets), frame_hair(swung, hair.offsets)
+    assert moved.target == pytest.approx(still.target)
+    assert moved.radius == pytest.approx(still.radius)
+
+
+def test_a_head_that_walks_and_turns_keeps_its_scale(hair: Strands) -> None:
+    points = hair.points.astype(float)
+    turned = points @ np.array([[0.6, 0, -0.8], [0, 1, 0], [0.8, 0, 0.6]]).T + [5.0, 0.3, -2.0]
+    assert frame_hair(turned, hair.offsets).radius == pytest.approx(frame_hair(points, hair.offsets).radius)
+
+
+@pytest.mark.parametrize("size", [(300, 300), (400, 200), (200, 400)])
+def test_the_radius_reaches_from_the_middle_to_the_nearer_edge(size: tuple[int, int]) -> None:
+    framing = Framing(np.array([0.2, 1.5, -0.1]), 0.3)
+    camera = place_camera(Shot(*size), framing)
+    edge = framing.target + framing.radius * camera.axes[:2]
+    expected = [[size[0] / 2 + min(size) / 2, size[1] / 2], [size[0] / 2, size[1] / 2 - min(size) / 2]]
+    assert camera.project(edge)[:, :2] == pytest.approx(np.array(expected))
+
+
+def test_views_stand_around_the_head() -> None:
+    framing = Framing(np.zeros(3), 0.3)
+    ahead = {view: place_camera(Shot(64, 64, view), framing).axes[2] for view in ("front", "side", "back")}
+    assert ahead["front"][2] < -0.9 and ahead["back"][2] > 0.9 and ahead["side"][0] < -0.9
+
+
+def test_eye_and_target_are_taken_as_given() -> None:
+    shot = Shot(64, 64, eye=(1.0, 2.0, 3.0), target=(0.5, 2.0, 3.0))
+    camera = place_camera(shot, Framing(np.zeros(3), 0.3))
+    assert camera.eye == pytest.approx([1, 2, 3])
+    assert camera.axes[2] == pytest.approx([-1, 0, 0])
+
+
+def test_a_target_alone_keeps_the_distance() -> None:
+    framing = Framing(np.zeros(3), 0.3)
+    moved = place_camera(Shot(64, 64, target=(1.0, 0.0, 0.0)), framing)
+    assert moved.eye - [1, 0, 0] == pytest.approx(place_camera(Shot(64, 64), framing).eye)

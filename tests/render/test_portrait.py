@@ -1,0 +1,86 @@
+"""Laws of a whole picture."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hairpipe.data import Mesh, Strands
+from hairpipe.errors import BadInput
+from hairpipe.render.framing import Shot
+from hairpipe.render.portrait import draw_portrait
+
+BROWN = np.array([0.12, 0.06, 0.03])
+
+
+def take(hair: Strands, body: Mesh | None, shot: Shot, thickness: float = 1.0) -> np.ndarray:
+    """Take a picture in brown."""
+    return draw_portrait(hair, body, shot, BROWN, thickness)
+
+
+def test_scene_and_camera_turned_together_give_the_same_picture(hair: Strands, head: Mesh) -> None:
+    turn = np.array([[0.6, 0.0, 0.8], [0.0, 1.0, 0.0], [-0.8, 0.0, 0.6]])
+    eye, target = np.array([0.5, 1.7, 1.1]), np.array([0.0, 1.55, 0.0])
+    still = take(hair, head, Shot(160, 160, eye=tuple(eye), target=tuple(target)))
+    turned_hair = replace(hair, points=(hair.points @ turn.T).astype(np.float32))
+    turned_head = Mesh(head.points @ turn.T, head.triangles)
+    turned = take(turned_hair, turned_head, Shot(160, 160, eye=tuple(turn @ eye), target=tuple(turn @ target)))
+    off = np.abs(still.astype(int) - turned)
+    assert off.mean() < 0.1 and np.mean(off > 8) < 0.002
+
+
+def test_the_camera_follows_a_head_that_walks(hair: Strands, head: Mesh) -> None:
+    step = np.array([2.0, 0.0, -1.0])
+    there = replace(hair, points=(hair.points + step).astype(np.float32)), Mesh(head.points + step, head.triangles)
+    off = np.abs(take(hair, head, Shot(160, 160)).astype(int) - take(*there, Shot(160, 160)))
+    assert off.mean() < 0.1
+
+
+def test_pictures_are_equal_whatever_runs_beside(hair: Strands, head: Mesh) -> None:
+    shots = [Shot(120, 90, view) for view in ("front", "back", "side", "three_quarter")]
+    alone = [take(hair, head, shot) for shot in shots]
+    with ThreadPoolExecutor(4) as pool:
+        beside = list(pool.map(lambda shot: take(hair, head, shot), shots))
+    assert all(np.array_equal(a, b) for a, b in zip(alone, beside, strict=True))
+
+
+def test_the_picture_has_the_size_asked_for(hair: Strands) -> None:
+    picture = take(hair, None, Shot(90, 50))
+    assert picture.shape == (50, 90, 3) and picture.dtype == np.uint8
+
+
+def test_the_body_is_in_the_picture(hair: Strands, head: Mesh) -> None:
+    assert np.mean(take(hair, head, Shot(100, 100)) != take(hair, None, Shot(100, 100))) > 0.05
+
+
+def test_few_strands_are_drawn_thick_enough_to_be_seen(hair: Strands) -> None:
+    one = Strands(hair.points[:16], hair.velocities[:16], hair.offsets[:2], 80e-6)
+    invisible = take(one, None, Shot(200, 200), thickness=1e-6)
+    assert np.abs(take(one, None, Shot(200, 200)).astype(int) - invisible).max() > 50
+
+
+def test_an_explosion_is_drawn_and_ends(hair: Strands, head: Mesh) -> None:
+    points = hair.points.copy()
+    points[40:60] *= np.float32(1e30)
+    points[100:104] = [0.0, 3e38, -3e38]
+    assert take(replace(hair, points=points), head, Shot(100, 100)).shape == (100, 100, 3)
+
+
+def test_points_that_are_not_finite_are_refused_by_strand(hair: Strands) -> None:
+    points = hair.points.copy()
+    points[16 * 3 + 5, 1], points[16 * 250, 0] = np.nan, np.inf
+    with pytest.raises(BadInput, match=r"2 strands have points that are not finite: 3, 250"):
+        take(replace(hair, points=points), None, Shot(64, 64))
+
+
+def test_a_body_that_is_not_finite_is_refused(hair: Strands, head: Mesh) -> None:
+    points = head.points.copy()
+    points[77, 2] = np.nan
+    with pytest.raises(BadInput, match="vertex 77 is not finite"):
+        take(hair, Mesh(points, head.triangles), Shot(64, 64))
+
+
+def test_no_strands_are_refused(hair: Strands) -> None:
+    with pytest.raises(BadInput, match="no strands"):
+        take(Strands(hair.points[:0], hair.velocities[:0], np.zeros(1, np.int32), 80e-6), None, Shot(64, 64))

@@ -1,0 +1,142 @@
+"""Every pair within reach is found, and no other."""
+
+import numpy as np
+import pytest
+
+from hairpipe.sim.contact.hair.proximity import approaches, near_pairs
+from hairpipe.spatial.pairs import empty_pairs, key_of, within
+
+ROUNDING = 1e-9
+
+
+def keys(pairs):
+    return set(key_of(np.asarray(pairs)).tolist())
+
+
+def test_none_missing_none_extra(scene, brute):
+    points, offsets, reach = scene
+    i, j = brute[0](offsets)
+    distances = brute[1](points, i, j)
+    all_pairs, blur = np.stack([i, j], axis=1), ROUNDING * np.abs(points).max()
+    found = near_pairs(points, offsets, reach)
+    assert keys(all_pairs[distances <= reach - blur]) <= keys(found.segments)
+    assert keys(found.segments) <= keys(all_pairs[distances <= reach + blur])
+    assert (np.diff(key_of(found.segments)) > 0).all()
+    assert (found.distances <= reach).all()
+    order = np.searchsorted(key_of(all_pairs), key_of(found.segments))
+    np.testing.assert_allclose(found.distances, distances[order], atol=blur)
+
+
+def test_fractions_are_where_the_distance_is(scene):
+    points, offsets, reach = scene
+    found = near_pairs(points, offsets, reach)
+    i, j = found.segments.T
+    s, t = found.fractions.T[:, :, None]
+    gap = (1 - s) * points[i] + s * points[i + 1] - (1 - t) * points[j] - t * points[j + 1]
+    np.testing.assert_allclose(np.linalg.norm(gap, axis=1), found.distances, atol=ROUNDING * np.abs(points).max())
+
+
+def test_what_is_to_be_ignored_is_left_out(scene):
+    points, offsets, reach = scene
+    everything = key_of(near_pairs(points, offsets, reach).segments)
+    ignored = np.sort(np.concatenate([everything[::2], [0, 1 << 40]]))
+    np.testing.assert_array_equal(key_of(near_pairs(points, offsets, reach, ignored).segments), everything[1::2])
+
+
+def test_more_pairs_than_room_was_made_for():
+    """Eight hundred segments in one place: half a million pairs from one chunk."""
+    points = np.zeros((1600, 3))
+    points[1::2, 0] = 1.0
+    found = near_pairs(points, np.arange(801, dtype=np.int32) * 2, 0.1)
+    assert len(found.distances) == 800 * 799 // 2
+    assert (np.diff(key_of(found.segments)) > 0).all()
+
+
+def test_threads_do_not_matter(hair, threads):
+    points, _, offsets = hair
+    runs = []
+    for count in (1, 2):
+        threads(count)
+        runs.append(near_pairs(points, offsets, 5e-3))
+    assert len(runs[0].distances) > 1000
+    for one, other in zip(*runs, strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("offsets", [[0], [0, 0], [0, 1], [0, 1, 2], [0, 2], [0, 0, 3, 3]])
+def test_hair_with_no_pairs(offsets):
+    points = np.random.default_rng(0).random((offsets[-1], 3))
+    found = near_pairs(points, np.array(offsets, np.int32), 10.0)
+    for field, empty in zip(found, empty_pairs(), strict=True):
+        assert (field.shape, field.dtype) == (empty.shape, empty.dtype)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, 1e13])
+def test_positions_that_are_not_finite_are_refused(scene, value):
+    points, offsets, reach = scene
+    points = points.copy()
+    points[7, 1] = value
+    with pytest.raises(ArithmeticError, match="number 7"):
+        near_pairs(points, offsets, reach)
+
+
+def every(pairs):
+    return np.ones(len(pairs.distances), bool)
+
+
+def test_approaches_are_the_near_pairs_that_have_no_nearer_neighbour(scene):
+    points, offsets, reach = scene
+    near = near_pairs(points, offsets, reach)
+    distances = dict(zip(map(tuple, near.segments.tolist()), near.distances.tolist(), strict=True))
+    expected = [
+        (i, j)
+        for (i, j), distance in distances.items()
+        if not (distances.get((i, j - 1), np.inf) <= distance or distances.get((i, j + 1), np.inf) < distance)
+    ]
+    found = approaches(near, every(near))
+    assert [tuple(pair) for pair in found.segments.tolist()] == expected
+
+
+def lines(*strands):
+    return np.concatenate(strands), np.cumsum([0, *map(len, strands)]).astype(np.int32)
+
+
+def test_a_strand_across_a_joint_approaches_it_once():
+    along = np.linspace(-1.0, 1.0, 5)[:, None] * [0.0, 0.0, 1.0]
+    across = np.array([[-0.3, 0.1, 0.0], [0.3, 0.1, 0.0]])
+    points, offsets = lines(across, along)
+    near = near_pairs(points, offsets, 0.2)
+    assert len(near.distances) == 2
+    assert len(approaches(near, every(near)).distances) == 1
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.013, 0.05, 0.087])
+def test_a_strand_along_another_approaches_it_with_every_segment(shift):
+    one = np.linspace(0.0, 1.0, 11)[:, None] * [0.0, 0.0, 1.0]
+    points, offsets = lines(one, one + np.array([0.001, 0.0, shift]))
+    near = near_pairs(points, offsets, 0.002)
+    assert len(near.distances) >= 18
+    found = approaches(near, every(near))
+    np.testing.assert_array_equal(np.unique(found.segments[:, 0]), np.arange(10))
+    assert len(found.distances) <= 12
+
+
+def test_every_turn_of_a_coil_is_approached():
+    turns = np.linspace(0.0, 3.0, 61)[:, None]
+    coil = np.concatenate([np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns), 0.01 * turns], axis=1)
+    near = near_pairs(coil, np.array([0, 61], np.int32), 0.025)
+    found = approaches(near, every(near))
+    first = found.segments[found.segments[:, 0] == 5, 1]
+    assert np.any(abs(first - 25) <= 1) and np.any(abs(first - 45) <= 1)
+
+
+def test_of_near_pairs_those_nearer_and_not_ignored_are_marked(scene):
+    points, offsets, reach = scene
+    everything = near_pairs(points, offsets, reach)
+    ignored = key_of(everything.segments)[::3]
+    expected = near_pairs(points, offsets, 0.6 * reach, ignored)
+    marked = within(everything, len(points), 0.6 * reach, ignored)
+    for found, wanted in zip(everything, expected, strict=True):
+        np.testing.assert_array_equal(found[marked], wanted)
+    for found, wanted in zip(approaches(everything, marked), approaches(expected, every(expected)), strict=True):
+        np.testing.assert_array_equal(found, wanted)

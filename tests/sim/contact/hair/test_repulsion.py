@@ -1,0 +1,172 @@
+"""Contact springs against their energy, Coulomb's law and symmetry."""
+
+import numba
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hairpipe.sim.contact.contact_points import find_contacts
+from hairpipe.sim.contact.hair.couplings import Couplings, matrices
+from hairpipe.sim.contact.hair.repulsion import linearise
+from hairpipe.sim.settings import Collisions
+
+LAW = Collisions(thickness=3e-4, friction=0.3, stiffness=0.5)
+H = 1e-3
+MASS = 4e-8
+
+
+def couplings_of(pairs, points, velocities, law=LAW, h=H, at=None):
+    contacts = find_contacts(pairs, points, velocities, law)
+    return exerted(contacts, points if at is None else at, velocities, law, h)
+
+
+def exerted(contacts, points, velocities, law=LAW, h=H, who=None, felt=None):
+    # In double precision, of which a step keeps half.
+    count, pairs = len(points), len(contacts.loads)
+    couplings = Couplings(contacts.segments, contacts.fractions, np.empty(pairs, np.bool_), np.zeros((pairs, 8)))
+    masses, who = np.full(count, MASS), np.ones(count, np.bool_) if who is None else who
+    felt = velocities if felt is None else felt
+    linearise(contacts, points, velocities, felt, masses, law, np.full(count, h), h, who, couplings)
+    return couplings
+
+
+@pytest.fixture
+def heap(rods):
+    """Sixty rods that overlap, their pairs, and velocities."""
+    throw, segments, within = rods
+    points, velocities = throw(60, 0.01, 0.008, 0.05, 3)
+    return points, velocities, within(points, segments(60), 2 * LAW.thickness)
+
+
+def test_force_is_minus_the_gradient_of_the_energy(heap, rods, jacobian_of):
+    points, _, pairs = heap
+    _, segments, within = rods
+
+    def energy(x):
+        gaps = within(x, segments(60), LAW.thickness).distances
+        return 0.5 * LAW.stiffness * ((LAW.thickness - gaps) ** 2).sum()
+
+    couplings = couplings_of(pairs, points, np.zeros_like(points))
+    force = jacobian_of(pairs, len(points)).T @ couplings.push.ravel() / H
+    rng = np.random.default_rng(0)
+    for _ in range(20):
+        step = 1e-8 * rng.normal(size=points.shape)
+        slope = energy(points + step) - energy(points - step)
+        np.testing.assert_allclose(slope, -2 * (force @ step.ravel()), rtol=2e-3, atol=1e-16)
+    assert (pairs.distances < LAW.thickness).sum() > 20
+
+
+def test_matrix_is_that_of_the_push(cross):
+    """A push one Newton step later is what push and matrix said it would be, while nothing slides."""
+    points, pairs = cross(1e-4)
+    velocities = np.zeros((4, 3))
+    couplings = couplings_of(pairs, points, velocities)
+    change = np.array([0.0, -2e-3, 0.0])
+    moved = points + H * np.outer([1, 1, 0, 0], change)
+    contacts = find_contacts(pairs, points, velocities, LAW)
+    faster = np.outer([1, 1, 0, 0], change)
+    after = exerted(contacts, moved, faster)
+    np.testing.assert_allclose(after.push, couplings.push - change @ matrices(couplings), rtol=1e-9, atol=1e-20)
+
+
+def test_nothing_acts_beyond_the_thickness_and_nothing_pulls(heap):
+    points, velocities, pairs = heap
+    couplings = couplings_of(pairs, points, 30 * velocities)
+    contacts = find_contacts(pairs, points, velocities, LAW)
+    acting = couplings.acts
+    assert (~acting[pairs.distances >= LAW.thickness]).all() and acting.sum() > 5
+    assert not couplings.push[~acting].any()
+    assert ((couplings.push * contacts.normals).sum(1)[acting] > 0).all()
+
+
+def test_matrices_are_positive(heap):
+    points, velocities, pairs = heap
+    lowest = np.linalg.eigvalsh(matrices(couplings_of(pairs, points, velocities)))[:, 0]
+    assert (lowest >= -1e-20).all()
+
+
+def test_hair_carried_through_is_pushed_back(cross):
+    points, pairs = cross(2e-4)
+    through = points - np.outer([1, 1, 0, 0], [0.0, 5e-4, 0.0])
+    push = couplings_of(pairs, points, np.zeros((4, 3)), at=through).push
+    assert push[0, 1] == pytest.approx(H * LAW.stiffness * 6e-4)
+
+
+def test_what_will_meet_is_pushed_where_the_solve_is_linearised_at_rest(cross):
+    """Rods that do not touch yet, and would go 2e-4 m into each other."""
+    points, pairs = cross(4e-4)
+    velocities = np.outer([1, 1, 0, 0], [0.0, -0.3, 0.0])
+    contacts = find_contacts(pairs, points, velocities, LAW)
+    there = exerted(contacts, points + H * velocities, velocities)
+    rest = exerted(contacts, points, 0 * velocities, felt=velocities)
+    assert there.acts.all() and rest.acts.all()
+    gained = there.push - rest.push + matrices(rest)[0] @ [0.0, -0.3, 0.0]
+    np.testing.assert_allclose(gained, 0.0, atol=1e-9 * np.abs(there.push).max())
+
+
+@pytest.mark.parametrize("speed", [1e-3, 0.01, 1.0])
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_a_lone_contact_slides_by_coulombs_law_or_stops(cross, jacobian_of, speed, share):
+    """Rod on rod, pressed together by its overlap; one solve, linearised at rest and at the speed that it has."""
+    points, pairs = cross(2.9e-4)
+    velocities = np.outer([1, 1, 0, 0], [speed, 0.0, 0.0])
+    guess = share * velocities
+    couplings = exerted(find_contacts(pairs, points, velocities, LAW), points, guess, felt=velocities)
+    J = jacobian_of(pairs, 4)
+    A = np.kron(np.eye(4), MASS * np.eye(3)) + J.T @ matrices(couplings)[0] @ J
+    dv = np.linalg.solve(A, MASS * (velocities - guess).ravel() + J.T @ couplings.push[0])
+    impulse = couplings.push[0] - matrices(couplings)[0] @ (J @ dv)
+    after = (J @ (guess.ravel() + dv))[0]
+    limit = H * LAW.friction * LAW.stiffness * 1e-5
+    if limit / MASS < speed:
+        assert -impulse[0] == pytest.approx(limit, rel=1e-6)
+    else:
+        assert 0 <= after < 1e-4
+    assert -impulse[0] <= limit * (1 + 1e-9) and 0 <= after <= speed
+
+
+def test_coincident_and_parallel_hair_is_pushed_apart_the_same_way(cross):
+    points, pairs = cross(0.0)
+    velocities = np.outer([1, 1, 0, 0], [0.0, -1e-3, 0.0])
+    pushes = [couplings_of(pairs, points, velocities).push for _ in range(2)]
+    assert pushes[0][0, 1] > 0 and (pushes[0] == pushes[1]).all()
+    same = pairs._replace(segments=np.array([[0, 2]], np.int32))
+    laid = points[[0, 1, 0, 1]]
+    for velocity in (velocities, np.zeros((4, 3))):
+        push = couplings_of(same, laid, velocity).push[0]
+        assert np.isfinite(push).all() and np.linalg.norm(push) > 0
+        assert abs(push @ (laid[1] - laid[0])) < 1e-12 * np.linalg.norm(push)
+
+
+def test_turned_hair_gets_turned_pushes(heap):
+    points, velocities, pairs = heap
+    turn = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix()
+    one = couplings_of(pairs, points, velocities)
+    two = couplings_of(pairs, points @ turn.T, velocities @ turn.T)
+    np.testing.assert_allclose(two.push, one.push @ turn.T, atol=1e-9 * np.abs(one.push).max())
+    expected = turn @ matrices(one) @ turn.T
+    np.testing.assert_allclose(matrices(two), expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_threads_do_not_matter(heap):
+    points, velocities, pairs = heap
+    many, threads = couplings_of(pairs, points, velocities), numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        one = couplings_of(pairs, points, velocities)
+    finally:
+        numba.set_num_threads(threads)
+    assert (one.push == many.push).all() and (matrices(one) == matrices(many)).all()
+
+
+def test_what_hairs_that_are_not_solved_do_to_each_other_is_left_out(heap):
+    points, velocities, pairs = heap
+    contacts = find_contacts(pairs, points, velocities, LAW)
+    everyone = exerted(contacts, points, velocities)
+    who = np.random.default_rng(2).random(len(points)) < 0.3
+    some = exerted(contacts, points, velocities, who=who)
+    asked = who[pairs.segments].any(axis=1)
+    assert everyone.acts[asked].any() and everyone.acts[~asked].any()
+    np.testing.assert_array_equal(some.acts, everyone.acts & asked)
+    for one, all_of_them in zip(some[3:], everyone[3:], strict=True):
+        np.testing.assert_array_equal(one, np.where(asked[:, None], all_of_them, 0.0))

@@ -1,0 +1,269 @@
+"""Stiction: springs with an energy, that conserve, let go at once, and cost hair that parts no more than their work."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from hairpipe.sim.contact.hair.coupling_operator import sides_of
+from hairpipe.sim.contact.hair.couplings import Couplings, find_incidence, matrices
+from hairpipe.sim.contact.hair.mutual_nearest import closest_pairs
+from hairpipe.sim.contact.hair.proximity import near_pairs
+from hairpipe.sim.contact.hair.stiction import (
+    Connections,
+    connect,
+    linearise,
+    no_connections,
+    release,
+    room,
+    same_hair_keys,
+    stiffest,
+)
+from hairpipe.sim.integrators.tr_bdf2 import G
+from hairpipe.sim.settings import Stiction
+from hairpipe.spatial.pairs import key_of
+
+STICTION = Stiction()
+STIFFNESS = STICTION.force / (STICTION.release - STICTION.reach)
+
+
+def parallel_strands(gap, count=2, points=4):
+    """Straight strands along -y, a gap apart along x."""
+    grid = np.zeros((count, points, 3))
+    grid[:, :, 0] = gap * np.arange(count)[:, None]
+    grid[:, :, 1] = -3e-3 * np.arange(points)
+    return grid.reshape(-1, 3), np.arange(0, (count + 1) * points, points, dtype=np.int32)
+
+
+@pytest.fixture
+def web():
+    """Give random hair with connections of random lengths, some shorter than reach and none released."""
+
+    def make(seed=0, count=300, longest=STICTION.release):
+        rng = np.random.default_rng(seed)
+        offsets = np.array([0, 40, 80], np.int32)
+        x = 4e-4 * rng.normal(size=(80, 3)).cumsum(axis=0)
+        first = rng.integers(0, 39, count)
+        pairs = np.unique(np.stack([first, 40 + rng.integers(0, 39, count)], 1), axis=0).astype(np.int32)
+        connections = Connections(pairs, rng.random(pairs.shape))
+        x[40:] += np.median(x[:40], axis=0) - np.median(x[40:], axis=0)
+        kept = release(connections, x, longest)
+        assert len(kept.segments) > 20
+        return SimpleNamespace(
+            x=x, v=rng.normal(size=x.shape), masses=rng.uniform(1e-8, 4e-8, 80), connections=kept, offsets=offsets
+        )
+
+    return make
+
+
+def gaps(connections, x):
+    s = connections.fractions[:, :, None]
+    ends = (1 - s) * x[connections.segments] + s * x[connections.segments + 1]
+    return np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
+
+
+def energy(connections, x):
+    return 0.5 * STIFFNESS * ((gaps(connections, x) - STICTION.reach) ** 2).sum()
+
+
+def exerted(connections, x, v, masses, stiction, h, who=None):
+    # In double precision, of which a step keeps half.
+    count = len(connections.segments)
+    couplings = Couplings(*connections, np.empty(count, np.bool_), np.zeros((count, 8)))
+    who = np.ones(len(x), np.bool_) if who is None else who
+    linearise(connections, x, v, masses, stiction, np.full(len(x), h), h, who, couplings)
+    return couplings
+
+
+def forces(web, x, v=0.0, h=1.0, stiction=STICTION):
+    """Force on every point [N]."""
+    couplings = exerted(web.connections, x, np.broadcast_to(v, x.shape) + 0.0, web.masses, stiction, h)
+    return sides_of(couplings, find_incidence(couplings.segments, len(x))).push / h
+
+
+def test_the_force_is_the_slope_of_the_energy(web):
+    case, found = web(), np.zeros((80, 3))
+    for k in range(80):
+        for c in range(3):
+            ends = []
+            for side in (1, -1):
+                moved = case.x.copy()
+                moved[k, c] += side * 1e-9
+                ends.append(energy(case.connections, moved))
+            found[k, c] = -(ends[0] - ends[1]) / 2e-9
+    np.testing.assert_allclose(forces(case, case.x), found, atol=1e-6 * np.abs(found).max())
+
+
+def test_the_matrix_is_the_slope_of_the_force_where_it_pulls_and_never_negative(web):
+    case = web()
+    plain = Stiction(damping=0.0)
+    M = matrices(exerted(case.connections, case.x, 0 * case.x, case.masses, plain, 1.0))
+    pulls = gaps(case.connections, case.x) > STICTION.reach
+    assert 5 < pulls.sum() < len(pulls)
+    assert np.linalg.eigvalsh(M).min() > -1e-12 * STIFFNESS
+    for i in np.flatnonzero(pulls)[:20]:
+        a = case.connections.segments[i, 0]
+        one = Connections(case.connections.segments[i : i + 1], case.connections.fractions[i : i + 1])
+        for c in range(3):
+            pushes = []
+            for side in (1, -1):
+                moved = case.x.copy()
+                moved[[a, a + 1], c] += side * 1e-9
+                pushes.append(exerted(one, moved, 0 * moved, case.masses, plain, 1.0).push[0])
+            np.testing.assert_allclose(M[i, c], -(pushes[0] - pushes[1]) / 2e-9, atol=1e-5 * STIFFNESS)
+
+
+def test_momentum_and_its_moment_are_exact_to_rounding(web):
+    case = web()
+    f = forces(case, case.x, case.v)
+    assert np.abs(f.sum(axis=0)).max() < 1e-14 * np.abs(f).sum()
+    moment = np.cross(case.x, f)
+    assert np.abs(moment.sum(axis=0)).max() < 1e-13 * np.abs(moment).sum()
+
+
+def test_turned_hair_gets_turned_forces(web):
+    from scipy.spatial.transform import Rotation
+
+    case, turn = web(), Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix()
+    h = 1e-3
+    before = exerted(case.connections, case.x, case.v, case.masses, STICTION, h)
+    after = exerted(case.connections, case.x @ turn.T, case.v @ turn.T, case.masses, STICTION, h)
+    np.testing.assert_allclose(after.push, before.push @ turn.T, atol=1e-12 * np.abs(before.push).max())
+    M, turned = matrices(before), matrices(after)
+    np.testing.assert_allclose(turned, turn @ M @ turn.T, atol=1e-12 * np.abs(M).max())
+
+
+def test_only_parting_is_damped_and_by_the_fraction_of_critical(web):
+    case = web()
+    couplings = exerted(case.connections, case.x, case.v, case.masses, STICTION, 1.0)
+    still = exerted(case.connections, case.x, 0 * case.v, case.masses, STICTION, 1.0)
+    for i, ((a, b), (s, t)) in enumerate(zip(*case.connections, strict=True)):
+        weights, places = np.array([1 - s, s, t - 1, -t]), [a, a + 1, b, b + 1]
+        d = weights @ case.x[places]
+        d /= np.linalg.norm(d)
+        mass = 1 / (weights**2 / case.masses[places]).sum()
+        c = 2 * STICTION.damping * np.sqrt(STIFFNESS * mass)
+        expected = -c * (weights @ case.v[places] @ d) * d
+        np.testing.assert_allclose(couplings.push[i] - still.push[i], expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_it_pulls_up_to_the_release_distance_and_lets_go_at_once():
+    connections, pulls = Connections(np.array([[1, 5]], np.int32), np.full((1, 2), 0.5)), []
+    extensions = np.linspace(0.1e-3, 2.5e-3, 49)
+    for gap in extensions:
+        x, _ = parallel_strands(gap)
+        connections = release(connections, x, STICTION.release)
+        pushes = exerted(connections, x, 0 * x, np.full(8, 1e-8), STICTION, 1.0).push
+        pulls.append(pushes[0, 0] if len(pushes) else 0.0)
+    held = extensions < STICTION.release + 1e-9
+    np.testing.assert_allclose(np.array(pulls)[held], STIFFNESS * (extensions[held] - STICTION.reach), rtol=1e-9)
+    np.testing.assert_allclose(pulls[np.flatnonzero(held)[-1]], STICTION.force)
+    assert not np.array(pulls)[~held].any()
+
+
+def part(speed, mass, dt):
+    """Speed at which two free points part that began connected, at rest length, and at a speed; by TR-BDF2."""
+    x, _ = parallel_strands(STICTION.reach)
+    masses = np.full(8, mass)  # connected in the middle of their segments: 1/m = 4 (1/2)^2 / mass
+    connections = Connections(np.array([[1, 5]], np.int32), np.full((1, 2), 0.5))
+    h, w1 = G * dt / 2, 1 / (G * (2 - G))
+    gap, v, a = STICTION.reach, speed, 0.0
+
+    def solve(gap_h, v_h, guess):
+        x[4:, 0] = gap_h + h * guess
+        velocities = np.zeros_like(x)
+        velocities[4:, 0] = guess
+        couplings = exerted(connections, x, velocities, masses, STICTION, h)
+        v = guess + (mass * (v_h - guess) - couplings.push[0, 0]) / (mass + matrices(couplings)[0, 0, 0])
+        return gap_h + h * v, v, (v - v_h) / h
+
+    while gap <= STICTION.release and v > 1e-3 * speed:
+        gap1, v1, _ = solve(gap + h * v, v + h * a, v)
+        gap, v, a = solve(w1 * gap1 + (1 - w1) * gap, w1 * v1 + (1 - w1) * v, v1)
+    return max(v, 0.0)
+
+
+@pytest.mark.parametrize("speed", [0.2, 1.0, 1.5, 3.0, 10.0])
+@pytest.mark.parametrize("dt", [1 / 240, 1 / 1000])
+def test_hair_parts_at_the_speed_it_has_left_whatever_the_step(speed, dt):
+    """A step that ends far beyond release must not take what stiction never could, nor turn hair round."""
+    assert part(speed, 1e-7, dt) == pytest.approx(part(speed, 1e-7, 5e-6), abs=0.17)
+
+
+def test_points_in_one_place_are_pushed_apart_in_one_direction():
+    x, _ = parallel_strands(0.0)
+    connections = Connections(np.array([[0, 4], [1, 5]], np.int32), np.full((2, 2), 0.5))
+    first, second = (exerted(connections, x, 0 * x, np.full(8, 1e-8), STICTION, 1.0) for _ in range(2))
+    assert np.array_equal(first.push, second.push)
+    np.testing.assert_allclose(np.linalg.norm(first.push, axis=1), STIFFNESS * STICTION.reach)
+    assert np.isfinite(matrices(first)).all()
+
+
+def test_no_segment_gets_more_connections_than_the_cap_and_none_moves():
+    rng = np.random.default_rng(5)
+    x, offsets = parallel_strands(1.2e-4, count=12, points=6)
+    connections = no_connections()
+    for step in range(6):
+        x += 1e-4 * rng.normal(size=x.shape)
+        before = release(connections, x, 4e-4)
+        free = room(before, len(x), 3)
+        pairs = near_pairs(x, offsets, 3e-4, key_of(before.segments))
+        near = closest_pairs(x, pairs, np.ones(len(pairs.distances), bool), 3, free)
+        connections = connect(before, near)
+        keys = key_of(connections.segments)
+        assert np.all(np.diff(keys) > 0)
+        assert np.bincount(connections.segments.ravel()).max() == 3
+        kept = np.isin(keys, key_of(before.segments))
+        assert step == 0 or 0 < kept.sum() < len(keys)
+        np.testing.assert_array_equal(connections.fractions[kept], before.fractions)
+        np.testing.assert_array_equal(connections.fractions[~kept], near.fractions)
+
+
+def test_a_curl_does_not_stick_to_itself_where_it_is_near_at_rest_but_elsewhere_and_to_others():
+    angle = np.linspace(0, 6 * np.pi, 60)
+    curl = np.stack([2e-3 * np.cos(angle), -4e-4 * angle / (2 * np.pi), 2e-3 * np.sin(angle)], axis=1)
+    x, offsets = np.concatenate([curl, curl + np.array([3e-4, 0, 0])]), np.array([0, 60, 120], np.int32)
+    keys = same_hair_keys(x, offsets, 5e-4)
+    assert len(keys) and np.all(np.diff(keys) > 0)
+    one = near_pairs(curl, np.array([0, 60], np.int32), 5e-4).segments
+    np.testing.assert_array_equal(keys, np.concatenate([key_of(one), key_of(one + 60)]))
+    squeezed = x * [1, 0.3, 1]
+    pairs = near_pairs(squeezed, offsets, 5e-4, keys)
+    made = closest_pairs(squeezed, pairs, np.ones(len(pairs.distances), bool), 16).segments
+    assert not np.isin(key_of(made), keys).any()
+    same = made // 60
+    assert (same[:, 0] == same[:, 1]).any() and (same[:, 0] != same[:, 1]).any()
+
+
+def test_hair_that_is_not_finite_is_let_go_and_exerts_nothing(web):
+    case = web()
+    x, v = case.x.copy(), case.v.copy()
+    lost = case.connections.segments[4, 0]
+    x[lost] = np.nan
+    v[case.connections.segments[9, 1]] = np.inf
+    couplings = exerted(case.connections, x, v, case.masses, STICTION, 1e-3)
+    assert np.isfinite(couplings.push).all() and np.isfinite(matrices(couplings)).all()
+    assert couplings.push.any()
+    touched = np.isin(case.connections.segments, [lost - 1, lost]).any(axis=1)
+    left = release(case.connections, x, STICTION.release).segments
+    np.testing.assert_array_equal(left, case.connections.segments[~touched])
+
+
+def test_the_bound_on_the_frequency_holds(web, dense):
+    case = web()
+    couplings = exerted(case.connections, case.x, 0 * case.x, case.masses, Stiction(damping=0.0), 1.0)
+    K = dense[0](couplings, 80) / np.sqrt(np.outer(*[np.repeat(case.masses, 3)] * 2))
+    highest = np.linalg.eigvalsh(K).max()
+    assert highest <= stiffest(case.connections, case.masses, STICTION) < 20 * highest
+    assert stiffest(no_connections(), case.masses, STICTION) == 0.0
+
+
+def test_what_hairs_that_are_not_solved_do_to_each_other_is_left_out(web):
+    case = web()
+    everyone = exerted(case.connections, case.x, case.v, case.masses, STICTION, 1e-3)
+    who = np.arange(len(case.x)) < 20
+    some = exerted(case.connections, case.x, case.v, case.masses, STICTION, 1e-3, who)
+    asked = who[case.connections.segments].any(axis=1)
+    assert everyone.acts[asked].all() and everyone.acts[~asked].all()
+    np.testing.assert_array_equal(some.acts, asked)
+    np.testing.assert_array_equal(some.exerted[asked], everyone.exerted[asked])

@@ -1,0 +1,68 @@
+"""What puts strands right after a step changes their forces; the next step must not go by those that were."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from hairpipe.sim.boundary import Path, hold
+from hairpipe.sim.filters.length_jump import JOLT, mark_jolted
+from hairpipe.sim.integrators.choice import integrator_of
+from hairpipe.sim.interactions import Surroundings
+from hairpipe.sim.settings import Scheme, StrainLimit
+from hairpipe.sim.state import Motion, Step
+
+FRAME = 1 / 24
+
+
+def _two(scene, straight, **how):
+    return scene([straight(0.1, 12, [0, -1, 0]), straight(0.1, 12, [1, -1, 0])], **how)
+
+
+def _pull(shot, x, lane, part):
+    """Draw the last point of a strand out along its segment by a part of that."""
+    axis = shot.hair.layout.axis(x).reshape(2, -1, 3)[lane]
+    x[-1, :, lane] += part * (axis[-1] - axis[-2])
+
+
+@pytest.mark.parametrize("model", ["network", "chain"])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_strands_of_which_a_segment_changed_its_length_are_marked(scene, straight, model, sign):
+    shot = _two(scene, straight, model=model)
+    before, after = shot.state.positions, shot.state.positions.copy()
+    _pull(shot, after, 0, 0.9 * sign * JOLT)
+    _pull(shot, after, 1, 1.1 * sign * JOLT)
+    marks = np.zeros(shot.hair.layout.strands.shape, shot.hair.layout.dtype)
+    mark_jolted(shot.hair.model, before, after, marks)
+    np.testing.assert_array_equal(marks[0, :2], [0.0, 1.0])
+
+
+def test_to_be_turned_about_is_no_jolt(scene, straight):
+    shot = _two(scene, straight)
+    turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+    before = shot.state.positions
+    marks = np.zeros(shot.hair.layout.strands.shape, shot.hair.layout.dtype)
+    mark_jolted(shot.hair.model, before, np.einsum("ij,pjw->piw", turn, before), marks)
+    assert not marks.any()
+
+
+@pytest.mark.parametrize("value", ["tr_bdf2", "bdf2"])
+def test_what_is_pulled_after_a_step_forgets_the_forces_of_it(scene, straight, value):
+    """And the other strand goes on with its own."""
+    shot = _two(scene, straight, scheme=Scheme(value=value))
+
+    @dataclass(eq=False)
+    class Pulling(Surroundings):
+        def cross(self, x, v, before, step):
+            _pull(shot, x, 1, 0.01)
+
+    state, hair = shot.state, shot.hair
+    motion = Motion(state.positions, state.velocities, state.accelerations, state.tensions)
+    around = Pulling(hair.model, hair.layout, StrainLimit(0.1))
+    held = hold(shot.body, hair.groom, hair.rest, hair.layout)
+    integrator = integrator_of(shot.scene)
+    for time in (0.0, FRAME / 8):
+        integrator.advance(hair.model, motion, Step(Path(held, held, FRAME), time, FRAME / 8), around)
+        assert np.isfinite(motion.a[..., 0]).all()
+        assert np.isnan(motion.a[hair.model.shape.clamped :, :, 1]).all()
+    assert np.isfinite(motion.x).all() and np.abs(motion.v).max() < 10.0

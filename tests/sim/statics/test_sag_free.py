@@ -1,0 +1,210 @@
+"""The sag-free start against statics, the eigenvalues of the tangent and the simulation itself."""
+
+import warnings
+from dataclasses import replace
+
+import numba
+import numpy as np
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.groom.helix import Helix, wound
+from hairpipe.sim.advance import advance_frame, start
+from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.material import Material
+from hairpipe.sim.settings import SagFree
+from hairpipe.sim.statics.hessian import find_stable, spring_forces, tangent
+from hairpipe.sim.statics.sag_free import STEP, carry_weight, stand
+
+GRAVITY = np.array([0.0, -9.81, 0.0])
+OUT, UP, DOWN = [1, 0, 0], [0, 1, 0], [0, -1, 0]
+
+
+def curl(radius=0.003, pitch=0.012, length=0.15, segments=75):
+    """A curl that hangs."""
+    return wound(Helix(radius=radius, pitch=pitch), length, segments) @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
+
+
+@pytest.fixture
+def sag_free(scene):
+    """A shot with a sag-free start, and what was said about it."""
+
+    def make(strands, wanted=SagFree(), **settings):  # noqa: B008 (frozen)
+        s = scene(strands, **settings)
+        s.scene = replace(s.scene, sag_free=wanted)
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            s.state = start(s.hair, s.body, s.scene)
+        s.said = [str(w.message) for w in said]
+        return s
+
+    return make
+
+
+def is_stable(hair):
+    """The verdict on a pose, beside the smallest eigenvalue of its tangent."""
+    found = carry_weight(hair.model, hair.rest, GRAVITY)
+    model = hair.model._replace(inverse_lengths=found.inverse_lengths)
+    lanes = hair.rest.shape[2]
+    steps = np.full((1, lanes), STEP * np.linalg.norm(hair.rest[2, :, 0] - hair.rest[0, :, 0]))
+    bands = tangent(model, 0, hair.rest, steps)[:, :, 0]
+    matrix = np.zeros((len(bands), len(bands)))
+    for k, band in enumerate(bands.T):
+        matrix += np.diag(band[: len(band) - k], k)
+    matrix = (matrix + np.triu(matrix, 1).T)[9:, 9:]
+    stable = np.empty((1, lanes))
+    find_stable(model, hair.rest, steps, stable)
+    return bool(stable[0, 0]), np.linalg.eigvalsh(matrix)[0]
+
+
+@pytest.mark.parametrize("softening", [1.0, 100.0])
+def test_groomed_strands_are_in_equilibrium_to_rounding(scene, straight, softening):
+    strands = [straight(0.3, 50, DOWN), straight(0.1, 50, OUT), straight(0.05, 50, UP), straight(0.3, 50, OUT)]
+    hair = scene([*strands, curl(segments=50)], Material(softening=softening)).hair
+    found = carry_weight(hair.model, hair.rest, GRAVITY)
+    model = hair.model._replace(inverse_lengths=found.inverse_lengths)
+    left = spring_forces(model, 0, hair.rest) + hair.model.mass[:, None] * GRAVITY[:, None]
+    assert np.abs(left[3:]).max() < 1e-14
+    assert hair.model.mass.min() * 9.81 > 1e-9
+
+
+@pytest.mark.parametrize(
+    ("length", "direction", "stable"),
+    [
+        (0.05, DOWN, True),
+        (0.05, OUT, True),
+        (0.05, UP, True),
+        (0.1, DOWN, True),
+        (0.1, OUT, True),
+        (0.1, UP, False),
+        (0.15, OUT, False),
+        (0.2, OUT, False),
+        (0.3, OUT, False),
+        (0.3, DOWN, True),
+    ],
+)
+@pytest.mark.parametrize("softening", [1.0, 100.0])
+def test_verdict_is_that_of_the_prototype_and_of_the_eigenvalues(scene, straight, length, direction, stable, softening):
+    hair = scene([straight(length, 50, direction)], Material(softening=softening)).hair
+    verdict, smallest = is_stable(hair)
+    assert verdict == stable == (smallest > 0)
+
+
+@pytest.mark.parametrize("shape", [(0.003, 0.012, 0.15, 75), (0.003, 0.012, 0.1, 50), (0.015, 0.03, 0.3, 75)])
+def test_hanging_curls_stand(scene, shape):
+    """Their lattice may be a thousandth of a segment from exchanging altitude springs."""
+    verdict, smallest = is_stable(scene([curl(*shape)]).hair)
+    assert verdict and smallest > 0
+
+
+def test_an_upright_hair_falls_where_theory_says(scene, straight):
+    """Greenhill: a column buckles under its weight where rho A g L^3 / (E I) = 7.837."""
+    material = Material()
+    critical = (7.8373 * material.bending / (material.line_density * 9.81)) ** (1 / 3)
+    assert is_stable(scene([straight(0.97 * critical, 50, UP)]).hair)[0]
+    assert not is_stable(scene([straight(1.03 * critical, 50, UP)]).hair)[0]
+
+
+@pytest.mark.parametrize("step", [1 / 240, 1 / 24])
+def test_what_stands_looks_the_same_after_two_seconds(sag_free, straight, step):
+    strands = [straight(0.3, 50, DOWN), straight(0.1, 50, OUT), straight(0.07, 30, [1, 1, 0]), curl(0.002, 0.02, 0.1)]
+    s = sag_free(strands, step=step)
+    assert not s.said
+    before = s.axis
+    np.testing.assert_array_equal(before, s.hair.layout.axis(s.hair.rest))
+    moved = s.run(2.0).axis - before
+    assert np.sqrt(np.mean(np.sum(moved**2, axis=1))) < 1e-6
+    assert np.abs(s.state.velocities).max() < 1e-4
+
+
+def test_without_it_hair_sags(scene, straight):
+    s = scene([straight(0.1, 50, OUT)])
+    before = s.axis
+    assert np.abs(s.run(0.1).axis - before).max() > 0.01
+
+
+def test_what_cannot_stand_is_named_and_falls_as_it_did(sag_free, scene, straight):
+    strands = [straight(0.1, 25, OUT), straight(0.3, 25, OUT), straight(0.3, 25, DOWN)]
+    s = sag_free(strands)
+    assert s.said == ["1 of 3 strands cannot stand as groomed under their weight and fall: strands 1"]
+    alone = scene([strands[1]])
+    before = s.points
+    after = s.run(0.25).points
+    np.testing.assert_array_equal(after[26:52], alone.run(0.25).points)
+    kept = np.r_[0:26, 52:78]
+    np.testing.assert_allclose(after[kept], before[kept], atol=1e-6)
+
+
+def test_what_cannot_stand_may_settle_first(sag_free, straight):
+    s = sag_free([straight(0.1, 25, OUT), straight(0.3, 25, OUT)], SagFree(unstable="settle"))
+    assert len(s.said) == 1
+    before = s.axis
+    assert before[51, 1] < -0.25
+    moved = s.run(1.0).axis - before
+    assert np.sqrt(np.mean(np.sum(moved**2, axis=1))) < 1e-6
+
+
+def test_what_has_settled_begins_with_the_body(sag_free, straight, triangle):
+    """About the plumb line: what hangs under its root goes with it, and does not fly as what it was groomed would."""
+    s = sag_free([straight(0.3, 25, OUT)], SagFree(unstable="settle"))
+    middle = triangle().points.mean(0)
+    turning = triangle(velocities=np.cross([0.0, 5.0, 0.0], triangle().points))
+    with pytest.warns(UserWarning, match="settle"):
+        state = start(s.hair, turning, s.scene)
+    np.testing.assert_allclose(state.positions, s.state.positions, atol=1e-12)
+    speeds = np.linalg.norm(s.hair.layout.axis(state.velocities), axis=1)
+    expected = np.linalg.norm(np.cross([0.0, 5.0, 0.0], s.axis), axis=1)
+    np.testing.assert_allclose(speeds, expected, atol=1e-5)
+    assert np.abs(s.axis[-1] - middle)[0] < 0.1
+
+
+def test_what_cannot_stand_may_be_refused(sag_free, straight):
+    with pytest.raises(BadInput, match=r"1 of 2 strands cannot stand.*: strands 1"):
+        sag_free([straight(0.1, 25, OUT), straight(0.3, 25, OUT)], SagFree(unstable="refuse"))
+
+
+def test_springs_strained_too_much_do_not_stand(sag_free, straight):
+    assert not sag_free([straight(0.1, 50, OUT)], SagFree(strain=0.06)).said
+    assert sag_free([straight(0.1, 50, OUT)], SagFree(strain=0.03)).said
+
+
+def test_a_chain_cannot_hold_a_groom(sag_free, straight):
+    with pytest.raises(BadInput, match="network"):
+        sag_free([straight(0.1, 10, DOWN)], model="chain")
+
+
+def test_a_strand_that_is_not_finite_does_not_take_others_along(scene, straight):
+    hair = scene([straight(0.1, 25, OUT), straight(0.1, 25, OUT)]).hair
+    lost = hair.rest.copy()
+    lost[20, :, 0] = np.nan
+    with pytest.warns(UserWarning, match="1 of 2 strands .* and fall: strands 0"):
+        stance = stand(hair.model, hair.layout, hair.groom.ids, lost, GRAVITY, SagFree())
+    np.testing.assert_array_equal(stance.inverse_lengths[..., 0], hair.model.inverse_lengths[..., 0])
+    found = carry_weight(hair.model, hair.rest, GRAVITY)
+    np.testing.assert_array_equal(stance.tensions[..., 1], found.tensions[..., 1])
+
+
+def test_result_does_not_depend_on_threads_or_other_strands(sag_free, straight):
+    strands = [straight(0.02 * (i + 1), 25, [1, 0.1 * i, 0]) for i in range(12)]
+    threads = numba.get_num_threads()
+    wanted = SagFree(unstable="settle")
+    many = sag_free(strands, wanted).run(1 / 24).points
+    try:
+        numba.set_num_threads(1)
+        np.testing.assert_array_equal(sag_free(strands, wanted).run(1 / 24).points, many)
+    finally:
+        numba.set_num_threads(threads)
+    for i in (0, 5, 11):
+        np.testing.assert_array_equal(sag_free([strands[i]], wanted).run(1 / 24).points, many[26 * i : 26 * (i + 1)])
+
+
+def test_it_stands_wherever_the_first_frame_finds_the_root(sag_free, straight, triangle):
+    """The body has turned since the groom was made: gravity is carried in the new pose."""
+    s = sag_free([straight(0.1, 25, DOWN)])
+    turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    body = triangle(triangle().points @ turn.T)
+    hair = make_hair(s.hair.groom, Material())
+    state = before = start(hair, body, s.scene)
+    for _ in range(24):
+        state = advance_frame(hair, state, (body, body), (), 1 / 24, s.scene)
+    np.testing.assert_allclose(state.positions, before.positions, atol=1e-6)

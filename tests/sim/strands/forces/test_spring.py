@@ -1,0 +1,117 @@
+"""Laws of the implicit linear spring."""
+
+import numpy as np
+import pytest
+from numba import njit
+
+from hairpipe.kernels.simd import load, store
+from hairpipe.sim.strands.forces.assembly import add_spring
+from hairpipe.sim.strands.forces.spring import critical_damping, linearise_spring, multiplier
+
+K, REST, STEP = 3.0, 0.8, 0.5
+
+
+@njit
+def _add(A, b, x, v, T, offset, c, h, hh):
+    one = 0.0 * load(x, (0, 0)) + 1.0
+    add_spring(A, b, 0, offset, linearise_spring(x, v, T, 0, offset, K * one, one / REST, c * one, h, hh))
+
+
+def _apply(system, points, offset, tension=0.0, *, v=None, c=0.0, h=1.0, hh=1.0):
+    s = system(points)
+    s.T[0, offset - 1] = tension
+    if v is not None:
+        s.v[:] = v[:, :, None]
+    _add(s.A, s.b, s.x, s.v, s.T, offset, c, h, hh)
+    return s
+
+
+@pytest.mark.parametrize("offset", [1, 2, 3])
+def test_force_is_minus_energy_gradient(system, negative_gradient, offset):
+    points = np.random.default_rng(offset).normal(size=(4, 3))
+
+    def energy(x):
+        return K / 2 * (np.linalg.norm(x[offset] - x[0]) - REST) ** 2 / REST
+
+    np.testing.assert_allclose(
+        _apply(system, points, offset).force, negative_gradient(energy, points), rtol=1e-6, atol=1e-8
+    )
+
+
+def test_stiffness_with_its_own_tension_is_the_exact_hessian(system):
+    points = np.array([[0.0, 0, 0], [0.7, 0.8, 0.3], [2, 0, 0], [3, 0, 0]])
+    tension = K * (np.linalg.norm(points[1]) / REST - 1)
+    assert tension > 0
+    dense = _apply(system, points, 1, tension).stiffness
+    step = 1e-6
+    for i in range(6):
+        moved = np.zeros(12)
+        moved[i] = step
+        change = (
+            _apply(system, points + moved.reshape(4, 3), 1).force
+            - _apply(system, points - moved.reshape(4, 3), 1).force
+        )
+        np.testing.assert_allclose(dense[:, i], -change.reshape(-1) / (2 * step), rtol=1e-5, atol=1e-7)
+
+
+def test_compression_leaves_stiffness_positive_semidefinite(system):
+    points = np.random.default_rng(5).normal(size=(4, 3))
+    eigenvalues = np.linalg.eigvalsh(_apply(system, points, 2, tension=-10.0).stiffness)
+    assert eigenvalues.min() > -1e-12
+
+
+def test_momentum_and_angular_momentum_are_kept(system):
+    points = np.random.default_rng(6).normal(size=(4, 3))
+    force = _apply(system, points, 3).force
+    np.testing.assert_allclose(force.sum(0), 0, atol=1e-14)
+    np.testing.assert_allclose(np.cross(points, force).sum(0), 0, atol=1e-13)
+
+
+def test_damping_resists_what_changes_the_length_alone(system):
+    """h f and h D, D = c d d^T: linear in the velocities, and nothing from a turn."""
+    points, v = np.random.default_rng(8).normal(size=(2, 4, 3))
+    d = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
+    still, moving = (_apply(system, points, 1, v=u, c=2.0, h=STEP, hh=0.0) for u in (0 * v, v))
+    change = (moving.force - still.force).reshape(-1)
+    np.testing.assert_allclose(change[:3], STEP * 2.0 * (d @ (v[1] - v[0])) * d, rtol=1e-12)
+    np.testing.assert_allclose(change, -moving.stiffness @ v.reshape(-1), atol=1e-13)
+    turning = np.cross([0.3, -1.0, 2.0], points)
+    np.testing.assert_allclose(
+        _apply(system, points, 1, v=turning, c=2.0, h=STEP, hh=0.0).force, still.force, atol=1e-13
+    )
+
+
+def test_an_explicit_spring_has_no_stiffness(system):
+    points = np.random.default_rng(9).normal(size=(4, 3))
+    s = _apply(system, points, 1, tension=5.0, hh=0.0)
+    assert np.all(s.A == 0) and np.abs(s.force).max() > 0
+
+
+def test_critical_damping_is_that_of_two_masses_on_a_spring():
+    """x'' + (c / m) x' + k / (m l0) x = 0 with the reduced mass m has a double root."""
+    mass = np.array([[0.2], [0.3]]) * np.ones(8)
+    out = np.empty((1, 8))
+    _critical(mass, out)
+    reduced = 0.2 * 0.3 / 0.5
+    roots = np.roots([reduced, out[0, 0], K / REST])
+    np.testing.assert_allclose(roots, -out[0, 0] / (2 * reduced), rtol=1e-6)
+
+
+@njit
+def _critical(mass, out):
+    one = 0.0 * load(mass, (0,)) + 1.0
+    store(out, (0,), critical_damping(K * one, one / REST, mass, 0, 1))
+
+
+@njit
+def _multiplier(x, dx, out):
+    store(out, (0,), multiplier(x, dx, 0, 2, K, 1 / REST))
+
+
+def test_multiplier_is_the_linearised_tension():
+    rng = np.random.default_rng(7)
+    x, dx = rng.normal(size=(2, 4, 3))
+    out = np.empty((1, 8))
+    _multiplier(*(np.repeat(a[:, :, None], 8, axis=2) for a in (x, dx)), out)
+    d = (x[2] - x[0]) / np.linalg.norm(x[2] - x[0])
+    np.testing.assert_allclose(out[0], K * (d @ (x[2] + dx[2] - x[0] - dx[0]) / REST - 1))

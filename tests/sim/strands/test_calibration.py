@@ -1,0 +1,72 @@
+"""The calibrated network is the rod it stands for."""
+
+import numpy as np
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.sim.material import Material
+from hairpipe.sim.strands import calibration, lattice
+from hairpipe.sim.strands.construction import Construction
+
+DEFAULT = Construction()
+
+
+def test_stiffness_agrees_with_the_closed_form_at_right_angles(monkeypatch):
+    """Compliances of springs in series: 1/EI = (2/k_e + 4 sqrt3/k_t)/l^2 and so on."""
+    monkeypatch.setattr(lattice, "REVERSAL", 1_000)  # the closed form is that of a turn that keeps its sense
+    edge, bending, torsion = 50.0, 7.0, 5.0
+    bend = 1 / (2 / edge + 4 * np.sqrt(3) / torsion)
+    twist = 1 / (44 / 9 / edge + 16 / 9 * 2.5**1.5 / bending + 8 / np.sqrt(3) / torsion)
+    stiffness = calibration.rod_stiffness(np.array([edge, bending, torsion, 0.0]), np.pi / 2)
+    np.testing.assert_allclose(stiffness, [bend, twist], rtol=1e-9)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.35, 0.5])
+def test_network_has_the_stiffness_of_the_material_at_every_length(poisson):
+    material = Material(poisson=poisson)
+    lengths = np.array([0.0008, 0.002, 0.005, 0.02])
+    for length, constants in zip(lengths, calibration.spring_constants(material, DEFAULT, lengths).T, strict=True):
+        stiffness = calibration.rod_stiffness(constants, lattice.TURN) * length**2
+        np.testing.assert_allclose(stiffness, [material.bending, material.torsion], rtol=1e-3)
+
+
+def test_constants_do_not_depend_on_the_other_strands():
+    alone = calibration.spring_constants(Material(), DEFAULT, np.array([0.004]))
+    among = calibration.spring_constants(Material(), DEFAULT, np.array([0.001, 0.004, 0.02]))
+    np.testing.assert_array_equal(alone[:, 0], among[:, 1])
+
+
+def test_short_segments_are_softened_as_far_as_they_may_be_and_others_do_not_feel_it():
+    """The network of each still has the stiffness of the rod."""
+    lengths, material = np.array([0.00057, 0.004, 0.0001]), Material()
+    assert calibration.softenings(material, lengths) == pytest.approx([81.225, 100.0, 2.5])
+    constants = calibration.spring_constants(material, DEFAULT, lengths)
+    np.testing.assert_array_equal(constants[:, 1], calibration.spring_constants(material, DEFAULT, lengths[1:2])[:, 0])
+    for length, own in zip(lengths, constants.T, strict=True):
+        stiffness = calibration.rod_stiffness(own, lattice.TURN) * length**2
+        np.testing.assert_allclose(stiffness, [material.bending, material.torsion], rtol=2e-3)
+
+
+def test_what_is_left_out_does_not_stiffen_the_rest():
+    """Factors scale what the full network has; altitude springs are left out of the fit, so that EI and GJ stay."""
+    length = np.array([0.004])
+    edge, bending, torsion, altitude = calibration.spring_constants(Material(), DEFAULT, length)
+    part = calibration.spring_constants(Material(), Construction(bending=0.0, torsion=0.5), length)
+    np.testing.assert_allclose(part, [edge, 0 * bending, 0.5 * torsion, 0.5 * altitude])
+    bare = calibration.spring_constants(Material(), Construction(altitude=0.0), length)
+    assert bare[3] == 0
+    stiffness = calibration.rod_stiffness(bare[:, 0], lattice.TURN) * length**2
+    np.testing.assert_allclose(stiffness, [Material().bending, Material().torsion], rtol=1e-3)
+
+
+@pytest.mark.parametrize("turn", [60.0, 90.0, 110.0])
+def test_constants_are_those_of_the_turn(turn):
+    length, material = np.array([0.004]), Material()
+    constants = calibration.spring_constants(material, Construction(turn=turn), length)[:, 0]
+    stiffness = calibration.rod_stiffness(constants, np.deg2rad(turn)) * length**2
+    np.testing.assert_allclose(stiffness, [material.bending, material.torsion], rtol=1e-3)
+
+
+def test_a_turn_that_no_constants_fit_is_refused():
+    with pytest.raises(BadInput, match="turns by 45 deg"):
+        calibration.spring_constants(Material(), Construction(turn=45.0), np.array([0.004]))

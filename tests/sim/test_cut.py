@@ -1,0 +1,74 @@
+"""A cut leaves the shape of the hair and its motion against the root as they were."""
+
+import numpy as np
+import pytest
+
+from hairpipe.data import Ends
+from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.track import Track
+from hairpipe.sim.advance import start
+from hairpipe.sim.cut import carry_state
+
+
+@pytest.fixture
+def swinging(scene, straight):
+    """Hair of two kinds in mid-swing, on a body at rest."""
+    return scene([straight(0.1, 10, [1, 0.2, 0]), straight(0.08, 7, [0.3, -1, 0.5])]).run(0.25)
+
+
+def in_root_frame(hair, state, ends: Ends):
+    """Positions, velocities and accelerations of the axis against the roots, and in their frames."""
+    strands = np.repeat(np.arange(2), np.diff(hair.layout.offsets))
+    x, v, a = (hair.layout.axis(values) for values in (state.positions, state.velocities, state.accelerations))
+    (turn, rate), (place, speed) = ((m[strands] for m in parts) for parts in _split(ends))
+    own = np.einsum("pji,pj->pi", turn, x - place)
+    against = v - speed - np.einsum("pij,pj->pi", rate, own)
+    return own, np.einsum("pji,pj->pi", turn, against), np.einsum("pji,pj->pi", turn, a)
+
+
+def _split(ends: Ends):
+    both = (ends.roots, ends.roots_rate)
+    return [m[:, :, :3] for m in both], [m[:, :, 3] for m in both]
+
+
+def test_shape_and_motion_against_the_root_are_the_same_on_both_sides(swinging):
+    hair, state = swinging.hair, swinging.state
+    turned = Track((0.0, 1.0), ((0.0, 0.0, 0.0), (5.0, -2.0, 9.0)), (0.0, 250.0), (1.0, 2.0, 0.5), (0.1, 0.0, 0.3))
+    before, after = lead(hair.groom, 0.3, turned, None, None, None), lead(hair.groom, 0.8, turned, None, None, None)
+    carried = carry_state(state, hair.groom, hair.layout, before, after)
+    old, new = in_root_frame(hair, state, before), in_root_frame(hair, carried, after)
+    assert np.abs(carried.positions - state.positions).max() > 1.0
+    for one, other, scale in zip(old, new, (1.0, 10.0, 1000.0), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-13 * scale)
+    assert carried.tensions is state.tensions and carried.inverse_lengths is state.inverse_lengths
+
+
+def test_no_cut_changes_nothing(swinging, triangle):
+    hair, state = swinging.hair, swinging.state
+    body = triangle(velocities=np.random.default_rng(1).normal(size=(3, 3)))
+    carried = carry_state(state, hair.groom, hair.layout, body, body)
+    np.testing.assert_allclose(carried.positions, state.positions, atol=1e-14)
+    np.testing.assert_allclose(carried.velocities, state.velocities, atol=1e-12)
+    np.testing.assert_allclose(carried.accelerations, state.accelerations, atol=1e-10)
+
+
+def test_no_whip_after_a_leap_and_a_turn_about_the_plumb_line(swinging, triangle):
+    """Hair that is carried across goes on as it would have, there."""
+    hair, state = swinging.hair, swinging.state
+    turn, shift = np.array([[0.0, 0, 1], [0, 1, 0], [-1, 0, 0]]), np.array([3.0, 2.0, -4.0])
+    there = triangle(triangle().points @ turn.T + shift)
+    here = swinging.run(0.25).axis
+    swinging.state, swinging.body = carry_state(state, hair.groom, hair.layout, triangle(), there), there
+    np.testing.assert_allclose(swinging.run(0.25).axis, here @ turn.T + shift, atol=1e-9)
+
+
+def test_hair_that_starts_moves_with_the_body_after_the_cut(swinging, triangle):
+    hair = swinging.hair
+    moving = triangle(triangle().points + 2.0, np.tile([1.0, 0.0, -3.0], (3, 1)))
+    first = start(hair, triangle(), swinging.scene)
+    carried, begun = (
+        carry_state(first, hair.groom, hair.layout, triangle(), moving),
+        start(hair, moving, swinging.scene),
+    )
+    np.testing.assert_allclose(carried.positions, begun.positions, atol=1e-14)
+    np.testing.assert_allclose(carried.velocities, begun.velocities, atol=1e-9)

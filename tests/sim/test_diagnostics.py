@@ -1,0 +1,43 @@
+"""Roots deep inside a body, and segments stretched far, are named once."""
+
+import warnings
+
+import pytest
+
+from hairpipe.levelset.bake.whole import bake
+from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_stretch
+
+
+@pytest.fixture
+def shot(scene, straight):
+    """Three strands of 10 mm a segment, the second moved down so that its root is 30 mm lower."""
+    found = scene([straight(0.1, 10, [1.0, 0.2, 0.0]) for _ in range(3)])
+    found.state.positions[:, 1, 1] -= 0.03
+    return found
+
+
+def test_roots_deeper_than_a_segment_are_named(shot, box):
+    block = bake(box((-0.2, -0.2, -0.2), (0.2, 0.005, 0.2)), 0.01, 3.0)
+    body = [moving_field(block, block, 1 / 24, Interpolation.two_sided)]
+    with pytest.warns(UserWarning, match=r"1 of 3 roots .* the deepest by 35 mm: strands 1 \(roots on the skin"):
+        warn_of_deep_roots(shot.hair, shot.state.positions, body)
+    shot.state.positions[:, 1, 1] += 0.03
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_of_deep_roots(shot.hair, shot.state.positions, body)
+
+
+def test_the_largest_stretch_is_named_once_and_again_when_it_has_grown(shot):
+    x, scene = shot.state.positions, shot.scene
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert warn_of_stretch(shot.hair, x, scene, 7, 1.0) == 1.0
+    x[-1, :, 2:] += 1.3 * (x[-1, :, 2:] - x[-3, :, 2:])  # the last strand fills its block
+    with pytest.warns(UserWarning, match=r"strand 2 is stretched to 2.3 times its length at frame 7, .* 1.02"):
+        told = warn_of_stretch(shot.hair, x, scene, 7, 1.0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert warn_of_stretch(shot.hair, x, scene, 8, told) == told
+    assert told == pytest.approx(2.3)

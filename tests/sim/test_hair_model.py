@@ -1,0 +1,42 @@
+"""What a groom must have to be simulated, and what is said of it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.material import Material
+from hairpipe.sim.precision import hair_in
+from hairpipe.sim.settings import Scene
+from hairpipe.sim.strands.construction import Construction
+
+
+@pytest.fixture
+def groom(scene, straight):
+    """Give grooms of strands of so many segments of some lengths [m]."""
+
+    def of(*segments):
+        whole = scene([straight(0.1, 10, [1.0, 0.2, 0.0]) for _ in segments]).hair.groom
+        strands = whole.points.reshape(len(segments), 11, 3)
+        scales = np.array(segments)[:, None, None] / 0.01
+        return replace(whole, points=(strands[:, :1] + scales * (strands - strands[:, :1])).reshape(-1, 3))
+
+    return of
+
+
+def test_short_strands_are_named_as_they_are_softened_less_and_the_others_are_what_they_were(groom):
+    construction, material = Construction(), Material()
+    with pytest.warns(UserWarning, match=r"softening = 100: 1 of 2 strands .* by 81.2 at least: strands 1$"):
+        hair = hair_in(
+            "double", groom(0.01, 0.00057), material, "network", construction, Scene(), bodies=True, first=True
+        )
+    alone = make_hair(groom(0.01), material)
+    assert np.array_equal(hair.model.constants[0, :, 0], alone.model.constants[0, :, 0])
+    assert hair.model.constants[0, 0, 1] == pytest.approx(100.0 / 81.2 * material.axial, rel=1e-3)
+
+
+def test_segments_shorter_than_hair_is_thick_are_refused_by_name(groom):
+    with pytest.raises(BadInput, match=r"segments of 5e-05 m, hair of 8e-05 m: strands 1 \(segments longer"):
+        make_hair(groom(0.01, 0.00005), Material())

@@ -1,0 +1,132 @@
+"""Hair with everything around it: the same whatever the threads, resumed or not, and finite by every scheme."""
+
+from dataclasses import replace
+
+import numba
+import numpy as np
+import pytest
+
+from hairpipe.data.hair import HairState
+from hairpipe.io.hdf5 import decode, encode
+from hairpipe.scripted_ends.ends import lead
+from hairpipe.scripted_ends.track import Track
+from hairpipe.sim.advance import advance_frame, start
+from hairpipe.sim.air.wind import Gusts, Shielding, Wind
+from hairpipe.sim.settings import Air, BodyContact, Collisions, Scene, Scheme, StepControl, Stiction, StrainLimit
+
+
+class Ball:
+    """A ball that goes along x from a place on that axis; a MovingSurface."""
+
+    def __init__(self, speed, begins=0.05):
+        self.speed, self.begins = speed, begins
+
+    def probe(self, points, seconds, out):
+        away = points - [self.begins + self.speed * seconds, -0.06, -0.0333]
+        far = np.linalg.norm(away, axis=1)
+        near = far - 0.04 < out.distance
+        out.distance[near] = far[near] - 0.04
+        out.normal[near] = away[near] / far[near, None]
+        out.velocity[near] = [self.speed, 0.0, 0.0]
+
+    def sweep(self, before, after, start, end, thickness, out):
+        pass
+
+
+EVERYTHING = Scene(
+    air=Air(2.0),
+    contact=BodyContact(folds=0.5),
+    strain=StrainLimit(),
+    steps=StepControl(longest=1 / 120),
+    stiction=Stiction(reach=1e-3, release=3e-3),
+    collisions=Collisions(thickness=8e-4),
+    wind=Wind((-2.0, 0.0, 0.0), gusts=Gusts(), shielding=Shielding()),
+)
+
+
+@pytest.fixture
+def tuft(scene, straight):
+    """Run a tuft for so many frames; give its states."""
+
+    def run(frames, how=EVERYTHING, bodies=(Ball(0.5),), state=None, strands=12):  # noqa: B008 (it has no state)
+        roots = np.random.default_rng(7).normal(scale=2e-3, size=(strands, 3)) * [1, 0, 1]
+        shot = scene([straight(0.1, 12, [1, 0.2 * k / strands, 0.1]) + root for k, root in enumerate(roots)])
+        shot.scene = how
+        shot.state = state or shot.state
+        states = []
+        for _ in range(frames):
+            states.append(shot.run(1 / 24, bodies).state)
+        return states
+
+    return run
+
+
+def as_bytes(state):
+    return [np.asarray(getattr(state, name)).tobytes() for name in HairState.__dataclass_fields__]
+
+
+@pytest.mark.skipif(numba.config.NUMBA_NUM_THREADS < 2, reason="needs two threads")
+@pytest.mark.parametrize(("frames", "strands"), [(3, 12), (1, 400)], ids=["few strands", "many chunks of points"])
+def test_threads_change_no_bit(tuft, threads, frames, strands):
+    found = []
+    for count in (1, 2):
+        threads(count)
+        found.append([as_bytes(state) for state in tuft(frames, strands=strands)])
+    assert found[0] == found[1]
+
+
+def test_a_run_that_is_resumed_gives_the_same_bytes(tuft, tmp_path):
+    whole = tuft(4)
+    assert len(whole[1].stuck) > 0
+    encode(whole[1], tmp_path / "state.h5")
+    resumed = tuft(2, state=decode(tmp_path / "state.h5", HairState))
+    assert as_bytes(resumed[-1]) == as_bytes(whole[-1])
+
+
+@pytest.mark.parametrize("value", ["tr_bdf2", "bdf2", "backward_euler", "nine_steps"])
+@pytest.mark.parametrize("solver", ["coupled", "sweep"])
+def test_nothing_is_flung_about_by_any_scheme(tuft, value, solver):
+    how = replace(EVERYTHING, scheme=Scheme(value=value), collisions=Collisions(thickness=8e-4, solver=solver))
+    last = tuft(6, how)[-1]
+    assert np.isfinite(last.positions).all() and np.isfinite(last.velocities).all()
+    assert np.abs(last.velocities).max() < 20.0
+
+
+def test_what_is_absent_changes_nothing(tuft):
+    """A body out of reach, and stiction and collisions of hair too far apart to meet."""
+    alone = tuft(2, Scene(air=Air(2.0), strain=StrainLimit(), steps=StepControl(longest=1 / 120)), bodies=())
+    far = replace(EVERYTHING, stiction=Stiction(reach=1e-6, release=2e-6), collisions=Collisions(thickness=1.1e-6))
+    met = tuft(2, replace(far, wind=None, contact=BodyContact(thickness=1e-6)), bodies=[Ball(0.0, 5.0)])
+    for one, other in zip(met, alone, strict=True):
+        np.testing.assert_allclose(one.positions, other.positions, atol=1e-9)
+        np.testing.assert_allclose(one.velocities, other.velocities, atol=1e-7)
+        np.testing.assert_allclose(one.accelerations, other.accelerations, atol=1e-4)
+        assert one.pace == other.pace and not len(one.stuck)
+
+
+def test_ends_that_are_led_are_where_they_are_led(scene, straight):
+    """Also those of hair that is drawn out farther than its strain limit, into a body and into other hair."""
+    shot = scene([straight(0.1, 12, [1, 0, 0.1 * k]) for k in range(4)])
+    groom, offsets = shot.hair.groom, shot.hair.layout.offsets
+    drawn = Track((0.0, 0.125), ((0.0, 0.0, 0.0), (0.006, 0.0, 0.0)))
+    still, ball = Track(), Ball(0.0)
+    shot.state = start(shot.hair, lead(groom, 0.0, still, None, drawn, None), EVERYTHING)
+    for frame in range(4):
+        leads = tuple(lead(groom, time / 24, still, None, drawn, None) for time in (frame, frame + 1))
+        shot.state = advance_frame(shot.hair, shot.state, leads, [ball], 1 / 24, EVERYTHING)
+        for at, motions in ((offsets[:-1], leads[1].roots), (offsets[1:] - 1, leads[1].tips)):
+            led = np.einsum("sij,sj->si", motions[:, :, :3], groom.points[at]) + motions[:, :, 3]
+            np.testing.assert_allclose(shot.axis[at], led, atol=1e-12)
+    # The last segment is held as a whole; the others share what is drawn out.
+    assert np.linalg.norm(np.diff(shot.axis[:12], axis=0), axis=1).min() > 1.02 * 0.1 / 12
+
+
+def test_steps_are_shorter_where_hair_would_pass_through_hair(tuft):
+    """And only there: hair that may cross as it likes goes at the longest."""
+    longest = 1 / 48
+    paces = {}
+    for crossings in (1e-3, 1e3):
+        how = replace(EVERYTHING, steps=StepControl(longest=longest, crossings=crossings))
+        paces[crossings] = min(state.pace for state in tuft(4, how))
+    assert paces[1e-3] < 0.9 * longest
+    assert paces[1e3] == longest

@@ -1,0 +1,74 @@
+"""The closest points of two segments."""
+
+import numpy as np
+import pytest
+from numba import njit
+from scipy.optimize import lsq_linear
+
+from hairpipe.spatial.segment_distance import closest_of, closest_on_segments
+
+
+@njit
+def closest(a, b, c, d):
+    return closest_on_segments(a, b, c, d)
+
+
+@njit
+def _all(points, out):
+    for k in range(len(out)):
+        out[k] = closest_of(points, 4 * k, 4 * k + 2)
+
+
+def of(*points):
+    return closest(*(tuple(map(float, p)) for p in points))
+
+
+def test_against_bounded_least_squares():
+    """Least |w + s u - t v| for s, t of 0..1, by an active-set method."""
+    rng = np.random.default_rng(0)
+    for k in range(300):
+        a, b, c, d = rng.normal(size=(4, 3)) * 10.0 ** rng.uniform(-3, 1, (4, 1))
+        if k % 3 == 0:  # nearly parallel
+            d = c + (b - a) * rng.normal() + 10.0 ** rng.uniform(-9, -2) * rng.normal(size=3)
+        s, t, squared = of(a, b, c, d)
+        best = lsq_linear(np.stack([b - a, c - d], axis=1), c - a, (0, 1), method="bvls", tol=1e-15)
+        scale = np.abs([a, b, c, d]).max()
+        assert np.sqrt(squared) == pytest.approx(np.sqrt(2 * best.cost), abs=1e-7 * scale)
+        gap = a + s * (b - a) - c - t * (d - c)
+        assert np.linalg.norm(gap) == pytest.approx(np.sqrt(squared), abs=1e-14 * scale)
+
+
+def test_no_other_places_are_closer(brute):
+    """Nearly parallel, coplanar, touching and short ones, beside independent formulas; a hundred thousand of them."""
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(100_000, 4, 3))
+    points[::4] = np.round(2 * points[::4]) / 2
+    angles = 10.0 ** rng.uniform(-16, -1, (25_000, 1))
+    points[1::4, 3] = points[1::4, 2] + rng.normal(size=(25_000, 1)) * (points[1::4, 1] - points[1::4, 0])
+    points[1::4, 3] += angles * rng.normal(size=(25_000, 3))
+    points[2::4, 1] = points[2::4, 0] + angles * rng.normal(size=(25_000, 3))
+    flat = points.reshape(-1, 3)
+    found = np.empty((len(points), 3))
+    _all(flat, found)
+    first = 4 * np.arange(len(points))
+    expected = brute[1](flat, first, first + 2)
+    np.testing.assert_allclose(np.sqrt(found[:, 2]), expected, atol=2e-14)
+    assert ((found[:, :2] >= 0) & (found[:, :2] <= 1)).all()
+
+
+def test_parallel_ones_are_closest_in_the_middle_of_their_overlap():
+    u = np.array([0.1, 0.7, -0.3])
+    n = np.array([0.7, -0.1, 0.0])
+    s, t, squared = of(0 * u, u, 0.5 * u + n, 2 * u + n)
+    assert (s, t, squared) == pytest.approx((0.75, 1 / 6, n @ n))
+    assert of(0 * u, u, 2 * u + n, 0.5 * u + n)[:2] == pytest.approx((0.75, 5 / 6))
+    assert of(0 * u, u, 3 * u, 2 * u) == pytest.approx((1, 1, u @ u))
+
+
+def test_coincident_and_without_length():
+    a, b = np.array([0.2, 0.3, 0.1]), np.array([1.0, 0.0, 0.4])
+    assert of(a, b, a, b) == pytest.approx((0.5, 0.5, 0.0))
+    assert of(a, a, a, a)[2] == 0.0
+    assert of(a, a, b, b)[2] == pytest.approx((a - b) @ (a - b))
+    assert of((0, 1, 0), (0, 1, 0), (-1, 0, 0), (3, 0, 0))[1:] == pytest.approx((0.25, 1.0))
+    assert of((-1, 0, 0), (3, 0, 0), (0, 1, 0), (0, 1, 0))[::2] == pytest.approx((0.25, 1.0))

@@ -1,0 +1,54 @@
+"""Sites and neighbours on meshes."""
+
+import numpy as np
+
+from hairpipe.data import Mesh
+from hairpipe.spatial.triangles import Sites, area_vectors, site_points, site_uv, twin_corners
+
+
+def test_the_corner_across_an_edge_faces_it_from_the_other_side(sphere):
+    triangles = sphere(level=2).triangles
+    twins = twin_corners(triangles)
+    assert (twins >= 0).all(), "a closed mesh has no border"
+    corners = np.arange(twins.size).reshape(-1, 3)
+    assert (twins.ravel()[twins] == corners).all()
+    for t, k in np.ndindex(twins.shape):
+        u, j = divmod(twins[t, k], 3)
+        edge, other = set(np.delete(triangles[t], k)), set(np.delete(triangles[u], j))
+        assert edge == other and t != u
+
+
+def test_a_border_has_nothing_across_it(sheet):
+    mesh = sheet(4, 3)
+    border = np.count_nonzero(twin_corners(mesh.triangles) < 0)
+    assert border == 2 * (4 + 3)
+
+
+def test_pairs_of_many_vertices_in_any_order_are_told_apart(sheet):
+    mesh = sheet(310, 310)
+    order = np.random.default_rng(1).permutation(len(mesh.points)).astype(np.int32)
+    assert np.count_nonzero(twin_corners(order[mesh.triangles]) < 0) == 2 * (310 + 310)
+
+
+def test_edges_of_three_triangles_or_of_two_that_disagree_are_borders():
+    fan = np.array([[0, 1, 2], [1, 0, 3], [1, 0, 4]], np.int32)
+    assert (twin_corners(fan) == -1).all()
+    turned_over = np.array([[0, 1, 2], [0, 1, 3]], np.int32)
+    assert (twin_corners(turned_over) == -1).all()
+
+
+def test_sites_reproduce_linear_functions(sheet):
+    mesh = sheet(5, 7)
+    random = np.random.default_rng(1)
+    sites = Sites(random.integers(0, len(mesh.triangles), 50).astype(np.int32), random.dirichlet([1, 1, 1], 50))
+    points = site_points(mesh, sites)
+    assert np.allclose(site_uv(mesh, sites), points[:, :2], atol=1e-6)
+    assert np.array_equal(site_uv(Mesh(mesh.points, mesh.triangles), sites), np.zeros((50, 2)))
+
+
+def test_area_vectors_point_outside_and_add_up(sphere, sheet):
+    ball = sphere(2.0, level=5)
+    vectors = area_vectors(ball)
+    assert np.all(np.sum(vectors * ball.points[ball.triangles[:, 0]], axis=1) > 0)
+    assert abs(np.linalg.norm(vectors, axis=1).sum() / (16 * np.pi) - 1) < 5e-3
+    assert np.allclose(area_vectors(sheet(3, 3)).sum(axis=0), (0, 0, 1))

@@ -1,0 +1,44 @@
+"""What is on the front, and how variants come into one table."""
+
+import numpy as np
+import pytest
+from hairpipe.nodes.collect_variants import collect_variants
+
+from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
+from hairpipe.table.pareto import on_front
+
+ERROR = "strand error [% of length]"
+
+
+def test_none_on_the_front_is_beaten_and_all_others_are():
+    rng = np.random.default_rng(5)
+    costs, errors = rng.random((2, 200))
+    front = on_front(costs, errors)
+    order = np.argsort(costs)
+    assert (np.minimum.accumulate(errors[order]) == errors[order]).tolist() == front[order].tolist()
+
+
+def test_equals_share_the_front_and_what_is_not_finite_is_not_on_it():
+    costs, errors = np.array([1.0, 1.0, 2.0, np.nan, 0.5]), np.array([1.0, 1.0, 1.0, 0.1, np.inf])
+    assert on_front(costs, errors).tolist() == [True, True, False, False, False]
+
+
+def one_row(**values):
+    return table_of_rows(list(values), [list(values.values())])
+
+
+def test_what_failed_is_in_the_table_and_not_on_the_front():
+    errors = [one_row(**{ERROR: e, "failed": f}) for e, f in ((1.0, ""), (0.1, "not finite at frame 3"), (0.5, ""))]
+    costs = [one_row(**{"seconds per frame": s}) for s in (1.0, 1.0, 2.0)]
+    table = collect_variants(tuple(errors), tuple(costs), cases=("a", "b", "c"), groups=("x", "x", "y"))
+    assert table["case"] == ("a", "b", "c") and table["on the front"].tolist() == [1, 0, 1]
+    assert table["failed"] == ("", "not finite at frame 3", "")
+
+
+def test_errors_and_costs_that_do_not_belong_together_are_refused():
+    error, cost = one_row(**{ERROR: 1.0, "failed": ""}), one_row(**{"seconds per frame": 1.0})
+    with pytest.raises(BadInput, match="2 errors, 1 costs, 2 cases"):
+        collect_variants((error, error), (cost,), cases=("a", "b"))
+    with pytest.raises(BadInput, match="no column of numbers 'speed'"):
+        collect_variants((error,), (cost,), cases=("a",), cost="speed")
