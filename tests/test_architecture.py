@@ -15,23 +15,22 @@ SOURCES = sorted(path for room in ("hairpipe", "nodes", "graphs") for path in (H
 TESTS = sorted((HOME / "tests").rglob("*.py"))
 PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name == "__init__.py")
 
-BASE, DOMAIN = (
-    {"data", "units", "errors", "child", "plain_file"},
-    {"body", "experiments", "groom", "levelset", "measure", "motion", "sim", "picture", "rod"},
+ORDER = (
+    *("errors", "units", "plain_file", "child"),  # what everything may need
+    *("kernels", "data", "spatial", "body", "levelset", "groom", "scripted_ends", "sim", "table", "measure", "studies"),
 )
+"""Rooms from the bottom up: the files of one import from it and from those before it."""
+BASE = {"errors", "units", "plain_file", "child", "data"}
 ROOMS = {
-    "data": set(),
-    "units": set(),
-    "errors": set(),
-    "child": set(),
-    "plain_file": {"errors"},
-    **dict.fromkeys(DOMAIN, BASE | DOMAIN),
-    "bench": BASE | DOMAIN | {"graph"},
+    **{room: set(ORDER[:place]) for place, room in enumerate(ORDER)},
+    "render": {*BASE, "spatial", "groom"},
+    "chart": BASE,
     "io": BASE,
     "graph": {"errors", "units", "child", "plain_file"},
-    "nodes": BASE | DOMAIN | {"io", "graph"},
-    "graphs": BASE | DOMAIN | {"io"},
-    "tune": BASE | {"graph"},
+    "bench": {*ORDER, "graph"},
+    "nodes": {*ORDER, "render", "chart", "io", "graph"},
+    "graphs": {*ORDER, "io"},
+    "tune": {*BASE, "graph"},
     "cli": {"bench", "child", "errors", "graph", "graphs", "io", "levelset.vdb", "plain_file", "tune"},
 }
 """Which other rooms the files of a room may import."""
@@ -42,7 +41,7 @@ PLACES = {
     "pyopenvdb": "hairpipe/levelset/vdb.py",
     "bpy": "hairpipe/levelset/vdb.py",
     "PIL": "hairpipe/io/",
-    "matplotlib": "hairpipe/io/chart/",
+    "matplotlib": "hairpipe/chart/",
     "pydantic": "hairpipe/graph/node/settings.py",
     "click": "hairpipe/cli/",
     "rich": "hairpipe/cli/",

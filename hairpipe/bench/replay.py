@@ -5,8 +5,8 @@ from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.node.arguments import build_arguments, name_inputs
 from hairpipe.graph.node.frames import Time
+from hairpipe.graph.plan.arguments import build_arguments, name_inputs
 from hairpipe.graph.plan.tasks import Source, Task, inputs_of
 from hairpipe.graph.results import fetch
 from hairpipe.graph.run.events import CODEC

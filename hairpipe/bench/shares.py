@@ -8,24 +8,20 @@ from pathlib import Path
 
 PARTS = ("strands", "search", "stiction", "coupling", "collision", "body")
 """Strand solver, search for neighbours, upkeep of stiction, the solve that couples strands, collisions, bodies."""
-_OF_CONTACT = {
-    "body": ("body", "sight", "hold", "rise", "project", "drape", "squeeze", "folds"),
-    "stiction": ("stiction", "ignored", "pairs"),
-    "coupling": ("couplings", "sides", "conjugate", "repulsion", "contacts", "hair"),
-    "search": (
-        "near",
-        "nearest",
-        "closest",
-        "candidates",
-        "swept",
-        "search",
-        "tree",
-        "curve",
-        "segments",
-        "found",
-        "distances",
+_ROOMS = {"spatial": "search", "ccd": "collision", "levelset": "body", "parts": "body"}
+"""Folders of which every file belongs to one part."""
+_FILES = {
+    "stiction": ("stiction", "exclusions"),
+    "coupling": (
+        "couplings",
+        "coupling_operator",
+        "repulsion",
+        "contact_points",
+        "hair_contacts",
+        "pcg",
+        "strand_inverse",
     ),
-    "collision": ("collision", "crossings", "coplanar", "encounter", "grazing", "signs", "crossing_normal", "sweep"),
+    "collision": ("impulses",),
 }
 
 _DEEPEST = 8
@@ -67,8 +63,7 @@ def _charged(function: Function, seconds: float, stats: dict, depth: int) -> dic
 
 def part_of(path: Path) -> str:
     """Name the part that a file stands for."""
-    if path.parent.name == "contact":
-        return next((part for part, stems in _OF_CONTACT.items() if path.stem in stems), "coupling")
-    if path.parent.name == "levelset":
+    if path.parent.parent.name == "contact" and path.parent.name == "body":
         return "body"
-    return "coupling" if path.stem == "response" else "strands"
+    found = next((part for part, stems in _FILES.items() if path.stem in stems), "strands")
+    return _ROOMS.get(path.parent.name, found)

@@ -18,7 +18,6 @@ from hairpipe.sim.contact.body.body_contacts import BodyContacts, thicknesses
 from hairpipe.sim.contact.body.fold_preservation import turns_of
 from hairpipe.sim.contact.hair.exclusions import REST
 from hairpipe.sim.contact.hair.hair_contacts import HairContacts
-from hairpipe.sim.contact.hair.proximity import near_pairs
 from hairpipe.sim.contact.hair.stiction import Connections, same_hair_keys
 from hairpipe.sim.hair_model import Hair
 from hairpipe.sim.interactions import Surroundings
@@ -26,6 +25,7 @@ from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction
 from hairpipe.sim.strands.chain import Chain
 from hairpipe.sim.strands.network import Network
 from hairpipe.spatial.pairs import key_of
+from hairpipe.spatial.proximity import near_pairs
 
 
 def bodies_of(

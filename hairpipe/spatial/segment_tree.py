@@ -19,9 +19,9 @@ from numba import njit, prange
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import bits, both, either, load, lowest, width
 from hairpipe.kernels.vec3 import Vector, length, minus, mix, row, times
-from hairpipe.sim.contact.ccd.moving_segments import TOUCHING
 from hairpipe.spatial.morton import along_curve
 from hairpipe.spatial.segment_distance_simd import MOVING, RESTING, ULP, enter_drift, enter_segment
+from hairpipe.spatial.segments import TOUCHING
 
 SINGLE = np.float32
 LANES = width(SINGLE)

@@ -8,6 +8,9 @@ from hairpipe.kernels.vec3 import row
 FARTHEST = 1e12
 """Coordinates beyond this [m] are refused."""
 
+TOUCHING = 1e-6
+"""Distance over the lengths of both segments."""
+
 
 def all_segments(points: int, offsets: np.ndarray) -> np.ndarray:
     """List the segments of all strands of so many points, (m,) int32, ascending; pure."""

@@ -6,9 +6,9 @@ from typing import Any
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Edge, Graph, Node
 from hairpipe.graph.key.code import Code, CodeReader
-from hairpipe.graph.node.arguments import Named, name_inputs
 from hairpipe.graph.node.fields import fields_of
 from hairpipe.graph.node.settings import map_files
+from hairpipe.graph.plan.arguments import Named, name_inputs
 from hairpipe.graph.plan.tasks import Inputs, Source, Task, sources, unroll
 from hairpipe.graph.store.fingerprint import fingerprint, stamp_of
 from hairpipe.graph.store.key import Parts, key_parts

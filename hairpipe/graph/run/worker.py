@@ -22,10 +22,10 @@ from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Catalogue
-from hairpipe.graph.node.arguments import build_arguments
 from hairpipe.graph.node.declare import NodeType
 from hairpipe.graph.node.files import Workspace
 from hairpipe.graph.node.frames import Time
+from hairpipe.graph.plan.arguments import build_arguments
 from hairpipe.graph.run.malloc import keep_freed
 from hairpipe.graph.store.atomic import workspace
 from hairpipe.graph.store.fingerprint import is_changed

@@ -8,9 +8,9 @@ from scipy import sparse
 from hairpipe.sim.contact.contact_points import REACH, Contacts, find_contacts
 from hairpipe.sim.contact.hair.couplings import Couplings, couplings_at, matrices
 from hairpipe.sim.contact.hair.impulses import sweep
-from hairpipe.sim.contact.hair.proximity import near_pairs
 from hairpipe.sim.contact.hair.repulsion import linearise
 from hairpipe.sim.settings import Collisions
+from hairpipe.spatial.proximity import near_pairs
 
 LENGTH, MASS, GRAVITY = 6e-3, 4e-8, 9.81
 """Of a rod [m], of each of its points [kg], as of hair 0.11 mm thick; [m/s^2]."""

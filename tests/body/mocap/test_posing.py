@@ -122,7 +122,7 @@ def test_the_head_of_our_bust_turns_as_fast_as_the_performers(shared, name):
 
 
 def test_our_own_clip_shakes_the_head_hard_and_comes_to_rest():
-    clip = read_bvh(Path(__file__).resolve().parents[2] / "graphs" / "assets" / "shake.bvh")
+    clip = read_bvh(Path(__file__).resolve().parents[3] / "graphs" / "assets" / "shake.bvh")
     skeleton = build_skeleton()
     poses = [pose_at(skeleton, clip, frame / 24.0, 1.0, PLAIN) for frame in range(60)]
     spin = np.degrees([np.linalg.norm(spin_of(pose, -1)) for pose in poses])

@@ -14,7 +14,8 @@ from numba import njit
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, cross, dot, length, minus, mix, plus
 from hairpipe.sim.contact.ccd.grazing import first_graze, quadratic_roots
-from hairpipe.sim.contact.ccd.moving_segments import NEARLY_PARALLEL, TOUCHING, Encounter, lengths, meet, touch_inside
+from hairpipe.sim.contact.ccd.moving_segments import NEARLY_PARALLEL, Encounter, lengths, meet, touch_inside
+from hairpipe.spatial.segments import TOUCHING
 
 Cubic = tuple[float, float, float, float]
 ROUNDING = 32 * 2.0**-52

@@ -7,11 +7,10 @@ import numpy as np
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, length, minus, mix, row
 from hairpipe.spatial.segment_distance import closest_on_segments
+from hairpipe.spatial.segments import TOUCHING
 
 NEARLY_PARALLEL = 1e-6
 """Sine of an angle: what lies farther apart anywhere on the two for that is still touching."""
-TOUCHING = 1e-6
-"""Distance over the lengths of both segments."""
 
 
 class Encounter(NamedTuple):

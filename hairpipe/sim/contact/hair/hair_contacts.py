@@ -19,14 +19,14 @@ from hairpipe.sim.contact.hair.couplings import (
 )
 from hairpipe.sim.contact.hair.exclusions import common, united
 from hairpipe.sim.contact.hair.impulses import sweep
-from hairpipe.sim.contact.hair.mutual_nearest import closest_pairs
-from hairpipe.sim.contact.hair.proximity import approaches, near_pairs, pairs_about
 from hairpipe.sim.contact.hair.repulsion import linearise as linearise_contacts
 from hairpipe.sim.contact.hair.stiction import Connections, connect, no_connections, release, room
 from hairpipe.sim.contact.hair.stiction import linearise as linearise_connections
 from hairpipe.sim.settings import Collisions, Stiction
 from hairpipe.sim.solve import pcg
+from hairpipe.spatial.mutual_nearest import closest_pairs
 from hairpipe.spatial.pairs import Pairs, empty_pairs, key_of, within
+from hairpipe.spatial.proximity import approaches, near_pairs, pairs_about
 
 _TOLERANCE = 6e-2
 """Of what a solve moves points by, see `pcg.solve`: contact that is unequal from step to step hides the rest."""

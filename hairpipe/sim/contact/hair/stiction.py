@@ -27,9 +27,9 @@ from hairpipe.errors import BadInput
 from hairpipe.kernels.simd_vec3 import dot
 from hairpipe.sim.contact.contact_points import between, inverse_mass, normal_of
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
-from hairpipe.sim.contact.hair.proximity import near_pairs
 from hairpipe.sim.settings import Stiction
 from hairpipe.spatial.pairs import Pairs, key_of
+from hairpipe.spatial.proximity import near_pairs
 
 _SMALLEST = 1e-12  # [m]; a shorter connection counts as so long
 

@@ -7,8 +7,6 @@ import pytest
 
 from hairpipe.sim.contact.hair.coupling_operator import sides_of
 from hairpipe.sim.contact.hair.couplings import Couplings, find_incidence, matrices
-from hairpipe.sim.contact.hair.mutual_nearest import closest_pairs
-from hairpipe.sim.contact.hair.proximity import near_pairs
 from hairpipe.sim.contact.hair.stiction import (
     Connections,
     connect,
@@ -21,7 +19,9 @@ from hairpipe.sim.contact.hair.stiction import (
 )
 from hairpipe.sim.integrators.tr_bdf2 import G
 from hairpipe.sim.settings import Stiction
+from hairpipe.spatial.mutual_nearest import closest_pairs
 from hairpipe.spatial.pairs import key_of
+from hairpipe.spatial.proximity import near_pairs
 
 STICTION = Stiction()
 STIFFNESS = STICTION.force / (STICTION.release - STICTION.reach)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hairpipe.sim.contact.hair.mutual_nearest import closest_pairs
-from hairpipe.sim.contact.hair.proximity import near_pairs
+from hairpipe.spatial.mutual_nearest import closest_pairs
 from hairpipe.spatial.pairs import key_of
+from hairpipe.spatial.proximity import near_pairs
 from hairpipe.spatial.segment_distance import closest_of
 
 

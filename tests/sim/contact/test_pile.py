@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.hair.proximity import near_pairs
 from hairpipe.sim.settings import Collisions
+from hairpipe.spatial.proximity import near_pairs
 
 LAW = Collisions()
 

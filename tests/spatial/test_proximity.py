@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.hair.proximity import approaches, near_pairs
 from hairpipe.spatial.pairs import empty_pairs, key_of, within
+from hairpipe.spatial.proximity import approaches, near_pairs
 
 ROUNDING = 1e-9
 
