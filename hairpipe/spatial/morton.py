@@ -25,7 +25,7 @@ def along_curve(places: np.ndarray, centre: np.ndarray, extent: float) -> np.nda
 
 
 @njit(cache=True, parallel=True)
-def _find_keys(places, centre, scale, bits, shift, keys):  # noqa: ANN001, ANN202
+def _find_keys(places, centre, scale, bits, shift, keys):
     """Put the number of the cell on the curve and that of the place into one."""
     for k in prange(len(places)):
         cell = 0

@@ -105,7 +105,7 @@ def build_tree(before: np.ndarray, after: np.ndarray | None, segments: np.ndarra
 
 
 @njit(cache=True, parallel=True)
-def _find_middles(before, after, segments, middles):  # noqa: ANN001, ANN202
+def _find_middles(before, after, segments, middles):
     for k in prange(len(segments)):
         i = segments[k]
         for x in range(3):
@@ -113,7 +113,7 @@ def _find_middles(before, after, segments, middles):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _fill_leaves(before, after, segments, count, centre, unit, margin, moving, rows, boxes):  # noqa: ANN001, ANN202
+def _fill_leaves(before, after, segments, count, centre, unit, margin, moving, rows, boxes):
     for leaf in prange(len(rows)):
         for lane in range(min(LANES, count - leaf * LANES)):
             i = segments[leaf * LANES + lane]
@@ -133,7 +133,7 @@ def _in_frame(points: np.ndarray, i: int, centre: np.ndarray, unit: float) -> Ve
 
 
 @inlined
-def _enter_box(boxes, group, side, lane, p, q, margin):  # noqa: ANN001, ANN202
+def _enter_box(boxes, group, side, lane, p, q, margin):
     """Write the box round a segment from p to q, grown by a margin and rounded outwards."""
     for x in range(3):
         low, high = min(p[x], q[x]) - margin, max(p[x], q[x]) + margin
@@ -142,7 +142,7 @@ def _enter_box(boxes, group, side, lane, p, q, margin):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _enclose(boxes, firsts, children, ends):  # noqa: ANN001, ANN202
+def _enclose(boxes, firsts, children, ends):
     """Fill the groups above the leaves, level by level, with the boxes round those below; firsts of all levels."""
     for level in range(1, len(firsts) - 1):
         for group in range(firsts[level], firsts[level + 1]):
@@ -200,7 +200,7 @@ def overlapping(boxes: np.ndarray, group: int, others: np.ndarray, box: tuple[in
 
 
 @inlined
-def _apart(boxes, group, others, box, x):  # noqa: ANN001, ANN202
+def _apart(boxes, group, others, box, x):
     """Whether boxes are apart along an axis all the time, as lanes."""
     other, lane = box
     end = boxes.shape[1] - _SIDES

@@ -70,7 +70,7 @@ def shield_of(points: np.ndarray, offsets: np.ndarray, wind: Wind, law: Law, dia
 
 
 @njit(cache=True)
-def _bounds(points, axes):  # noqa: ANN001, ANN202
+def _bounds(points, axes):
     """Return the least and the greatest coordinates along the axes [m], (2, 3), of points that are finite."""
     least, greatest = np.full(3, np.inf), np.full(3, -np.inf)
     for p in range(len(points)):
@@ -89,7 +89,7 @@ def _nodes_around(bounds: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarr
 
 
 @inlined
-def _coordinates(axes, low, cell, x, y, z):  # noqa: ANN001, ANN202
+def _coordinates(axes, low, cell, x, y, z):
     """Return the coordinates of a place [m] in the grid, in cells from its first node."""
     u = (axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z) / cell - low[0]
     v = (axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z) / cell - low[1]
@@ -98,7 +98,7 @@ def _coordinates(axes, low, cell, x, y, z):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _voxel(place, count):  # noqa: ANN001, ANN202
+def _voxel(place, count):
     """Return the node before a coordinate and how far beyond it that is, in cells, within a grid of so many nodes."""
     place = min(place, count - 1.0) if place > 0.0 else 0.0  # what is not a number, too, is read somewhere
     i = min(int(place), count - 2)
@@ -106,7 +106,7 @@ def _voxel(place, count):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, error_model="numpy")
-def _count(points, offsets, axes, low, cell, width, area):  # noqa: ANN001, ANN202
+def _count(points, offsets, axes, low, cell, width, area):
     """Add L width sin^2 q of every segment to the eight nodes around it [m^2], in place; long ones piece by piece."""
     for strand in range(len(offsets) - 1):
         for k in range(offsets[strand], offsets[strand + 1] - 1):
@@ -125,7 +125,7 @@ def _count(points, offsets, axes, low, cell, width, area):  # noqa: ANN001, ANN2
 
 
 @inlined
-def _spread(area, place, amount):  # noqa: ANN001, ANN202
+def _spread(area, place, amount):
     """Share an amount among the nodes around a place, by trilinear weights."""
     i, f = _voxel(place[0], area.shape[0])
     j, g = _voxel(place[1], area.shape[1])
@@ -138,7 +138,7 @@ def _spread(area, place, amount):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _march(density, law, line, speed, cell, left):  # noqa: ANN001, ANN202
+def _march(density, law, line, speed, cell, left):
     """Lead the wind along the first axis: dU/ds = -c_n(U) a / (rho d), from cell to cell by the midpoint rule for ln U.
 
     density  a at the nodes [1/m]; line  rho d [kg/m^2]; left  U at the nodes over the undisturbed speed
@@ -156,7 +156,7 @@ def _march(density, law, line, speed, cell, left):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _rate(law, speed):  # noqa: ANN001, ANN202
+def _rate(law, speed):
     """Drag of a metre of hair over its speed squared [N s^2/m^3]."""
     return normal_drag(law, speed) / speed
 

@@ -245,7 +245,7 @@ def _farthest(way: np.ndarray) -> tuple[float, int, int]:
 
 
 @njit(cache=True)
-def _stiffest(model):  # noqa: ANN001, ANN202
+def _stiffest(model):
     """Find the largest sum of 4 k / (m l0) over the springs at a free particle [1/s^2], its block and lane."""
     stiffest, where, which = 0.0, 0, 0
     for block in range(len(model.first) - 1):
@@ -266,7 +266,7 @@ def _stiffest(model):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _strain_rate(first, inverse_lengths, stride, x, v):  # noqa: ANN001, ANN202
+def _strain_rate(first, inverse_lengths, stride, x, v):
     """Find the largest rate of strain of an edge on the axis [1/s], its block and lane."""
     fastest, where, which = 0.0, 0, 0
     for block in range(len(first) - 1):

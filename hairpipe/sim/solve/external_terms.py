@@ -38,7 +38,7 @@ def kicked(who: np.ndarray, impulses: np.ndarray, masses: np.ndarray, out: np.nd
 
 
 @njit(cache=True, parallel=True)
-def lay_out(axis: Axis, who, push, damping, speeds, weights, received, diagonal, following, outer) -> None:  # noqa: ANN001
+def lay_out(axis: Axis, who, push, damping, speeds, weights, received, diagonal, following, outer) -> None:
     """Write the rows of strands who, (blocks, W), in place.
 
     push [N], (P, 3); damping [kg/s], symmetric, (P, 6); speeds  v [m/s], (P, 3)
@@ -52,7 +52,7 @@ def lay_out(axis: Axis, who, push, damping, speeds, weights, received, diagonal,
 
 
 @njit(cache=True)
-def _lay_out_block(axis, block, push, damping, speeds, weights, received, diagonal, following, outer):  # noqa: ANN001, ANN202
+def _lay_out_block(axis, block, push, damping, speeds, weights, received, diagonal, following, outer):
     touching = len(received) > 0
     for lane in range(axis.strands.shape[1]):
         strand = axis.strands[block, lane]

@@ -12,7 +12,7 @@ from hairpipe.sim.strands.interface import shape_of
 
 
 @njit(cache=True, parallel=True)
-def respond(model, axis: Axis, A, held, who, impulses, change, b) -> None:  # noqa: ANN001
+def respond(model, axis: Axis, A, held, who, impulses, change, b) -> None:
     """Solve every strand's own system for impulses on its axis, in place.
 
     A         factors, of `factor_stages`; they are all that it reads from memory, and so kept in single precision
@@ -26,7 +26,7 @@ def respond(model, axis: Axis, A, held, who, impulses, change, b) -> None:  # no
 
 
 @njit(cache=True, error_model="numpy")
-def _respond_block(model, axis, block, A, held, who, impulses, change, b):  # noqa: ANN001, ANN202
+def _respond_block(model, axis, block, A, held, who, impulses, change, b):
     rows = slice(axis.first[block], axis.first[block + 1])
     As = A[rows]
     x = np.empty((As.shape[0], 3, As.shape[2]), who.dtype)
@@ -54,7 +54,7 @@ def _respond_block(model, axis, block, A, held, who, impulses, change, b):  # no
 
 
 @inlined
-def _take(axis, block, points, x):  # noqa: ANN001, ANN202
+def _take(axis, block, points, x):
     """Copy what points of a block have to its particles."""
     for lane in range(axis.strands.shape[1]):
         first, row = axis.offsets[axis.strands[block, lane]], axis.root
@@ -65,7 +65,7 @@ def _take(axis, block, points, x):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _give(axis, block, x, points):  # noqa: ANN001, ANN202
+def _give(axis, block, x, points):
     """Copy what particles of a block have to its points."""
     for lane in range(axis.strands.shape[1]):
         if not axis.idle[block, lane]:

@@ -88,7 +88,7 @@ def resume(touch: Touch, probe: Probe, v: np.ndarray, thickness: np.ndarray, mas
 
 
 @inlined
-def _resume(touch, probe, i, v, thickness):  # noqa: ANN001, ANN202
+def _resume(touch, probe, i, v, thickness):
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     if probe.distance[i] < thickness + _NEAR and nx * nx + ny * ny + nz * nz > 0.5:
         sticks = _slip(probe, i, v) < _STILL
@@ -99,7 +99,7 @@ def _resume(touch, probe, i, v, thickness):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def hold(touch: Touch, probe: Probe, x, v, thickness, mass, weights, who, push, damping) -> None:  # noqa: ANN001
+def hold(touch: Touch, probe: Probe, x, v, thickness, mass, weights, who, push, damping) -> None:
     """Hold the points that touch: add their forces, push - damping v, in place.
 
     probe      of the body at x
@@ -118,7 +118,7 @@ def hold(touch: Touch, probe: Probe, x, v, thickness, mass, weights, who, push, 
 
 
 @inlined
-def _aim(touch, probe, i, v, thickness, mass, h):  # noqa: ANN001, ANN202
+def _aim(touch, probe, i, v, thickness, mass, h):
     """Decide whether point i touches, and where it is to go."""
     phi = probe.distance[i]
     near = _lead(probe, i, v, h) if touch.state[i] != FREE else (-_NEAR if touch.freed[i] else 0.0)
@@ -145,20 +145,20 @@ def _aim(touch, probe, i, v, thickness, mass, h):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _lead(probe, i, v, h):  # noqa: ANN001, ANN202
+def _lead(probe, i, v, h):
     """Return how far outside point i is still held: a straight way leads it off a body that it slides around."""
     return _NEAR + h * _slip(probe, i, v)
 
 
 @inlined
-def _slip(probe, i, v):  # noqa: ANN001, ANN202
+def _slip(probe, i, v):
     """Return how fast point i goes against the body [m/s]."""
     ux, uy, uz = v[i, 0] - probe.velocity[i, 0], v[i, 1] - probe.velocity[i, 1], v[i, 2] - probe.velocity[i, 2]
     return np.sqrt(ux * ux + uy * uy + uz * uz)
 
 
 @inlined
-def _add_hold(touch, i, push, damping):  # noqa: ANN001, ANN202
+def _add_hold(touch, i, push, damping):
     c, n, w = touch.grip[i], touch.normal[i], touch.target[i]
     more = touch.rate[i] - c
     wanted = more * (w[0] * n[0] + w[1] * n[1] + w[2] * n[2])
@@ -173,7 +173,7 @@ def _add_hold(touch, i, push, damping):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def judge(touch: Touch, probe: Probe, v, thickness, mass, friction, who, changed) -> None:  # noqa: ANN001
+def judge(touch: Touch, probe: Probe, v, thickness, mass, friction, who, changed) -> None:
     """Look at what a solve found: set changed, (P,) bool, where points must be solved again, in place.
 
     probe  of the body where points are now; v  their velocities [m/s], (P, 3); the others as for `hold`
@@ -191,7 +191,7 @@ def judge(touch: Touch, probe: Probe, v, thickness, mass, friction, who, changed
 
 
 @inlined
-def _judge_touch(touch, i, v, friction):  # noqa: ANN001, ANN202
+def _judge_touch(touch, i, v, friction):
     """Renew the grip of point i, or let it go; tell whether it must be solved again."""
     c, n, w = touch.rate[i], touch.normal[i], touch.target[i]
     ux, uy, uz = v[i, 0] - w[0], v[i, 1] - w[1], v[i, 2] - w[2]
@@ -219,7 +219,7 @@ def _judge_touch(touch, i, v, friction):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def stop_normals(touch: Touch, v, distance, change) -> None:  # noqa: ANN001
+def stop_normals(touch: Touch, v, distance, change) -> None:
     """Set change, (P, 3), to what takes from v the speed that only put points in their place [m/s], in place.
 
     A contact gives nothing back. What rises goes on until it is out.

@@ -76,7 +76,7 @@ def swept_pairs_of(
 
 
 @njit(cache=True, parallel=True)
-def _lack(pairs, marked):  # noqa: ANN001, ANN202
+def _lack(pairs, marked):
     """Mark the pairs, (n, 2), of which one is not marked, (n,) bool."""
     lack = np.empty(len(pairs), np.bool_)
     for k in prange(len(pairs)):

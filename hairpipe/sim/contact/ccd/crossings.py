@@ -50,7 +50,7 @@ def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Cross
 
 
 @njit(cache=True, parallel=True)
-def _find_times(before, after, pairs, times):  # noqa: ANN001, ANN202
+def _find_times(before, after, pairs, times):
     for chunk in prange(-(-len(pairs) // _CHUNK)):
         room = np.empty((ROWS, WIDTH))
         for start in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(pairs)), WIDTH):
@@ -63,7 +63,7 @@ def _find_times(before, after, pairs, times):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _describe(before, after, segments, times, fractions, normals):  # noqa: ANN001, ANN202
+def _describe(before, after, segments, times, fractions, normals):
     for k in prange(len(segments)):
         pair = encounter(before, after, segments[k, 0], segments[k, 1])
         fractions[k, 0], fractions[k, 1], _ = meet(pair, times[k])

@@ -11,7 +11,7 @@ ROWS = 18
 
 
 @inlined
-def may_cross(before, after, pairs, start, room):  # noqa: ANN001, ANN201
+def may_cross(before, after, pairs, start, room):
     """Return which of the pairs from `start` on may have a root, as bits of an int64, eight of them or to the end.
 
     room  to compute in, (ROWS, WIDTH) float64
@@ -45,15 +45,15 @@ def may_cross(before, after, pairs, start, room):  # noqa: ANN001, ANN201
 
 
 @inlined
-def _row(room, r):  # noqa: ANN001, ANN202
+def _row(room, r):
     return load(room, (r,)), load(room, (r + 1,)), load(room, (r + 2,))
 
 
 @inlined
-def _dot(a, b):  # noqa: ANN001, ANN202
+def _dot(a, b):
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @inlined
-def _cross(a, b):  # noqa: ANN001, ANN202
+def _cross(a, b):
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

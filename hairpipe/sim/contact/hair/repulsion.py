@@ -73,7 +73,7 @@ def linearise(
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, contacts, points, velocities, felt, masses, law, weights, span, who):  # noqa: ANN001, ANN202
+def _linearise(out, contacts, points, velocities, felt, masses, law, weights, span, who):
     thickness, stiffness, viscosity, friction = law
     segments, fractions = contacts.segments, contacts.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.

@@ -130,14 +130,14 @@ def stiffest(connections: Connections, masses: np.ndarray, stiction: Stiction) -
 
 
 @njit(cache=True, parallel=True)
-def _hold_on(kept, connections, points, distance):  # noqa: ANN001, ANN202
+def _hold_on(kept, connections, points, distance):
     for i in prange(len(kept)):
         span = between(points, connections.segments, connections.fractions, i)
         kept[i] = dot(span, span) <= distance * distance
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, connections, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
+def _linearise(out, connections, points, velocities, masses, law, weights, span, who):
     stiffness, reach, far, fraction = law
     segments, fractions = connections.segments, connections.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
