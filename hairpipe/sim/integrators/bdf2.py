@@ -44,5 +44,5 @@ class Bdf2:
             kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)
             np.divide(motion.v - vh - kick, rows_of(model, weights), out=motion.a)
             kick = kick + around.end(motion, x0, step)
-        forget(model, motion.a, around.shocked(motion.x))
+        forget(model, motion.a, around.discontinuous(motion.x))
         self._before = x0, v0 + kick, step.dt

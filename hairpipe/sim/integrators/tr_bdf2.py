@@ -79,7 +79,7 @@ class TrBdf2:
             _take_kick(model, first, 0.0, lost)
             _take_kick(model, second, kick, lost)
         changed = around.end(motion, x0, step)
-        forget(model, motion.a, around.shocked(x))
+        forget(model, motion.a, around.discontinuous(x))
         return _sum(_sum(first, second), changed)
 
     def _do_again(

@@ -310,23 +310,23 @@ def _carry(model, block, x, v, T, xh, before, began, ends, held, h, span, bad, r
 
 
 @njit(cache=True, parallel=True)
-def factor_stages(model, A, b, x, v, vh, T, outer, held, who, weights, rule):
+def factor_stages(model, A, b, x, v, vh, T, outer, held, active, weights, rule):
     """Solve every strand's own system, in place.
 
     A      out: its factors, (rows, row_size, W), which may have less precision; not kept where it has no rows
     b      out: change of velocity [m/s], (rows, 3, W)
     outer  what acts from outside, see above
-    who    1 for strands that are solved, (blocks, W); the others have 0 in b
+    active    1 for strands that are solved, (blocks, W); the others have 0 in b
     """
     for block in prange(len(model.first) - 1):
-        if who[block].any():
-            _factor_block(model, np.int64(block), A, b, x, v, vh, T, outer, held, who, weights, rule)
+        if active[block].any():
+            _factor_block(model, np.int64(block), A, b, x, v, vh, T, outer, held, active, weights, rule)
         else:
             fill(b[model.first[block] : model.first[block + 1]], 0.0)
 
 
 @njit(cache=True, error_model="numpy")
-def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, weights, rule):
+def _factor_block(model, block, A, b, x, v, vh, T, outer, held, active, weights, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     bs, xs, Ts = b[rows], x[rows], T[rows]
     reach = shape_of(model).reach
@@ -337,7 +337,7 @@ def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, weights, ru
     substitute(As, bs, xs.shape[0], reach)
     for p in range(bs.shape[0]):
         for c in range(3):
-            store(bs, (p, c), select(load(who, (block,)) > 0.0, load(bs, (p, c)), 0.0))
+            store(bs, (p, c), select(load(active, (block,)) > 0.0, load(bs, (p, c)), 0.0))
     if A.shape[0] > 0:
         kept = A[rows]
         for p in range(kept.shape[0]):
@@ -346,18 +346,18 @@ def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, weights, ru
 
 
 @njit(cache=True, parallel=True)
-def update_stages(model, x, v, T, b, who, weights, rule):
-    """Move the strands who, (blocks, W), to the solution b, in place."""
+def update_stages(model, x, v, T, b, active, weights, rule):
+    """Move the active strands, (blocks, W), to the solution b, in place."""
     for block in prange(len(model.first) - 1):
-        if who[block].any():
-            _update_block(model, np.int64(block), x, v, T, b, who, weights, rule)
+        if active[block].any():
+            _update_block(model, np.int64(block), x, v, T, b, active, weights, rule)
 
 
 @njit(cache=True, error_model="numpy")
-def _update_block(model, block, x, v, T, b, who, weights, rule):
+def _update_block(model, block, x, v, T, b, active, weights, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     dx = np.empty(x[rows].shape, x.dtype)
-    _update(model, x[rows], v[rows], T[rows], dx, b[rows], load(who, (block,)) > 0.0, True, block, h, rule)
+    _update(model, x[rows], v[rows], T[rows], dx, b[rows], load(active, (block,)) > 0.0, True, block, h, rule)
 
 
 @njit(cache=True, parallel=True)

@@ -52,9 +52,9 @@ def slide(u, n, push, friction):
     return normal * n[0] + keep * tx, normal * n[1] + keep * ty, normal * n[2] + keep * tz
 
 
-def farthest(begun: np.ndarray, dt: float) -> np.ndarray:
+def farthest(start_distance: np.ndarray, dt: float) -> np.ndarray:
     """Return the distances [m] up to which points that began a step of dt [s] at others are moved out, (P,); pure."""
-    return np.where(begun < -DEEP, -np.inf, begun + PUSH_OUT * dt)
+    return np.where(start_distance < -DEEP, -np.inf, start_distance + PUSH_OUT * dt)
 
 
 @njit(cache=True)

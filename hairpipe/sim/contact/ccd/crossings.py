@@ -6,10 +6,8 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.simd import WIDTH, lowest
-from hairpipe.sim.contact.ccd.coplanarity import coplanar_time
-from hairpipe.sim.contact.ccd.crossing_normal import crossing_normal
-from hairpipe.sim.contact.ccd.cubic_signs import ROWS, may_cross
-from hairpipe.sim.contact.ccd.moving_segments import encounter, meet
+from hairpipe.sim.contact.ccd.coplanarity import ROWS, coplanar_time, may_cross
+from hairpipe.sim.contact.ccd.moving_segments import crossing_normal, encounter, meet
 from hairpipe.spatial.pairs import key_of
 
 _CHUNK = 1024
