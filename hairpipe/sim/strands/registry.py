@@ -8,7 +8,7 @@ if TYPE_CHECKING:  # a node that reads the names compiles nothing
 ModelName = Literal["network", "chain"]
 
 
-def strand_models() -> dict[ModelName, "ModelKind"]:
+def strand_models() -> dict[str, "ModelKind"]:
     """Import the models of the house, and return them by name."""
     from hairpipe.sim.strands.chain import CHAIN
     from hairpipe.sim.strands.network import NETWORK
