@@ -26,8 +26,7 @@ from hairpipe.sim.solve.external_terms import ROWS, ROWS_WITH_NEXT, clear, lay_o
 from hairpipe.sim.solve.implicit_stage import Rule, factor_stages, guess_stages, run_stages, update_stages
 from hairpipe.sim.solve.strand_inverse import respond
 from hairpipe.sim.state import Motion, Step
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel
 
 _PASSES = 4  # over the strands for which a judgement was wrong
 
@@ -69,7 +68,7 @@ class Surroundings:
     origin         about which positions of strands are [m], (3,); what acts on points sees them in the world
     """
 
-    model: Network | Chain
+    model: StrandModel
     layout: Layout
     strain: StrainLimit | None = None
     wind: Breeze | None = None

@@ -17,7 +17,8 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.simd import load, maximum, minimum, sqrt, store
-from hairpipe.sim.strands.interface import Shape, shape_of
+from hairpipe.sim.layout import Shape
+from hairpipe.sim.strands.interface import shape_of
 
 
 @njit(cache=True)

@@ -32,10 +32,6 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import any_lane, either, load, select, sqrt, store, store_as
 from hairpipe.kernels.simd_arrays import copy, fill
 from hairpipe.sim.solve.spring_form import SpringForm
-from hairpipe.sim.strands import (
-    chain,  # noqa: F401 (they teach numba the kernels of the interface)
-    network,  # noqa: F401 (they teach numba the kernels of the interface)
-)
 from hairpipe.sim.strands.forces.spring import multiplier, tension
 from hairpipe.sim.strands.interface import add_forces, shape_of, spring_constant, springs_from
 

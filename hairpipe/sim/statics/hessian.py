@@ -15,10 +15,6 @@ from hairpipe.kernels.banded import add, row_size
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, select, store
 from hairpipe.kernels.simd_arrays import fill
-from hairpipe.sim.strands import (
-    chain,  # noqa: F401 (they teach numba the kernels of the interface)
-    network,  # noqa: F401 (they teach numba the kernels of the interface)
-)
 from hairpipe.sim.strands.interface import add_forces, shape_of
 
 _WEIGHTS = np.array([3 / 4, -3 / 20, 1 / 60])

@@ -28,10 +28,10 @@ from hairpipe.sim.layout import Layout
 from hairpipe.sim.settings import SagFree
 from hairpipe.sim.statics.hessian import find_stable
 from hairpipe.sim.statics.settle import settle
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.interface import shape_of, spring_constant, springs_from
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel, kind_of, shape_of, spring_constant, springs_from
 
+SPRINGS = 3
+"""That end at every free particle: as many as it has equations."""
 STEP = 1e-5
 """Of differences of forces, over the length of a segment: a curl can be close to exchanging altitude springs."""
 
@@ -66,7 +66,7 @@ class Equilibrium:
     strains: np.ndarray
 
 
-def carry_weight(model: Network, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
+def carry_weight(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
     """Find the springs that carry strands at x [m], (rows, 3, W), under gravity [m/s^2], (3,)."""
     lengths, tensions = np.zeros_like(model.inverse_lengths), np.zeros_like(model.inverse_lengths)
     strains = np.zeros((len(model.first) - 1, x.shape[2]))
@@ -74,7 +74,7 @@ def carry_weight(model: Network, x: np.ndarray, gravity: np.ndarray) -> Equilibr
     return Equilibrium(lengths, tensions, strains)
 
 
-def stands(model: Network, x: np.ndarray, strains: np.ndarray, limit: float) -> np.ndarray:
+def stands(model: StrandModel, x: np.ndarray, strains: np.ndarray, limit: float) -> np.ndarray:
     """Tell which strands stand at x [m] with the springs of a model, none strained beyond a limit, (blocks, W) bool."""
     edges = np.linalg.norm(x[model.first[:-1] + 2] - x[model.first[:-1]], axis=1)
     stable = np.zeros_like(strains)
@@ -83,7 +83,7 @@ def stands(model: Network, x: np.ndarray, strains: np.ndarray, limit: float) -> 
 
 
 def stand(
-    model: Network | Chain, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, wanted: SagFree
+    model: StrandModel, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, wanted: SagFree
 ) -> Stance:
     """Let strands stand as they are placed, and do with those that cannot as is wanted, which is said.
 
@@ -91,10 +91,11 @@ def stand(
     x        particles as placed [m], (rows, 3, W)
     gravity  [m/s^2], (3,)
 
-    BadInput where the model is no network, or where strands that cannot stand are refused.
+    Raises BadInput where the model is no network, or where strands that cannot stand are refused.
     """
-    if isinstance(model, Chain):
-        raise BadInput("a chain cannot hold a groomed shape under its weight", where="model", right='"network"')
+    if model.inverse_lengths.shape[1] != SPRINGS:
+        said = f"a {kind_of(model).name} cannot hold a groomed shape under its weight"
+        raise BadInput(said, where="model", right='"network"')
     found = carry_weight(model, x, gravity)
     able = stands(model._replace(inverse_lengths=found.inverse_lengths), x, found.strains, wanted.strain)
     _report(able, layout, ids, wanted.unstable)

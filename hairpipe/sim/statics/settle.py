@@ -24,9 +24,7 @@ from hairpipe.kernels.simd import any_lane, load, maximum, minimum, select, stor
 from hairpipe.kernels.simd_arrays import fill
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.solve.implicit_stage import set_tensions
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.interface import add_forces, shape_of
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel, add_forces, shape_of
 
 STILL = 1e-7
 """Forces left on a particle along an axis, over the mass of its strand, at rest [m/s^2]: 1e-8 of its weight."""
@@ -52,7 +50,7 @@ class Settled:
 
 
 def settle(
-    model: Network | Chain, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, who: np.ndarray
+    model: StrandModel, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, who: np.ndarray
 ) -> Settled:
     """Let strands come to rest under gravity; those that do not are named in a warning. Pure.
 
