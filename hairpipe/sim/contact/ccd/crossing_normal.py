@@ -1,7 +1,7 @@
 """The direction in which two segments that met must be kept apart."""
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, any_across, cross, dot, flattened, length, minus, mix, times, unit
+from hairpipe.kernels.vec3 import Vector, any_across, cross, dot, flattened, length, minus, mix, scaled, unit
 from hairpipe.sim.contact.ccd.moving_segments import Encounter
 
 _PARALLEL = 1e-8
@@ -29,4 +29,4 @@ def crossing_normal(pair: Encounter, time: float, s: float, t: float) -> Vector:
         if length(normal) <= _PARALLEL * length(approach) or length(normal) == 0.0:
             normal = any_across(along)
     normal = unit(normal, (0.0, 0.0, 1.0))
-    return normal if dot(normal, approach) >= 0.0 else times(-1.0, normal)
+    return normal if dot(normal, approach) >= 0.0 else scaled(-1.0, normal)
