@@ -19,7 +19,7 @@ from numba import njit, prange
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import bits, both, either, load, lowest, width
 from hairpipe.kernels.vec3 import Vector, length, minus, mix, row, scaled
-from hairpipe.spatial.morton import along_curve
+from hairpipe.spatial.morton import morton_order_in_cube
 from hairpipe.spatial.segment_distance_simd import MOVING, RESTING, ULP, enter_drift, enter_segment
 from hairpipe.spatial.segments import TOUCHING
 
@@ -92,7 +92,7 @@ def build_tree(before: np.ndarray, after: np.ndarray | None, segments: np.ndarra
     firsts = np.cumsum([0, *counts])
     middles = np.empty((len(segments), 3))
     _find_middles(before, after, segments, middles)
-    order = along_curve(middles, frame.centre, frame.extent)
+    order = morton_order_in_cube(middles, frame.centre, frame.extent)
     rows = np.zeros((counts[0], MOVING if moving else RESTING, LANES), SINGLE)
     boxes = np.empty((firsts[-1], 2 * _SIDES if moving else _SIDES, LANES), SINGLE)
     boxes.reshape(-1, 2, 3, LANES)[:] = np.array([np.inf, -np.inf], SINGLE)[:, None, None]
