@@ -19,11 +19,11 @@ from hairpipe.data import BodyParts
 from hairpipe.errors import BadInput
 from hairpipe.levelset.collider import Probe, Sweep
 from hairpipe.levelset.grid_layout import BRICK
-from hairpipe.levelset.parts.part_field import PartField, part_field_of
-from hairpipe.levelset.parts.part_probe import probe_parts
-from hairpipe.levelset.parts.part_sweep import sweep_parts
+from hairpipe.levelset.parts.field import PartField, part_field_of
 from hairpipe.levelset.parts.pose_path import PosePath, Stances, path_between, stances_at
+from hairpipe.levelset.parts.probe import probe_parts
 from hairpipe.levelset.parts.shape_change import largest_changes
+from hairpipe.levelset.parts.sweep import sweep_parts
 
 # A part turns by no more than this from one look at its pose to the next [rad]; between them its points go straight.
 FINE = 0.02

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.levelset.grid_layout import BRICK
-from hairpipe.levelset.parts.part_field import FAR_OUTSIDE, PartField
+from hairpipe.levelset.parts.field import FAR_OUTSIDE, PartField
 
 
 @njit(cache=True)

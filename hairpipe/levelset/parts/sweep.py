@@ -8,10 +8,10 @@ from numba import njit, prange
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, length, minus, mix
 from hairpipe.levelset.boxes import passage
-from hairpipe.levelset.parts.part_field import PartField
-from hairpipe.levelset.parts.part_probe import nearest_part
-from hairpipe.levelset.parts.part_shape import place_in, shape_change, shape_distance
+from hairpipe.levelset.parts.field import PartField
 from hairpipe.levelset.parts.pose_path import Stances
+from hairpipe.levelset.parts.probe import nearest_part
+from hairpipe.levelset.parts.shape import place_in, shape_change, shape_distance
 
 CHUNK = 512
 """Points that a thread takes at a time."""

@@ -5,8 +5,9 @@ from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector
-from hairpipe.levelset.parts.part_field import PartField
-from hairpipe.levelset.parts.part_shape import (
+from hairpipe.levelset.parts.field import PartField
+from hairpipe.levelset.parts.pose_path import Stances
+from hairpipe.levelset.parts.shape import (
     place_in,
     shape_change,
     shape_distance,
@@ -14,7 +15,6 @@ from hairpipe.levelset.parts.part_shape import (
     turned_out,
     velocity_of,
 )
-from hairpipe.levelset.parts.pose_path import Stances
 
 CHUNK = 512
 """Points that a thread takes at a time."""

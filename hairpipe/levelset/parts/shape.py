@@ -4,7 +4,7 @@ import numpy as np
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector
-from hairpipe.levelset.parts.part_field import PartField, part_distance
+from hairpipe.levelset.parts.field import PartField, part_distance
 from hairpipe.levelset.parts.pose_path import Stances
 
 
