@@ -10,10 +10,9 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector
 from hairpipe.levelset.boxes import passage
 from hairpipe.levelset.collider import Probe, Sweep
-from hairpipe.levelset.field import Field, field_of
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.interpolation import Interpolation, distance_between, evaluate
-from hairpipe.levelset.sample import FAR_OUTSIDE, brick_at, velocity
+from hairpipe.levelset.sample import FAR_OUTSIDE, Field, brick_at, field_of, velocity
 
 CHUNK = 512
 """Points that a thread takes at a time."""
