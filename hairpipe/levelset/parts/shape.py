@@ -1,40 +1,58 @@
 """The shape of a part between two frames, in its own frame: blended from that at the two."""
 
+from typing import NamedTuple
+
 import numpy as np
+from numba import njit
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector
-from hairpipe.levelset.parts.field import PartField, part_distance
+from hairpipe.levelset.grid_layout import BRICK
+from hairpipe.levelset.parts.field import FAR_OUTSIDE, PartField, part_distance
 from hairpipe.levelset.parts.pose_path import Stances
 
 
+class Shape(NamedTuple):
+    """What the distance to a part is read from.
+
+    before, after  the parts at the two frames
+    changes        whether a part has another shape in the second frame, (G,) bool
+    part           its index
+    """
+
+    before: PartField
+    after: PartField
+    changes: np.ndarray
+    part: int
+
+
 @inlined
-def shape_distance(before: PartField, after: PartField, changes: np.ndarray, part: int, a: float, X: Vector) -> float:
+def shape_distance(shape: Shape, a: float, X: Vector) -> float:
     """Return the signed distance [m] to a part, a frames after the first, at a point in its frame [m]."""
-    phi = part_distance(before, part, X[0], X[1], X[2])
-    if changes[part]:
-        phi += a * (part_distance(after, part, X[0], X[1], X[2]) - phi)
+    phi = part_distance(shape.before, shape.part, X)
+    if shape.changes[shape.part]:
+        phi += a * (part_distance(shape.after, shape.part, X) - phi)
     return phi
 
 
 @inlined
-def shape_gradient(before: PartField, after: PartField, changes: np.ndarray, part: int, a: float, X: Vector) -> Vector:
+def shape_gradient(shape: Shape, a: float, X: Vector) -> Vector:
     """Return the gradient of the distance by central differences over one voxel, as `sample.gradient` does."""
-    e, per = 0.5 / before.per_metre, before.per_metre
+    e, per = 0.5 / shape.before.per_metre, shape.before.per_metre
     gx = gy = gz = 0.0
     for side in (-1.0, 1.0):
-        gx += side * per * shape_distance(before, after, changes, part, a, (X[0] + side * e, X[1], X[2]))
-        gy += side * per * shape_distance(before, after, changes, part, a, (X[0], X[1] + side * e, X[2]))
-        gz += side * per * shape_distance(before, after, changes, part, a, (X[0], X[1], X[2] + side * e))
+        gx += side * per * shape_distance(shape, a, (X[0] + side * e, X[1], X[2]))
+        gy += side * per * shape_distance(shape, a, (X[0], X[1] + side * e, X[2]))
+        gz += side * per * shape_distance(shape, a, (X[0], X[1], X[2] + side * e))
     return gx, gy, gz
 
 
 @inlined
-def shape_change(before: PartField, after: PartField, changes: np.ndarray, part: int, X: Vector) -> float:
+def shape_change(shape: Shape, X: Vector) -> float:
     """Return by how much the distance at a point of the part's frame grows over the frame [m]."""
     change = 0.0
-    if changes[part]:
-        change = part_distance(after, part, X[0], X[1], X[2]) - part_distance(before, part, X[0], X[1], X[2])
+    if shape.changes[shape.part]:
+        change = part_distance(shape.after, shape.part, X) - part_distance(shape.before, shape.part, X)
     return change
 
 
@@ -71,3 +89,44 @@ def velocity_of(stances: Stances, t: int, part: int, x: Vector) -> Vector:
         d[t, part, 1] + w[t, part, 2] * u - w[t, part, 0] * z,
         d[t, part, 2] + w[t, part, 0] * v - w[t, part, 1] * u,
     )
+
+
+@njit(cache=True)
+def largest_changes(before: PartField, after: PartField, changes: np.ndarray) -> np.ndarray:
+    """Return by how much the distance to every part changes at most over the frame, in its own frame [m], (G,); pure.
+
+    What is deeper inside than the band is taken as its border: there the nearest way out may jump.
+
+    changes  whether it does, (G,)
+    """
+    found = np.zeros(len(changes))
+    for part in np.flatnonzero(changes):
+        found[part] = max(largest_change(before, after, part), largest_change(after, before, part))
+    return found
+
+
+@njit(cache=True)
+def largest_change(one: PartField, other: PartField, part: int) -> float:
+    """Return the same over the bricks that a part has at one frame; those of two frames coincide."""
+    largest, (na, nb, nc), width = 0.0, one.shapes[part], np.float32(one.background)
+    ahead = np.rint((one.origins[part] - other.origins[part]) * one.per_metre / BRICK).astype(np.int64)
+    for i, j, k in np.ndindex(na, nb, nc):
+        n = one.bricks[one.starts[part] + (i * nb + j) * nc + k]
+        if n >= 0:
+            m = brick_of(other, part, i + ahead[0], j + ahead[1], k + ahead[2])
+            if m >= 0:
+                change = np.abs(np.maximum(other.distance[m], -width) - np.maximum(one.distance[n], -width)).max()
+            else:
+                far = other.background if m == FAR_OUTSIDE else -other.background
+                change = np.abs(far - np.maximum(one.distance[n], -width)).max()
+            largest = max(largest, change)
+    return largest
+
+
+@njit(cache=True)
+def brick_of(field: PartField, part: int, i: int, j: int, k: int) -> int:
+    """Return the index of the brick of a part at a block of space, FAR_OUTSIDE or FAR_INSIDE where there is none."""
+    na, nb, nc = field.shapes[part]
+    if 0 <= i < na and 0 <= j < nb and 0 <= k < nc:
+        return field.bricks[field.starts[part] + (i * nb + j) * nc + k]
+    return FAR_OUTSIDE
