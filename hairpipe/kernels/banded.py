@@ -17,7 +17,7 @@ import numpy as np
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, load_as, select, store
-from hairpipe.kernels.simd_vec3 import dot
+from hairpipe.kernels.vec3 import dot
 
 OFFSET = 6
 

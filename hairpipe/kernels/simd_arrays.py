@@ -14,6 +14,12 @@ _CHUNK = 64
 
 
 @inlined
+def difference(x, p, q):
+    """Return the vector of lanes x_q - x_p from an array x (rows, 3, W)."""
+    return load(x, (q, 0)) - load(x, (p, 0)), load(x, (q, 1)) - load(x, (p, 1)), load(x, (q, 2)) - load(x, (p, 2))
+
+
+@inlined
 def combine(out, a, x, b, y):
     """Set out to a x + b y, in place; a and b numbers, the others (particles, components, W)."""
     for p in range(out.shape[0]):

@@ -14,8 +14,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd_vec3 import cross, dot, minus, scaled
-from hairpipe.kernels.vec3 import any_across, unit
+from hairpipe.kernels.vec3 import any_across, cross, dot, minus, scaled, unit
 from hairpipe.sim.settings import Collisions
 from hairpipe.spatial.pairs import Pairs
 

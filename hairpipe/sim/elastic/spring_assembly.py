@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.kernels.simd import load, maximum, store
-from hairpipe.kernels.simd_vec3 import dot
+from hairpipe.kernels.vec3 import dot
 from hairpipe.sim.elastic.spring_mesh import Springs
 from hairpipe.sim.strands.forces.altitude import altitude_along, area_vectors, shortest_altitude
 

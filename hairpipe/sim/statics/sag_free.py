@@ -23,7 +23,7 @@ from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, maximum, sqrt, store
-from hairpipe.kernels.simd_vec3 import cross, dot, minus, scaled
+from hairpipe.kernels.vec3 import cross, dot, minus, scaled
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.settings import SagFree
 from hairpipe.sim.statics.hessian import find_stable

@@ -23,8 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.simd_vec3 import cross, dot, minus, plus, scaled
-from hairpipe.kernels.vec3 import row
+from hairpipe.kernels.vec3 import cross, dot, minus, plus, row, scaled
 from hairpipe.sim.material import Material
 from hairpipe.sim.strands import lattice
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.simd_vec3 import dot, minus, plus, scaled
+from hairpipe.kernels.vec3 import dot, minus, plus, scaled
 from hairpipe.sim.contact.ccd.broad_phase import Candidates
 from hairpipe.sim.contact.ccd.crossings import Crossings, crossings
 from hairpipe.sim.contact.contact_points import apply, between, impulse, inverse_mass

@@ -12,9 +12,9 @@ from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.prefetch import AHEAD, fetch
-from hairpipe.kernels.simd_vec3 import plus, scaled
 from hairpipe.kernels.simd_vec4 import WHOLE, dot, item, load_four, load_short_four, without_first, zeros
 from hairpipe.kernels.sym3 import outer
+from hairpipe.kernels.vec3 import plus, scaled
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings, Incidence
 
 _CHUNK = 2048

@@ -21,7 +21,7 @@ Bridson et al. it comes with each impulse, so that Coulomb's law holds for each.
 import numpy as np
 from numba import njit
 
-from hairpipe.kernels.simd_vec3 import dot
+from hairpipe.kernels.vec3 import dot
 from hairpipe.sim.contact.contact_points import apply, between, find_contacts, impulse, inverse_mass
 from hairpipe.sim.settings import Collisions
 from hairpipe.spatial.pairs import Pairs

@@ -33,7 +33,7 @@ that ends, both pairs share a contact and both springs act; Coulomb's law does n
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.simd_vec3 import dot, minus, scaled
+from hairpipe.kernels.vec3 import dot, minus, scaled
 from hairpipe.sim.contact.contact_points import RELAXATION, Contacts, between, inverse_mass
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.sim.settings import Collisions

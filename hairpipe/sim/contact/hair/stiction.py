@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.errors import BadInput
-from hairpipe.kernels.simd_vec3 import dot
+from hairpipe.kernels.vec3 import dot
 from hairpipe.sim.contact.contact_points import between, inverse_mass, normal_of
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.sim.settings import Stiction

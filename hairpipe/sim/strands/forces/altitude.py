@@ -20,8 +20,9 @@ from numba import njit
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import any_lane, load, maximum, select, sqrt
-from hairpipe.kernels.simd_vec3 import cross, difference, dot, plus, scaled
+from hairpipe.kernels.simd_arrays import difference
 from hairpipe.kernels.sym3 import outer
+from hairpipe.kernels.vec3 import cross, dot, plus, scaled
 from hairpipe.sim.strands.forces.collinear import collinear, nothing, off_the_line
 
 

@@ -6,7 +6,7 @@ A number that several forces touch is read and written once: this, not arithmeti
 from hairpipe.kernels import sym3
 from hairpipe.kernels.banded import add, add_coupling, add_diagonal
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd_vec3 import minus, plus, scaled
+from hairpipe.kernels.vec3 import minus, plus, scaled
 
 
 @inlined

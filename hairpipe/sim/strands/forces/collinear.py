@@ -19,7 +19,7 @@ from numba.core.extending import overload
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import maximum, minimum, select, sqrt
-from hairpipe.kernels.simd_vec3 import cross, dot, plus, scaled
+from hairpipe.kernels.vec3 import cross, dot, plus, scaled
 
 
 def nothing(x: Any) -> Any:

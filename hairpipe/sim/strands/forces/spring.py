@@ -13,8 +13,9 @@ above a few milliseconds.
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, maximum, sqrt
-from hairpipe.kernels.simd_vec3 import difference, dot, scaled
+from hairpipe.kernels.simd_arrays import difference
 from hairpipe.kernels.sym3 import outer
+from hairpipe.kernels.vec3 import dot, scaled
 
 _SMALLEST = 1e-12  # [m]; a segment shorter than this has no direction and gets no force
 
