@@ -1,4 +1,4 @@
-"""The level set of a moving body at a time between two frames."""
+"""The level set of a moving body at a time between two frames: Sec. 5.1 and Fig. 15 of Selle, Lentine, Fedkiw 2008."""
 
 from enum import IntEnum
 
