@@ -7,12 +7,12 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numba import njit
 
-from hairpipe.kernels.simd import store
 from hairpipe.sim.boundary import Path
 from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.settings import StepControl
 from hairpipe.sim.state import Motion
-from hairpipe.sim.strands.interface import StrandModel, shape_of, spring_constant, springs_from
+from hairpipe.sim.strands.frequency import stiffest_springs
+from hairpipe.sim.strands.interface import StrandModel
 
 _SHORTEST = 0.25
 """Step that crossing hair may ask for, over the longest."""
@@ -82,11 +82,11 @@ class Courant:
     stiffest: float = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "stiffest", _stiffest(self.model)[0])
+        object.__setattr__(self, "stiffest", stiffest_springs(self.model)[0])
 
     def worst(self, motion: Motion, path: Path, time: float) -> Lane:
         """Find the strand with the stiffest springs for their masses."""
-        return _stiffest(self.model)[1:]
+        return stiffest_springs(self.model)[1:]
 
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Give that length: without stiction it depends on nothing that moves."""
@@ -232,35 +232,9 @@ def next_step(limits: list[Limit], motion: Motion, path: Path, time: float, most
     return left / max(ceil(steps - 1e-6), 1)
 
 
-def highest_frequency(model: StrandModel) -> float:
-    """Bound what springs swing with [rad/s]: sqrt(max_p sum_s 4 k_s / (m_p l0_s))."""
-    return float(np.sqrt(_stiffest(model)[0]))
-
-
 def _farthest(way: np.ndarray) -> tuple[float, int, int]:
     """Length of the longest of ways (blocks, n, 3, W) [m], which of the blocks times n it is, and its lane."""
     return _largest(way.reshape(-1, *way.shape[2:]))
-
-
-@njit(cache=True)
-def _stiffest(model):  # noqa: ANN001, ANN202
-    """Find the largest sum of 4 k / (m l0) over the springs at a free particle [1/s^2], its block and lane."""
-    stiffest, where, which = 0.0, 0, 0
-    for block in range(len(model.first) - 1):
-        first, count = model.first[block], model.first[block + 1] - model.first[block]
-        sums = np.zeros((count, model.mass.shape[1]))
-        k = np.empty((1, model.mass.shape[1]), model.mass.dtype)
-        for p in range(count):
-            for o in range(1, springs_from(model, p, count) + 1):
-                store(k, (0,), spring_constant(model, block, p, o))
-                stiffness = 4.0 * k[0] * model.inverse_lengths[first + p, o - 1]
-                sums[p] += stiffness / model.mass[first + p]
-                sums[p + o] += stiffness / model.mass[first + p + o]
-        for lane in range(sums.shape[1]):
-            most = sums[shape_of(model).clamped :, lane].max()
-            if most > stiffest:
-                stiffest, where, which = most, block, lane
-    return stiffest, where, which
 
 
 @njit(cache=True)
