@@ -14,7 +14,7 @@ from hairpipe.sim.build import bodies_of
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene, StepControl
-from hairpipe.sim.state import Motion
+from hairpipe.sim.state import State
 from hairpipe.studies.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, depth, passed_through, roots_at, tuft
 
 FRAME = 1 / 24
@@ -114,7 +114,7 @@ def _advance(
     parts = [(bar_at(speed, times[0]), bar_at(speed, times[1]))] if bar else []
     before = hair.layout.axis(state.positions)
 
-    def look(motion: Motion, *when: float) -> None:
+    def look(motion: State, *when: float) -> None:
         nonlocal before
         _look(worst, hair, motion, before, [axis_at(speed, began + t)[0] for t in when], bar)
         before = hair.layout.axis(motion.x)
@@ -124,7 +124,7 @@ def _advance(
 
 
 def _look(
-    worst: Worst, hair: HairModel, motion: Motion, before: np.ndarray, axes: Sequence[np.ndarray], bar: bool
+    worst: Worst, hair: HairModel, motion: State, before: np.ndarray, axes: Sequence[np.ndarray], bar: bool
 ) -> None:
     """Note what a step did, in place; axes are points of the bar's axis before and after [m]."""
     points, offsets = hair.layout.axis(motion.x), hair.layout.offsets
