@@ -99,7 +99,7 @@ def build_tree(before: np.ndarray, after: np.ndarray | None, segments: np.ndarra
     children, ends = np.full(firsts[-1], -1), np.arange(1, firsts[-1] + 1)
     inside = np.zeros(counts[0] * LANES, np.int32)
     inside[: len(order)] = segments[order]
-    _fill_leaves(before, after, inside, len(order), frame.centre, frame.unit, 0.5 * reach, moving, rows, boxes)
+    _fill_leaves(before, after, inside[: len(order)], frame, 0.5 * reach, rows, boxes)
     _enclose(boxes, firsts, children, ends)
     return Tree(inside, rows, boxes, children, ends, reach / frame.unit)
 
@@ -113,23 +113,24 @@ def _find_middles(before, after, segments, middles):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _fill_leaves(before, after, segments, count, centre, unit, margin, moving, rows, boxes):  # noqa: ANN001, ANN202
+def _fill_leaves(before, after, segments, frame, margin, rows, boxes):  # noqa: ANN001, ANN202
     for leaf in prange(len(rows)):
-        for lane in range(min(LANES, count - leaf * LANES)):
+        for lane in range(min(LANES, len(segments) - leaf * LANES)):
             i = segments[leaf * LANES + lane]
-            p, q = _in_frame(before, i, centre, unit), _in_frame(before, i + 1, centre, unit)
-            a, b = _in_frame(after, i, centre, unit), _in_frame(after, i + 1, centre, unit)
-            around = margin / unit + TOUCHING * max(length(minus(q, p)), length(minus(b, a)))
+            p, q = _in_frame(before, i, frame), _in_frame(before, i + 1, frame)
+            a, b = _in_frame(after, i, frame), _in_frame(after, i + 1, frame)
+            around = margin / frame.unit + TOUCHING * max(length(minus(q, p)), length(minus(b, a)))
             _enter_box(boxes, leaf, 0, lane, p, q, around)
             enter_segment(rows, leaf, lane, mix(p, a, 0.5), mix(q, b, 0.5))
-            if moving:
+            if boxes.shape[1] > _SIDES:
                 _enter_box(boxes, leaf, _SIDES, lane, a, b, around)
                 enter_drift(rows, leaf, lane, scaled(0.5, minus(a, p)), scaled(0.5, minus(b, q)))
 
 
 @inlined
-def _in_frame(points: np.ndarray, i: int, centre: np.ndarray, unit: float) -> Vector:
-    return scaled(1.0 / unit, minus(row(points, i), (centre[0], centre[1], centre[2])))
+def _in_frame(points: np.ndarray, i: int, frame: Frame) -> Vector:
+    centre = (frame.centre[0], frame.centre[1], frame.centre[2])
+    return scaled(1.0 / frame.unit, minus(row(points, i), centre))
 
 
 @inlined
