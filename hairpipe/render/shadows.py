@@ -7,7 +7,7 @@ Lokovic and Veach 2000. Behind the body the depth grows to SOLID.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -27,8 +27,7 @@ BIAS = 1.5
 """How far behind the body's surface its shadow begins, so that the body does not shade its own lit side [cells]."""
 
 
-@dataclass(frozen=True)
-class Shadow:
+class Shadow(NamedTuple):
     """Optical depth in front of the cells of a cube, as seen from a lamp.
 
     light     the lamp
