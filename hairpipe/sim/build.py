@@ -1,7 +1,6 @@
 """What of a scene surrounds its hair in a frame."""
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 
@@ -16,16 +15,12 @@ from hairpipe.sim.air.breeze import Breeze
 from hairpipe.sim.boundary import WORLD
 from hairpipe.sim.contact.body.body_contacts import BodyContacts, thicknesses
 from hairpipe.sim.contact.body.fold_preservation import turns_of
-from hairpipe.sim.contact.hair.exclusions import REST
 from hairpipe.sim.contact.hair.hair_contacts import HairContacts
-from hairpipe.sim.contact.hair.stiction import Connections, same_hair_keys
-from hairpipe.sim.hair_model import Hair
+from hairpipe.sim.contact.hair.stiction import Connections
+from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.interactions import Surroundings
-from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
-from hairpipe.spatial.pairs import key_of
-from hairpipe.spatial.proximity import near_pairs
+from hairpipe.sim.settings import BodyContact, Scene
+from hairpipe.sim.strands.interface import StrandModel
 
 
 def bodies_of(
@@ -41,8 +36,8 @@ def bodies_of(
 
 
 def surroundings_of(
-    hair: Hair,
-    model: Network | Chain,
+    hair: HairModel,
+    model: StrandModel,
     state: HairState,
     bodies: Sequence[MovingSurface],
     scene: Scene,
@@ -63,19 +58,6 @@ def surroundings_of(
         wind = Breeze(scene.wind, hair.diameter)
     if scene.stiction is not None or scene.collisions is not None:
         stuck = Connections(state.stuck, state.stuck_at)
-        at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
+        at_rest = hair.pairs_at_rest(scene.stiction, scene.collisions)
         touching = HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest)
     return Surroundings(model, hair.layout, scene.strain, wind, body, touching, began, origin)
-
-
-@lru_cache(maxsize=2)
-def pairs_at_rest(
-    hair: Hair, stiction: Stiction | None, collisions: Collisions | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the keys of pairs that the groom has so near that they do not stick, and that they do not collide."""
-    points, offsets, none = hair.groom.points, hair.layout.offsets, np.empty(0, np.int64)
-    sticking = same_hair_keys(points, offsets, stiction.reach) if stiction is not None else none
-    colliding = none
-    if collisions is not None:
-        colliding = key_of(near_pairs(points, offsets, REST * collisions.thickness).segments)
-    return sticking, colliding

@@ -57,7 +57,7 @@ def morton_order_in_cube(points: np.ndarray, centre: np.ndarray, extent: float) 
 
 
 @njit(cache=True, parallel=True)
-def _find_keys(points, centre, scale, bits, shift, keys):  # noqa: ANN001, ANN202
+def _find_keys(points, centre, scale, bits, shift, keys):
     """Write a key of every point: the number of its cell on the curve, then the index of the point."""
     for k in prange(len(points)):
         code = 0

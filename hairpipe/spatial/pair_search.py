@@ -80,7 +80,7 @@ def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
 
 
 @njit(cache=True, parallel=True)
-def _search(few, many, same, known, out):  # noqa: ANN001, ANN202
+def _search(few, many, same, known, out):
     for k in prange(len(out.chunks)):
         trees = _Search(few, many, same, known)
         scratch = np.empty(len(many.rows) + MOST_OPEN, np.int64), np.empty(LANES, np.int64)
@@ -96,7 +96,7 @@ def _search(few, many, same, known, out):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _search_leaf(trees, leaf, scratch, found, count):  # noqa: ANN001, ANN202
+def _search_leaf(trees, leaf, scratch, found, count):
     """Write what a leaf may meet, in the same tree at it or after it, to found behind `count` others; count on."""
     few, many, same, (room, near) = trees.few, trees.many, trees.same, scratch
     for k in range(find_leaves(many, few.boxes, box_of(few, leaf), leaf if same else 0, room)):
@@ -122,7 +122,7 @@ def _note(i: int, j: int, known: Known, found: np.ndarray, count: int) -> int:
 
 
 @inlined
-def _compare(few, leaf, many, other, same, near):  # noqa: ANN001, ANN202
+def _compare(few, leaf, many, other, same, near):
     """Find which segments of one leaf may get within reach of those of another: for each of these the bits of those.
 
     Of one leaf and itself those behind each. What is found is looked at later, so that comparisons need not wait.
@@ -140,7 +140,7 @@ def _compare(few, leaf, many, other, same, near):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _reached(rows, leaf, few, mine, lane, reach):  # noqa: ANN001, ANN202
+def _reached(rows, leaf, few, mine, lane, reach):
     """Return which segments of a leaf may get within reach of one, a bit for each.
 
     They come nearer than at half time by no more than the largest displacement of their ends relative to each other.
@@ -159,7 +159,7 @@ def _reached(rows, leaf, few, mine, lane, reach):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _collect(found, counts, starts, pairs):  # noqa: ANN001, ANN202
+def _collect(found, counts, starts, pairs):
     for c in prange(len(counts)):
         for k in range(counts[c]):
             pairs[starts[c] + k, 0], pairs[starts[c] + k, 1] = found[c, k, 0], found[c, k, 1]
@@ -180,7 +180,7 @@ def in_order(pairs: np.ndarray, points: int) -> np.ndarray:
 
 
 @njit(cache=True, parallel=True)
-def _count(pairs, shift, places):  # noqa: ANN001, ANN202
+def _count(pairs, shift, places):
     groups = len(places)
     for g in prange(groups):
         for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
@@ -188,7 +188,7 @@ def _count(pairs, shift, places):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _distribute(pairs, shift, places, buckets):  # noqa: ANN001, ANN202
+def _distribute(pairs, shift, places, buckets):
     groups = len(places)
     for g in prange(groups):
         for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
@@ -199,7 +199,7 @@ def _distribute(pairs, shift, places, buckets):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _sort_buckets(buckets, shift, starts, order):  # noqa: ANN001, ANN202
+def _sort_buckets(buckets, shift, starts, order):
     for b in prange(len(starts) - 1):
         start, end, lowest = starts[b], starts[b + 1], np.int64(b) << shift
         rows = np.zeros((1 << shift) + 1, np.int64)
@@ -220,7 +220,7 @@ def _sort_buckets(buckets, shift, starts, order):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _sort(row):  # noqa: ANN001, ANN202
+def _sort(row):
     """Sort a few numbers, or many, in place."""
     if len(row) > 32:
         row.sort()

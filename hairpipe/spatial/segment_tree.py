@@ -105,7 +105,7 @@ def build_tree(before: np.ndarray, after: np.ndarray | None, segments: np.ndarra
 
 
 @njit(cache=True, parallel=True)
-def _find_middles(before, after, segments, middles):  # noqa: ANN001, ANN202
+def _find_middles(before, after, segments, middles):
     for k in prange(len(segments)):
         i = segments[k]
         for x in range(3):
@@ -113,7 +113,7 @@ def _find_middles(before, after, segments, middles):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _fill_leaves(before, after, segments, frame, margin, rows, boxes):  # noqa: ANN001, ANN202
+def _fill_leaves(before, after, segments, frame, margin, rows, boxes):
     for leaf in prange(len(rows)):
         for lane in range(min(LANES, len(segments) - leaf * LANES)):
             i = segments[leaf * LANES + lane]
@@ -134,7 +134,7 @@ def _in_frame(points: np.ndarray, i: int, frame: Frame) -> Vector:
 
 
 @inlined
-def _enter_box(boxes, group, side, lane, p, q, margin):  # noqa: ANN001, ANN202
+def _enter_box(boxes, group, side, lane, p, q, margin):
     """Write the box round a segment from p to q, grown by a margin and rounded outwards."""
     for x in range(3):
         low, high = min(p[x], q[x]) - margin, max(p[x], q[x]) + margin
@@ -143,7 +143,7 @@ def _enter_box(boxes, group, side, lane, p, q, margin):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _enclose(boxes, firsts, children, ends):  # noqa: ANN001, ANN202
+def _enclose(boxes, firsts, children, ends):
     """Fill the groups above the leaves, level by level, with the boxes round those below; firsts of all levels."""
     for level in range(1, len(firsts) - 1):
         for group in range(firsts[level], firsts[level + 1]):
@@ -201,7 +201,7 @@ def overlapping(boxes: np.ndarray, group: int, others: np.ndarray, box: tuple[in
 
 
 @inlined
-def _apart(boxes, group, others, box, x):  # noqa: ANN001, ANN202
+def _apart(boxes, group, others, box, x):
     """Whether boxes are apart along an axis all the time, as lanes."""
     other, lane = box
     end = boxes.shape[1] - _SIDES

@@ -71,7 +71,7 @@ def shield_of(points: np.ndarray, offsets: np.ndarray, wind: Wind, law: Law, dia
 
 
 @njit(cache=True)
-def _bounds(points, axes):  # noqa: ANN001, ANN202
+def _bounds(points, axes):
     """Return the least and the greatest coordinates along the axes [m], (2, 3), of points that are finite."""
     least, greatest = np.full(3, np.inf), np.full(3, -np.inf)
     for p in range(len(points)):
@@ -90,7 +90,7 @@ def _nodes_around(bounds: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarr
 
 
 @inlined
-def _coordinates(axes, low, cell, x, y, z):  # noqa: ANN001, ANN202
+def _coordinates(axes, low, cell, x, y, z):
     """Return the coordinates of a place [m] in the grid, in cells from its first node."""
     u = (axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z) / cell - low[0]
     v = (axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z) / cell - low[1]
@@ -99,7 +99,7 @@ def _coordinates(axes, low, cell, x, y, z):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, error_model="numpy")
-def _count(points, offsets, axes, low, cell, width, area):  # noqa: ANN001, ANN202
+def _count(points, offsets, axes, low, cell, width, area):
     """Add L width sin^2 q of every segment to the eight nodes around it [m^2], in place; long ones piece by piece."""
     for strand in range(len(offsets) - 1):
         for k in range(offsets[strand], offsets[strand + 1] - 1):
@@ -118,7 +118,7 @@ def _count(points, offsets, axes, low, cell, width, area):  # noqa: ANN001, ANN2
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _march(density, law, line, speed, cell, left):  # noqa: ANN001, ANN202
+def _march(density, law, line, speed, cell, left):
     """Lead the wind along the first axis: dU/ds = -c_n(U) a / (rho d), from cell to cell by the midpoint rule for ln U.
 
     density  a at the nodes [1/m]; line  rho d [kg/m^2]; left  U at the nodes over the undisturbed speed
@@ -136,7 +136,7 @@ def _march(density, law, line, speed, cell, left):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _rate(law, speed):  # noqa: ANN001, ANN202
+def _rate(law, speed):
     """Drag of a metre of hair over its speed squared [N s^2/m^3]."""
     return normal_drag(law, speed) / speed
 

@@ -17,8 +17,7 @@ from hairpipe.sim.integrators.tr_bdf2 import TrBdf2, begin_anew, forget
 from hairpipe.sim.interactions import Stage, Surroundings
 from hairpipe.sim.solve.implicit_stage import Rule
 from hairpipe.sim.state import Motion, Step
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel
 
 
 @dataclass(eq=False)
@@ -28,7 +27,7 @@ class Bdf2:
     rule: Rule
     _before: tuple[np.ndarray, np.ndarray, float] | None = field(default=None, init=False)
 
-    def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
+    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
         x0, v0 = motion.x.copy(), motion.v.copy()
         if step.time == 0.0 or self._before is None:
@@ -44,5 +43,5 @@ class Bdf2:
             kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)
             np.divide(motion.v - vh - kick, rows_of(model, weights), out=motion.a)
             kick = kick + around.end(motion, x0, step)
-        forget(model, motion.a, around.shocked(motion.x))
+        forget(model, motion.a, around.discontinuous(motion.x))
         self._before = x0, v0 + kick, step.dt

@@ -33,8 +33,7 @@ from hairpipe.sim.interactions import Stage, Surroundings
 from hairpipe.sim.solve.implicit_stage import Rule, overstrained_lanes, set_all_tensions
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.state import Motion, Step
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel
 
 G = 2.0 - np.sqrt(2.0)
 _W1 = 1.0 / (G * (2.0 - G))
@@ -49,11 +48,11 @@ class TrBdf2:
 
     rule: Rule
 
-    def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
+    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
         self.carry(model, motion, step, around)
 
-    def carry(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> np.ndarray | float:
+    def carry(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> np.ndarray | float:
         """Advance motion by step, in place; return the change of velocity by contact [m/s], (rows, 3, W), or 0."""
         x, v, T, dt = motion.x, motion.v, motion.T, step.dt
         x0, v0, h = copied(x), copied(v), G * dt / 2
@@ -79,12 +78,12 @@ class TrBdf2:
             _take_kick(model, first, 0.0, lost)
             _take_kick(model, second, kick, lost)
         changed = around.end(motion, x0, step)
-        forget(model, motion.a, around.shocked(x))
+        forget(model, motion.a, around.discontinuous(x))
         return _sum(_sum(first, second), changed)
 
     def _do_again(
         self,
-        model: Network | Chain,
+        model: StrandModel,
         motion: Motion,
         x0: np.ndarray,
         v0: np.ndarray,
@@ -124,7 +123,7 @@ def _add(out: np.ndarray, weight: float, kick: np.ndarray | float) -> None:
         combine_all(out, 1.0, out, weight, kick)
 
 
-def _take_kick(model: Network | Chain, out: np.ndarray | float, kick: np.ndarray | float, who: np.ndarray) -> None:
+def _take_kick(model: StrandModel, out: np.ndarray | float, kick: np.ndarray | float, who: np.ndarray) -> None:
     """Take over what contact made of some strands, (blocks, W), in place."""
     if isinstance(out, np.ndarray):
         np.copyto(out, kick, where=rows_of(model, who != 0.0))
@@ -139,7 +138,7 @@ def _sum(one: np.ndarray | float, other: np.ndarray | float) -> np.ndarray | flo
 
 
 def begin_anew(
-    model: Network | Chain, motion: Motion, xh: np.ndarray, vh: np.ndarray, weights: np.ndarray, whole: float
+    model: StrandModel, motion: Motion, xh: np.ndarray, vh: np.ndarray, weights: np.ndarray, whole: float
 ) -> np.ndarray:
     """Let strands whose acceleration is not known do a stage of backward Euler: changes xh and vh, in place.
 
@@ -156,12 +155,12 @@ def begin_anew(
     return np.where(unknown, whole, weights).astype(weights.dtype)
 
 
-def forget(model: Network | Chain, a: np.ndarray, shocked: np.ndarray) -> None:
+def forget(model: StrandModel, a: np.ndarray, shocked: np.ndarray) -> None:
     """Set the accelerations of strands that are marked, (blocks, W), to NaN, in place."""
     np.copyto(a, np.nan, where=rows_of(model, shocked != 0.0))
 
 
-def _take(model: Network | Chain, motion: Motion, other: Motion, who: np.ndarray, names: str) -> None:
+def _take(model: StrandModel, motion: Motion, other: Motion, who: np.ndarray, names: str) -> None:
     """Take over the motion of some strands, (blocks, W), in place."""
     for name in names:
         np.copyto(getattr(motion, name), getattr(other, name), where=rows_of(model, who != 0.0))

@@ -53,7 +53,7 @@ def sweep(
 
 
 @njit(cache=True, error_model="numpy")
-def _sweep(v, pairs, normals, masses, rule, sweeps, elastic):  # noqa: ANN001, ANN202
+def _sweep(v, pairs, normals, masses, rule, sweeps, elastic):
     """One pair after the other: each sees what those before it did."""
     thickness, friction, stiffness, dt = rule
     segments, fractions = pairs.segments, pairs.fractions
