@@ -1,7 +1,7 @@
 """The inside and the outside of a mesh.
 
-The side is told by the angle-weighted normal of the face, edge or vertex that is closest: Baerentzen and Aanaes, Signed
-distance computation using the angle weighted pseudonormal, 2005.
+The angle-weighted normal of the closest face, edge or vertex decides the side: Baerentzen and Aanaes, Signed distance
+computation using the angle weighted pseudonormal, 2005.
 """
 
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Lines of a table: columns against another one."""
+"""Line charts of a table: columns against another one."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Maps of an error over two ways of asking for trouble, a panel for every case, with what failed written in."""
+"""Heat maps of an error over two parameters, a panel for every case, with failures written into the cells."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

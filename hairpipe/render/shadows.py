@@ -1,4 +1,4 @@
-"""What lies between a lamp and a point: the optical depth of the hair, and the body.
+"""Deep opacity maps: the optical depth of hair and body between a lamp and a point.
 
 A cube of cells stands around the scene with one edge along the light. Every hair segment adds the area it shows to the
 light, over the area of a cell; summed along the light this is the number of hairs that a ray crosses on average: the
@@ -22,7 +22,7 @@ CELLS = 160
 SOLID = 15.0
 """Hairs that the body is worth: next to no light comes through so many, yet the shadow has a soft edge."""
 FINE = 2
-"""Rays across a cell that look for the body."""
+"""Rays across a cell that are cast to the body."""
 BIAS = 1.5
 """How far behind the body's surface its shadow begins, so that the body does not shade its own lit side [cells]."""
 

@@ -1,8 +1,8 @@
-"""Pairs of segments in trees that are near each other, or may come near in a step.
+"""Broad phase: pairs of segments in trees that are near each other, or may come near in a step.
 
-Chunks of one tree search the other side by side, each into rows of its own. A chunk that finds no more room goes on in
-the next round, with more of it, so that hair may be of any density. What all find is put together, and sorted by
-buckets of the first segment.
+Chunks of one tree search the other in parallel, each into a buffer of its own. A chunk whose buffer is full goes on in
+the next round, with a larger one, so that hair may be of any density. The pairs of all chunks are concatenated, and
+sorted by buckets of the first segment.
 """
 
 from typing import NamedTuple

@@ -32,7 +32,7 @@ def pairs_about(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: 
 
 
 def approaches(pairs: Pairs, among: np.ndarray) -> Pairs:
-    """Of segments that follow each other and are near the same one, keep the nearer; pure.
+    """Keep the local minima of distance: of consecutive segments near the same one, the nearest; pure.
 
     pairs  in order; among  those that matter, (n,) bool
 

@@ -1,4 +1,4 @@
-"""How hair throws light back: Kajiya and Kay 1989, with the two shifted highlights of Marschner et al. 2003."""
+"""Shading of hair: Kajiya and Kay 1989, with the two shifted highlights of Marschner et al. 2003."""
 
 import math
 
@@ -18,7 +18,7 @@ DENSITY, TINT = 0.15, 0.6
 LIFT = 1.0
 """How far towards the lamp its shadow is looked up, so that a hair does not shade itself [cells]."""
 TILT = math.radians(4.0)
-"""Of the scales of a hair: twice this moves the narrow highlight to the root, three times the wide one to the tip."""
+"""Tilt of a hair's scales: twice this moves the narrow highlight to the root, three times the wide one to the tip."""
 
 
 def shade_hair(

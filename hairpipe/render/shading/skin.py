@@ -1,4 +1,4 @@
-"""How the body throws light back: matt, warm where light turns to shadow, with a faint sheen."""
+"""Shading of the body: diffuse, warm where light turns to shadow, with a faint highlight."""
 
 import math
 
