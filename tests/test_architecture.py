@@ -26,7 +26,7 @@ ROOMS = {
     **{room: set(ORDER[:place]) for place, room in enumerate(ORDER)},
     "render": {*BASE, "spatial", "volume", "groom"},
     "chart": BASE,
-    "io": BASE,
+    "io": {*BASE, "spatial"},
     "graph": {"errors", "units", "child", "plain_file"},
     "bench": {*ORDER, "graph"},
     "nodes": {*ORDER, "render", "chart", "io", "graph"},
