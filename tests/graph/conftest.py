@@ -5,7 +5,9 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -41,6 +43,14 @@ in.numbers = "sum"
 publish = "out/list.txt"
 """
 )
+
+
+def wait_for(condition: Callable[[], bool], seconds: float = 60.0) -> None:
+    """Wait until something holds; AssertionError where it does not in so many seconds."""
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
 
 
 class Shot:
@@ -100,6 +110,11 @@ class Shot:
         lines = path.read_text().splitlines() if path.exists() else []
         path.unlink(missing_ok=True)
         return Counter(line.split()[0] for line in lines)
+
+    def has_called(self, line: str) -> bool:
+        """Whether an evaluation has been noted: a node type and a frame."""
+        path = Path(os.environ["TOY_TALLY"])
+        return path.exists() and line in path.read_text()
 
     def results(self, store=None, **settings) -> dict[str, dict[str, str]]:
         """Objects of all results, by task and output; everything has to be there."""
