@@ -45,9 +45,13 @@ publish = "out/list.txt"
 )
 
 
-def wait_for(condition: Callable[[], bool], seconds: float = 60.0) -> None:
-    """Wait until something holds; AssertionError where it does not in so many seconds."""
-    end = time.monotonic() + seconds
+PATIENCE = 240.0
+"""Seconds after which a process that does not answer has failed: before the test itself is stopped."""
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    """Wait until a condition holds; AssertionError where it does not in time."""
+    end = time.monotonic() + PATIENCE
     while not condition():
         assert time.monotonic() < end, "waited in vain"
         time.sleep(0.02)
@@ -135,7 +139,7 @@ class Shot:
     @staticmethod
     def outcome(process: subprocess.Popen) -> dict:
         """Wait for a run of its own and read its outcome."""
-        output, errors = process.communicate(timeout=60)
+        output, errors = process.communicate(timeout=PATIENCE)
         assert output, errors.decode()
         return json.loads(output)
 

@@ -10,7 +10,7 @@ import pytest
 from hairpipe.graph.store.atomic import is_left_over
 from hairpipe.graph.store.store import Store
 
-from .conftest import wait_for
+from .conftest import PATIENCE, wait_for
 
 
 @pytest.fixture
@@ -36,7 +36,7 @@ def resumed(shot):
 def test_killed_between_write_and_rename(shot, undisturbed, rename):
     """Worker and coordinator die when a whole temporary file is about to get its name."""
     process = shot.start(jobs=1, TOY_KILL_AT_RENAME=str(rename))
-    process.communicate(timeout=60)
+    process.communicate(timeout=PATIENCE)
     assert process.returncode == -signal.SIGKILL
     wait_for_workers(shot)
     assert any((shot.store.root / "tmp").iterdir()), "the kill did hit the gap"
