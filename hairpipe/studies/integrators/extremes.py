@@ -1,4 +1,4 @@
-"""A strand that is scattered or crushed at the start, of the oddest stuff and sizes: whether it comes back."""
+"""A strand of extreme material, size or initial state: whether it returns to rest."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -33,7 +33,7 @@ HAIR = Material()
 
 
 class Case(NamedTuple):
-    """One odd strand: what of it is odd, the value of that, and the strand.
+    """One extreme strand: which property is extreme, its value, and the strand.
 
     length     [m]
     gravity    [m/s^2]
@@ -50,7 +50,7 @@ class Case(NamedTuple):
 
 
 def extremes_table(rates: Sequence[int], seconds: float) -> Table:
-    """Tabulate what becomes of a strand in every odd case, in every number of steps a second."""
+    """Tabulate the outcome for every extreme case at every rate of steps [1/s]."""
     return table_of_rows(COLUMNS, [_try(case, rate, seconds) for rate in rates for case in _cases()])
 
 
@@ -69,7 +69,7 @@ def _cases() -> Iterator[Case]:
 
 
 def _try(case: Case, rate: int, seconds: float) -> tuple[float | str, ...]:
-    """Let a strand swing, and see how it ends: a row."""
+    """Simulate a swinging strand; return its row."""
     scene = Scene(case.gravity, Air(DRAG), steps=StepControl(1.0 / rate, np.inf, np.inf), scheme=Scheme())
     begun = (case.name, case.value, 1.0 / rate)
     try:

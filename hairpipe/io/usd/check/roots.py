@@ -1,4 +1,4 @@
-"""Where hair stands on a mesh: on the faces it names, or where it is nearest."""
+"""Roots of hair on a mesh: on the faces that the file names, or at the nearest points."""
 
 from dataclasses import dataclass
 from functools import cached_property

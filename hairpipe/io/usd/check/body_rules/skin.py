@@ -1,4 +1,4 @@
-"""Rules for the roots of hair: they stand on a skin, and go with it."""
+"""Rules for the roots of hair: they lie on a skin, and move with it."""
 
 from collections.abc import Iterator
 
