@@ -21,7 +21,7 @@ from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.network import SHAPE, Network, build_network
 
 LENGTH, STEP = 0.3, 1 / 240
-"""Of a strand [m]; of time [s]."""
+"""Length of a strand [m] and step of time [s]."""
 RULE = Rule(int(SpringForm.multiplier), 0.0, 0.03, 1, np.array([0.0, -9.81, 0.0]), 8.0)
 """What the default integrator asks of its stages."""
 

@@ -1,4 +1,4 @@
-"""A bar that is driven through a tuft and back: in steps of which length, and at which speed, contact fails."""
+"""A bar that is driven through a tuft and back: the steps and speeds at which contact fails."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -108,7 +108,7 @@ def meet(hair: HairModel, scene: Scene, bar: bool, speed: float, seconds: float)
 def _advance(
     hair: HairModel, state: HairState, scene: Scene, bar: bool, speed: float, began: float, worst: Worst
 ) -> HairState:
-    """Advance by a frame, and look at every step."""
+    """Advance by a frame, and check every step."""
     times = began, began + FRAME
     leads = roots_at(hair.groom, speed, times[0]), roots_at(hair.groom, speed, times[1])
     parts = [(bar_at(speed, times[0]), bar_at(speed, times[1]))] if bar else []

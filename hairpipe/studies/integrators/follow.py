@@ -1,4 +1,4 @@
-"""A trial in steps of one length: where the tips go, and the worst that happens in any step."""
+"""A trial in steps of one length: the paths of the tips, and the extremes over all steps."""
 
 from dataclasses import dataclass
 from itertools import groupby, pairwise
