@@ -14,11 +14,11 @@ import numpy as np
 
 from hairpipe.sim.integrators.interface import everywhere, rows_of
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2, begin_anew, forget
-from hairpipe.sim.interactions import Stage, Surroundings
-from hairpipe.sim.solve.implicit_stage import Rule
+from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import Motion, Step
 from hairpipe.sim.strands.chain import Chain
 from hairpipe.sim.strands.network import Network
+from hairpipe.sim.surroundings import Surroundings
 
 
 @dataclass(eq=False)

@@ -4,10 +4,10 @@ from typing import Protocol
 
 import numpy as np
 
-from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.state import Motion, Step
 from hairpipe.sim.strands.chain import Chain
 from hairpipe.sim.strands.network import Network
+from hairpipe.sim.surroundings import Surroundings
 
 
 class Integrator(Protocol):

@@ -20,11 +20,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.sim.integrators.interface import everywhere
-from hairpipe.sim.interactions import Stage, Surroundings
-from hairpipe.sim.solve.implicit_stage import Rule
+from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import Motion, Step
 from hairpipe.sim.strands.chain import Chain
 from hairpipe.sim.strands.network import Network
+from hairpipe.sim.surroundings import Surroundings
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +37,13 @@ class NineSteps(ABC):
         """Advance motion by step, in place."""
         x, v, before, dt = motion.x.copy(), motion.v, motion.v.copy(), step.dt
         around.begin(motion, step)
-        around.let_go()  # bodies hold only what step 5 has moved
+        around.leave_to_corrections()  # bodies hold only what step 5 has moved
         v_star = self.solve(motion, step, around, x, dt / 2, 0.5, step.time)  # 1
         around.limit_velocity(x, v_star, step)  # 2
         around.repel(x, v_star, step, elastic=True)  # 3
         motion.x[:] = x + dt * v_star  # 4
-        around.collide(motion.x, v, x, step)  # 5
-        around.cross(motion.x, v, x, step)  # 6
+        around.correct(motion.x, v, x, step)  # 5, 6
         motion.v[:] = self.velocity(motion, step, around, x)  # 7, 8
-        around.let_go()
         around.repel(motion.x, motion.v, step, elastic=False)  # 9
         np.divide(motion.v - before, dt, out=motion.a)
 
@@ -65,7 +63,7 @@ class NineSteps(ABC):
         start = step.ends(0.0)
         ends = start + part * (step.ends(1.0) - start)
         weights = everywhere(around.model, x, h)
-        stage = Stage(x, motion.v, x, motion.v, ends, step.held, weights, time, h, held_normals=True)
+        stage = Stage(x, motion.v, x, motion.v, ends, step.held, weights, time, h)
         around.solve(moved, v, motion.T, stage, self.rule)
         return v
 

@@ -9,12 +9,12 @@ from numba import njit
 
 from hairpipe.kernels.simd import store
 from hairpipe.sim.boundary import Path
-from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.settings import StepControl
 from hairpipe.sim.state import Motion
 from hairpipe.sim.strands.chain import Chain
 from hairpipe.sim.strands.interface import shape_of, spring_constant, springs_from
 from hairpipe.sim.strands.network import Network
+from hairpipe.sim.surroundings import Surroundings
 
 _SHORTEST = 0.25
 """Step that crossing hair may ask for, over the longest."""
@@ -92,7 +92,7 @@ class Courant:
 
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Give that length: without stiction it depends on nothing that moves."""
-        return self.number / np.sqrt(self.stiffest + self.around.stiffest_connections())
+        return self.number / np.sqrt(self.stiffest + self.around.stiffness())
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,11 +132,11 @@ class Travel:
         """Find the fastest strand, where no body is faster."""
         speed, row, lane = _largest(motion.v)
         first = self.around.model.first
-        return (int(np.searchsorted(first, row, "right")) - 1, lane) if speed >= self.around.body_speed() else None
+        return (int(np.searchsorted(first, row, "right")) - 1, lane) if speed >= self.around.fastest() else None
 
     def longest(self, motion: Motion, path: Path, time: float) -> float:
         """Divide by the highest speed."""
-        speed = max(_largest(motion.v)[0], self.around.body_speed())
+        speed = max(_largest(motion.v)[0], self.around.fastest())
         return self.distance / speed if speed > 0.0 else np.inf
 
 
