@@ -11,6 +11,7 @@ from hairpipe.sim import settings as of
 from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.material import Material
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.registry import ModelName
 from hairpipe.units import Interval, MetresPerSecondSquared
 
 
@@ -31,7 +32,7 @@ def simulate_hair(
     previous: HairState | None,
     time: Time,
     *,
-    model: Literal["network", "chain"] = "network",
+    model: ModelName = "network",
     precision: Literal["automatic", "double", "single"] = "automatic",
     material: Material = Material(),
     construction: Construction = Construction(),
@@ -67,12 +68,14 @@ def simulate_hair(
     """
     from hairpipe.sim.advance import strands_of
     from hairpipe.sim.boundary import lead_of
-    from hairpipe.sim.precision import hair_in
+    from hairpipe.sim.hair_model import remembered_models
+    from hairpipe.sim.precision import choose_precision
     from hairpipe.sim.simulate import next_state
 
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
     solid, leads = bool(surface or parts), lead_of(body, ends) or (None, None)
-    hair = hair_in(precision, groom, material, model, construction, scene, bodies=solid, first=previous is None)
+    models = remembered_models(groom, material, model, construction)
+    hair = choose_precision(precision, models, scene, bodies=solid, first=previous is None)
     began, cut = (time.frame - 1) * time.dt, time.frame in cuts
     state = next_state(hair, previous, leads, (surface or (), parts or ()), scene, began, time.dt, cut)
     return Hair(strands_of(hair, state), state)

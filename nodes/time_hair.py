@@ -10,6 +10,7 @@ from hairpipe.sim import settings as of
 from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.material import Material
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.registry import ModelName
 from hairpipe.units import Ge, Interval, MetresPerSecondSquared
 
 
@@ -22,7 +23,7 @@ def time_hair(
     ends: Frames[Ends] | None,
     time: Time,
     *,
-    model: Literal["network", "chain"] = "network",
+    model: ModelName = "network",
     precision: Literal["automatic", "double", "single"] = "automatic",
     material: Material = Material(),
     construction: Construction = Construction(),
@@ -63,9 +64,11 @@ def time_hair(
     timed         frames that count
     """
     from hairpipe.measure.cost import Around, cost_table
-    from hairpipe.sim.precision import hair_in
+    from hairpipe.sim.hair_model import remembered_models
+    from hairpipe.sim.precision import choose_precision
 
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
-    hair = hair_in(precision, groom, material, model, construction, scene, bodies=bool(surface or parts))
+    models = remembered_models(groom, material, model, construction)
+    hair = choose_precision(precision, models, scene, bodies=bool(surface or parts))
     around = Around(body, ends, surface or (), parts or ())
     return cost_table(hair, around, scene, time.frame, time.dt, cuts, warm, timed)

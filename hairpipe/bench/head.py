@@ -17,7 +17,7 @@ from hairpipe.groom.grow.style import PaintedMetres, Style
 from hairpipe.levelset.bake.parts import bake_parts
 from hairpipe.levelset.parts.moving_parts import moving_parts
 from hairpipe.sim.advance import advance_frame, start
-from hairpipe.sim.hair_model import Hair, make_hair
+from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Collisions, Scene, StepControl, Stiction, StrainLimit
 
@@ -49,7 +49,7 @@ class Head:
     """A bust that turns to and fro, and its hair."""
 
     bust: Body
-    hair: Hair
+    hair: HairModel
     state: HairState
     frame: int = 0
 
@@ -77,7 +77,7 @@ def grow_head(segments: int) -> Head:
     bust = build_bust()
     style = Style(length=PaintedMetres(LENGTH))
     groom = grow(Canvas(bust, no_image, 0), style, None, max(segments // SEGMENTS, 1), Cut(SEGMENTS))
-    hair = make_hair(groom, Material())
+    hair = build_hair(groom, Material())
     return Head(bust, hair, start(hair, mesh_at(bust, 0.0), everything()))
 
 

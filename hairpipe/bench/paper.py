@@ -13,7 +13,7 @@ from hairpipe.bench.replay import Replay
 from hairpipe.bench.shares import shares_of
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.store.store import Store
-from hairpipe.sim.strands import chain, network
+from hairpipe.sim.strands.registry import strand_models
 
 
 class Printed(NamedTuple):
@@ -35,8 +35,6 @@ STILL, SETTLING, FRAMES = 12, 5, 3
 """Frames that are left out, in which the head hardly moves yet; that hair gets to fall and be thrown; that count."""
 HAIR = "hair"
 """Name of the node in all graphs."""
-SHAPES = {"network": network.SHAPE, "chain": chain.SHAPE}
-"""Of strands, by the model that the node names."""
 
 
 class Row(NamedTuple):
@@ -92,7 +90,7 @@ def measure_scene(say: Callable[[str], None], name: str, path: Path, store: Stor
         arguments = replay.arguments()
         found.append(shares_of(lambda given=arguments: replay.advance(given)))
     seconds, shares = sorted(found, key=lambda case: case[0])[FRAMES // 2]
-    shape = SHAPES[graph.nodes[HAIR].settings["model"]]
+    shape = strand_models()[graph.nodes[HAIR].settings["model"]].shape
     particles = sum(shape.count(int(count)) for count in segments)
     memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return Row(name, len(segments), particles, seconds, shares, memory, PRINTED.get(name))

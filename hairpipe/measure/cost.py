@@ -13,7 +13,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.sim.boundary import lead_of
-from hairpipe.sim.hair_model import Hair
+from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.simulate import next_state
 
@@ -45,7 +45,7 @@ class Around(NamedTuple):
 
 
 def cost_table(
-    hair: Hair, around: Around, scene: Scene, first: int, frame: float, cuts: Sequence[int], warm: int, timed: int
+    hair: HairModel, around: Around, scene: Scene, first: int, frame: float, cuts: Sequence[int], warm: int, timed: int
 ) -> Table:
     """Return one row: what a frame took [s], the median, the fastest and the slowest, and the number of particles.
 
@@ -72,7 +72,7 @@ def cost_table(
 
 
 def _seconds(
-    hair: Hair, around: Around, scene: Scene, frames: Sequence[int], dt: float, cuts: Sequence[int]
+    hair: HairModel, around: Around, scene: Scene, frames: Sequence[int], dt: float, cuts: Sequence[int]
 ) -> Iterator[float]:
     """Simulate frames, and say what each but the first took [s], as long as hair is finite."""
     state: HairState | None = None

@@ -10,7 +10,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.sim.layout import Layout, lay_out
-from hairpipe.sim.strands import chain, network
+from hairpipe.sim.strands.registry import strand_models
 
 COLUMNS = ("time [s]", "strand", "segment", "root moved [mm]", "arc [m]", "turned [deg]", "tension [uN]")
 
@@ -55,7 +55,7 @@ def turns(points: np.ndarray) -> np.ndarray:
 def layout_of(groom: Groom, state: HairState) -> Layout:
     """Return the layout that a state is in, of the model with as many particles; BadInput where there is none."""
     dtype = state.velocities.dtype
-    layouts = [lay_out(groom.offsets, shape, dtype) for shape in (network.SHAPE, chain.SHAPE)]
+    layouts = [lay_out(groom.offsets, kind.shape, dtype) for kind in strand_models().values()]
     found = next((layout for layout in layouts if layout.first[-1] == len(state.positions)), None)
     if found is None:
         raise BadInput("hair and groom are not the same strands", right="in.groom: the groom that is simulated")

@@ -9,7 +9,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.levelset.collider import MovingSurface
 from hairpipe.sim.boundary import Path, about, follow, hold, origin_of, place
 from hairpipe.sim.build import surroundings_of
-from hairpipe.sim.hair_model import Hair
+from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.choice import gravity_of, integrator_of
 from hairpipe.sim.integrators.step_size import TooManySteps, limits_of, next_step, pace_of
 from hairpipe.sim.settings import Scene
@@ -23,7 +23,7 @@ Lead = Mesh | Ends | None
 """What leads the roots: a body, or ends that are driven; None: they stand still."""
 
 
-def start(hair: Hair, lead: Lead, scene: Scene) -> HairState:
+def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:
     """Put the groom where its roots are, moving with them.
 
     Its springs are at rest, so it begins to fall freely; with a sag-free start they carry it. BadInput as for `stand`.
@@ -53,7 +53,7 @@ def _at_first(pull: np.ndarray, velocities: np.ndarray, scene: Scene) -> np.ndar
 
 
 def advance_frame(
-    hair: Hair,
+    hair: HairModel,
     state: HairState,
     leads: tuple[Lead, Lead],
     bodies: Sequence[MovingSurface],
@@ -101,7 +101,7 @@ def advance_frame(
     return around.remember(HairState(*moved, *kept))
 
 
-def strands_of(hair: Hair, state: HairState) -> Strands:
+def strands_of(hair: HairModel, state: HairState) -> Strands:
     """Collect what is shown: the axis of every strand; ArithmeticError naming strands that are not finite."""
     points, velocities = hair.layout.axis(state.positions), hair.layout.axis(state.velocities)
     finite = np.isfinite(points).all(1) & np.isfinite(velocities).all(1)
@@ -110,7 +110,7 @@ def strands_of(hair: Hair, state: HairState) -> Strands:
     return Strands(points, velocities.astype(np.float32), hair.layout.offsets, hair.diameter)
 
 
-def _too_many(hair: Hair, scene: Scene, many: TooManySteps) -> ArithmeticError:
+def _too_many(hair: HairModel, scene: Scene, many: TooManySteps) -> ArithmeticError:
     """Name the strand and the setting by which a frame takes too many steps."""
     who = "hair" if many.lane is None else f"strand {hair.groom.ids[hair.layout.strands[many.lane]]}"
     asked = getattr(scene.steps, many.setting)
@@ -119,7 +119,7 @@ def _too_many(hair: Hair, scene: Scene, many: TooManySteps) -> ArithmeticError:
     return ArithmeticError(f"{what}: there are {many.steps:.2g} to go ({mend})")
 
 
-def _lost(hair: Hair, points: np.ndarray) -> ArithmeticError:
+def _lost(hair: HairModel, points: np.ndarray) -> ArithmeticError:
     """Name the strands of points, (n,), that are not finite."""
     strands = np.unique(np.searchsorted(hair.layout.offsets, points, side="right") - 1)
     listed = ", ".join(map(str, hair.groom.ids[strands[:10]]))

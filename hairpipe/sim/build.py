@@ -1,7 +1,6 @@
 """What of a scene surrounds its hair in a frame."""
 
 from collections.abc import Sequence
-from functools import lru_cache
 
 import numpy as np
 
@@ -16,18 +15,14 @@ from hairpipe.sim.air.breeze import Breeze
 from hairpipe.sim.boundary import WORLD
 from hairpipe.sim.contact.body.body_contacts import BodyContacts, thicknesses
 from hairpipe.sim.contact.body.fold_preservation import turns_of
-from hairpipe.sim.contact.hair.exclusions import REST
 from hairpipe.sim.contact.hair.hair_contacts import HairContacts
-from hairpipe.sim.contact.hair.stiction import Connections, same_hair_keys
+from hairpipe.sim.contact.hair.stiction import Connections
 from hairpipe.sim.filters.limit_strain import StrainFilter
-from hairpipe.sim.hair_model import Hair
+from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.interactions import Interaction
-from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.settings import BodyContact, Scene
+from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
-from hairpipe.spatial.pairs import key_of
-from hairpipe.spatial.proximity import near_pairs
 
 
 def bodies_of(
@@ -43,8 +38,8 @@ def bodies_of(
 
 
 def surroundings_of(
-    hair: Hair,
-    model: Network | Chain,
+    hair: HairModel,
+    model: StrandModel,
     state: HairState,
     bodies: Sequence[MovingSurface],
     scene: Scene,
@@ -66,13 +61,13 @@ def surroundings_of(
         acting.append(StrainFilter(model, scene.strain.tolerance))
     if scene.stiction is not None or scene.collisions is not None:
         stuck = Connections(state.stuck, state.stuck_at)
-        at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
+        at_rest = hair.pairs_at_rest(scene.stiction, scene.collisions)
         acting.append(HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest))
     return Surroundings(model, hair.layout, [*acting, *scene.interactions], began, origin)
 
 
 def _body_contacts(
-    hair: Hair, model: Network | Chain, bodies: Sequence[MovingSurface], contact: BodyContact
+    hair: HairModel, model: StrandModel, bodies: Sequence[MovingSurface], contact: BodyContact
 ) -> BodyContacts:
     """Make what holds hair out of bodies."""
     points, offsets = hair.groom.points, hair.layout.offsets
@@ -81,16 +76,3 @@ def _body_contacts(
     axial[hair.layout.strands] = model.constants[:, 0]
     segments = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
     return BodyContacts(list(bodies), contact, thicknesses(offsets, contact.thickness), offsets, segments, axial, turns)
-
-
-@lru_cache(maxsize=2)
-def pairs_at_rest(
-    hair: Hair, stiction: Stiction | None, collisions: Collisions | None
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the keys of pairs that the groom has so near that they do not stick, and that they do not collide."""
-    points, offsets, none = hair.groom.points, hair.layout.offsets, np.empty(0, np.int64)
-    sticking = same_hair_keys(points, offsets, stiction.reach) if stiction is not None else none
-    colliding = none
-    if collisions is not None:
-        colliding = key_of(near_pairs(points, offsets, REST * collisions.thickness).segments)
-    return sticking, colliding

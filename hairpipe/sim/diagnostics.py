@@ -9,7 +9,7 @@ from hairpipe.data.lengths import segment_lengths
 from hairpipe.groom.binding import name_strands
 from hairpipe.levelset.collider import MovingSurface, Probe
 from hairpipe.sim.contact.body.length_projection import STRETCH
-from hairpipe.sim.hair_model import Hair
+from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.settings import Scene
 
 SHALLOW = 2e-3
@@ -20,7 +20,7 @@ _FREE = 0.1  # taken as the limit where a scene has none
 _EXACT = 0.005
 
 
-def warn_of_deep_roots(hair: Hair, positions: np.ndarray, bodies: Sequence[MovingSurface]) -> None:
+def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[MovingSurface]) -> None:
     """Name the strands whose roots are so deep inside bodies, as these are now, that their first segments end inside.
 
     positions  of the particles [m], (rows, 3, W)
@@ -41,7 +41,7 @@ def warn_of_deep_roots(hair: Hair, positions: np.ndarray, bodies: Sequence[Movin
         warn(f"{said}, {worst} ({mend})", stacklevel=3)
 
 
-def warn_of_stretch(hair: Hair, positions: np.ndarray, scene: Scene, frame: int, told: float) -> float:
+def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame: int, told: float) -> float:
     """Name the strand with the segment that is stretched most, where that is farther than a body may have to.
 
     positions  of the particles [m], (rows, 3, W)

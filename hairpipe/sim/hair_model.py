@@ -1,57 +1,108 @@
-"""The hair of a shot: a groom as a model of strands."""
+"""What stays the same through a shot: its groom as a model of strands."""
 
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from hashlib import blake2b
 from typing import Literal
-from warnings import warn
 
 import numpy as np
 
 from hairpipe.data import Groom
-from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
+from hairpipe.sim.contact.hair.exclusions import REST
+from hairpipe.sim.contact.hair.stiction import same_hair_keys
+from hairpipe.sim.integrators.step_size import highest_frequency
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.material import Material
-from hairpipe.sim.strands import chain, network
-from hairpipe.sim.strands.calibration import softenings
-from hairpipe.sim.strands.chain import Chain, build_chain
+from hairpipe.sim.settings import Collisions, Stiction
 from hairpipe.sim.strands.construction import Construction
-from hairpipe.sim.strands.network import Network, build_network
+from hairpipe.sim.strands.interface import ModelKind, StrandModel
+from hairpipe.sim.strands.registry import ModelName, strand_models
+from hairpipe.spatial.pairs import key_of
+from hairpipe.spatial.proximity import near_pairs
 
-ModelName = Literal["network", "chain"]
 Precision = Literal["double", "single"]
 DTYPES = {"double": np.float64, "single": np.float32}
-AS_IT_WORKS = Construction()
+DEFAULT = Construction()
 
 
 @dataclass(frozen=True, eq=False)
-class Hair:
-    """What stays the same through a shot: the groom as a model of strands.
+class HairModel:
+    """The strands of a groom, modelled.
 
-    rest  particles of the groom in the world [m], (rows, 3, W) float64
+    rest      particles of the groom in the world [m], (rows, 3, W) float64
+    diameter  of a hair [m]
     """
 
     groom: Groom
     layout: Layout
-    model: Network | Chain
+    model: StrandModel
     rest: np.ndarray
     diameter: float
+    _near: dict[tuple[str, float], np.ndarray] = field(default_factory=dict, init=False)
+
+    def pairs_at_rest(self, stiction: Stiction | None, collisions: Collisions | None) -> tuple[np.ndarray, np.ndarray]:
+        """Return keys of the pairs of segments that the groom has so near that they do not stick, and do not collide.
+
+        They are found once, and none where a group is absent.
+        """
+        points, offsets, none = self.groom.points, self.layout.offsets, np.empty(0, np.int64)
+        sticking = colliding = none
+        if stiction is not None:
+            key = "stiction", stiction.reach
+            if key not in self._near:
+                self._near[key] = same_hair_keys(points, offsets, stiction.reach)
+            sticking = self._near[key]
+        if collisions is not None:
+            key = "collisions", collisions.thickness
+            if key not in self._near:
+                self._near[key] = key_of(near_pairs(points, offsets, REST * collisions.thickness).segments)
+            colliding = self._near[key]
+        return sticking, colliding
 
 
-def make_hair(
-    groom: Groom,
-    material: Material,
-    name: ModelName = "network",
-    construction: Construction = AS_IT_WORKS,
-    precision: Precision = "double",
-) -> Hair:
-    """Build the model of a groom's strands; BadInput naming strands with a segment that has no length, or hardly any.
+@dataclass(frozen=True, eq=False)
+class HairModels:
+    """The strands of a groom in single precision and in double, each built when it is first asked for, and kept."""
 
-    The last two are remembered by their contents: every frame of a shot gets a groom of its own that is the same.
+    groom: Groom
+    material: Material
+    kind: ModelKind
+    construction: Construction = DEFAULT
+    _built: dict[Precision, HairModel] = field(default_factory=dict, init=False)
+
+    def in_precision(self, precision: Precision) -> HairModel:
+        """Return the strands in a precision.
+
+        Raises BadInput naming strands with a segment without length, and whatever the kind of model refuses.
+        """
+        if precision not in self._built:
+            check_segments(self.groom)
+            layout = lay_out(self.groom.offsets, self.kind.shape, DTYPES[precision])
+            model, rest = self.kind.build(layout, self.groom, self.material, self.construction)
+            self._built[precision] = HairModel(self.groom, layout, model, rest, self.material.diameter)
+        return self._built[precision]
+
+    @cached_property
+    def highest_frequency(self) -> float:
+        """Bound of what the springs swing with [rad/s]."""
+        return highest_frequency(self.in_precision("double").model)
+
+
+def build_models(
+    groom: Groom, material: Material, model: ModelName = "network", construction: Construction = DEFAULT
+) -> HairModels:
+    """Model the strands of a groom by a model of the house."""
+    return HairModels(groom, material, strand_models()[model], construction)
+
+
+def remembered_models(groom: Groom, material: Material, model: ModelName, construction: Construction) -> HairModels:
+    """Model strands as `build_models` does; the last two are remembered by their contents.
+
+    Every frame of a shot gets a groom of its own that is the same.
     """
-    return _make_hair(Contents(groom), material, name, construction, precision)
+    return _remembered(Contents(groom), material, model, construction)
 
 
 @dataclass(frozen=True)
@@ -72,47 +123,19 @@ class Contents:
 
 
 @lru_cache(maxsize=2)
-def _make_hair(
-    contents: Contents, material: Material, name: ModelName, construction: Construction, precision: Precision
-) -> Hair:
-    groom, dtype = contents.groom, DTYPES[precision]
-    check_segments(groom)
-    if name == "chain":
-        layout = lay_out(groom.offsets, chain.SHAPE, dtype)
-        model, rest = build_chain(layout, groom.points, material)
-    else:
-        check_lengths(groom, material)
-        layout = lay_out(groom.offsets, network.SHAPE, dtype)
-        model, rest = build_network(layout, groom.points, groom.root_frames, material, construction)
-    return Hair(groom, layout, model, rest, material.diameter)
+def _remembered(contents: Contents, material: Material, model: ModelName, construction: Construction) -> HairModels:
+    return build_models(contents.groom, material, model, construction)
 
 
-def mean_segments(groom: Groom) -> np.ndarray:
-    """Return the mean length of the segments of every strand [m], (S,); pure."""
-    return strand_lengths(groom.points, groom.offsets) / (np.diff(groom.offsets) - 1)
-
-
-def check_lengths(groom: Groom, material: Material) -> None:
-    """Refuse strands whose segments are too short to be springs of a material, by BadInput with their ids."""
-    lengths = mean_segments(groom)
-    short = softenings(material, lengths) < 1.0
-    if short.any():
-        size = f"segments of {lengths[short].min():.2g} m, hair of {material.diameter:g} m"
-        raise BadInput(
-            f"{size}: {name_strands(groom.ids[short])}",
-            where="groom",
-            right="segments longer than hair is thick: fewer of them, or those strands left out",
-        )
-
-
-def warn_of_softening(groom: Groom, material: Material) -> None:
-    """Tell which strands are softened less than the material is, as their segments are too short for that."""
-    found = softenings(material, mean_segments(groom))
-    less = found < material.softening
-    if less.any():
-        said = f"{np.count_nonzero(less)} of {len(less)} strands have segments too short for it and are softened less"
-        worst = f"by {found.min():.3g} at least: {name_strands(groom.ids[less])}"
-        warn(f"material.softening = {material.softening:g}: {said}, {worst}", stacklevel=3)
+def build_hair(
+    groom: Groom,
+    material: Material,
+    model: ModelName = "network",
+    construction: Construction = DEFAULT,
+    precision: Precision = "double",
+) -> HairModel:
+    """Model the strands of a groom in one precision; BadInput as for `HairModels.in_precision`."""
+    return build_models(groom, material, model, construction).in_precision(precision)
 
 
 def check_segments(groom: Groom) -> None:

@@ -2,12 +2,34 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import DTypeLike
 
 from hairpipe.kernels.simd import width
-from hairpipe.sim.strands.interface import Shape
+
+
+class Shape(NamedTuple):
+    """How the particles of a strand stand in its rows.
+
+    reach    a force couples a particle to so many after it
+    clamped  so many at the root are held by the body; the last of them is m_0, the first point of the groom
+    stride   from one particle on the axis to the next
+    """
+
+    reach: int
+    clamped: int
+    stride: int
+
+    def count(self, segments: int) -> int:
+        """Return the number of particles of a strand."""
+        return self.stride * segments + self.clamped
+
+    @property
+    def axis(self) -> slice:
+        """Where the points of the groom stand among the particles."""
+        return slice(self.clamped - 1, None, self.stride)
 
 
 @dataclass(frozen=True, eq=False)

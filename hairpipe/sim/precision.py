@@ -12,55 +12,42 @@ into probing the body; hair among hair saves a tenth, and goes ways of its own. 
 stays in double precision, as does hair that stands without sag, whose springs cancel. What is exchanged between
 strands, and their factors there, are in single precision whatever this says: nothing is eliminated any more.
 
-A frame is computed about the middle of the roots (`roots.origin_of`), and positions between frames are in double
+A frame is computed about the middle of the roots (`boundary.origin_of`), and positions between frames are in double
 precision: single precision rounds them to 6e-8 of the way from there, wherever in the world that is.
 """
 
-from functools import lru_cache
 from typing import Literal
 from warnings import warn
 
-from hairpipe.data import Groom
 from hairpipe.errors import BadInput
-from hairpipe.sim.hair_model import Contents, Hair, ModelName, make_hair, warn_of_softening
-from hairpipe.sim.integrators.step_size import highest_frequency
-from hairpipe.sim.material import Material
+from hairpipe.sim.hair_model import HairModel, HairModels
 from hairpipe.sim.settings import Scene
-from hairpipe.sim.strands.construction import Construction
 
 PrecisionAsked = Literal["automatic", "double", "single"]
 MOST = 400.0
-"""Of N, in single precision."""
+"""The largest N for which single precision is chosen."""
 
 
-def hair_in(
-    asked: PrecisionAsked,
-    groom: Groom,
-    material: Material,
-    name: ModelName,
-    construction: Construction,
-    scene: Scene,
-    *,
-    bodies: bool,
-    first: bool = False,
-) -> Hair:
-    """Build the model of a groom's strands in the precision asked for, or in the one that is enough for the scene.
-
-    BadInput as for `make_hair`, and where single precision was asked for and cannot do. A warning says where it was
-    chosen, and where it was asked for and is not safe.
+def choose_precision(
+    asked: PrecisionAsked, models: HairModels, scene: Scene, *, bodies: bool, first: bool = False
+) -> HairModel:
+    """Return strands in the precision asked for, or in the one that is enough for the scene.
 
     bodies  that hair may touch are there
     first   frame of a shot: the one that warns
+
+    Warns where single precision was chosen, and where it was asked for and is not safe. Raises BadInput as
+    `HairModels.in_precision` does, and where single precision was asked for and cannot do.
     """
-    if first and name == "network":
-        warn_of_softening(groom, material)
+    if first:
+        models.kind.warn(models.groom, models.material)
     if asked == "single" and scene.sag_free is not None:
         said = "a start without sag cannot be found in single precision"
         raise BadInput(said, where="precision", right='"automatic" or "double"')
     if asked == "double":
-        return make_hair(groom, material, name, construction)
+        return models.in_precision("double")
     needs = needs_double(scene, bodies)
-    steps = 0.0 if needs else scene.steps.longest * _highest_frequency(Contents(groom), material, name, construction)
+    steps = 0.0 if needs else scene.steps.longest * models.highest_frequency
     if steps > MOST:
         longest = scene.steps.longest * MOST / steps
         needs = f"steps beyond {longest:.2g} s of hair so stiff and light"
@@ -69,8 +56,7 @@ def hair_in(
         warn(f'computed in single precision: {said} (precision = "double" for more)', stacklevel=2)
     if first and needs and asked == "single":
         warn(f'single precision is too little for {needs}: precision = "automatic" takes double', stacklevel=2)
-    single = asked == "single" or not needs
-    return make_hair(groom, material, name, construction, "single" if single else "double")
+    return models.in_precision("single" if asked == "single" or not needs else "double")
 
 
 def needs_double(scene: Scene, bodies: bool) -> str:
@@ -80,9 +66,3 @@ def needs_double(scene: Scene, bodies: bool) -> str:
     if scene.stiction is not None or scene.collisions is not None:
         return "hair that touches hair"
     return "a start without sag" if scene.sag_free is not None else ""
-
-
-@lru_cache(maxsize=2)
-def _highest_frequency(contents: Contents, material: Material, name: ModelName, construction: Construction) -> float:
-    """Bound what a groom's springs swing with [rad/s]; remembered as hair is."""
-    return highest_frequency(make_hair(contents.groom, material, name, construction).model)

@@ -9,12 +9,12 @@ from hairpipe.sim.advance import Lead, advance_frame, start
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.cut import carry_state
 from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_stretch
-from hairpipe.sim.hair_model import Hair
+from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.settings import Scene
 
 
 def next_state(
-    hair: Hair,
+    hair: HairModel,
     previous: HairState | None,
     leads: tuple[Lead, Lead],
     bodies: tuple[Sequence[tuple[LevelSet, LevelSet]], Sequence[tuple[BodyParts, BodyParts]]],

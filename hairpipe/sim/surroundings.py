@@ -19,8 +19,7 @@ from hairpipe.sim.solve.stage import Iterate, Rule, Stage
 from hairpipe.sim.solve.stage_driver import StageDriver
 from hairpipe.sim.solve.strand_coupling import StrandCoupling
 from hairpipe.sim.state import Motion, Step
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel
 
 
 @dataclass(eq=False)
@@ -33,7 +32,7 @@ class Surroundings:
     origin         about which positions of strands are [m], (3,); interactions see points in the world
     """
 
-    model: Network | Chain
+    model: StrandModel
     layout: Layout
     interactions: Sequence[Interaction] = ()
     seconds: float = 0.0

@@ -10,7 +10,7 @@ from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.tension import tensions, turns
 from hairpipe.sim.advance import start
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import SagFree, Scene
 
@@ -18,7 +18,7 @@ HANGING = lay_strands(11, 0.2, 20, (0.0, -1.0, 0.0), (0.0, 0.0, 0.01), None, 0.0
 
 
 def test_it_is_the_weight_below():
-    hair = make_hair(HANGING, Material())
+    hair = build_hair(HANGING, Material())
     state = start(hair, None, Scene(sag_free=SagFree()))
     weight = Material().line_density * 9.81
     found = tensions(hair.layout, state)
@@ -31,7 +31,7 @@ def test_it_is_the_weight_below():
 
 
 def test_a_chain_pulls_with_its_edges():
-    hair = make_hair(HANGING, Material(), "chain")
+    hair = build_hair(HANGING, Material(), "chain")
     state = start(hair, None, Scene())
     pulled = replace(state, tensions=np.zeros_like(state.tensions))
     pulled.tensions[:, 0] = 3e-6
@@ -41,7 +41,7 @@ def test_a_chain_pulls_with_its_edges():
 
 def test_the_table_has_a_row_for_every_segment_and_knows_turns():
     arc = lay_strands(1, 0.1, 20, (1.0, 0.0, 0.0), (0.0, 0.0, 0.01), None, 0.4)
-    hair = make_hair(arc, Material(), "network")
+    hair = build_hair(arc, Material(), "network")
     state = start(hair, None, Scene())
     led = replace(state, positions=state.positions + np.array([0.0, 0.003, 0.004])[:, None])
     states = {3: state, 4: state, 6: led}

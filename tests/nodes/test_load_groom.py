@@ -11,7 +11,7 @@ from hairpipe.nodes.load_groom import load_groom
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
 from hairpipe.sim.advance import advance_frame, start, strands_of
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene
 
@@ -90,7 +90,7 @@ def test_short_strands_are_simulated_once_they_are_loaded(floor: Body, tmp_path:
         "1 strands are cut into fewer segments",
     ]
     assert np.diff(groom.offsets).tolist() == [13, 6] and groom.ids.tolist() == [0, 2]
-    hair, scene = make_hair(groom, Material()), Scene()
+    hair, scene = build_hair(groom, Material()), Scene()
     still = (floor.mesh, floor.mesh)
     state = advance_frame(hair, start(hair, floor.mesh, scene), still, (), 1 / 24, scene)
     moved = strands_of(hair, state).points

@@ -6,7 +6,7 @@ import pytest
 from hairpipe.data import Groom, Mesh
 from hairpipe.groom.binding import root_frames
 from hairpipe.sim.advance import advance_frame, start, strands_of
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Scene, Scheme, StepControl, StrainLimit
 
@@ -56,7 +56,7 @@ class Shot:
         model="network",
         scheme=Scheme(),  # noqa: B008 (frozen)
     ):
-        self.hair = make_hair(groom_of(strands), material or Material(), model)
+        self.hair = build_hair(groom_of(strands), material or Material(), model)
         self.body = plate()
         self.scene = Scene(gravity, Air(drag), steps=StepControl(longest=step), strain=StrainLimit(), scheme=scheme)
         self.state = start(self.hair, self.body, self.scene)

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair, build_models
 from hairpipe.sim.material import Material
-from hairpipe.sim.precision import hair_in
+from hairpipe.sim.precision import choose_precision
 from hairpipe.sim.settings import Scene
-from hairpipe.sim.strands.construction import Construction
 
 
 @pytest.fixture
@@ -27,16 +26,15 @@ def groom(scene, straight):
 
 
 def test_short_strands_are_named_as_they_are_softened_less_and_the_others_are_what_they_were(groom):
-    construction, material = Construction(), Material()
+    material = Material()
     with pytest.warns(UserWarning, match=r"softening = 100: 1 of 2 strands .* by 81.2 at least: strands 1$"):
-        hair = hair_in(
-            "double", groom(0.01, 0.00057), material, "network", construction, Scene(), bodies=True, first=True
-        )
-    alone = make_hair(groom(0.01), material)
+        models = build_models(groom(0.01, 0.00057), material)
+        hair = choose_precision("double", models, Scene(), bodies=True, first=True)
+    alone = build_hair(groom(0.01), material)
     assert np.array_equal(hair.model.constants[0, :, 0], alone.model.constants[0, :, 0])
     assert hair.model.constants[0, 0, 1] == pytest.approx(100.0 / 81.2 * material.axial, rel=1e-3)
 
 
 def test_segments_shorter_than_hair_is_thick_are_refused_by_name(groom):
     with pytest.raises(BadInput, match=r"segments of 5e-05 m, hair of 8e-05 m: strands 1 \(segments longer"):
-        make_hair(groom(0.01, 0.00005), Material())
+        build_hair(groom(0.01, 0.00005), Material())

@@ -11,7 +11,7 @@ from hairpipe.nodes.pose_body import pose_body
 from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.graph import Time
 from hairpipe.sim.advance import advance_frame, start
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene, StrainLimit
 
@@ -32,7 +32,7 @@ def bust():
 
 @pytest.fixture(scope="module")
 def hair(bust):
-    return make_hair(grow_groom(bust, strands=16, segments=20), Material())
+    return build_hair(grow_groom(bust, strands=16, segments=20), Material())
 
 
 @pytest.mark.filterwarnings("ignore")

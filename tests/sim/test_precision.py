@@ -8,12 +8,11 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.sim.advance import start
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair, build_models
 from hairpipe.sim.integrators.step_size import highest_frequency
 from hairpipe.sim.material import Material
-from hairpipe.sim.precision import MOST, hair_in
+from hairpipe.sim.precision import MOST, choose_precision
 from hairpipe.sim.settings import Collisions, SagFree, Stiction
-from hairpipe.sim.strands.construction import Construction
 
 SECONDS = 0.25
 
@@ -32,8 +31,8 @@ def swing(scene, straight):
 
 
 def choose(asked, shot, *, bodies=False, first=False):
-    parts = (shot.hair.groom, Material(), "network", Construction())
-    return hair_in(asked, *parts, shot.scene, bodies=bodies, first=first)
+    models = build_models(shot.hair.groom, Material())
+    return choose_precision(asked, models, shot.scene, bodies=bodies, first=first)
 
 
 def of(hair):
@@ -98,7 +97,7 @@ def test_the_limit_is_a_number_of_explicit_steps_whatever_hair_is_made_of(swing)
     coarse, fine = (highest_frequency(swing("double", n, 1 / 240).hair.model) for n in (10, 20))
     assert 1.8 < fine / coarse < 2.2
     groom = swing("double", 10, 1 / 240).hair.groom
-    light, heavy = (highest_frequency(make_hair(groom, Material(density=d)).model) for d in (1000.0, 4000.0))
+    light, heavy = (highest_frequency(build_hair(groom, Material(density=d)).model) for d in (1000.0, 4000.0))
     np.testing.assert_allclose(light / heavy, 2.0, rtol=1e-9)
 
 

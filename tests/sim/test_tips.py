@@ -7,7 +7,7 @@ from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_tips
 from hairpipe.sim.advance import advance_frame, start, strands_of
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene, StepControl
 from hairpipe.sim.statics.settle_groom import settle_groom
@@ -24,7 +24,7 @@ def test_a_tip_goes_where_the_body_goes_and_a_free_one_does_not(triangle, scene)
     body = triangle()
     one = scene([arc(), arc()]).hair.groom
     groom = bind_tips(body, one, np.array([True, False]), 1.0)
-    hair, rules = make_hair(groom, Material()), Scene(steps=StepControl(longest=1 / 96))
+    hair, rules = build_hair(groom, Material()), Scene(steps=StepControl(longest=1 / 96))
     state, frame, angle = start(hair, body, rules), 1 / 24, 0.6
     for number in range(1, 5):
         turn = angle * number / 24
@@ -42,7 +42,7 @@ def test_a_tip_goes_where_the_body_goes_and_a_free_one_does_not(triangle, scene)
 
 def test_without_a_body_a_held_tip_stands_still(triangle, scene):
     groom = bind_tips(triangle(), scene([arc()]).hair.groom, np.array([True]), 1.0)
-    hair, rules = make_hair(groom, Material()), Scene(steps=StepControl(longest=1 / 96))
+    hair, rules = build_hair(groom, Material()), Scene(steps=StepControl(longest=1 / 96))
     state = advance_frame(hair, start(hair, None, rules), (None, None), (), 1 / 24, rules)
     assert np.allclose(strands_of(hair, state).points[-1], groom.points[-1], atol=1e-6)
 

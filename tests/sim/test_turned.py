@@ -10,7 +10,7 @@ from hairpipe.data import Mesh
 from hairpipe.groom.helix import Helix, wound
 from hairpipe.sim import advance
 from hairpipe.sim.air.wind import Wind
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.integrators import choice
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene, StepControl, StrainLimit
@@ -37,7 +37,7 @@ def seen(scene, straight, monkeypatch):
         frames[:, :, :3] = turn.as_matrix() @ frames[:, :, :3]
         frames[:, :, 3] = turn.apply(frames[:, :, 3]) + shift
         groom = replace(groom, points=turn.apply(groom.points) + shift, root_frames=frames)
-        hair = make_hair(groom, Material(), model, precision=precision)
+        hair = build_hair(groom, Material(), model, precision=precision)
         how = replace(SCENE, wind=Wind(tuple(turn.apply([0.0, 0.0, 2.0]).tolist())))
 
         def plate(frame):

@@ -34,7 +34,7 @@ def add_drag(
 
 
 @inlined
-def _add_segment(points, velocities, air, k, law, push, damping):  # noqa: ANN001, ANN202
+def _add_segment(points, velocities, air, k, law, push, damping):
     """Add the drag of the segment from point k to the next."""
     dx, dy, dz = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1], points[k + 1, 2] - points[k, 2]
     length = np.sqrt(dx * dx + dy * dy + dz * dz)

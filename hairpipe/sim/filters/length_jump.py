@@ -15,7 +15,7 @@ LENGTH_JUMP = 5e-3
 
 
 @njit(cache=True, parallel=True)
-def mark_length_jumps(model, before, after, out):  # noqa: ANN001, ANN201
+def mark_length_jumps(model, before, after, out):
     """Set out, (blocks, W), to 1 for strands with a segment whose length jumped by more than `LENGTH_JUMP`, in place.
 
     before, after  positions [m], (rows, 3, W)
@@ -26,7 +26,7 @@ def mark_length_jumps(model, before, after, out):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, error_model="numpy")
-def _mark_block(model, block, before, after, out):  # noqa: ANN001, ANN202
+def _mark_block(model, block, before, after, out):
     first, stride = model.first[block], shape_of(model).stride
     jumped = load(before, (0, 0)) < load(before, (0, 0))
     for p in range(0, before.shape[0] - stride, stride):
@@ -38,6 +38,6 @@ def _mark_block(model, block, before, after, out):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _length(x, p, q):  # noqa: ANN001, ANN202
+def _length(x, p, q):
     dx, dy, dz = load(x, (q, 0)) - load(x, (p, 0)), load(x, (q, 1)) - load(x, (p, 1)), load(x, (q, 2)) - load(x, (p, 2))
     return sqrt(dx * dx + dy * dy + dz * dz)

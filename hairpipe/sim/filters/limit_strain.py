@@ -21,9 +21,8 @@ from numba import njit, prange
 
 from hairpipe.kernels.simd import load, maximum, minimum, sqrt, store
 from hairpipe.sim.interactions import Interaction
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.interface import Shape, shape_of
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.layout import Shape
+from hairpipe.sim.strands.interface import StrandModel, shape_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +34,7 @@ class StrainFilter(Interaction):
     """
 
     in_solve: ClassVar[bool] = False
-    model: Network | Chain
+    model: StrandModel
     tolerance: float
 
     def limit(self, x: np.ndarray, held: np.ndarray) -> None:
@@ -47,7 +46,7 @@ class StrainFilter(Interaction):
 
 
 @njit(cache=True)
-def _draw_in(x, p, parent, inverse_rest, limit):  # noqa: ANN001, ANN202
+def _draw_in(x, p, parent, inverse_rest, limit):
     """Move particle p towards its parent until their distance is at most limit times the rest length."""
     px, py, pz = load(x, (parent, 0)), load(x, (parent, 1)), load(x, (parent, 2))
     dx, dy, dz = load(x, (p, 0)) - px, load(x, (p, 1)) - py, load(x, (p, 2)) - pz
@@ -72,7 +71,7 @@ def limit_strain(x: np.ndarray, inverse_lengths: np.ndarray, shape: Shape, limit
 
 
 @njit(cache=True, parallel=True)
-def limit_all(model, x, limits):  # noqa: ANN001, ANN201
+def limit_all(model, x, limits):
     """Limit the strain of all hair, in place.
 
     x       positions [m], (rows, 3, W)

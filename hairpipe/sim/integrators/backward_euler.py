@@ -15,8 +15,7 @@ import numpy as np
 from hairpipe.sim.integrators.interface import everywhere
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import Motion, Step
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
 
@@ -26,7 +25,7 @@ class BackwardEuler:
 
     rule: Rule
 
-    def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
+    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
         before, v0 = motion.x.copy(), motion.v.copy()
         around.begin(motion, step)

@@ -16,8 +16,7 @@ from hairpipe.sim.integrators.interface import everywhere, rows_of
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2, begin_anew, forget
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import Motion, Step
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
 
@@ -28,7 +27,7 @@ class Bdf2:
     rule: Rule
     _before: tuple[np.ndarray, np.ndarray, float] | None = field(default=None, init=False)
 
-    def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
+    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
         x0, v0 = motion.x.copy(), motion.v.copy()
         if step.time == 0.0 or self._before is None:

@@ -5,24 +5,23 @@ from typing import Protocol
 import numpy as np
 
 from hairpipe.sim.state import Motion, Step
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
 
 class Integrator(Protocol):
     """Carries hair through a step: solves with what surrounds it, and filters where its scheme has them."""
 
-    def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
+    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
         ...
 
 
-def everywhere(model: Network | Chain, like: np.ndarray, number: float) -> np.ndarray:
+def everywhere(model: StrandModel, like: np.ndarray, number: float) -> np.ndarray:
     """Give every strand a number, (blocks, W), of the dtype of (rows, 3, W)."""
     return np.full((len(model.first) - 1, like.shape[2]), number, like.dtype)
 
 
-def rows_of(model: Network | Chain, lanes: np.ndarray) -> np.ndarray:
+def rows_of(model: StrandModel, lanes: np.ndarray) -> np.ndarray:
     """Repeat what every strand has, (blocks, W), for its particles, (rows, 1, W)."""
     return np.repeat(lanes, np.diff(model.first), axis=0)[:, None]

@@ -22,8 +22,7 @@ import numpy as np
 from hairpipe.sim.integrators.interface import everywhere
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import Motion, Step
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
 
@@ -33,7 +32,7 @@ class NineSteps(ABC):
 
     rule: Rule
 
-    def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
+    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
         x, v, before, dt = motion.x.copy(), motion.v, motion.v.copy(), step.dt
         around.begin(motion, step)

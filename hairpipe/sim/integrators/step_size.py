@@ -11,9 +11,7 @@ from hairpipe.kernels.simd import store
 from hairpipe.sim.boundary import Path
 from hairpipe.sim.settings import StepControl
 from hairpipe.sim.state import Motion
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.interface import shape_of, spring_constant, springs_from
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel, shape_of, spring_constant, springs_from
 from hairpipe.sim.surroundings import Surroundings
 
 _SHORTEST = 0.25
@@ -79,7 +77,7 @@ class Courant:
 
     setting: ClassVar[str] = "courant"
     number: float
-    model: Network | Chain
+    model: StrandModel
     around: Surroundings
     stiffest: float = field(init=False)
 
@@ -100,7 +98,7 @@ class StrainRate:
     """An edge changes its length by at most a fraction of it: dt = fraction / max |(v_q - v_p) . d| / l0, Sec. 4."""
 
     setting: ClassVar[str] = "strain_rate"
-    model: Network | Chain
+    model: StrandModel
     fraction: float
 
     def worst(self, motion: Motion, path: Path, time: float) -> Lane:
@@ -211,7 +209,7 @@ def pace_of(control: StepControl, step: float) -> Pace:
     return Pace(control.crossings, control.longest, min(step, control.longest))
 
 
-def limits_of(control: StepControl, model: Network | Chain, around: Surroundings) -> list[Limit]:
+def limits_of(control: StepControl, model: StrandModel, around: Surroundings) -> list[Limit]:
     """Collect the limits that a scene asks for."""
     limits: list[Limit] = [Fixed(control.longest), Travel(control.travel, around), Root(control.root)]
     if control.strain_rate is not None:
@@ -234,7 +232,7 @@ def next_step(limits: list[Limit], motion: Motion, path: Path, time: float, most
     return left / max(ceil(steps - 1e-6), 1)
 
 
-def highest_frequency(model: Network | Chain) -> float:
+def highest_frequency(model: StrandModel) -> float:
     """Bound what springs swing with [rad/s]: sqrt(max_p sum_s 4 k_s / (m_p l0_s))."""
     return float(np.sqrt(_stiffest(model)[0]))
 
@@ -245,7 +243,7 @@ def _farthest(way: np.ndarray) -> tuple[float, int, int]:
 
 
 @njit(cache=True)
-def _stiffest(model):  # noqa: ANN001, ANN202
+def _stiffest(model):
     """Find the largest sum of 4 k / (m l0) over the springs at a free particle [1/s^2], its block and lane."""
     stiffest, where, which = 0.0, 0, 0
     for block in range(len(model.first) - 1):
@@ -266,7 +264,7 @@ def _stiffest(model):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _strain_rate(first, inverse_lengths, stride, x, v):  # noqa: ANN001, ANN202
+def _strain_rate(first, inverse_lengths, stride, x, v):
     """Find the largest rate of strain of an edge on the axis [1/s], its block and lane."""
     fastest, where, which = 0.0, 0, 0
     for block in range(len(first) - 1):

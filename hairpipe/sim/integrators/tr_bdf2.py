@@ -33,8 +33,7 @@ from hairpipe.sim.solve.implicit_stage import overstrained_lanes, set_all_tensio
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import Motion, Step
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
 G = 2.0 - np.sqrt(2.0)
@@ -50,11 +49,11 @@ class TrBdf2:
 
     rule: Rule
 
-    def advance(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> None:
+    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
         """Advance motion by step, in place."""
         self.carry(model, motion, step, around)
 
-    def carry(self, model: Network | Chain, motion: Motion, step: Step, around: Surroundings) -> np.ndarray | float:
+    def carry(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> np.ndarray | float:
         """Advance motion by step, in place; return the change of velocity by contact [m/s], (rows, 3, W), or 0."""
         x, v, T, dt = motion.x, motion.v, motion.T, step.dt
         x0, v0, h = copied(x), copied(v), G * dt / 2
@@ -85,7 +84,7 @@ class TrBdf2:
 
     def _do_again(
         self,
-        model: Network | Chain,
+        model: StrandModel,
         motion: Motion,
         x0: np.ndarray,
         v0: np.ndarray,
@@ -125,7 +124,7 @@ def _add(out: np.ndarray, weight: float, kick: np.ndarray | float) -> None:
         combine_all(out, 1.0, out, weight, kick)
 
 
-def _take_kick(model: Network | Chain, out: np.ndarray | float, kick: np.ndarray | float, who: np.ndarray) -> None:
+def _take_kick(model: StrandModel, out: np.ndarray | float, kick: np.ndarray | float, who: np.ndarray) -> None:
     """Take over what contact made of some strands, (blocks, W), in place."""
     if isinstance(out, np.ndarray):
         np.copyto(out, kick, where=rows_of(model, who != 0.0))
@@ -140,7 +139,7 @@ def _sum(one: np.ndarray | float, other: np.ndarray | float) -> np.ndarray | flo
 
 
 def begin_anew(
-    model: Network | Chain, motion: Motion, xh: np.ndarray, vh: np.ndarray, weights: np.ndarray, whole: float
+    model: StrandModel, motion: Motion, xh: np.ndarray, vh: np.ndarray, weights: np.ndarray, whole: float
 ) -> np.ndarray:
     """Let strands whose acceleration is not known do a stage of backward Euler: changes xh and vh, in place.
 
@@ -157,12 +156,12 @@ def begin_anew(
     return np.where(unknown, whole, weights).astype(weights.dtype)
 
 
-def forget(model: Network | Chain, a: np.ndarray, shocked: np.ndarray) -> None:
+def forget(model: StrandModel, a: np.ndarray, shocked: np.ndarray) -> None:
     """Set the accelerations of strands that are marked, (blocks, W), to NaN, in place."""
     np.copyto(a, np.nan, where=rows_of(model, shocked != 0.0))
 
 
-def _take(model: Network | Chain, motion: Motion, other: Motion, who: np.ndarray, names: str) -> None:
+def _take(model: StrandModel, motion: Motion, other: Motion, who: np.ndarray, names: str) -> None:
     """Take over the motion of some strands, (blocks, W), in place."""
     for name in names:
         np.copyto(getattr(motion, name), getattr(other, name), where=rows_of(model, who != 0.0))

@@ -57,7 +57,7 @@ def set_contact_dv(active: np.ndarray, impulses: np.ndarray, masses: np.ndarray,
 
 
 @njit(cache=True, parallel=True)
-def lay_out(axis: Axis, active, terms: ExternalTerms, velocities, weights, outer) -> None:  # noqa: ANN001
+def lay_out(axis: Axis, active, terms: ExternalTerms, velocities, weights, outer) -> None:
     """Write the rows of active strands, (blocks, W), in place.
 
     velocities  of points, v [m/s], (P, 3)
@@ -70,7 +70,7 @@ def lay_out(axis: Axis, active, terms: ExternalTerms, velocities, weights, outer
 
 
 @njit(cache=True)
-def _lay_out_block(axis, block, terms, velocities, weights, outer):  # noqa: ANN001, ANN202
+def _lay_out_block(axis, block, terms, velocities, weights, outer):
     push, damping, received, diagonal, following = terms
     touching = len(received) > 0
     for lane in range(axis.strands.shape[1]):

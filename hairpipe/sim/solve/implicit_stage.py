@@ -31,10 +31,6 @@ from hairpipe.kernels.simd import any_lane, either, load, select, sqrt, store, s
 from hairpipe.kernels.simd_arrays import copy, fill
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Iterate, Stage, System
-from hairpipe.sim.strands import (
-    chain,  # noqa: F401 (they teach numba the kernels of the interface)
-    network,  # noqa: F401 (they teach numba the kernels of the interface)
-)
 from hairpipe.sim.strands.forces.spring import multiplier, tension
 from hairpipe.sim.strands.interface import add_forces, shape_of, spring_constant, springs_from
 
@@ -42,7 +38,7 @@ _EXPLICIT, _PRINTED, _TENSION, _MULTIPLIER = (int(form) for form in SpringForm)
 
 
 @inlined
-def _start_row(A, b, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
+def _start_row(A, b, mass, vh, v, p, h, rule):
     """Inertia, weight and air drag of particle p."""
     clear_row(A, p)
     m = load(mass, (p,))
@@ -56,7 +52,7 @@ def _start_row(A, b, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _add_outer(A, b, outer, p, n, stride, count):  # noqa: ANN001, ANN202
+def _add_outer(A, b, outer, p, n, stride, count):
     """Add what acts from outside on particle p, the point n of its axis."""
     for c in range(3):
         add(b, p, c, load(outer, (n, c)))
@@ -69,7 +65,7 @@ def _add_outer(A, b, outer, p, n, stride, count):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _assemble(model, block, system, at, outer, stage, h, rule):  # noqa: ANN001, ANN202
+def _assemble(model, block, system, at, outer, stage, h, rule):
     """Leave the factors in A, and in b what is left to substitute for the change of velocity [m/s]."""
     A, b = system
     x, v, T = at
@@ -96,7 +92,7 @@ def _assemble(model, block, system, at, outer, stage, h, rule):  # noqa: ANN001,
 
 
 @inlined
-def _update(model, block, at, b, bad, only_bad, h, rule):  # noqa: ANN001, ANN202
+def _update(model, block, at, b, bad, only_bad, h, rule):
     """Move to the solution; with only_bad, in the flagged lanes only."""
     x, v, T = at
     count, first, dx = x.shape[0], model.first[block], np.empty(x.shape, x.dtype)
@@ -121,7 +117,7 @@ def _update(model, block, at, b, bad, only_bad, h, rule):  # noqa: ANN001, ANN20
 
 
 @inlined
-def overstrained(model, x, block, limit):  # noqa: ANN001, ANN201
+def overstrained(model, x, block, limit):
     """Lanes with an axis edge whose strain is beyond +-limit."""
     first, stride = model.first[block], shape_of(model).stride
     worst = load(x, (0, 0)) < load(x, (0, 0))
@@ -136,7 +132,7 @@ def overstrained(model, x, block, limit):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, error_model="numpy")
-def set_tensions(model, block, x, T):  # noqa: ANN001, ANN201
+def set_tensions(model, block, x, T):
     """Set T to the tensions of the present stretch of a block [N], in place.
 
     x  (particles, 3, W); T  (particles, springs, W)
@@ -149,7 +145,7 @@ def set_tensions(model, block, x, T):  # noqa: ANN001, ANN201
 
 
 @inlined
-def _place_ends(x, v, xh, ends, held, block, clamped, h):  # noqa: ANN001, ANN202
+def _place_ends(x, v, xh, ends, held, block, clamped, h):
     """Put the particles that are held where they end, with the velocity that takes them there."""
     count = x.shape[0]
     for p in range(clamped):
@@ -168,7 +164,7 @@ def _place_ends(x, v, xh, ends, held, block, clamped, h):  # noqa: ANN001, ANN20
 
 
 @inlined
-def _guess(model, block, at, stage, h, guard):  # noqa: ANN001, ANN202
+def _guess(model, block, at, stage, h, guard):
     """Place a block where its guess leads; return the lanes that are strained too much there."""
     x, v = at.x, at.v
     for p in range(x.shape[0]):
@@ -179,7 +175,7 @@ def _guess(model, block, at, stage, h, guard):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _restart(model, block, at, stage, h, bad):  # noqa: ANN001, ANN202
+def _restart(model, block, at, stage, h, bad):
     """Place the lanes that are bad as the stage began, along with their roots."""
     x, v, before, ends, clamped = at.x, at.v, stage.before, stage.ends, shape_of(model).clamped
     for p in range(clamped, x.shape[0]):
@@ -191,7 +187,7 @@ def _restart(model, block, at, stage, h, bad):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, error_model="numpy")
-def run_stage(model, block, at, stage, rule):  # noqa: ANN001, ANN201
+def run_stage(model, block, at, stage, rule):
     """Advance one block of strands through a stage that nothing from outside takes part in, in place.
 
     at     an Iterate, in: its v is the guess; out: at the end of the stage
@@ -212,7 +208,7 @@ def run_stage(model, block, at, stage, rule):  # noqa: ANN001, ANN201
 
 
 @inlined
-def set_form(model, block, x, T, rule):  # noqa: ANN001, ANN201
+def set_form(model, block, x, T, rule):
     """Give T, in place, what the spring form wants in the matrix: nothing, the present tension, or what it has."""
     if rule.form <= _PRINTED:
         fill(T, 0.0)
@@ -221,7 +217,7 @@ def set_form(model, block, x, T, rule):  # noqa: ANN001, ANN201
 
 
 @inlined
-def _of_block(model, block, at, stage):  # noqa: ANN001, ANN202
+def _of_block(model, block, at, stage):
     """Return the iterate and the stage of one block; memory is shared."""
     rows = slice(model.first[block], model.first[block + 1])
     part = Stage(
@@ -239,7 +235,7 @@ def _of_block(model, block, at, stage):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def run_stages(model, at, stage, rule):  # noqa: ANN001, ANN201
+def run_stages(model, at, stage, rule):
     """Advance all strands through a stage that nothing from outside takes part in, in place; see `run_stage`."""
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
@@ -247,13 +243,13 @@ def run_stages(model, at, stage, rule):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True)
-def _run_block(model, block, at, stage, rule):  # noqa: ANN001, ANN202
+def _run_block(model, block, at, stage, rule):
     part, its_stage = _of_block(model, block, at, stage)
     run_stage(model, block, part, its_stage, rule)
 
 
 @njit(cache=True, parallel=True)
-def guess_stages(model, at, stage, rule):  # noqa: ANN001, ANN201
+def guess_stages(model, at, stage, rule):
     """Begin a stage: place all strands where their guess leads, in place; see `run_stage`.
 
     A strand that this strains too much goes by itself, by backward Euler over the span from how the stage began: vh
@@ -264,7 +260,7 @@ def guess_stages(model, at, stage, rule):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, error_model="numpy")
-def _guess_block(model, block, at, stage, rule):  # noqa: ANN001, ANN202
+def _guess_block(model, block, at, stage, rule):
     h = load(stage.h, (block,))
     part, its_stage = _of_block(model, block, at, stage)
     bad = _guess(model, block, part, its_stage, h, rule.guard)
@@ -273,7 +269,7 @@ def _guess_block(model, block, at, stage, rule):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, error_model="numpy")
-def _carry(model, block, at, stage, h, bad, rule):  # noqa: ANN001, ANN202
+def _carry(model, block, at, stage, h, bad, rule):
     """Carry the lanes that are bad by backward Euler over the span of the stage, in place."""
     x, v, T = at
     before, ends, span = stage.before, stage.ends, 0.0 * h + stage.span
@@ -303,7 +299,7 @@ def _carry(model, block, at, stage, h, bad, rule):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def factor_stages(model, system, at, outer, active, stage, rule):  # noqa: ANN001, ANN201
+def factor_stages(model, system, at, outer, active, stage, rule):
     """Solve every strand's own system, in place.
 
     system  a System, out: factors and change of velocity
@@ -320,7 +316,7 @@ def factor_stages(model, system, at, outer, active, stage, rule):  # noqa: ANN00
 
 
 @njit(cache=True, error_model="numpy")
-def _factor_block(model, block, system, at, outer, active, stage, rule):  # noqa: ANN001, ANN202
+def _factor_block(model, block, system, at, outer, active, stage, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(stage.h, (block,))
     part, its_stage = _of_block(model, block, at, stage)
     A, bs, xs = system.A, system.b[rows], part.x
@@ -341,7 +337,7 @@ def _factor_block(model, block, system, at, outer, active, stage, rule):  # noqa
 
 
 @njit(cache=True, parallel=True)
-def update_stages(model, at, b, active, weights, rule):  # noqa: ANN001, ANN201
+def update_stages(model, at, b, active, weights, rule):
     """Move the active strands, (blocks, W), to the solution b, in place; weights  h of the stage [s], (blocks, W)."""
     for block in prange(len(model.first) - 1):
         if active[block].any():
@@ -349,14 +345,14 @@ def update_stages(model, at, b, active, weights, rule):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, error_model="numpy")
-def _update_block(model, block, at, b, active, weights, rule):  # noqa: ANN001, ANN202
+def _update_block(model, block, at, b, active, weights, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     part = Iterate(at.x[rows], at.v[rows], at.T[rows])
     _update(model, block, part, b[rows], load(active, (block,)) > 0.0, True, h, rule)
 
 
 @njit(cache=True, parallel=True)
-def overstrained_lanes(model, x, limit, out):  # noqa: ANN001, ANN201
+def overstrained_lanes(model, x, limit, out):
     """Set out, (blocks, W), to 1 for strands with an edge strained beyond +-limit, in place; tell whether any is."""
     for block in prange(len(model.first) - 1):
         _overstrained_block(model, np.int64(block), x, limit, out)
@@ -364,14 +360,14 @@ def overstrained_lanes(model, x, limit, out):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, error_model="numpy")
-def _overstrained_block(model, block, x, limit, out):  # noqa: ANN001, ANN202
+def _overstrained_block(model, block, x, limit, out):
     rows = slice(model.first[block], model.first[block + 1])
     lanes = overstrained(model, x[rows], block, limit)
     store(out, (block,), select(lanes, 0.0 * load(out, (block,)) + 1.0, 0.0))
 
 
 @njit(cache=True, parallel=True)
-def set_all_tensions(model, x, T):  # noqa: ANN001, ANN201
+def set_all_tensions(model, x, T):
     """Set T to the tensions of the present stretch of all strands [N], in place."""
     for block in prange(len(model.first) - 1):
         rows = slice(model.first[block], model.first[block + 1])

@@ -22,8 +22,7 @@ from hairpipe.sim.solve.implicit_stage import factor_stages, guess_stages, run_s
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage, System
 from hairpipe.sim.solve.strand_coupling import StrandCoupling
 from hairpipe.sim.solve.strand_inverse import respond
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel
 
 _PASSES = 4  # over the strands that must be solved again
 
@@ -41,7 +40,7 @@ class StageDriver:
     seconds       of the shot at the previous frame [s]
     """
 
-    model: Network | Chain
+    model: StrandModel
     axis: Axis
     masses: np.ndarray
     interactions: Sequence[Interaction]

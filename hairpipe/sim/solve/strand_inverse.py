@@ -12,7 +12,7 @@ from hairpipe.sim.strands.interface import shape_of
 
 
 @njit(cache=True, parallel=True)
-def respond(model, axis: Axis, system, held, active, impulses, change) -> None:  # noqa: ANN001
+def respond(model, axis: Axis, system, held, active, impulses, change) -> None:
     """Solve every strand's own system for impulses on its axis, in place.
 
     system    A: factors, of `factor_stages`; they are all that it reads from memory, and so kept in single precision
@@ -27,7 +27,7 @@ def respond(model, axis: Axis, system, held, active, impulses, change) -> None: 
 
 
 @njit(cache=True, error_model="numpy")
-def _respond_block(model, axis, block, system, held, active, impulses, change):  # noqa: ANN001, ANN202
+def _respond_block(model, axis, block, system, held, active, impulses, change):
     rows = slice(axis.first[block], axis.first[block + 1])
     As, b = system.A[rows], system.b
     x = np.empty((As.shape[0], 3, As.shape[2]), active.dtype)
@@ -55,7 +55,7 @@ def _respond_block(model, axis, block, system, held, active, impulses, change): 
 
 
 @inlined
-def _take(axis, block, points, x):  # noqa: ANN001, ANN202
+def _take(axis, block, points, x):
     """Copy what points of a block have to its particles."""
     for lane in range(axis.strands.shape[1]):
         first, row = axis.offsets[axis.strands[block, lane]], axis.root
@@ -66,7 +66,7 @@ def _take(axis, block, points, x):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _give(axis, block, x, points):  # noqa: ANN001, ANN202
+def _give(axis, block, x, points):
     """Copy what particles of a block have to its points."""
     for lane in range(axis.strands.shape[1]):
         if not axis.idle[block, lane]:

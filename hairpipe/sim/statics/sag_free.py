@@ -23,15 +23,15 @@ from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, maximum, sqrt, store
-from hairpipe.kernels.simd_vec3 import cross, dot, minus, scaled
+from hairpipe.kernels.vec3 import cross, dot, minus, scaled
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.settings import SagFree
 from hairpipe.sim.statics.hessian import find_stable
 from hairpipe.sim.statics.settle import settle
-from hairpipe.sim.strands.chain import Chain
-from hairpipe.sim.strands.interface import shape_of, spring_constant, springs_from
-from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.interface import StrandModel, kind_of, shape_of, spring_constant, springs_from
 
+SPRINGS = 3
+"""That end at every free particle: as many as it has equations."""
 STEP = 1e-5
 """Of differences of forces, over the length of a segment: a curl can be close to exchanging altitude springs."""
 
@@ -66,7 +66,7 @@ class Equilibrium:
     strains: np.ndarray
 
 
-def carry_weight(model: Network, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
+def carry_weight(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
     """Find the springs that carry strands at x [m], (rows, 3, W), under gravity [m/s^2], (3,)."""
     lengths, tensions = np.zeros_like(model.inverse_lengths), np.zeros_like(model.inverse_lengths)
     strains = np.zeros((len(model.first) - 1, x.shape[2]))
@@ -74,7 +74,7 @@ def carry_weight(model: Network, x: np.ndarray, gravity: np.ndarray) -> Equilibr
     return Equilibrium(lengths, tensions, strains)
 
 
-def stands(model: Network, x: np.ndarray, strains: np.ndarray, limit: float) -> np.ndarray:
+def stands(model: StrandModel, x: np.ndarray, strains: np.ndarray, limit: float) -> np.ndarray:
     """Tell which strands stand at x [m] with the springs of a model, none strained beyond a limit, (blocks, W) bool."""
     edges = np.linalg.norm(x[model.first[:-1] + 2] - x[model.first[:-1]], axis=1)
     stable = np.zeros_like(strains)
@@ -83,7 +83,7 @@ def stands(model: Network, x: np.ndarray, strains: np.ndarray, limit: float) -> 
 
 
 def stand(
-    model: Network | Chain, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, wanted: SagFree
+    model: StrandModel, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, wanted: SagFree
 ) -> Stance:
     """Let strands stand as they are placed, and do with those that cannot as is wanted, which is said.
 
@@ -91,10 +91,11 @@ def stand(
     x        particles as placed [m], (rows, 3, W)
     gravity  [m/s^2], (3,)
 
-    BadInput where the model is no network, or where strands that cannot stand are refused.
+    Raises BadInput where the model is no network, or where strands that cannot stand are refused.
     """
-    if isinstance(model, Chain):
-        raise BadInput("a chain cannot hold a groomed shape under its weight", where="model", right='"network"')
+    if model.inverse_lengths.shape[1] != SPRINGS:
+        said = f"a {kind_of(model).name} cannot hold a groomed shape under its weight"
+        raise BadInput(said, where="model", right='"network"')
     found = carry_weight(model, x, gravity)
     able = stands(model._replace(inverse_lengths=found.inverse_lengths), x, found.strains, wanted.strain)
     _report(able, layout, ids, wanted.unstable)
@@ -124,7 +125,7 @@ def _report(able: np.ndarray, layout: Layout, ids: np.ndarray, unstable: str) ->
 
 
 @inlined
-def _direction(x, p, q):  # noqa: ANN001, ANN202
+def _direction(x, p, q):
     """Unit vector from particle p to q, and the inverse of its length [1/m]."""
     span = minus(
         (load(x, (q, 0)), load(x, (q, 1)), load(x, (q, 2))), (load(x, (p, 0)), load(x, (p, 1)), load(x, (p, 2)))
@@ -134,7 +135,7 @@ def _direction(x, p, q):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _carry(x, b, T, q):  # noqa: ANN001, ANN202
+def _carry(x, b, T, q):
     """Find the three tensions that carry b_q [N], and hand them on to the particles they pull at, in place."""
     d1, d2, d3 = _direction(x, q - 1, q)[0], _direction(x, q - 2, q)[0], _direction(x, q - 3, q)[0]
     f = load(b, (q, 0)), load(b, (q, 1)), load(b, (q, 2))
@@ -148,7 +149,7 @@ def _carry(x, b, T, q):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, error_model="numpy")
-def _carry_block(model, block, x, gravity, T, lengths, strains):  # noqa: ANN001, ANN202
+def _carry_block(model, block, x, gravity, T, lengths, strains):
     first, count = model.first[block], x.shape[0]
     b = np.empty_like(x)
     for p in range(count):
@@ -167,7 +168,7 @@ def _carry_block(model, block, x, gravity, T, lengths, strains):  # noqa: ANN001
 
 
 @njit(cache=True, parallel=True)
-def _carry_all(model, x, gravity, T, lengths, strains):  # noqa: ANN001, ANN202
+def _carry_all(model, x, gravity, T, lengths, strains):
     """Fill tensions, inverse rest lengths and strains of all strands, in place."""
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
@@ -175,6 +176,6 @@ def _carry_all(model, x, gravity, T, lengths, strains):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _carry_some(model, block, x, gravity, T, lengths, strains):  # noqa: ANN001, ANN202
+def _carry_some(model, block, x, gravity, T, lengths, strains):
     rows = slice(model.first[block], model.first[block + 1])
     _carry_block(model, block, x[rows], gravity, T[rows], lengths[rows], strains)

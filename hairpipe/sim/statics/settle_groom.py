@@ -6,7 +6,7 @@ import numpy as np
 
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.integrators.choice import gravity_of
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene
@@ -23,7 +23,7 @@ def settle_groom(groom: Groom, material: Material, construction: Construction, g
     """
     if groom.tip_triangles is not None:
         raise BadInput("tips that the body holds would be let go of", where="in.groom", right="a groom of free tips")
-    hair = make_hair(groom, material, "network", construction)
+    hair = build_hair(groom, material, "network", construction)
     everyone = np.ones(hair.layout.strands.shape, bool)
     settled = settle(hair.model, hair.layout, groom.ids, hair.rest, gravity_of(Scene(gravity)), everyone)
     return replace(groom, points=hair.layout.axis(settled.positions))

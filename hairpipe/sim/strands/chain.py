@@ -7,21 +7,21 @@ It has no torsion, and no shape at rest but the straight one. The buried segment
 root; the joint at m_0 stands for half a segment of free hair and is twice as stiff, as in the network.
 """
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numba.core.extending import overload
 
+from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load
-from hairpipe.sim.layout import Layout
+from hairpipe.sim.layout import Layout, Shape
 from hairpipe.sim.material import Material
+from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.forces.assembly import add_spring
 from hairpipe.sim.strands.forces.bending import add_bending
 from hairpipe.sim.strands.forces.spring import critical_damping, linearise_spring
-from hairpipe.sim.strands.interface import Shape, add_forces, is_model, shape_of, spring_constant, springs_from
+from hairpipe.sim.strands.interface import ModelKind, register_model
 
 SHAPE = Shape(reach=2, clamped=2, stride=1)
 STRAIGHTEST = np.deg2rad(3.0)
@@ -45,17 +45,18 @@ class Chain(NamedTuple):
     shape = SHAPE
 
 
-def build_chain(layout: Layout, points: np.ndarray, material: Material) -> tuple[Chain, np.ndarray]:
-    """Make the chains of a groom of straight strands.
+def build_chain(
+    layout: Layout, groom: Groom, material: Material, construction: Construction
+) -> tuple[Chain, np.ndarray]:
+    """Make the chains of a groom of straight strands; a chain has nothing that the construction is about.
 
-    points   of the groom [m], (p, 3)
     returns  the chains, and their particles at rest [m], (rows, 3, W)
 
-    BadInput where a strand is not straight.
+    Raises BadInput where a strand is not straight.
     """
     rest = layout.empty(3, dtype=np.float64)
     chain = Chain(layout.first, layout.empty(), layout.empty(1), layout.empty_blocks(2))
-    for blocks, axis in layout.classes(points):
+    for blocks, axis in layout.classes(groom.points):
         particles = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
         edges = np.diff(particles, axis=1)
         lengths = np.linalg.norm(edges, axis=2)
@@ -89,7 +90,7 @@ def _springs(p: int, count: int) -> int:
 
 
 @inlined
-def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):  # noqa: ANN001, ANN202
+def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):
     count, row = x.shape[0], model.first[block] + p
     if p + 2 < count:
         joint = 2.0 if p == 0 else 1.0
@@ -101,27 +102,9 @@ def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):  # noqa: ANN001
         add_spring(A, b, p, 1, linearise_spring(x, v, T, p, 1, k, inverse_rest, c, h, hh))
 
 
-@overload(add_forces, strict=False)
-def _chain_forces(
-    model: Any, A: Any, b: Any, x: Any, v: Any, T: Any, p: Any, block: Any, h: Any, hh: Any, damping: Any
-) -> Callable | None:
-    if is_model(model, Chain):
-        return lambda model, A, b, x, v, T, p, block, h, hh, damping: _add_forces(
-            model, A, b, x, v, T, p, block, h, hh, damping
-        )
-    return None
+@inlined
+def _constant(model, block, p, offset):
+    return load(model.constants, (block, 0))
 
 
-@overload(shape_of, strict=False)
-def _chain_shape(model: Any) -> Callable | None:
-    return (lambda model: SHAPE) if is_model(model, Chain) else None
-
-
-@overload(springs_from, strict=False)
-def _chain_springs(model: Any, p: Any, count: Any) -> Callable | None:
-    return (lambda model, p, count: _springs(p, count)) if is_model(model, Chain) else None
-
-
-@overload(spring_constant, strict=False)
-def _chain_constant(model: Any, block: Any, p: Any, offset: Any) -> Callable | None:
-    return (lambda model, block, p, offset: load(model.constants, (block, 0))) if is_model(model, Chain) else None
+CHAIN = register_model(ModelKind("chain", Chain, SHAPE, build_chain, _add_forces, _springs, _constant))

@@ -1,41 +1,86 @@
-"""What the solver asks of a model of a strand.
+"""What the solver asks of a model of a strand, and how a model is registered.
 
-A model is a NamedTuple of arrays. Its rows are particles, strand after strand, block after block; a block is as many
-strands of equal count as there are lanes (W). Whatever the model, it has
+A model is a NamedTuple of arrays (`StrandModel`) and a few kernels (`ModelKind`). Kernels of the solver call
+`add_forces`, `spring_constant`, `springs_from` and `shape_of` below; numba asks here for what the model of that type
+has registered, and inlines it. A kernel that is loaded from the cache needs no registration.
+"""
 
-    shape            how particles stand in the rows, a Shape
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Protocol, Self
+
+import numpy as np
+from numba import types
+from numba.core.extending import overload
+
+from hairpipe.data import Groom
+from hairpipe.sim.layout import Layout, Shape
+from hairpipe.sim.material import Material
+from hairpipe.sim.strands.construction import Construction
+
+
+class StrandModel(Protocol):
+    """Constants of all strands; rows are particles, strand after strand, block after block (see `Layout`).
+
+    shape            how the particles of a strand stand in its rows
     first            rows of block b are first[b]:first[b+1], (blocks+1,) int64
     mass             [kg], (rows, W)
     inverse_lengths  1 / l0 of the springs to the next particles [1/m], 0 past the end, (rows, springs, W)
-
-and three kernels, chosen by numba from the model's type: `add_forces`, `spring_constant`, and `springs_from`.
-"""
-
-from typing import Any, NamedTuple
-
-from numba import types
-
-
-class Shape(NamedTuple):
-    """How the particles of a strand stand in its rows.
-
-    reach    a force couples a particle to so many after it
-    clamped  so many at the root are held by the body; the last of them is m_0, the first point of the groom
-    stride   from one particle on the axis to the next
+    constants        of the springs of every strand; the first is that of its edges, EA [N], (blocks, kinds, W)
     """
 
-    reach: int
-    clamped: int
-    stride: int
-
-    def count(self, segments: int) -> int:
-        """Number of particles of a strand."""
-        return self.stride * segments + self.clamped
+    shape: Shape
 
     @property
-    def axis(self) -> slice:
-        """Where the points of the groom stand among the particles."""
-        return slice(self.clamped - 1, None, self.stride)
+    def first(self) -> np.ndarray: ...
+    @property
+    def mass(self) -> np.ndarray: ...
+    @property
+    def inverse_lengths(self) -> np.ndarray: ...
+    @property
+    def constants(self) -> np.ndarray: ...
+    def _replace(self, **changes: Any) -> Self: ...
+
+
+Build = Callable[[Layout, Groom, Material, Construction], tuple[Any, np.ndarray]]
+
+
+@dataclass(frozen=True, eq=False)
+class ModelKind:
+    """A kind of strand model.
+
+    name    by which a graph asks for it
+    model   the NamedTuple, a `StrandModel`
+    shape   of its strands
+    build   makes the models of a groom in a layout, and their particles at rest [m], (rows, 3, W) float64; raises
+            BadInput for grooms that it cannot be
+    warn    warns of what the model does not take over of a material, once a shot
+
+    The others are kernels that numba inlines, see the functions of those names below.
+    """
+
+    name: str
+    model: type
+    shape: Shape
+    build: Build
+    add_forces: Any
+    springs_from: Any
+    spring_constant: Any
+    warn: Callable[[Groom, Material], None] = lambda groom, material: None
+
+
+_KINDS: dict[type, ModelKind] = {}
+
+
+def register_model(kind: ModelKind) -> ModelKind:
+    """Make a kind of model known to the solver's kernels, and return it."""
+    _KINDS[kind.model] = kind
+    return kind
+
+
+def kind_of(model: StrandModel) -> ModelKind:
+    """Return the kind of a model; KeyError where it is not registered."""
+    return _KINDS[type(model)]
 
 
 def add_forces(
@@ -57,7 +102,7 @@ def shape_of(model: Any) -> Any:
 
 
 def springs_from(model: Any, p: Any, count: Any) -> Any:
-    """Number of springs from particle p to those after it."""
+    """Number of springs from particle p to those after it, of a strand of so many particles."""
     raise NotImplementedError
 
 
@@ -66,6 +111,43 @@ def spring_constant(model: Any, block: Any, p: Any, offset: Any) -> Any:
     raise NotImplementedError
 
 
-def is_model(numba_type: types.Type, model: type) -> bool:
-    """Whether numba's type is that of the model's NamedTuple."""
-    return isinstance(numba_type, types.BaseNamedTuple) and getattr(numba_type, "instance_class", None) is model
+def _registered(numba_type: types.Type) -> ModelKind | None:
+    return _KINDS.get(getattr(numba_type, "instance_class", type(None)))
+
+
+@overload(add_forces, strict=False)
+def _add_forces(
+    model: Any, A: Any, b: Any, x: Any, v: Any, T: Any, p: Any, block: Any, h: Any, hh: Any, damping: Any
+) -> Callable | None:
+    kind = _registered(model)
+    if kind is None:
+        return None
+    kernel = kind.add_forces
+    return lambda model, A, b, x, v, T, p, block, h, hh, damping: kernel(model, A, b, x, v, T, p, block, h, hh, damping)
+
+
+@overload(shape_of, strict=False)
+def _shape_of(model: Any) -> Callable | None:
+    kind = _registered(model)
+    if kind is None:
+        return None
+    shape = kind.shape
+    return lambda model: shape
+
+
+@overload(springs_from, strict=False)
+def _springs_from(model: Any, p: Any, count: Any) -> Callable | None:
+    kind = _registered(model)
+    if kind is None:
+        return None
+    kernel = kind.springs_from
+    return lambda model, p, count: kernel(p, count)
+
+
+@overload(spring_constant, strict=False)
+def _spring_constant(model: Any, block: Any, p: Any, offset: Any) -> Callable | None:
+    kind = _registered(model)
+    if kind is None:
+        return None
+    kernel = kind.spring_constant
+    return lambda model, block, p, offset: kernel(model, block, p, offset)

@@ -1,24 +1,27 @@
-"""The paper's model of a strand: a network of springs on the lattice, which resists stretch, bending and twist."""
+"""The model of a strand in Sec. 3.2 of Selle, Lentine, Fedkiw 2008: edge, bending, torsion and altitude springs."""
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
+from warnings import warn
 
 import numpy as np
-from numba.core.extending import overload
 
+from hairpipe.data import Groom
+from hairpipe.data.lengths import strand_lengths
+from hairpipe.errors import BadInput
+from hairpipe.groom.binding import name_strands
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load
-from hairpipe.sim.layout import Layout
+from hairpipe.sim.layout import Layout, Shape
 from hairpipe.sim.material import Material
 from hairpipe.sim.strands import lattice
-from hairpipe.sim.strands.calibration import spring_constants, works
+from hairpipe.sim.strands.calibration import softenings, spring_constants, works
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.curl import Fit, fit_curls
 from hairpipe.sim.strands.forces.altitude import linearise_altitude
 from hairpipe.sim.strands.forces.assembly import add_spring, add_tetrahedron
 from hairpipe.sim.strands.forces.spring import critical_damping, linearise_spring
-from hairpipe.sim.strands.interface import Shape, add_forces, is_model, shape_of, spring_constant, springs_from
+from hairpipe.sim.strands.interface import ModelKind, register_model
 
 SHAPE = Shape(reach=3, clamped=lattice.CLAMPED, stride=2)
 
@@ -40,6 +43,40 @@ class Network(NamedTuple):
     inverse_heights: np.ndarray
     constants: np.ndarray
     shape = SHAPE
+
+
+def build_of_groom(
+    layout: Layout, groom: Groom, material: Material, construction: Construction
+) -> tuple[Network, np.ndarray]:
+    """Make the networks of a groom, see `build_network`.
+
+    Raises BadInput naming strands whose segments are too short to be springs of the material.
+    """
+    lengths = mean_segments(groom)
+    short = softenings(material, lengths) < 1.0
+    if short.any():
+        size = f"segments of {lengths[short].min():.2g} m, hair of {material.diameter:g} m"
+        raise BadInput(
+            f"{size}: {name_strands(groom.ids[short])}",
+            where="groom",
+            right="segments longer than hair is thick: fewer of them, or those strands left out",
+        )
+    return build_network(layout, groom.points, groom.root_frames, material, construction)
+
+
+def warn_of_softening(groom: Groom, material: Material) -> None:
+    """Warn which strands are softened less than the material is, as their segments are too short for that."""
+    found = softenings(material, mean_segments(groom))
+    less = found < material.softening
+    if less.any():
+        said = f"{np.count_nonzero(less)} of {len(less)} strands have segments too short for it and are softened less"
+        worst = f"by {found.min():.3g} at least: {name_strands(groom.ids[less])}"
+        warn(f"material.softening = {material.softening:g}: {said}, {worst}", stacklevel=3)
+
+
+def mean_segments(groom: Groom) -> np.ndarray:
+    """Return the mean length of the segments of every strand [m], (strands,); pure."""
+    return strand_lengths(groom.points, groom.offsets) / (np.diff(groom.offsets) - 1)
 
 
 def build_network(
@@ -88,13 +125,13 @@ def _inverse(values: np.ndarray) -> np.ndarray:
 
 
 @inlined
-def _constant(constants, block, p, offset):  # noqa: ANN001, ANN202
+def _constant(model, block, p, offset):
     """Constant of the spring from particle p to p + offset: edge, bending or torsion, see the lattice."""
     if offset == 3:
-        return _at_root(p) * load(constants, (block, 2))
+        return _at_root(p) * load(model.constants, (block, 2))
     if offset == 2 and p % 2:
-        return _at_root(p) * load(constants, (block, 1))
-    return load(constants, (block, 0))
+        return _at_root(p) * load(model.constants, (block, 1))
+    return load(model.constants, (block, 0))
 
 
 @inlined
@@ -109,10 +146,10 @@ def _springs(p: int, count: int) -> int:
 
 
 @inlined
-def _spring(model, x, v, T, p, block, offset, h, hh, damping):  # noqa: ANN001, ANN202
+def _spring(model, x, v, T, p, block, offset, h, hh, damping):
     """Linearise the spring from particle p to p + offset."""
     first = model.first[block]
-    k, inverse_rest = _constant(model.constants, block, p, offset), load(model.inverse_lengths, (first + p, offset - 1))
+    k, inverse_rest = _constant(model, block, p, offset), load(model.inverse_lengths, (first + p, offset - 1))
     c = 0.0 * k
     if damping > 0.0:
         c = damping * critical_damping(k, inverse_rest, model.mass, first + p, first + p + offset)
@@ -120,7 +157,7 @@ def _spring(model, x, v, T, p, block, offset, h, hh, damping):  # noqa: ANN001, 
 
 
 @inlined
-def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):  # noqa: ANN001, ANN202
+def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):
     count = x.shape[0]
     if p + 3 < count:
         heights = model.inverse_heights[model.first[block] : model.first[block + 1]]
@@ -134,29 +171,6 @@ def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):  # noqa: ANN001
             add_spring(A, b, p, offset, _spring(model, x, v, T, p, block, offset, h, hh, damping))
 
 
-@overload(add_forces, strict=False)
-def _network_forces(
-    model: Any, A: Any, b: Any, x: Any, v: Any, T: Any, p: Any, block: Any, h: Any, hh: Any, damping: Any
-) -> Callable | None:
-    if is_model(model, Network):
-        return lambda model, A, b, x, v, T, p, block, h, hh, damping: _add_forces(
-            model, A, b, x, v, T, p, block, h, hh, damping
-        )
-    return None
-
-
-@overload(shape_of, strict=False)
-def _network_shape(model: Any) -> Callable | None:
-    return (lambda model: SHAPE) if is_model(model, Network) else None
-
-
-@overload(springs_from, strict=False)
-def _network_springs(model: Any, p: Any, count: Any) -> Callable | None:
-    return (lambda model, p, count: _springs(p, count)) if is_model(model, Network) else None
-
-
-@overload(spring_constant, strict=False)
-def _network_constant(model: Any, block: Any, p: Any, offset: Any) -> Callable | None:
-    if is_model(model, Network):
-        return lambda model, block, p, offset: _constant(model.constants, block, p, offset)
-    return None
+NETWORK = register_model(
+    ModelKind("network", Network, SHAPE, build_of_groom, _add_forces, _springs, _constant, warn_of_softening)
+)

@@ -11,7 +11,7 @@ from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.build import bodies_of
-from hairpipe.sim.hair_model import Hair, make_hair
+from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene, StepControl
 from hairpipe.sim.state import Motion
@@ -60,7 +60,7 @@ def clash_table(
     scene  without its step control: steps are of one length
     bar    whether there is one; else the roots alone move
     """
-    hair, rows, known = make_hair(tuft(), Material()), [], fastest_of(truth)
+    hair, rows, known = build_hair(tuft(), Material()), [], fastest_of(truth)
     if missing := sorted({f"{speed:g} m/s" for speed in speeds} - set(known)) if known else []:
         raise BadInput(f"the converged run has no {missing[0]}", right=f"one of {', '.join(known)}")
     for speed in speeds:
@@ -90,7 +90,7 @@ def signs(worst: Worst, possible: float) -> str:
     return ", ".join(sign for sign, seen in failed.items() if seen)
 
 
-def meet(hair: Hair, scene: Scene, bar: bool, speed: float, seconds: float) -> Worst:
+def meet(hair: HairModel, scene: Scene, bar: bool, speed: float, seconds: float) -> Worst:
     """Drive the bar through the tuft at a speed [m/s]; a run that is not finite ends there."""
     state = start(hair, roots_at(hair.groom, speed, 0.0), scene)
     worst = Worst(np.zeros(len(hair.groom.ids), bool))
@@ -106,7 +106,7 @@ def meet(hair: Hair, scene: Scene, bar: bool, speed: float, seconds: float) -> W
 
 
 def _advance(
-    hair: Hair, state: HairState, scene: Scene, bar: bool, speed: float, began: float, worst: Worst
+    hair: HairModel, state: HairState, scene: Scene, bar: bool, speed: float, began: float, worst: Worst
 ) -> HairState:
     """Advance by a frame, and look at every step."""
     times = began, began + FRAME
@@ -123,7 +123,9 @@ def _advance(
     return advance_frame(hair, state, leads, bodies, FRAME, scene, began, look)
 
 
-def _look(worst: Worst, hair: Hair, motion: Motion, before: np.ndarray, axes: Sequence[np.ndarray], bar: bool) -> None:
+def _look(
+    worst: Worst, hair: HairModel, motion: Motion, before: np.ndarray, axes: Sequence[np.ndarray], bar: bool
+) -> None:
     """Note what a step did, in place; axes are points of the bar's axis before and after [m]."""
     points, offsets = hair.layout.axis(motion.x), hair.layout.offsets
     fastest = float(np.linalg.norm(hair.layout.axis(motion.v), axis=1).max())

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from hairpipe.sim.hair_model import Hair
+from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.solve.implicit_stage import set_tensions
 from hairpipe.sim.state import Motion
 
 
-def energies(hair: Hair, motion: Motion, gravity: float) -> np.ndarray:
+def energies(hair: HairModel, motion: Motion, gravity: float) -> np.ndarray:
     """Energy of every strand [J], (blocks, W): kinetic, of weight above y = 0, and of springs between two particles.
 
     A spring holds T (l - l0) / 2 with T = k (l / l0 - 1). What altitude springs hold is left out.

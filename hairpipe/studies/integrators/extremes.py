@@ -9,7 +9,7 @@ from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.sim.advance import advance_frame, start
-from hairpipe.sim.hair_model import Hair, make_hair
+from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Scene, Scheme, StepControl
 from hairpipe.studies.integrators.leading import groom_of
@@ -65,7 +65,7 @@ def _tried(
     """Let a strand swing, and see how it ends: a row."""
     scene = Scene(gravity, Air(DRAG), steps=StepControl(1.0 / rate, np.inf, np.inf), scheme=Scheme())
     try:
-        hair = make_hair(groom_of([Strand("swing", length)], segments), material)
+        hair = build_hair(groom_of([Strand("swing", length)], segments), material)
     except BadInput as error:
         return case, value, 1.0 / rate, np.nan, np.nan, np.nan, f"refused: {error}".splitlines()[0]
     state = start(hair, None, scene)
@@ -83,7 +83,7 @@ def _tried(
     return case, value, 1.0 / rate, 100 * largest, 100 * last, speed, outcome
 
 
-def disturb(hair: Hair, positions: np.ndarray, how: str) -> None:
+def disturb(hair: HairModel, positions: np.ndarray, how: str) -> None:
     """Move the free particles of a strand, (rows, 3, W) [m], in place."""
     clamped = hair.model.shape.clamped
     free, root = positions[clamped:], positions[clamped - 1].copy()
@@ -100,7 +100,7 @@ def disturb(hair: Hair, positions: np.ndarray, how: str) -> None:
         free[:, 2] *= -1.0
 
 
-def stretch(hair: Hair, positions: np.ndarray) -> float:
+def stretch(hair: HairModel, positions: np.ndarray) -> float:
     """Largest change of length of a segment of the only strand, over its length."""
     axis = hair.layout.axis(positions)
     lengths = np.linalg.norm(np.diff(axis, axis=0), axis=1)

@@ -8,7 +8,7 @@ import numpy as np
 from hairpipe.sim.advance import start
 from hairpipe.sim.boundary import Path, hold
 from hairpipe.sim.filters.limit_strain import StrainFilter
-from hairpipe.sim.hair_model import Hair, make_hair
+from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.integrators.choice import integrator_of
 from hairpipe.sim.settings import Air, Scene, Scheme, StrainLimit
 from hairpipe.sim.state import Motion, Step
@@ -52,7 +52,7 @@ def follow(trial: Trial, scheme: Scheme, strain: StrainLimit | None, step: float
 
 def _follow(trial: Trial, strands: list[Strand], scene: Scene, step: float) -> list[np.ndarray]:
     """Follow strands in one kind of air: the fields of their course, (samples, strands, ...) each."""
-    hair = make_hair(groom_of(strands, trial.segments), trial.material)
+    hair = build_hair(groom_of(strands, trial.segments), trial.material)
     frame = 1.0 / RATE
     count = max(int(np.ceil(frame / step - 1e-6)), 1)
     times = np.arange(round(trial.seconds * RATE) + 1) * frame
@@ -75,7 +75,7 @@ def _follow(trial: Trial, strands: list[Strand], scene: Scene, step: float) -> l
     return [np.stack(values) for values in zip(*rows, strict=True)]
 
 
-def _worst(hair: Hair, motion: Motion, before: np.ndarray, dt: float) -> np.ndarray:
+def _worst(hair: HairModel, motion: Motion, before: np.ndarray, dt: float) -> np.ndarray:
     """Kinetic energy, stretch, speed and way of a step, the largest of every strand, (4, blocks, W)."""
     blocks, shape = hair.layout.blocks, hair.model.shape
     x, v, w, mass = (a.reshape(blocks, -1, *a.shape[1:]) for a in (motion.x, motion.v, before, hair.model.mass))
@@ -91,7 +91,9 @@ def _worst(hair: Hair, motion: Motion, before: np.ndarray, dt: float) -> np.ndar
     return np.stack([kinetic, stretch.max(1) - 1.0, np.sqrt(squares.max(1)), np.sqrt(way) / dt])
 
 
-def _sample(hair: Hair, motion: Motion, worst: np.ndarray, scene: Scene, unit: np.ndarray) -> tuple[np.ndarray, ...]:
+def _sample(
+    hair: HairModel, motion: Motion, worst: np.ndarray, scene: Scene, unit: np.ndarray
+) -> tuple[np.ndarray, ...]:
     """Collect a sample in the order of the fields of Course, each (strands, ...)."""
     place = np.empty(len(hair.groom.ids), int)
     place[hair.layout.strands.reshape(-1)] = np.arange(hair.layout.strands.size)

@@ -5,7 +5,7 @@ import pytest
 
 from hairpipe.kernels.banded import row_size
 from hairpipe.sim.axis import axis_of, gather
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.integrators.choice import integrator_of
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene
@@ -20,7 +20,7 @@ H = 1 / 240
 
 @pytest.mark.parametrize("tips_held", [False, True])
 def test_it_is_the_change_of_a_solve(tips_held):
-    hair = make_hair(tuft(), Material())
+    hair = build_hair(tuft(), Material())
     layout, rule, rng = hair.layout, integrator_of(Scene()).rule, np.random.default_rng(5)
     axis, count, nothing = axis_of(layout), layout.offsets[-1], np.empty((0, 6))
     everyone = np.ones(layout.strands.shape)

@@ -10,7 +10,7 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.groom.helix import Helix, wound
 from hairpipe.sim.advance import advance_frame, start
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import SagFree
 from hairpipe.sim.statics.hessian import find_stable, spring_forces, tangent
@@ -203,7 +203,7 @@ def test_it_stands_wherever_the_first_frame_finds_the_root(sag_free, straight, t
     s = sag_free([straight(0.1, 25, DOWN)])
     turn = np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 1]])
     body = triangle(triangle().points @ turn.T)
-    hair = make_hair(s.hair.groom, Material())
+    hair = build_hair(s.hair.groom, Material())
     state = before = start(hair, body, s.scene)
     for _ in range(24):
         state = advance_frame(hair, state, (body, body), (), 1 / 24, s.scene)

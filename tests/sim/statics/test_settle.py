@@ -9,7 +9,7 @@ import pytest
 
 from hairpipe.groom.helix import Helix, wound
 from hairpipe.sim.advance import advance_frame, start
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import SagFree
 from hairpipe.sim.statics.hessian import spring_forces
@@ -68,7 +68,7 @@ def test_the_settled_groom_keeps_its_shape_when_it_is_simulated_sag_free(scene, 
     s = scene([straight(0.1, 50, [1, 0, 0]), straight(0.3, 50, [1, 0, 0]), curl()])
     groom = settle_groom(s.hair.groom, Material(), Construction(), 9.81)
     np.testing.assert_array_equal(groom.points[groom.offsets[:-1]], s.hair.groom.points[groom.offsets[:-1]])
-    hair, sag_free = make_hair(groom, Material()), replace(s.scene, sag_free=SagFree())
+    hair, sag_free = build_hair(groom, Material()), replace(s.scene, sag_free=SagFree())
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         state = start(hair, s.body, sag_free)

@@ -7,7 +7,7 @@ import pytest
 
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Collisions, Scene, StepControl, Stiction, StrainLimit
 from hairpipe.studies.contact.bar import RADIUS, depth, passed_through, tuft
@@ -42,8 +42,8 @@ def test_signs():
 
 def test_hair_that_a_bar_meets_slides_over_it():
     """At 1 m/s in steps of 1/240 s the bar goes 4 mm a step; with friction hair was stretched by 12 %, and flung."""
-    found = meet(make_hair(tuft(), Material()), replace(LIMITED, steps=StepControl(1 / 240)), True, 1.0, 0.25)
-    fine = meet(make_hair(tuft(), Material()), replace(LIMITED, steps=StepControl(1 / 960)), True, 1.0, 0.25)
+    found = meet(build_hair(tuft(), Material()), replace(LIMITED, steps=StepControl(1 / 240)), True, 1.0, 0.25)
+    fine = meet(build_hair(tuft(), Material()), replace(LIMITED, steps=StepControl(1 / 960)), True, 1.0, 0.25)
     assert found.finite and found.stretch < 0.02 and found.deepest == 0.0 and not found.through.any()
     assert found.fastest == pytest.approx(fine.fastest, rel=0.15)
 

@@ -72,7 +72,7 @@ def rise(contact: ContactState, probe: Probe, kept: np.ndarray, push: np.ndarray
 
 
 @inlined
-def _rise(contact, probe, i, kept, damping, dt):  # noqa: ANN001, ANN202
+def _rise(contact, probe, i, kept, damping, dt):
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     vx, vy, vz = probe.velocity[i, 0], probe.velocity[i, 1], probe.velocity[i, 2]
     speed = min(PUSH_OUT, max(kept - probe.distance[i], 0.0) / dt)

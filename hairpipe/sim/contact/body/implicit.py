@@ -92,7 +92,7 @@ def resume(contact: ContactState, probe: Probe, v: np.ndarray, thickness: np.nda
 
 
 @inlined
-def _resume(contact, probe, i, v, thickness):  # noqa: ANN001, ANN202
+def _resume(contact, probe, i, v, thickness):
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     if probe.distance[i] < thickness + _NEAR and nx * nx + ny * ny + nz * nz > 0.5:
         sticks = _slip(probe, i, v) < _STILL
@@ -121,7 +121,7 @@ def hold(
 
 
 @inlined
-def _aim(contact, probe, i, v, thickness, mass, h):  # noqa: ANN001, ANN202
+def _aim(contact, probe, i, v, thickness, mass, h):
     """Decide whether point i touches, and where it is to go."""
     phi = probe.distance[i]
     near = _lead(probe, i, v, h) if contact.state[i] != FREE else (-_NEAR if contact.freed[i] else 0.0)
@@ -148,20 +148,20 @@ def _aim(contact, probe, i, v, thickness, mass, h):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _lead(probe, i, v, h):  # noqa: ANN001, ANN202
+def _lead(probe, i, v, h):
     """Return how far outside point i is still held: a straight way leads it off a body that it slides around."""
     return _NEAR + h * _slip(probe, i, v)
 
 
 @inlined
-def _slip(probe, i, v):  # noqa: ANN001, ANN202
+def _slip(probe, i, v):
     """Return how fast point i goes against the body [m/s]."""
     ux, uy, uz = v[i, 0] - probe.velocity[i, 0], v[i, 1] - probe.velocity[i, 1], v[i, 2] - probe.velocity[i, 2]
     return np.sqrt(ux * ux + uy * uy + uz * uz)
 
 
 @inlined
-def _add_hold(contact, i, push, damping):  # noqa: ANN001, ANN202
+def _add_hold(contact, i, push, damping):
     c, n, w = contact.c_t[i], contact.normal[i], contact.target[i]
     more = contact.c_n[i] - c
     pull = more * (w[0] * n[0] + w[1] * n[1] + w[2] * n[2])
@@ -196,7 +196,7 @@ def update_active_set(
 
 
 @inlined
-def _update_touching(contact, i, v, friction):  # noqa: ANN001, ANN202
+def _update_touching(contact, i, v, friction):
     """Update the friction of point i, or let it go; tell whether it must be solved again."""
     c, n, w = contact.c_n[i], contact.normal[i], contact.target[i]
     ux, uy, uz = v[i, 0] - w[0], v[i, 1] - w[1], v[i, 2] - w[2]
@@ -224,7 +224,7 @@ def _update_touching(contact, i, v, friction):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def stop_normals(contact: ContactState, v, distance, change) -> None:  # noqa: ANN001
+def stop_normals(contact: ContactState, v, distance, change) -> None:
     """Set change, (P, 3), to what takes from v the speed that only put points in their place [m/s], in place.
 
     A contact gives nothing back. What rises goes on until it is out.

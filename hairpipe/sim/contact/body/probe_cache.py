@@ -64,7 +64,7 @@ class ProbeCache:
 
 
 @njit(cache=True, parallel=True)
-def _unsure(points, places, distance, active, bound, far):  # noqa: ANN001, ANN202
+def _unsure(points, places, distance, active, bound, far):
     """Mark the active points, (P,) bool, whose answers may differ from those at places, (P, 3)."""
     unsure = np.empty(len(points), np.bool_)
     for i in prange(len(points)):
@@ -76,7 +76,7 @@ def _unsure(points, places, distance, active, bound, far):  # noqa: ANN001, ANN2
 
 
 @njit(cache=True, parallel=True)
-def _take(points, which, out, places):  # noqa: ANN001, ANN202
+def _take(points, which, out, places):
     """Set out, (n, 3), and the places of points to where those which, (n,), are, in place."""
     for k in prange(len(which)):
         for c in range(3):
@@ -84,7 +84,7 @@ def _take(points, which, out, places):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _put(some, which, distance, normal, velocity):  # noqa: ANN001, ANN202
+def _put(some, which, distance, normal, velocity):
     """Write the answers for some points, (n,), to those for all, a Probe, unpacked; in place."""
     for k in prange(len(which)):
         i = which[k]

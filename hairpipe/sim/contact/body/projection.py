@@ -46,7 +46,7 @@ class Motion(NamedTuple):
 
 
 @njit(cache=True)
-def slide(u, n, push, friction):  # noqa: ANN001, ANN201
+def slide(u, n, push, friction):
     """Return relative motion u after a normal push >= 0 and the friction it causes; all (3,) tuples."""
     normal = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
     tx, ty, tz = u[0] - normal * n[0], u[1] - normal * n[1], u[2] - normal * n[2]
@@ -113,7 +113,7 @@ def project(
 
 
 @njit(cache=True)
-def _slow(motion, i, n, b, dv):  # noqa: ANN001, ANN202
+def _slow(motion, i, n, b, dv):
     """Take from the velocity what points into the body, with its friction."""
     v = motion.speeds[i]
     u = (v[0] - b[0], v[1] - b[1], v[2] - b[2])
@@ -122,7 +122,7 @@ def _slow(motion, i, n, b, dv):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _meet(motion, i, n, b, push, dx, dv):  # noqa: ANN001, ANN202
+def _meet(motion, i, n, b, push, dx, dv):
     """Move a point that is too near out, friction acting on what it moved in the step."""
     p, q, dt = motion.after[i], motion.before[i], motion.dt
     u = (p[0] - q[0] - dt * b[0], p[1] - q[1] - dt * b[1], p[2] - q[2] - dt * b[2])
@@ -132,7 +132,7 @@ def _meet(motion, i, n, b, push, dx, dv):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _stop(motion, i, share, n, b, dx, dv):  # noqa: ANN001, ANN202
+def _stop(motion, i, share, n, b, dx, dv):
     """Let a point that went through go on along the surface from where it met it."""
     p, q, dt = motion.after[i], motion.before[i], motion.dt
     w = ((p[0] - q[0]) / dt - b[0], (p[1] - q[1]) / dt - b[1], (p[2] - q[2]) / dt - b[2])

@@ -85,7 +85,7 @@ def swept_pairs_of(
 
 
 @njit(cache=True, parallel=True)
-def _lack(pairs, marked):  # noqa: ANN001, ANN202
+def _lack(pairs, marked):
     """Mark the pairs, (n, 2), of which one is not marked, (n,) bool."""
     lack = np.empty(len(pairs), np.bool_)
     for k in prange(len(pairs)):
@@ -152,7 +152,7 @@ def touched_by(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, parallel=True)
-def _apart(x, y, distance):  # noqa: ANN001, ANN202
+def _apart(x, y, distance):
     """Mark the points that are farther than a distance apart, (P,) bool; those that are lost, too."""
     apart = np.empty(len(x), np.bool_)
     for k in prange(len(x)):
@@ -162,7 +162,7 @@ def _apart(x, y, distance):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _among(pairs, marked):  # noqa: ANN001, ANN202
+def _among(pairs, marked):
     """Mark the pairs, (n, 2), of which one is marked, (n,) bool."""
     among = np.empty(len(pairs), np.bool_)
     for k in prange(len(pairs)):

@@ -18,8 +18,6 @@ from numba import njit
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import WIDTH, bits, either, load, maximum, minimum, sqrt
-from hairpipe.kernels.simd_vec3 import cross as cross_lanes
-from hairpipe.kernels.simd_vec3 import dot as dot_lanes
 from hairpipe.kernels.vec3 import Vector, cross, dot, length, minus, mix, plus
 from hairpipe.sim.contact.ccd.moving_segments import NEARLY_PARALLEL, Encounter, lengths, meet, touch_inside
 from hairpipe.spatial.segments import TOUCHING
@@ -176,7 +174,7 @@ def quadratic_roots(first: float, middle: float, last: float) -> tuple[float, fl
 
 
 @inlined
-def may_cross(before, after, pairs, start, room):  # noqa: ANN001, ANN201
+def may_cross(before, after, pairs, start, room):
     """Return which of the pairs from `start` on may have a root, as bits of an int64, eight of them or to the end.
 
     room  to compute in, (ROWS, WIDTH) float64
@@ -199,16 +197,16 @@ def may_cross(before, after, pairs, start, room):  # noqa: ANN001, ANN201
         _row(room, 12),
         _row(room, 15),
     )
-    N0, N1, X, Y = cross_lanes(A0, C0), cross_lanes(A1, C1), cross_lanes(A0, C1), cross_lanes(A1, C0)
+    N0, N1, X, Y = cross(A0, C0), cross(A1, C1), cross(A0, C1), cross(A1, C0)
     N01 = (X[0] + Y[0], X[1] + Y[1], X[2] + Y[2])
-    b0, b3 = dot_lanes(N0, P0), dot_lanes(N1, P1)
-    b1, b2 = (dot_lanes(N01, P0) + dot_lanes(N0, P1)) / 3.0, (dot_lanes(N01, P1) + dot_lanes(N1, P0)) / 3.0
-    sizes = maximum(dot_lanes(A0, A0), dot_lanes(A1, A1)) * maximum(dot_lanes(C0, C0), dot_lanes(C1, C1))
-    noise = _ROUNDING * sqrt(sizes * maximum(dot_lanes(P0, P0), dot_lanes(P1, P1)))
+    b0, b3 = dot(N0, P0), dot(N1, P1)
+    b1, b2 = (dot(N01, P0) + dot(N0, P1)) / 3.0, (dot(N01, P1) + dot(N1, P0)) / 3.0
+    sizes = maximum(dot(A0, A0), dot(A1, A1)) * maximum(dot(C0, C0), dot(C1, C1))
+    noise = _ROUNDING * sqrt(sizes * maximum(dot(P0, P0), dot(P1, P1)))
     low, high = minimum(minimum(b0, b1), minimum(b2, b3)), maximum(maximum(b0, b1), maximum(b2, b3))
     return ((1 << count) - 1) & ~bits(either(low > noise, high < -noise))
 
 
 @inlined
-def _row(room, r):  # noqa: ANN001, ANN202
+def _row(room, r):
     return load(room, (r,)), load(room, (r + 1,)), load(room, (r + 2,))

@@ -1,4 +1,4 @@
-"""Which pairs of segments pass through each other in a step, where, and when."""
+"""Which pairs of segments pass through each other in a step, where, and when: Sec. 5.3, edge against edge."""
 
 from typing import NamedTuple
 
@@ -34,8 +34,8 @@ def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Cross
     before, after  positions [m], (P, 3) float64
     pairs          of segments that may, see `swept_pairs`, (n, 2) int32
 
-    Sec. 5.1 after Bridson et al. 2002, edge against edge: what meets at an end point is left out, unless an edge
-    passes exactly through a joint.
+    Bridson et al. 2002, edges alone: segments that meet at an end point are left out, unless an edge passes exactly
+    through a joint.
     """
     times = np.empty(len(pairs))
     _find_times(before, after, pairs, times)
@@ -48,7 +48,7 @@ def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Cross
 
 
 @njit(cache=True, parallel=True)
-def _find_times(before, after, pairs, times):  # noqa: ANN001, ANN202
+def _find_times(before, after, pairs, times):
     for chunk in prange(-(-len(pairs) // _CHUNK)):
         room = np.empty((ROWS, WIDTH))
         for start in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(pairs)), WIDTH):
@@ -61,7 +61,7 @@ def _find_times(before, after, pairs, times):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _describe(before, after, segments, times, fractions, normals):  # noqa: ANN001, ANN202
+def _describe(before, after, segments, times, fractions, normals):
     for k in prange(len(segments)):
         pair = encounter(before, after, segments[k, 0], segments[k, 1])
         fractions[k, 0], fractions[k, 1], _ = meet(pair, times[k])

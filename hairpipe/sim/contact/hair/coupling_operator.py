@@ -12,9 +12,9 @@ from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.prefetch import AHEAD, fetch
-from hairpipe.kernels.simd_vec3 import plus, scaled
 from hairpipe.kernels.simd_vec4 import WHOLE, dot, item, load_four, load_short_four, without_first, zeros
 from hairpipe.kernels.sym3 import outer
+from hairpipe.kernels.vec3 import plus, scaled
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings, Incidence
 
 _CHUNK = 2048
@@ -57,7 +57,7 @@ def coupling_rows(couplings: Couplings, incidence: Incidence) -> CouplingRows:
 
 
 @njit(cache=True, parallel=True)
-def _count_acting(acts, incidence, first):  # noqa: ANN001, ANN202
+def _count_acting(acts, incidence, first):
     for chunk in prange(-(-(len(first) - 1) // _CHUNK)):
         for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(first) - 1)):
             for e in range(incidence.first[k], incidence.first[k + 1]):
@@ -67,13 +67,13 @@ def _count_acting(acts, incidence, first):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _gather(couplings, incidence, out):  # noqa: ANN001, ANN202
+def _gather(couplings, incidence, out):
     for chunk in prange(-(-len(out.push) // _CHUNK)):
         _gather_some(couplings, incidence, out, np.int64(chunk) * _CHUNK)
 
 
 @njit(cache=True)
-def _gather_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
+def _gather_some(couplings, incidence, out, begin):
     """Walk along the segments of a chunk: each gives the part of its own point, and carries that of the next.
 
     The segment before the chunk, which carries something into it, is walked twice, and entered twice alike.
@@ -110,7 +110,7 @@ def _gather_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _enter(couplings, i, j, rows, place):  # noqa: ANN001, ANN202
+def _enter(couplings, i, j, rows, place):
     """Write down coupling i as its segment j sees it; return its matrix, xx to zz, and where it is, as written down."""
     rows.others[place] = couplings.segments[i, 1 - j]
     # Towards zero: a direction that is longer than 1 would make a matrix that is not positive.
@@ -127,7 +127,7 @@ def _enter(couplings, i, j, rows, place):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _more_block(sums, weight, M):  # noqa: ANN001, ANN202
+def _more_block(sums, weight, M):
     return (
         sums[0] + weight * M[0],
         sums[1] + weight * M[1],
@@ -139,12 +139,12 @@ def _more_block(sums, weight, M):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _rounded(fraction):  # noqa: ANN001, ANN202
+def _rounded(fraction):
     return np.int16(WHOLE * fraction + 0.5)
 
 
 @inlined
-def _acts(matrix, i):  # noqa: ANN001, ANN202
+def _acts(matrix, i):
     """Whether a matrix, positive semidefinite, is not zero."""
     return matrix[i, 0] + matrix[i, 3] + matrix[i, 5] > 0.0
 
@@ -162,7 +162,7 @@ def multiply_across(rows: CouplingRows, v: np.ndarray, start: np.ndarray, out: n
 
 
 @njit(cache=True, parallel=True)
-def rounded_speeds(v):  # noqa: ANN001, ANN201
+def rounded_speeds(v):
     """Copy vectors, (points, 3), one behind the other in single precision, (3 points,)."""
     out = np.empty(3 * len(v), np.float32)
     for chunk in prange(-(-len(v) // _CHUNK)):
@@ -212,7 +212,7 @@ def follow(rows: CouplingRows, change: np.ndarray, active: np.ndarray, total: np
 
 
 @inlined
-def _own_part(rows, v, k):  # noqa: ANN001, ANN202
+def _own_part(rows, v, k):
     """What own blocks make of velocities at point k [N s]."""
     diagonal, following = rows.diagonal, rows.following
     y = _times(diagonal, k, v, k)
@@ -225,7 +225,7 @@ def _own_part(rows, v, k):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _times(M, m, v, k):  # noqa: ANN001, ANN202
+def _times(M, m, v, k):
     a, b, c = v[k, 0], v[k, 1], v[k, 2]
     return (
         M[m, 0] * a + M[m, 1] * b + M[m, 2] * c,
@@ -235,7 +235,7 @@ def _times(M, m, v, k):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _across(rows, places, k, v):  # noqa: ANN001, ANN202
+def _across(rows, places, k, v):
     """What moves on the other sides gives to segment k in all, and to its next point: -O v [N s]."""
     first, others, numbers = rows.first, rows.others, rows.numbers
     total, far = zeros(), zeros()
@@ -253,7 +253,7 @@ def _across(rows, places, k, v):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _multiply_some(rows, places, v, start, out, begin):  # noqa: ANN001, ANN202
+def _multiply_some(rows, places, v, start, out, begin):
     """Walk as `_gather_some` does."""
     carried = _across(rows, places, begin - 1, v)[1] if begin > 0 else zeros()
     for k in range(begin, min(begin + _CHUNK, len(out))):

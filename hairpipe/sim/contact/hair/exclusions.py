@@ -22,7 +22,7 @@ def intersection(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
-def _unite(a, b, out):  # noqa: ANN001, ANN202
+def _unite(a, b, out):
     i, j, count = 0, 0, 0
     while i < len(a) and j < len(b):
         out[count] = min(a[i], b[j])

@@ -34,7 +34,7 @@ the two loads add up to one.
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.simd_vec3 import dot, minus, scaled
+from hairpipe.kernels.vec3 import dot, minus, scaled
 from hairpipe.sim.contact.contact_points import RELAXATION, Contacts, between, inverse_mass
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.sim.interactions import Prediction
@@ -57,7 +57,7 @@ def linearise(contacts: Contacts, at: Prediction, collisions: Collisions, out: C
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, contacts, at, law):  # noqa: ANN001, ANN202
+def _linearise(out, contacts, at, law):
     thickness, stiffness, viscosity, friction = law
     points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = contacts.segments, contacts.fractions

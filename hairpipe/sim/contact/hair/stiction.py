@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.errors import BadInput
-from hairpipe.kernels.simd_vec3 import dot
+from hairpipe.kernels.vec3 import dot
 from hairpipe.sim.contact.contact_points import between, inverse_mass, normal_of
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.sim.interactions import Prediction
@@ -115,14 +115,14 @@ def stiffest(connections: Connections, masses: np.ndarray, stiction: Stiction) -
 
 
 @njit(cache=True, parallel=True)
-def _hold_on(kept, connections, points, distance):  # noqa: ANN001, ANN202
+def _hold_on(kept, connections, points, distance):
     for i in prange(len(kept)):
         span = between(points, connections.segments, connections.fractions, i)
         kept[i] = dot(span, span) <= distance * distance
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, connections, at, law):  # noqa: ANN001, ANN202
+def _linearise(out, connections, at, law):
     stiffness, reach, far, fraction = law
     points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = connections.segments, connections.fractions

@@ -12,7 +12,7 @@ from hairpipe.levelset.collider_field import moving_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.contact.body.depenetration import PUSH_OUT, STRAIN, pushes, within_reach
-from hairpipe.sim.hair_model import make_hair
+from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Scene, Scheme, StepControl, StrainLimit
 
@@ -42,7 +42,7 @@ class Hull:
         frames = root_frames(self.mesh.points, unit.triangles, triangles, middles)
         offsets, ids = (np.arange(9) * (SEGMENTS + 1)).astype(np.int32), np.arange(8, dtype=np.int32)
         groom = Groom(points.reshape(-1, 3), offsets, ids, triangles, middles, frames, np.zeros((8, 2), np.float32))
-        self.hair = make_hair(groom, Material())
+        self.hair = build_hair(groom, Material())
 
     def run(self, scene, frames):
         """Give the state of every frame."""

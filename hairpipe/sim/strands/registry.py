@@ -1,0 +1,18 @@
+"""The models of a strand that the house has: each is a file beside this one, and is named here."""
+
+from typing import TYPE_CHECKING, Literal, get_args
+
+if TYPE_CHECKING:  # a node that reads the names compiles nothing
+    from hairpipe.sim.strands.interface import ModelKind
+
+ModelName = Literal["network", "chain"]
+
+
+def strand_models() -> dict[str, "ModelKind"]:
+    """Import the models of the house, and return them by name."""
+    from hairpipe.sim.strands.chain import CHAIN
+    from hairpipe.sim.strands.network import NETWORK
+
+    models = {kind.name: kind for kind in (NETWORK, CHAIN)}
+    assert tuple(models) == get_args(ModelName)
+    return models
