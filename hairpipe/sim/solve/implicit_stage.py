@@ -91,7 +91,7 @@ def _assemble(model, block, system, at, outer, stage, h, rule):
             eliminate(A, b, p, count, reach)
 
 
-@inlined
+@njit(cache=True, error_model="numpy")
 def _update(model, block, at, b, bad, only_bad, h, rule):
     """Move to the solution; with only_bad, in the flagged lanes only."""
     x, v, T = at
@@ -216,7 +216,7 @@ def set_form(model, block, x, T, rule):
         set_tensions(model, block, x, T)
 
 
-@inlined
+@njit(cache=True)
 def _of_block(model, block, at, stage):
     """Return the iterate and the stage of one block; memory is shared."""
     rows = slice(model.first[block], model.first[block + 1])
