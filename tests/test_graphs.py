@@ -10,11 +10,11 @@ import pytest
 from hairpipe.data import Strands
 from hairpipe.graph.file.graph import Edge, Graph
 from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.plan.plan import plan
+from hairpipe.graph.plan.planner import plan
 from hairpipe.graph.plan.tasks import Task, unroll
 from hairpipe.graph.results import fetch
 from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.run import run
+from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 from hairpipe.levelset.field import Field, field_of
 from hairpipe.levelset.sample import distance

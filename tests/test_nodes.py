@@ -15,8 +15,8 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Catalogue
 from hairpipe.graph.node.declare import NodeType
 from hairpipe.graph.node.fields import Field, fields_of, metadata
-from hairpipe.graph.node.files import File
 from hairpipe.graph.node.settings import check_settings
+from hairpipe.graph.node.signature import File
 
 HEAVY = ("numba", "pxr", "h5py", "scipy", "matplotlib", "PIL")
 NAMES = Catalogue().names()

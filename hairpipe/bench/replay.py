@@ -6,14 +6,14 @@ from warnings import warn
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.node.frames import Time
+from hairpipe.graph.node.signature import Time
 from hairpipe.graph.plan.arguments import build_arguments, name_inputs
 from hairpipe.graph.plan.preparation import Preparations
 from hairpipe.graph.plan.tasks import Source, Task, inputs_of
 from hairpipe.graph.results import fetch
 from hairpipe.graph.run.events import CODEC
-from hairpipe.graph.run.malloc import keep_freed
-from hairpipe.graph.run.run import run
+from hairpipe.graph.run.scheduler import run
+from hairpipe.graph.run.worker import keep_freed
 from hairpipe.graph.store.store import Store
 
 

@@ -7,7 +7,6 @@ names that the node gives them; its result is the node's parameter `prepared`. A
 """
 
 from hairpipe.graph.node.declare import node
-from hairpipe.graph.node.files import File, Workspace
-from hairpipe.graph.node.frames import Frames, Pair, Reached, Time
+from hairpipe.graph.node.signature import File, Frames, Pair, Reached, Time, Workspace
 
 __all__ = ["File", "Frames", "Pair", "Reached", "Time", "Workspace", "node"]

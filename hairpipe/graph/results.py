@@ -5,7 +5,7 @@ from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.plan.plan import explain
+from hairpipe.graph.plan.planner import explain
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import CODEC
 from hairpipe.graph.store.store import LostObject, Store

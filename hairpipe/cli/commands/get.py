@@ -12,7 +12,7 @@ from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
 
 if TYPE_CHECKING:
-    from hairpipe.graph.node.files import File
+    from hairpipe.graph.node.signature import File
 
 
 @click.command()

@@ -16,9 +16,9 @@ from hairpipe.graph.file.registry import Catalogue
 from hairpipe.graph.file.trust import Untrusted
 from hairpipe.graph.node.declare import RESERVED, NodeType
 from hairpipe.graph.node.fields import field_at, fields_of
-from hairpipe.graph.node.files import File
 from hairpipe.graph.node.messages import brief, nearest
 from hairpipe.graph.node.settings import check_settings, map_files
+from hairpipe.graph.node.signature import File
 from hairpipe.plain_file import special
 
 SCHEMA = 1

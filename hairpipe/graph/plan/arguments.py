@@ -4,9 +4,8 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from hairpipe.graph.node.declare import NodeType, Socket
-from hairpipe.graph.node.files import Workspace
-from hairpipe.graph.node.frames import Frames, Pair, Reached, Time
 from hairpipe.graph.node.settings import build_settings
+from hairpipe.graph.node.signature import Frames, Pair, Reached, Time, Workspace
 from hairpipe.graph.plan.tasks import Inputs, Source
 
 Named = dict[str, Any]

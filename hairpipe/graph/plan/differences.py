@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator
 from typing import Any, TypeGuard
 
-from hairpipe.graph.store.key import Parts
+from hairpipe.graph.store.digest import Parts
 from hairpipe.graph.store.store import Store
 
 

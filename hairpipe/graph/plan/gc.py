@@ -9,10 +9,10 @@ from pathlib import Path
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.plan.plan import plan
+from hairpipe.graph.plan.planner import plan
 from hairpipe.graph.store.atomic import discard
+from hairpipe.graph.store.digest import action_key
 from hairpipe.graph.store.fingerprint import digest_file
-from hairpipe.graph.store.key import action_key
 from hairpipe.graph.store.listing import parse_listing
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.seal import is_sealed

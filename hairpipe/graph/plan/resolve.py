@@ -10,8 +10,8 @@ from hairpipe.graph.node.fields import fields_of
 from hairpipe.graph.node.settings import map_files
 from hairpipe.graph.plan.arguments import Named, name_inputs
 from hairpipe.graph.plan.tasks import Inputs, Source, Task, sources, unroll
+from hairpipe.graph.store.digest import Parts, key_parts
 from hairpipe.graph.store.fingerprint import fingerprint, stamp_of
-from hairpipe.graph.store.key import Parts, key_parts
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 

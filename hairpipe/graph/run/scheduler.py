@@ -4,24 +4,24 @@ One rule covers a cold start, a resumed one, thinned states and damaged objects:
 not there sends its producer back to work, and that one may in turn send its own.
 """
 
+import heapq
 from collections import Counter, defaultdict, deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.node.files import File
+from hairpipe.graph.node.signature import File
 from hairpipe.graph.plan.checkpoints import Thinner
 from hairpipe.graph.plan.divergence import end, ending_note
 from hairpipe.graph.plan.resolve import Resolver
-from hairpipe.graph.plan.tasks import Task, sources
+from hairpipe.graph.plan.tasks import Task, order_of, sources
 from hairpipe.graph.run.events import Event, Failure, Kind, Options, Outcome, Report
 from hairpipe.graph.run.pool import Lane, Pool
 from hairpipe.graph.run.publish import Publisher
-from hairpipe.graph.run.queue import Queue
-from hairpipe.graph.store.key import action_key
+from hairpipe.graph.store.digest import action_key
 from hairpipe.graph.store.locks import KeyLocks
 from hairpipe.graph.store.record import Record, from_fields
 from hairpipe.graph.store.store import LostObject, Store
@@ -32,6 +32,27 @@ HEALED = "compiled kernels were damaged, and are compiled again"
 KEPT = "what lies where it is published is not hairpipe's, and stays unless it comes out equal (--force overwrites it)"
 MOST_LOSSES = 10
 """How often a task may find its inputs damaged before it is given up: the disk is failing."""
+
+
+def run(
+    graph: Graph,
+    store: Store,
+    frames: Iterable[int] | None = None,
+    options: Options | None = None,
+    report: Report = lambda event: None,
+) -> Outcome:
+    """Establish all nodes of a graph at these frames (all for None), publish files, thin the states of scans.
+
+    A scan is evaluated from the first frame of the graph on, whatever is selected. Cut the graph with `graph.upto` to
+    stop at a node. Raises BadInput before anything is evaluated; a failure of a node is part of the outcome. Ctrl-C
+    stops the workers at once and gives the outcome so far: every result that was complete is kept.
+    """
+    numbers = graph.select(frames)
+    try:
+        store.sweep()
+        return Scheduler(graph, store, numbers, options or Options(), report).carry_out()
+    except OSError as error:
+        raise BadInput(f"the store cannot be used: {error}", where=store.root) from None
 
 
 class Scheduler:
@@ -292,3 +313,32 @@ class Scheduler:
             processor=dict(self.processor),
             interrupted=interrupted,
         )
+
+
+class Queue:
+    """Ready tasks by mode, each in the order of frames: what a scan waits for does not fall behind.
+
+    The wide worker takes scans, the critical path, then values for the shot; narrow ones take values per frame, and
+    help with values for the shot while the wide one is busy.
+    """
+
+    def __init__(self, graph: Graph) -> None:
+        self._mode = {node.name: node.type.mode for node in graph.nodes.values()}
+        self._order = order_of(graph)
+        self._heaps: dict[str, list[tuple[int, int, Task]]] = {"scan": [], "once": [], "each": []}
+
+    def __len__(self) -> int:
+        """Count the ready tasks."""
+        return sum(len(heap) for heap in self._heaps.values())
+
+    def push(self, task: Task) -> None:
+        """Add a task."""
+        rank, frame = self._order(task)
+        heapq.heappush(self._heaps[self._mode[task.node]], (frame, rank, task))
+
+    def take(self, lane: Lane, *, wide_is_free: bool) -> Iterator[Task]:
+        """Take tasks for this lane, best first, as long as the caller asks for another."""
+        modes = ("scan", "once") if lane == "wide" else ("each",) if wide_is_free else ("each", "once")
+        for mode in modes:
+            while self._heaps[mode]:
+                yield heapq.heappop(self._heaps[mode])[2]

@@ -22,12 +22,10 @@ from typing import Any
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Catalogue
 from hairpipe.graph.node.declare import NodeType
-from hairpipe.graph.node.files import Workspace
-from hairpipe.graph.node.frames import Time
 from hairpipe.graph.node.messages import recorded_warnings
+from hairpipe.graph.node.signature import Time, Workspace
 from hairpipe.graph.plan.arguments import build_arguments
 from hairpipe.graph.plan.preparation import Preparations
-from hairpipe.graph.run.malloc import keep_freed
 from hairpipe.graph.store.atomic import workspace
 from hairpipe.graph.store.fingerprint import is_changed
 from hairpipe.graph.store.record import Output, Record
@@ -36,6 +34,8 @@ from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values, codec_named, is_full
 
 PR_SET_PDEATHSIG = 1
+_M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4
+"""Of mallopt(3)."""
 
 Job = dict[str, Any]
 Reply = dict[str, Any]
@@ -155,6 +155,18 @@ def is_closed(connection: Connection) -> bool:
         return connection.poll(0)
     except OSError:
         return True
+
+
+def keep_freed() -> None:
+    """Let this process keep memory that is freed for whoever asks next, where its C library is glibc.
+
+    A step of much hair asks for and frees its arrays by the hundred. Large ones would come from the kernel each time,
+    which sets all of them to zero first.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is not None:
+        mallopt(_M_MMAP_MAX, 0)
+        mallopt(_M_TRIM_THRESHOLD, -1)
 
 
 def main(descriptor: int) -> None:

@@ -5,8 +5,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-from hairpipe.graph.store.digest import DIGEST, digest_bytes, parsed
-from hairpipe.graph.store.key import Parts, is_key
+from hairpipe.graph.store.digest import DIGEST, Parts, digest_bytes, is_key, parsed
 
 MARK = ',"check":"'
 SUFFIXES = (".h5", ".bin", ".set")

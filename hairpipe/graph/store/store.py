@@ -20,8 +20,7 @@ from pathlib import Path
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.store.atomic import discard, sweep, write_text
-from hairpipe.graph.store.digest import digest, parsed
-from hairpipe.graph.store.key import is_key
+from hairpipe.graph.store.digest import digest, is_key, parsed
 from hairpipe.graph.store.record import Record, is_object, read_record, write_record
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NoReturn, Protocol, cast
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.files import File
+from hairpipe.graph.node.signature import File
 from hairpipe.graph.store.atomic import flush, open_made, replacing
 from hairpipe.graph.store.fingerprint import CHUNK, digest_file
 from hairpipe.graph.store.listing import Listing, read_listing

@@ -9,7 +9,7 @@ from hairpipe.graph.file.registry import Catalogue
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import fetch
-from hairpipe.graph.run.run import run
+from hairpipe.graph.run.scheduler import run
 
 NODE = '''"""A number that somebody else gives."""
 {imports}

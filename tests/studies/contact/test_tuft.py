@@ -8,7 +8,7 @@ from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import fetch
 from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.run import run
+from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 
 TUFT = Path(__file__).resolve().parents[3] / "graphs" / "experiments" / "tuft.toml"

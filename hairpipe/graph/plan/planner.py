@@ -10,7 +10,7 @@ from hairpipe.graph.plan.differences import differences
 from hairpipe.graph.plan.divergence import end, ending_note
 from hairpipe.graph.plan.resolve import Resolver
 from hairpipe.graph.plan.tasks import Task, sources
-from hairpipe.graph.store.key import Parts, action_key
+from hairpipe.graph.store.digest import Parts, action_key
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 
