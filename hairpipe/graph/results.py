@@ -1,4 +1,4 @@
-"""Looks up the value of a node at a frame, for whoever wants to see it."""
+"""Reads results: the value of a node at a frame."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -12,7 +12,7 @@ from hairpipe.graph.store.store import LostObject, Store
 from hairpipe.graph.store.values import Values, codec_named
 
 
-def fetch(
+def read_result(
     graph: Graph,
     store: Store,
     task: Task,

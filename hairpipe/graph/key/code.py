@@ -31,12 +31,12 @@ INSTALLED = ("site-packages", "dist-packages")
 NO_VERSION = "none"
 
 Remember = Callable[[str, Callable[[], str]], str]
-"""Gives the text remembered under a name, or computes and keeps it."""
+"""Returns the text noted under a name, or computes and notes it."""
 
 
 @dataclass(frozen=True)
 class Code:
-    """The digest of all code behind a node, and what it was made of, so that a plan can name what changed."""
+    """The digest of all code behind a node, and of its parts, so that a plan can name what changed."""
 
     digest: str
     parts: dict[str, str]
@@ -69,7 +69,7 @@ class CodeReader:
         return Code(digest("code", parts), parts)
 
     def kernel_sources(self, module: str) -> dict[str, str]:
-        """Digests of the modules of others behind one, by name; none where not one of them compiles anything."""
+        """Digests of the modules behind one that are not ours, by name; none where none of them imports numba."""
         first_party = [name for name in self._closure(module)[0] if name.partition(".")[0] != HOUSE]
         known = {name: source for name in first_party if (source := self._source(name)) is not None}
         imported = {target.partition(".")[0] for source in known.values() for target, _ in source.imports}
@@ -154,7 +154,7 @@ class CodeReader:
         return self._sources[module]
 
     def _read(self, path: Path) -> Source:
-        """Analyse a file; of one that is no source, all that can be said is its bytes."""
+        """Analyse a file; one that is no source counts by its bytes."""
         try:
             self.stamps.setdefault(str(path), stamp_of(path))
             data = path.read_bytes()
@@ -201,5 +201,5 @@ def version(name: str) -> str:
 
 @cache
 def providers() -> Mapping[str, list[str]]:
-    """Distributions by the top-level modules they provide; it reads what all of them say of themselves, so once."""
+    """Distributions by the top-level modules they provide; read once, since it opens the metadata of all of them."""
     return importlib.metadata.packages_distributions()

@@ -9,7 +9,7 @@ from functools import cache
 from hairpipe.graph.store.digest import digest_bytes
 
 FORMAT = f"source 3, Python {sys.version_info.major}.{sys.version_info.minor}"
-"""Enters the name under which a finding is remembered: another Python prints another tree."""
+"""Part of the name under which an analysis is noted: another Python prints another tree."""
 STAR = "*"
 
 
@@ -27,12 +27,12 @@ class Source:
 
     @property
     def note(self) -> str:
-        """All of it as text."""
+        """The analysis as text."""
         return json.dumps([self.digest, self.imports])
 
 
 def noted_source(note: str) -> Source:
-    """Take a source back out of its note."""
+    """Read an analysis from its note."""
     code, imports = json.loads(note)
     return Source(code, tuple((module, name) for module, name in imports))
 
@@ -41,7 +41,7 @@ def noted_source(note: str) -> Source:
 def read_source(data: bytes, name: str) -> Source:
     """Analyse the bytes of a source file; SyntaxError or ValueError where Python could not import it either.
 
-    Once a process: a run reads sources for its keys, and again for its kernels.
+    Cached: a run reads sources for its keys, and again for its kernels.
     """
     tree = ast.parse(data, filename=name)
     imports = []

@@ -1,4 +1,4 @@
-"""What a run is told, and what it reports: options, events, the progress that they make, the outcome."""
+"""The options of a run and what it reports: events, the progress counted from them, the outcome."""
 
 import os
 import statistics
@@ -13,14 +13,14 @@ from hairpipe.graph.plan.tasks import Task
 
 CODEC = "hairpipe.io.hdf5"
 RECENT = 15
-"""Evaluations whose median is the rate: the first ones compile, the last ones tell how it goes now."""
+"""Number of latest evaluations whose median is the rate: the first ones include compilation."""
 
 Kind = Literal["begun", "started", "finished", "cached", "failed", "warning", "published"]
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a run is carried out; none of it changes a result.
+    """Options of a run; none of them changes a result.
 
     jobs          number of processes for values per frame, and of threads for the one that simulates
     keep_going    whether independent branches go on after a failure
@@ -40,8 +40,8 @@ class Options:
 class Event:
     """Something that happened to a task.
 
-    kind     begun: totals are known; started and finished: an evaluation; cached: its result was there; failed;
-             warning: a node has something to say, also when its result was there; published: a file was written
+    kind     begun: totals are known; started and finished: an evaluation; cached: its result is in the store; failed;
+             warning: of a node, repeated where its result is cached; published: a file was written
     seconds  that the evaluation took, of `finished` and of `cached` [s]
     message  of a failure, a warning, or the path that was published
     totals   number of tasks by node, of `begun`
@@ -59,10 +59,10 @@ Report = Callable[[Event], None]
 
 @dataclass(frozen=True)
 class Failure:
-    """A task that did not give a result.
+    """A task that gave no result.
 
-    kind       input: something a person can mend; node: it raised; diverged: it raised ArithmeticError itself, nothing
-               derived from it; disk: full; crash: its process died; publish
+    kind       input: something the user can fix; node: it raised; diverged: it raised ArithmeticError itself, not a
+               subclass; disk: full; crash: its process died; publish
     traceback  of the node, for those who wrote it
     """
 
@@ -82,7 +82,7 @@ class Outcome:
 
     evaluated  number of evaluations; cached number of results that were there; blocked tasks that were not reached
     seconds    of evaluation by node, those of cached results not counted [s]
-    processor  seconds of all threads in it, by node: what it takes beside waiting for others [s]
+    processor  processor seconds of all its threads, by node [s]
     """
 
     evaluated: int
@@ -96,7 +96,7 @@ class Outcome:
 
     @property
     def exit_code(self) -> int:
-        """0 all is there, 1 a node failed, 2 only for input that a person can mend, 130 interrupted."""
+        """0 complete, 1 a node failed, 2 all failures are input that the user can fix, 130 interrupted."""
         if self.interrupted:
             return 130
         if not self.failures:
@@ -120,7 +120,7 @@ class NodeProgress:
 
     @property
     def done(self) -> int:
-        """Tasks that are established; what had to be evaluated again counts once."""
+        """Number of established tasks; one that was evaluated again counts once."""
         return min(self.total, self.cached + self.evaluated)
 
     @property
@@ -130,13 +130,13 @@ class NodeProgress:
 
     @property
     def seconds_left(self) -> float | None:
-        """Time that the rest takes at the recent rate [s]; None where nothing is known."""
+        """Time that the rest takes at the recent rate [s]; None before the first evaluation."""
         rate = self.seconds_per_frame
         return None if rate is None else rate * (self.total - self.done) / self.width
 
 
 class Progress:
-    """Progress of all nodes of a run, by name; feed it every event.
+    """Progress of all nodes of a run, by name; `update` it with every event.
 
     jobs  of the run
     """
@@ -146,7 +146,7 @@ class Progress:
         self.nodes: dict[str, NodeProgress] = {}
 
     def update(self, event: Event) -> None:
-        """Take an event in."""
+        """Count an event."""
         if event.kind == "begun":
             self.nodes = {name: NodeProgress(total, self._widths[name]) for name, total in event.totals}
         if event.task is None:
