@@ -6,7 +6,7 @@ from rich.progress_bar import ProgressBar
 from rich.spinner import Spinner
 from rich.table import Table
 
-from hairpipe.cli.wording import duration
+from hairpipe.api.formatting import duration
 from hairpipe.graph.node.messages import one_line
 from hairpipe.graph.run.events import Event
 from hairpipe.graph.run.progress import NodeProgress, Progress

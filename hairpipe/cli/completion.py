@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
 import click
 from click.shell_completion import BashComplete, CompletionItem
 
-from hairpipe.cli.shipped import find_graph, shipped_graphs
+from hairpipe.api.source import find_graph, shipped_graphs
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from hairpipe import __version__
 from hairpipe.child import search_path
 from hairpipe.cli import leave
 from hairpipe.cli.completion import Bash
-from hairpipe.cli.wording import Unheard, say
+from hairpipe.api.formatting import Unheard, say
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import nearest, one_line
 

@@ -2,7 +2,7 @@
 
 import time
 
-from hairpipe.cli.wording import duration, plural, say
+from hairpipe.api.formatting import duration, plural, say
 from hairpipe.graph.run.events import Event
 from hairpipe.graph.run.progress import NodeProgress, Progress
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hairpipe.cli.watch import Watch
-from hairpipe.cli.wording import duration, plural, say, shown, table
+from hairpipe.api.formatting import duration, plural, say, shown, table
 from hairpipe.graph.file.frameset import fold_frames
 from hairpipe.graph.file.graph import Graph, Node
 from hairpipe.graph.plan.tasks import Task

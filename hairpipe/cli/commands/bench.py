@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hairpipe.cli import options
-from hairpipe.cli.wording import duration, plural, say, table
+from hairpipe.api.formatting import duration, plural, say, table
 
 if TYPE_CHECKING:
     from hairpipe.bench.contact import Report as ContactReport
@@ -86,7 +86,7 @@ def paper(scenes: tuple[str, ...], overrides: dict[str, str], cache: Path, as_js
     with tempfile.TemporaryDirectory() as folder:
         os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
         from hairpipe.bench.paper import PRINTED, measure_paper
-        from hairpipe.cli.shipped import find_graph
+        from hairpipe.api.source import find_graph
         from hairpipe.graph.store.store import Store
 
         cache.mkdir(parents=True, exist_ok=True)

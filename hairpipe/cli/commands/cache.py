@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hairpipe.cli import completion, options
-from hairpipe.cli.wording import duration, plural, shown, size, table
+from hairpipe.api.formatting import duration, plural, shown, size, table
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import one_line
 
@@ -137,7 +137,7 @@ def gc(
     graphs: tuple[str, ...], older: float | None, limit: float | None, dry_run: bool, cache: Path, as_json: bool
 ) -> None:
     """Remove results, the least recently used first; those that the given graphs reach stay in any case."""
-    from hairpipe.cli.shipped import open_graph
+    from hairpipe.api.source import open_graph
     from hairpipe.graph.plan.gc import clean, reached
     from hairpipe.graph.store.store import Store
 

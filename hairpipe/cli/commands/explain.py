@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hairpipe.cli import options
-from hairpipe.cli.wording import duration, size, table
+from hairpipe.api.formatting import duration, size, table
 from hairpipe.graph.node.messages import one_line
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ def explain(
 
     The result is that of a node at a frame, `hair@12`, or of a node that has one value for the shot, `groom`.
     """
-    from hairpipe.cli.shipped import open_graph
+    from hairpipe.api.source import open_graph
     from hairpipe.graph.plan.plan import explain as find_out
     from hairpipe.graph.plan.tasks import Task
     from hairpipe.graph.store.store import Store

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hairpipe.cli import options
-from hairpipe.cli.wording import shown, size
+from hairpipe.api.formatting import shown, size
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
 
@@ -39,7 +39,7 @@ def get(
 
     A result that looks at all frames of a run is found by the --frames of that run.
     """
-    from hairpipe.cli.shipped import open_graph
+    from hairpipe.api.source import open_graph
     from hairpipe.graph import File
     from hairpipe.graph.plan.tasks import Task
     from hairpipe.graph.results import fetch

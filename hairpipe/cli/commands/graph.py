@@ -26,7 +26,7 @@ def graph(graph: str, overrides: dict[str, str], to: tuple[str, ...], form: str)
 
     Boxes are values for the shot, round nodes have one value per frame, double ones go on from the frame before.
     """
-    from hairpipe.cli.shipped import open_graph
+    from hairpipe.api.source import open_graph
 
     write = {"dot": as_dot, "mermaid": as_mermaid, "json": lambda graph: json.dumps(document(graph), indent=2)}[form]
     click.echo(write(open_graph(graph, overrides, to)))

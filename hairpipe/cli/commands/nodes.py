@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from hairpipe.cli import completion, options
-from hairpipe.cli.shipped import find_graph
-from hairpipe.cli.wording import table
+from hairpipe.api.source import find_graph
+from hairpipe.api.formatting import table
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:

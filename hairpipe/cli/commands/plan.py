@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hairpipe.cli import options
-from hairpipe.cli.wording import plural, table
+from hairpipe.api.formatting import plural, table
 
 if TYPE_CHECKING:
     from hairpipe.graph.plan.plan import Entry
@@ -39,7 +39,7 @@ def plan(
     "will run" gives the first difference to the latest result; `hairpipe explain` gives all of them. "depends on X"
     runs only if X comes out different from before.
     """
-    from hairpipe.cli.shipped import open_graph
+    from hairpipe.api.source import open_graph
     from hairpipe.graph.file.bounds import Bounds
     from hairpipe.graph.plan.plan import plan as make_plan
     from hairpipe.graph.store.store import Store

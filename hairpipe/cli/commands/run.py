@@ -48,7 +48,7 @@ def run(
     """
     from hairpipe.cli import summary
     from hairpipe.cli.commands.trust import asking
-    from hairpipe.cli.shipped import open_graph
+    from hairpipe.api.source import open_graph
     from hairpipe.cli.watch import Watch
     from hairpipe.graph.run.run import Options
     from hairpipe.graph.run.run import run as carry_out

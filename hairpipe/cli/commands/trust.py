@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-from hairpipe.cli.wording import plural, say, table
+from hairpipe.api.formatting import plural, say, table
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import one_line
 

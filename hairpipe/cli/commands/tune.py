@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hairpipe.cli import completion, options
-from hairpipe.cli.wording import say, shown, table
+from hairpipe.api.formatting import say, shown, table
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import one_line
 from hairpipe.plain_file import check_plain
@@ -95,7 +95,7 @@ def tune(
     The settings are TOML tables that take the place of those in the graph. Exit codes: 0 found, 1 nothing keeps the
     tolerance, or the check is beyond it, 2 bad input, 130 interrupted.
     """
-    from hairpipe.cli.shipped import find_graph
+    from hairpipe.api.source import find_graph
     from hairpipe.graph.file.like import written_out
     from hairpipe.graph.file.load import read_edited
     from hairpipe.graph.store.atomic import write_text

@@ -9,7 +9,7 @@ import click
 
 from hairpipe import __version__
 from hairpipe.cli import options
-from hairpipe.cli.wording import table
+from hairpipe.api.formatting import table
 from hairpipe.errors import BadInput
 
 DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "usd-core", "h5py": "h5py"}

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.cli import shipped
+from hairpipe.api import source as shipped
 
 START = [sys.executable, "-c", "from hairpipe.cli import main; main()"]
 

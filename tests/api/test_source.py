@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.cli import shipped
-from hairpipe.cli.shipped import find_graph, open_graph, shipped_graphs
+from hairpipe.api import source as shipped
+from hairpipe.api.source import find_graph, open_graph, shipped_graphs
 from hairpipe.errors import BadInput
 
 
