@@ -21,17 +21,27 @@ ORDER = (
 )
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 BASE = {"errors", "units", "plain_file", "child", "data"}
+PURE = {
+    "graph.node.messages",  # names what is wrong, on one line
+    "graph.file.overrides",  # edits tables of a graph file
+    "graph.store.digest",  # digests plain values
+    "graph.store.atomic",  # writes files whole or not at all
+}
+"""What tools may use of the engine besides `hairpipe.api`: it neither loads, plans nor runs anything."""
+ASKED = {"graph.file.trust"}  # before anything is loaded, a person is asked whether code is trusted
 ROOMS = {
     **{room: set(ORDER[:place]) for place, room in enumerate(ORDER)},
     "render": {*BASE, "spatial", "groom"},
     "chart": BASE,
     "io": BASE,
     "graph": {"errors", "units", "child", "plain_file"},
+    "api": {"errors", "graph", "graphs", "io", "plain_file"},
+    "__init__": {"api", "errors"},
     "bench": {*ORDER, "graph"},
     "nodes": {*ORDER, "render", "chart", "io", "graph"},
     "graphs": {*ORDER, "io"},
-    "tune": {*BASE, "graph"},
-    "cli": {"bench", "child", "errors", "graph", "graphs", "io", "levelset.vdb", "plain_file", "tune"},
+    "tune": {*BASE, "api", *PURE},
+    "cli": {"api", "bench", "child", "errors", "io", "levelset.vdb", "plain_file", "tune", "graph.File", *PURE, *ASKED},
 }
 """Which other rooms the files of a room may import."""
 PLACES = {

@@ -7,9 +7,8 @@ from rich.spinner import Spinner
 from rich.table import Table
 
 from hairpipe.api.formatting import duration
+from hairpipe.api.reports import Event, NodeProgress, Progress
 from hairpipe.graph.node.messages import one_line
-from hairpipe.graph.run.events import Event
-from hairpipe.graph.run.progress import NodeProgress, Progress
 
 WIDTH = 30
 REFRESHES = 8

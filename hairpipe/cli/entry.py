@@ -15,15 +15,13 @@ from hairpipe import __version__
 from hairpipe.child import search_path
 from hairpipe.cli import leave
 from hairpipe.cli.completion import Bash
-from hairpipe.api.formatting import Unheard, say
+from hairpipe.cli.stderr import Unheard, fail, open_stderr
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import nearest, one_line
 
 COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "tune", "cache", "trust", "usd", "bench", "version")
 """Modules of this package; each defines the command of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
-ERRORS = 2
-"""Number of the stream for errors, by convention of all systems."""
 COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)"; zsh and fish work the same way.'
 
 
@@ -70,13 +68,6 @@ class Commands(click.Group):
             fail("interrupted", INTERRUPTED)
 
 
-def fail(message: str, code: int) -> None:
-    """Say what is wrong and end with this exit code."""
-    with suppress(Unheard):
-        say(f"hairpipe: {message}")
-    sys.exit(code)
-
-
 def close_output() -> None:
     """Send what is still to be written to nowhere, so that Python does not complain about it at the end."""
     with suppress(AttributeError, OSError):  # there may be no output, or none with a descriptor
@@ -92,21 +83,10 @@ def commands() -> None:
     """
 
 
-def open_errors() -> None:
-    """Send errors to nowhere where there is no stream for them: a file that is opened would get its number.
-
-    What is said would then be written into that file, and what workers print, too.
-    """
-    if sys.stderr is None:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), ERRORS)
-        os.set_inheritable(ERRORS, True)  # where the file got that number at once, dup2 has done nothing
-        sys.stderr = os.fdopen(ERRORS, "w")
-
-
 def main() -> None:
     """Run the command line of this process."""
     sys.path[:] = search_path()
-    open_errors()
+    open_stderr()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a file name may be no text

@@ -2,9 +2,9 @@
 
 import time
 
-from hairpipe.api.formatting import duration, plural, say
-from hairpipe.graph.run.events import Event
-from hairpipe.graph.run.progress import NodeProgress, Progress
+from hairpipe.api.formatting import duration, plural
+from hairpipe.api.reports import Event, NodeProgress, Progress
+from hairpipe.cli.stderr import say
 
 INTERVAL = 5.0
 """Time between two lines about nodes that are under way [s]."""

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from hairpipe.api.shot import Graph, Node
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.graph import Graph, Node
 
 SEGMENTS = (0.75, 0.5, 0.33)
 """Shares of the segments."""

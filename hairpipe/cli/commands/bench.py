@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hairpipe.api.formatting import duration, plural, table
 from hairpipe.cli import options
-from hairpipe.api.formatting import duration, plural, say, table
+from hairpipe.cli.stderr import say
 
 if TYPE_CHECKING:
     from hairpipe.bench.contact import Report as ContactReport
@@ -85,13 +86,12 @@ def paper(scenes: tuple[str, ...], overrides: dict[str, str], cache: Path, as_js
     """
     with tempfile.TemporaryDirectory() as folder:
         os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
-        from hairpipe.bench.paper import PRINTED, measure_paper
         from hairpipe.api.source import find_graph
-        from hairpipe.graph.store.store import Store
+        from hairpipe.bench.paper import PRINTED, measure_paper
 
         cache.mkdir(parents=True, exist_ok=True)
         graphs = {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}
-        report = measure_paper(say, graphs, Store(cache), overrides)
+        report = measure_paper(say, graphs, cache, overrides)
     if as_json:
         click.echo(json.dumps(document(report), indent=2))
     else:

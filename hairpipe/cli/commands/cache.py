@@ -5,19 +5,19 @@ import re
 import sys
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from hairpipe.cli import completion, options
+import hairpipe
 from hairpipe.api.formatting import duration, plural, shown, size, table
+from hairpipe.cli import options
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import one_line
 
 if TYPE_CHECKING:
-    from hairpipe.graph.plan.gc import Item
+    from hairpipe.api.cache import Item
 
 AGES = {"s": 1, "min": 60, "h": 3600, "d": 86400, "w": 7 * 86400}
 SIZES = {"": 1, "B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
@@ -48,10 +48,7 @@ def cache() -> None:
 @options.as_json
 def ls(cache: Path, as_json: bool) -> None:
     """List the results, the latest used first."""
-    from hairpipe.graph.plan.gc import items
-    from hairpipe.graph.store.store import Store
-
-    found = sorted(items(Store(cache, read_only=True)), key=lambda item: -item.used)
+    found = hairpipe.Cache(cache).results()
     if as_json:
         click.echo(json.dumps({"results": [described(item) for item in found]}, indent=2))
     elif found:
@@ -86,10 +83,7 @@ def described(item: "Item") -> dict[str, object]:
 @options.as_json
 def du(cache: Path, as_json: bool) -> None:
     """Add up the disk space by node type."""
-    from hairpipe.graph.plan.gc import usage
-    from hairpipe.graph.store.store import Store
-
-    used = usage(Store(cache, read_only=True))
+    used = hairpipe.Cache(cache).usage()
     if as_json:
         rows = {name: {"results": count, "size": total} for name, (count, total) in used.items()}
         click.echo(json.dumps({"cache": str(cache), "types": rows}, indent=2))
@@ -108,15 +102,7 @@ def verify(cache: Path, as_json: bool) -> None:
 
     Exit code 0: all is whole, 1: something was damaged, or could not be read.
     """
-    from hairpipe.graph.plan.gc import verify as read_all
-    from hairpipe.graph.run.machine_code import kernels_parent
-    from hairpipe.graph.store.store import Store
-    from hairpipe.io.hdf5 import digest_file
-
-    kernels: Path | None = None
-    with suppress(OSError):  # without a home none are kept
-        kernels = kernels_parent()
-    found = read_all(Store(cache), digest_file, kernels)
+    found = hairpipe.Cache(cache).verify()
     if as_json:
         click.echo(json.dumps({"cache": str(cache), "damaged": found.damaged, "unread": found.unread}, indent=2))
     else:
@@ -127,7 +113,7 @@ def verify(cache: Path, as_json: bool) -> None:
 
 
 @cache.command()
-@click.argument("graphs", nargs=-1, metavar="[GRAPH]...", shell_complete=completion.complete_graph)
+@options.graphs
 @click.option("--older", metavar="7d", callback=measured(AGES), help="Only what was not used for this long goes.")
 @click.option("--size", "limit", metavar="20GB", callback=measured(SIZES), help="Only as much goes as has to.")
 @click.option("--dry-run", is_flag=True, help="Only say what would go.")
@@ -137,14 +123,10 @@ def gc(
     graphs: tuple[str, ...], older: float | None, limit: float | None, dry_run: bool, cache: Path, as_json: bool
 ) -> None:
     """Remove results, the least recently used first; those that the given graphs reach stay in any case."""
-    from hairpipe.api.source import open_graph
-    from hairpipe.graph.plan.gc import clean, reached
-    from hairpipe.graph.store.store import Store
-
     if not graphs and older is None and limit is None:
         raise BadInput("nothing says what to keep", where="gc", right="graphs, --older or --size")
-    keep = reached(Store(cache), [open_graph(graph, {}) for graph in graphs])
-    gone = clean(Store(cache, read_only=dry_run), keep=keep, older=older or 0.0, size=int(limit or 0))
+    keep = [hairpipe.load(graph, cache=cache) for graph in graphs]
+    gone = hairpipe.Cache(cache).clean(keep, older=older or 0.0, size=int(limit or 0), dry_run=dry_run)
     if as_json:
         document = {"cache": str(cache), "dry_run": dry_run, "results": gone.records, "objects": gone.objects}
         click.echo(json.dumps(document | {"size": gone.size}, indent=2))

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hairpipe.cli import options
+import hairpipe
 from hairpipe.api.formatting import duration, size, table
+from hairpipe.cli import options
 from hairpipe.graph.node.messages import one_line
 
 if TYPE_CHECKING:
-    from hairpipe.graph.plan.plan import Explanation
-    from hairpipe.graph.store.key import Parts
-    from hairpipe.graph.store.record import Record
+    from hairpipe.api.selection import Target
+    from hairpipe.api.shot import Explanation, Record
 
 
 @click.command()
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @options.as_json
 def explain(
     graph: str,
-    target: options.Target,
+    target: "Target",
     frames: tuple[int, ...] | None,
     overrides: dict[str, str],
     cache: Path,
@@ -38,14 +38,7 @@ def explain(
 
     The result is that of a node at a frame, `hair@12`, or of a node that has one value for the shot, `groom`.
     """
-    from hairpipe.api.source import open_graph
-    from hairpipe.graph.plan.plan import explain as find_out
-    from hairpipe.graph.plan.tasks import Task
-    from hairpipe.graph.store.store import Store
-
-    opened = open_graph(graph, overrides)
-    opened.output(target.node, target.output)
-    found = find_out(opened, Store(cache), Task(target.node, target.frame), frames)
+    found = hairpipe.load(graph, options.parsed(overrides), cache=cache).explain(target, frames=frames)
     click.echo(json.dumps(document(found), indent=2) if as_json else text(found))
 
 
@@ -67,7 +60,7 @@ def reasons(found: "Explanation") -> list[str]:
     return [] if found.entry.status == "cached" else list(found.reasons)
 
 
-def made_of(parts: "Parts") -> list[tuple[str, str, str]]:
+def made_of(parts: dict[str, Any]) -> list[tuple[str, str, str]]:
     """List what a key is made of: kind, name, value or digest."""
     rows = [("type", parts["type"], ""), ("code", "", parts["code"])]
     rows += [("setting", name, json.dumps(value)) for name, value in parts["settings"].items()]

@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hairpipe.cli import completion, options
-from hairpipe.api.source import find_graph
 from hairpipe.api.formatting import table
+from hairpipe.cli import completion, options
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
-    from hairpipe.graph.file.registry import Catalogue
-    from hairpipe.graph.node.declare import NodeType, Socket
-    from hairpipe.graph.node.fields import Field
+    from hairpipe.api.node_types import Catalogue, Field, NodeType, Socket
 
 VIEWS = {
     "now": "",
@@ -40,28 +37,16 @@ def nodes(name: str | None, graph: str | None, as_json: bool) -> None:
 
     Of one: inputs, outputs, and settings with unit, range and default.
     """
-    from hairpipe.graph.file.registry import Catalogue
+    from hairpipe.api.node_types import node_types, summary_of
 
-    catalogue = Catalogue(find_graph(graph).parent / "nodes" if graph else None)
+    catalogue = node_types(graph)
     if name is not None:
         node_type = catalogue.find(name)
         click.echo(json.dumps(document(node_type), indent=2) if as_json else text(node_type))
     elif as_json:
         click.echo(json.dumps({"nodes": [entry(catalogue, name) for name in catalogue.names()]}, indent=2))
     else:
-        click.echo(table([(name, summary(catalogue, name)) for name in catalogue.names()], "<<"))
-
-
-def summary(catalogue: "Catalogue", name: str) -> str:
-    """Give the first line of a node type's help, or say why it cannot be loaded."""
-    from hairpipe.graph.file.trust import Untrusted
-
-    try:
-        return catalogue.find(name).summary
-    except Untrusted as doubt:
-        return f"(not trusted: hairpipe trust {doubt.folder})"
-    except BadInput as fault:
-        return f"({fault})"
+        click.echo(table([(name, summary_of(catalogue, name)) for name in catalogue.names()], "<<"))
 
 
 def entry(catalogue: "Catalogue", name: str) -> dict[str, Any]:
@@ -74,7 +59,7 @@ def entry(catalogue: "Catalogue", name: str) -> dict[str, Any]:
 
 def text(node_type: "NodeType") -> str:
     """Describe a node type."""
-    from hairpipe.graph.node.fields import fields_of
+    from hairpipe.api.node_types import fields_of
 
     parts = [f"{node_type.name}: {MODES[node_type.mode]}\n{node_type.summary}"]
     parts += part("inputs", [(s.name, describe_socket(s)) for s in node_type.sockets.values()])
@@ -115,7 +100,7 @@ def fields_within(field: "Field") -> tuple["Field", ...]:
 
 def document(node_type: "NodeType") -> dict[str, Any]:
     """Describe a node type as a JSON document."""
-    from hairpipe.graph.node.fields import fields_of
+    from hairpipe.api.node_types import fields_of
 
     return {
         "name": node_type.name,

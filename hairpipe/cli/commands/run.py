@@ -2,11 +2,11 @@
 
 import json
 import sys
-import time
 from pathlib import Path
 
 import click
 
+import hairpipe
 from hairpipe.cli import options
 
 
@@ -48,22 +48,16 @@ def run(
     """
     from hairpipe.cli import summary
     from hairpipe.cli.commands.trust import asking
-    from hairpipe.api.source import open_graph
     from hairpipe.cli.watch import Watch
-    from hairpipe.graph.run.run import Options
-    from hairpipe.graph.run.run import run as carry_out
-    from hairpipe.graph.store.store import Store
 
-    opened, store = asking(lambda: open_graph(graph, overrides, to)), Store(cache)
-    cache.mkdir(parents=True, exist_ok=True)
-    how = Options(jobs=jobs, keep_going=keep_going, publish_root=publish_root, force=force)
-    begun = time.monotonic()
-    with Watch(opened, jobs, quiet=quiet) as watch:
-        outcome = carry_out(opened, store, frames, how, watch)
-    done = summary.Done(opened, store, opened.select(frames), outcome, watch, time.monotonic() - begun)
+    shot = asking(lambda: hairpipe.load(graph, options.parsed(overrides), cache=cache))
+    with Watch(shot.graph, jobs, quiet=quiet) as watch:
+        done = shot.run(
+            frames, to=to, jobs=jobs, progress=watch, keep_going=keep_going, publish_root=publish_root, force=force
+        )
     if as_json:
         click.echo(json.dumps(summary.document(done), indent=2))
     elif not quiet:
-        click.echo(summary.text(done))
+        click.echo(done.summary)
     summary.say_faults(done, verbose)
-    sys.exit(outcome.exit_code)
+    sys.exit(done.outcome.exit_code)

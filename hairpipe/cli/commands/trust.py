@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-from hairpipe.api.formatting import plural, say, table
+from hairpipe.api.formatting import plural, table
+from hairpipe.cli.stderr import say
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import one_line
 
