@@ -5,7 +5,7 @@ from typing import Any
 
 from hairpipe.api.source import Source, find_graph
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.registry import Catalogue
+from hairpipe.graph.file.registry import Catalogue, experiments_folder
 from hairpipe.graph.file.trust import Untrusted
 from hairpipe.graph.node.declare import NodeType, Socket
 from hairpipe.graph.node.fields import Field, fields_of
@@ -15,12 +15,15 @@ __all__ = ["Catalogue", "Field", "NodeType", "Socket", "fields_of", "node_types"
 FOLDER = "nodes"
 
 
-def node_types(graph: str | Path | None = None) -> Catalogue:
+def node_types(graph: str | Path | None = None, *, experiments: bool = False) -> Catalogue:
     """Return the node types that a graph finds: `names()` lists them, `find(name)` imports one.
 
-    graph  path of a file, or name of a shipped graph; None for those that every graph finds
+    graph        path of a file, or name of a shipped graph; None for those that every graph finds
+    experiments  without a graph: those that only our experiments find, too
     """
-    return Catalogue(find_graph(graph).parent / FOLDER if graph is not None else None)
+    if graph is not None:
+        return Catalogue(find_graph(graph).parent / FOLDER)
+    return Catalogue(experiments_folder() if experiments else None)
 
 
 def type_of(source: Source, node: str) -> NodeType | None:

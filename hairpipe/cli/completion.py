@@ -27,7 +27,7 @@ def complete_type(ctx: click.Context, param: click.Parameter, incomplete: str) -
     """Offer the node types."""
     from hairpipe.api.node_types import node_types
 
-    return [name for name in node_types().names() if name.startswith(incomplete)]
+    return [name for name in node_types(experiments=True).names() if name.startswith(incomplete)]
 
 
 def complete_node(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:

@@ -31,15 +31,18 @@ MODES = {
 @click.command()
 @click.argument("name", metavar="[TYPE]", required=False, shell_complete=completion.complete_type)
 @click.option("--graph", shell_complete=completion.complete_graph, help="Also the types in `nodes` beside this graph.")
+@click.option("--all", "everything", is_flag=True, help="Also the types that only graphs/experiments use.")
 @options.as_json
-def nodes(name: str | None, graph: str | None, as_json: bool) -> None:
+def nodes(name: str | None, graph: str | None, everything: bool, as_json: bool) -> None:
     """List the node types, or describe one.
 
     Of one: inputs, outputs, and settings with unit, range and default.
     """
     from hairpipe.api.node_types import node_types, summary_of
 
-    catalogue = node_types(graph)
+    if graph and everything:
+        raise click.UsageError("--graph and --all exclude each other: --graph lists all types that a graph finds.")
+    catalogue = node_types(graph, experiments=everything or name is not None)
     if name is not None:
         node_type = catalogue.find(name)
         click.echo(json.dumps(document(node_type), indent=2) if as_json else text(node_type))

@@ -1,11 +1,13 @@
 """Node types are found by their file names, and loading them disturbs nothing."""
 
+import shutil
 import sys
 
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.registry import Catalogue
+from hairpipe.graph.file.registry import Catalogue, experiments_folder
+from hairpipe.graph.file.trust import Untrusted
 
 
 def test_what_a_file_prints_when_it_is_imported_is_no_result(shot, capsys):
@@ -20,3 +22,17 @@ def test_a_node_type_cannot_have_the_name_of_a_module_of_python(shot):
     (shot.nodes / "json.py").write_text("")
     with pytest.raises(BadInput, match="hides a module of Python"):
         Catalogue(shot.nodes).find("json")
+
+
+def test_a_type_of_the_experiments_is_found_beside_them_only():
+    home = experiments_folder()
+    assert Catalogue(home).find("measure_writhe").name == "measure_writhe"
+    with pytest.raises(BadInput, match=r"only graphs in .*experiments find it"):
+        Catalogue().find("measure_writhe")
+
+
+def test_a_folder_of_the_same_name_is_not_trusted(tmp_path):
+    copy = shutil.copytree(experiments_folder(), tmp_path / "graphs" / "experiments" / "nodes")
+    (copy / "measure_writhe.py").write_text("1 / 0")
+    with pytest.raises(Untrusted):
+        Catalogue(copy).find("measure_writhe")
