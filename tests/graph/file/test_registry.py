@@ -8,6 +8,7 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Catalogue, experiments_folder
 from hairpipe.graph.file.trust import Untrusted
+from hairpipe.graph.key.code import CodeReader
 
 
 def test_what_a_file_prints_when_it_is_imported_is_no_result(shot, capsys):
@@ -27,6 +28,8 @@ def test_a_node_type_cannot_have_the_name_of_a_module_of_python(shot):
 def test_a_type_of_the_experiments_is_found_beside_them_only():
     home = experiments_folder()
     assert Catalogue(home).find("measure_writhe").name == "measure_writhe"
+    code = CodeReader(lambda name, make: make(), home).code_of("measure_writhe")
+    assert {"measure_writhe", "hairpipe.studies.theory.twist_buckling"} <= code.parts.keys()
     with pytest.raises(BadInput, match=r"only graphs in .*experiments find it"):
         Catalogue().find("measure_writhe")
 
