@@ -35,7 +35,7 @@ class Bars:
         self._live.start()
 
     def update(self, event: Event) -> None:
-        """Lay out new rows; the drawing thread looks at them whenever it likes, so that they never change."""
+        """Lay out new rows, and leave the old ones as they are: the drawing thread may read them at any time."""
         rows = Table.grid(padding=(0, 2))
         for name, node in self._progress.nodes.items():
             if node.running or (node.evaluated and node.done < node.total):

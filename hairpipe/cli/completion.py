@@ -1,4 +1,4 @@
-"""What the shell offers: graphs, node types, nodes, their outputs, settings and values. It runs nothing untrusted."""
+"""Shell completion: graphs, node types, nodes, their outputs, settings and values. It runs no untrusted code."""
 
 import json
 import os
@@ -99,14 +99,14 @@ def leaves(fields: "tuple[Field, ...]", prefix: str) -> "Iterator[tuple[str, Fie
 
 
 def values_of(field: "Field") -> list[str]:
-    """List the values of a setting where there are few, else the one that it has if nothing is said."""
+    """List the values of a setting where there are few, else its default."""
     if get_origin(field.base) is Literal:
         return [str(choice) for choice in get_args(field.base)]
     return ["true", "false"] if field.base is bool else [default_of(field)]
 
 
 def default_of(field: "Field") -> str:
-    """Write the default of a setting; empty where there is none, or none that is a word."""
+    """Write the default of a setting; empty where there is none, or none that can be written as a word."""
     if isinstance(field.default, str):
         return field.default
     return json.dumps(field.default) if isinstance(field.default, bool | int | float) else ""

@@ -1,4 +1,4 @@
-"""`hairpipe`: finds the command, and says in one message what went wrong."""
+"""`hairpipe`: finds the command, and reports a fault in one message."""
 
 import importlib
 import io
@@ -26,7 +26,7 @@ COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)
 
 
 class Commands(click.Group):
-    """The commands by name; a command is imported when it is called, so that starting costs next to nothing."""
+    """The commands by name; a command is imported when it is called, so that starting is cheap."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """List the commands in the order in which one meets them."""
@@ -47,7 +47,7 @@ class Commands(click.Group):
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Carry out a command; whatever a person can mend becomes one message and an exit code."""
+        """Carry out a command; a fault that a person can mend becomes one message and an exit code."""
         if signal.getsignal(signal.SIGINT) is leave:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         try:

@@ -1,4 +1,4 @@
-"""Progress as lines, for logs: one when a node begins, one when it is done, and one every few seconds."""
+"""Progress as lines, for logs: one when a node begins, one when it is done, and one every few seconds in between."""
 
 import time
 
@@ -11,7 +11,7 @@ INTERVAL = 5.0
 
 
 class Silence:
-    """Shows no progress, only what a node has to say."""
+    """Shows no progress, only warnings and failures."""
 
     def begin(self) -> None:
         """Begin to draw."""
@@ -56,7 +56,7 @@ class Lines(Silence):
 
 
 def done_line(node: NodeProgress) -> str:
-    """Say what came of a node."""
+    """Describe a node whose results are all established."""
     if not node.evaluated:
         return "cached"
     cached = f", {node.cached} were cached" if node.cached else ""
@@ -64,7 +64,7 @@ def done_line(node: NodeProgress) -> str:
 
 
 def running_line(node: NodeProgress) -> str:
-    """Say how far a node is."""
+    """Describe how much of a node is done."""
     parts = [f"{node.done}/{node.total}"]
     if node.seconds_per_frame is not None and node.seconds_left is not None:
         parts += [f"{duration(node.seconds_per_frame)} each", f"{duration(node.seconds_left)} left"]

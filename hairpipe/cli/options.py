@@ -84,10 +84,10 @@ overrides = click.option(
     metavar="NODE.SETTING=VALUE",
     callback=read_overrides,
     shell_complete=complete_setting,
-    help="Change a setting for this once; any number of times.",
+    help="Change a setting for this command only; any number of times.",
 )
 frames = click.option(
-    "--frames", metavar="1-100x2,150", callback=read_frames, help="Frames to look at; all of the graph by default."
+    "--frames", metavar="1-100x2,150", callback=read_frames, help="Frames to compute; by default all of the graph."
 )
 to = click.option(
     "--to",
@@ -100,7 +100,7 @@ publish_root = click.option(
     "--publish-root",
     metavar="FOLDER",
     type=click.Path(path_type=Path),
-    help="Folder below which the graph may publish, too; it may below the folder of its project.",
+    help="Folder below which the graph may publish, as well as below the folder of its project.",
 )
 cache = click.option(
     "--cache",
@@ -119,6 +119,6 @@ jobs = click.option(
     metavar="N",
     default=os.cpu_count,
     show_default="all cores",
-    help="Processes, and threads of a simulation; no result depends on it.",
+    help="Number of processes, and of threads of a simulation; no result depends on it.",
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="One JSON document instead of text.")

@@ -27,7 +27,7 @@ def say(line: str) -> None:
 
 
 def fail(message: str, code: int) -> None:
-    """Say what is wrong and end with this exit code."""
+    """Report a fault, and end with this exit code."""
     with suppress(Unheard):
         say(f"hairpipe: {message}")
     sys.exit(code)
@@ -36,7 +36,7 @@ def fail(message: str, code: int) -> None:
 def open_stderr() -> None:
     """Send errors to nowhere where there is no stream for them: a file that is opened would get its number.
 
-    What is said would then be written into that file, and what workers print, too.
+    Messages, and what workers print, would then be written into that file.
     """
     if sys.stderr is None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), DESCRIPTOR)

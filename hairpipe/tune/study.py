@@ -11,7 +11,7 @@ from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import Sample
 from hairpipe.tune.simplifications import BODIES, Simplification, scaled_steps
-from hairpipe.tune.variants import beside, simplified, with_node
+from hairpipe.tune.variants import merged_variants, simplified, with_node
 
 CarryOut = Callable[[str, Shot, Sequence[str], Sequence[int]], Outcome]
 """Runs a shot up to some nodes at some frames; the text describes what is measured."""
@@ -53,7 +53,7 @@ class Study:
         return found
 
     def measure(self, parts: Iterable[Simplification]) -> Measured:
-        """Measure the scene's model with things left out; once."""
+        """Measure the scene's model with these simplifications; once."""
         parts = frozenset(parts)
         if parts not in self._known:
             self._known[parts] = self._measure(parts)
@@ -64,7 +64,7 @@ class Study:
         finest = self.refined(FINEST)
         variants = {"reference": [finest], "variant": parts}
         tables = {label: simplified(self._tables, changes) for label, changes in variants.items()}
-        merged, names = beside(tables, self.hair)
+        merged, names = merged_variants(tables, self.hair)
         edges = {"hair": names["variant"], "reference": names["reference"]}
         table = {"type": "measure_patches", "in": edges, "patches": self.sample.patches}
         shot = self.shot.edited(with_node(merged, ERROR, table))
@@ -80,7 +80,7 @@ class Study:
         if outcome.interrupted:
             raise Interrupted
         for failure in outcome.failures:
-            if failure.kind in ("disk", "crash", "publish"):  # which say nothing about a model
+            if failure.kind in ("disk", "crash", "publish"):  # which are no property of a model
                 raise BadInput(f"{text}: {failure}", where=self.shot.path)
         return next((str(failure.message) for failure in outcome.failures), "")
 

@@ -1,4 +1,4 @@
-"""Tunes a scene: samples it, measures what each simplification costs and saves, and chooses."""
+"""Tunes a scene: chooses a sample, measures error and time of each simplification, and chooses a combination."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ ROOTS = "tune-roots"
 
 @dataclass(frozen=True)
 class Check:
-    """What was promised, on strands and frames that were not sampled, as far as the scene has others.
+    """The choice, measured on strands and frames that were not sampled, as far as the scene has others.
 
     reference  how far its tips moved when its steps were halved
     """
@@ -35,14 +35,15 @@ class Check:
 
 @dataclass(frozen=True)
 class Tuned:
-    """All that came of it.
+    """The results of tuning.
 
-    strands    of the scene
-    reference  how far its tips moved when its steps were halved, and
-    steps      in words, which they are
-    full       the graph as it is
-    singles    everything that can be left out, on its own
-    budget     what was asked for, and what it buys where the choice costs more
+    strands     of the scene
+    reference   how far its tips moved when its steps were halved, and
+    steps       in words, which they are
+    full        the graph as it is
+    singles     each simplification on its own
+    budget      processor time for a frame that was asked for [s]
+    affordable  the choice within the budget, where the choice for the tolerance costs more
     """
 
     strands: int
@@ -86,7 +87,7 @@ class Request:
 def tune(request: Request, say: Callable[[str], None] = lambda line: None) -> Tuned:
     """Measure a scene's own strands and frames, and choose; BadInput where the graph is none that can be tuned.
 
-    say  is told what is measured
+    say  receives a line about each measurement
     """
     shot = request.shot
     if len(shot.frames) < 2:

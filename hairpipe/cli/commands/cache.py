@@ -1,4 +1,4 @@
-"""`hairpipe cache`: what is kept, whether it is whole, and what may go."""
+"""`hairpipe cache`: list, verify and clean the cache of results."""
 
 import json
 import re
@@ -40,7 +40,7 @@ def measured(units: dict[str, int]) -> Callable:
 
 @click.group()
 def cache() -> None:
-    """Look after the folder where results are kept."""
+    """List, verify and clean the folder of results."""
 
 
 @cache.command()
@@ -98,9 +98,9 @@ def du(cache: Path, as_json: bool) -> None:
 @options.cache
 @options.as_json
 def verify(cache: Path, as_json: bool) -> None:
-    """Read everything; remove what is damaged, so that the next run computes it again. Compiled kernels are read too.
+    """Read every result and every compiled kernel; remove what is damaged, which the next run computes again.
 
-    Exit code 0: all is whole, 1: something was damaged, or could not be read.
+    Exit code 0: all is intact, 1: something was damaged, or could not be read.
     """
     found = hairpipe.Cache(cache).verify()
     if as_json:
@@ -114,15 +114,23 @@ def verify(cache: Path, as_json: bool) -> None:
 
 @cache.command()
 @options.graphs
-@click.option("--older", metavar="7d", callback=measured(AGES), help="Only what was not used for this long goes.")
-@click.option("--size", "limit", metavar="20GB", callback=measured(SIZES), help="Only as much goes as has to.")
-@click.option("--dry-run", is_flag=True, help="Only say what would go.")
+@click.option(
+    "--older", metavar="7d", callback=measured(AGES), help="Remove only results that were not used for this long."
+)
+@click.option(
+    "--size",
+    "limit",
+    metavar="20GB",
+    callback=measured(SIZES),
+    help="Remove only as many as it takes to get below this size.",
+)
+@click.option("--dry-run", is_flag=True, help="Only report what would be removed.")
 @options.cache
 @options.as_json
 def gc(
     graphs: tuple[str, ...], older: float | None, limit: float | None, dry_run: bool, cache: Path, as_json: bool
 ) -> None:
-    """Remove results, the least recently used first; those that the given graphs reach stay in any case."""
+    """Remove results, the least recently used first; results of the given graphs always stay."""
     if not graphs and older is None and limit is None:
         raise BadInput("nothing says what to keep", where="gc", right="graphs, --older or --size")
     keep = [hairpipe.load(graph, cache=cache) for graph in graphs]

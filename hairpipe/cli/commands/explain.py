@@ -1,4 +1,4 @@
-"""`hairpipe explain`: all there is to say about one result."""
+"""`hairpipe explain`: the inputs of one result, and its differences to the latest one."""
 
 import json
 import time
@@ -32,9 +32,7 @@ def explain(
     cache: Path,
     as_json: bool,
 ) -> None:
-    """Say all there is to say about one result.
-
-    What it is made of, whether it is there, and every difference to the one before.
+    """Explain one result: its inputs, whether it is in the cache, and every difference to the latest one.
 
     The result is that of a node at a frame, `hair@12`, or of a node that has one value for the shot, `groom`.
     """
@@ -56,7 +54,7 @@ def text(found: "Explanation") -> str:
 
 
 def reasons(found: "Explanation") -> list[str]:
-    """List why a result is not there."""
+    """List the reasons why a result is not in the cache."""
     return [] if found.entry.status == "cached" else list(found.reasons)
 
 
@@ -84,7 +82,7 @@ def outputs(record: "Record", thinned: frozenset[str]) -> list[tuple[str, str, s
 
 
 def evaluated(record: "Record") -> str:
-    """Say when a result was computed, how long that took, and what the node had to say."""
+    """Write when a result was computed, in how long, and with which warnings."""
     when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.created))
     return "\n".join(
         [f"computed {when} in {duration(record.seconds)}", *(one_line(f"warning: {w}") for w in record.warnings)]

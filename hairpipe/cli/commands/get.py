@@ -1,4 +1,4 @@
-"""`hairpipe get`: a result out of the cache into a file."""
+"""`hairpipe get`: write a result from the cache to a file."""
 
 import shutil
 from pathlib import Path
@@ -39,7 +39,7 @@ def get(
     NODE@FRAME is the first output of a node at a frame, NODE.OUTPUT@FRAME another one. HDF5 and NPZ hold any value;
     CSV and USD what has points: meshes and hair. A result that is a file already is copied as it is.
 
-    A result that looks at all frames of a run is found by the --frames of that run.
+    A result that depends on all frames of a run is found with the --frames of that run.
     """
     from hairpipe.graph import File
     from hairpipe.io.value import write_value
@@ -58,7 +58,7 @@ def get(
 
 
 def copy(file: "File", output: Path) -> None:
-    """Copy a file, and those that lie beside it."""
+    """Copy a file with its companions."""
     from hairpipe.graph.store.atomic import replacing
 
     for target, source in {output: file.path, **{output.parent / n: p for n, p in file.companions.items()}}.items():

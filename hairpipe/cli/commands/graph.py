@@ -21,11 +21,11 @@ MERMAID_SHAPES = {"once": '["{}"]', "each": '(["{}"])', "scan": '[["{}"]]'}
 @options.to
 @click.option("--format", "form", type=click.Choice(["dot", "mermaid", "json"]), default="dot", show_default=True)
 def graph(graph: str, overrides: dict[str, str], to: tuple[str, ...], form: str) -> None:
-    """Print a graph, for others to draw.
+    """Print a graph, for other programs to draw.
 
     The formats are those of graphviz and mermaid, and JSON.
 
-    Boxes are values for the shot, round nodes have one value per frame, double ones go on from the frame before.
+    Boxes are values for the shot, round nodes have one value per frame, double ones continue from the previous frame.
     """
     write = {"dot": as_dot, "mermaid": as_mermaid, "json": lambda graph: json.dumps(document(graph), indent=2)}[form]
     opened = hairpipe.load(graph, options.parsed(overrides)).graph

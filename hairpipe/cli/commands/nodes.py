@@ -1,4 +1,4 @@
-"""`hairpipe nodes`: which node types there are, and what they take and give."""
+"""`hairpipe nodes`: list the node types, and describe their inputs, outputs and settings."""
 
 import dataclasses
 import json
@@ -30,7 +30,9 @@ MODES = {
 
 @click.command()
 @click.argument("name", metavar="[TYPE]", required=False, shell_complete=completion.complete_type)
-@click.option("--graph", shell_complete=completion.complete_graph, help="Also the types in `nodes` beside this graph.")
+@click.option(
+    "--graph", shell_complete=completion.complete_graph, help="Also the types in the folder `nodes` next to this graph."
+)
 @click.option("--all", "everything", is_flag=True, help="Also the types that only graphs/experiments use.")
 @options.as_json
 def nodes(name: str | None, graph: str | None, everything: bool, as_json: bool) -> None:
@@ -53,7 +55,7 @@ def nodes(name: str | None, graph: str | None, everything: bool, as_json: bool) 
 
 
 def entry(catalogue: "Catalogue", name: str) -> dict[str, Any]:
-    """Describe a node type as a JSON document, or say why it cannot be loaded."""
+    """Describe a node type as a JSON document, or report why it cannot be loaded."""
     try:
         return document(catalogue.find(name))
     except BadInput as fault:

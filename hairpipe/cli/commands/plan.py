@@ -26,12 +26,10 @@ def plan(
     cache: Path,
     as_json: bool,
 ) -> None:
-    """Say what a run would do, and why.
-
-    Every node and frame is looked at; nothing is run, nothing is written.
+    """Report what a run would do to every node and frame, and why. Nothing is computed or written.
 
     "will run" gives the first difference to the latest result; `hairpipe explain` gives all of them. "depends on X"
-    runs only if X comes out different from before.
+    runs only if the new result of X differs from the previous one.
     """
     shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
     found = shot.plan(frames, to=to, publish_root=publish_root)

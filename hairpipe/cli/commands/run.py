@@ -16,12 +16,14 @@ from hairpipe.cli import options
 @options.overrides
 @options.to
 @options.jobs
-@click.option("-k", "--keep-going", is_flag=True, help="After a failure, go on with what does not depend on it.")
+@click.option(
+    "-k", "--keep-going", is_flag=True, help="After a failure, continue with the nodes that do not depend on it."
+)
 @options.publish_root
 @click.option("--force", is_flag=True, help="Overwrite files that hairpipe has not published, or that were changed.")
 @options.cache
 @click.option("-v", "--verbose", is_flag=True, help="Show the traceback of a node that failed.")
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing but warnings and failures.")
+@click.option("-q", "--quiet", is_flag=True, help="Print only warnings and failures.")
 @options.as_json
 def run(
     graph: str,
@@ -43,7 +45,7 @@ def run(
     to the graph file; those of a shipped graph as if it lay in ./graphs. They stay below the folder of the project,
     which is the one that holds a folder `graphs` in which the file lies, else the file's own, or below --publish-root.
 
-    A run that was stopped or killed goes on where it was. Exit codes: 0 all is there, 1 a node failed, 2 bad input,
+    A run that was stopped or killed resumes where it was. Exit codes: 0 all is computed, 1 a node failed, 2 bad input,
     130 interrupted.
     """
     from hairpipe.cli import summary

@@ -1,4 +1,4 @@
-"""`hairpipe tune`: what of a model a scene needs."""
+"""`hairpipe tune`: find the cheapest model of hair that keeps a tolerance in a scene."""
 
 import json
 import os
@@ -67,12 +67,17 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
     callback=read_tolerance,
     help="How far tips and whole strands may be off: a length, or a share of that of the strands.",
 )
-@click.option("--budget", metavar="5s", callback=read_budget, help="For a frame: say what error it buys.")
-@click.option("--check", is_flag=True, help="Measure the choice on other strands and frames, too.")
+@click.option(
+    "--budget",
+    metavar="5s",
+    callback=read_budget,
+    help="Processor time for a frame: report the smallest error within it.",
+)
+@click.option("--check", is_flag=True, help="Also measure the choice on other strands and frames.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), callback=read_output, help="File for the settings.")
 @options.overrides
 @options.cache
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing of the runs.")
+@click.option("-q", "--quiet", is_flag=True, help="Do not report the runs.")
 @options.as_json
 def tune(
     graph: str,
@@ -89,9 +94,9 @@ def tune(
     """Find the cheapest model that keeps a tolerance.
 
     Errors are those of tips or of whole strands, the larger, root mean square, against the graph's own model at a
-    quarter of its steps; seconds are those of the processor on one thread, scaled to all strands. What is chosen was
-    measured as it is, not summed up from its parts. All of it is kept like any other result: asked again, nothing is
-    computed.
+    quarter of its steps; seconds are those of the processor on one thread, scaled to all strands. The
+    chosen combination was measured itself, not predicted from its parts. All results are cached: the same command,
+    given again, computes nothing.
 
     The settings are TOML tables that take the place of those in the graph. Exit codes: 0 found, 1 nothing keeps the
     tolerance, or the check is beyond it, 2 bad input, 130 interrupted.
@@ -125,14 +130,14 @@ def tune(
         click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
         if fragment is not None and not output:
             click.echo(f"\n{fragment}", nl=False)
-    if output and fragment is not None:  # last: should the disk be full, what was found has been said
+    if output and fragment is not None:  # last: should the disk be full, the findings have been printed
         write_text(output, fragment)
         click.echo(f"settings: {shown(output)}", err=as_json)
     sys.exit(0 if tuned.kept else 1)
 
 
 def runner(quiet: bool) -> "CarryOut":
-    """Make what carries a run out and says what is measured; a warning that many models give is passed on once."""
+    """Make a function that runs a shot and reports what is measured; a warning of many models is reported once."""
     said: set[str] = set()
 
     def run(text: str, shot: "Shot", nodes: Sequence[str], frames: Sequence[int]) -> "Outcome":

@@ -1,4 +1,4 @@
-"""`hairpipe version`: what results depend on beside the graph."""
+"""`hairpipe version`: versions of the software that results depend on."""
 
 import importlib.metadata
 import json
