@@ -24,7 +24,7 @@ def drive_ends(
 
     at       frame of the shot at which time is zero
     roots    motion of the roots by keys
-    wave     motion to and fro that the roots have besides
+    wave     oscillation that is added to the motion of the roots
     tips     motion of the tips by keys; without it they are free, with {} they stand still
     release  of the tips, at the last frame that is not after this time; never without
     """

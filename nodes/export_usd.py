@@ -20,7 +20,7 @@ def export_usd(
 ) -> File:
     """USD of the hair as Catmull-Rom curves and of the body as a mesh, with velocities, at every frame.
 
-    The files of `export_vdb`, given as `volume`, become a Volume, and lie beside the file in a folder.
+    The files of `export_vdb`, given as `volume`, become a Volume, in a folder next to the file.
 
     layout  one file, or one file a frame that the first one joins as value clips
     name    of the root prim, and of the folders of clips and of level sets: give two shots in one place two names

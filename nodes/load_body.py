@@ -27,8 +27,8 @@ def load_body(
     group     to keep: a group or object of an OBJ file, the path of a prim of a USD file
     skeleton  MakeHuman rig (.mhskel) of an OBJ file
     weights   MakeHuman weights (.mhw) that go with it
-    unit      metres in one unit of an OBJ file; by how much a USD file is off, which says its own
-    up        axis of an OBJ file that points up, or of a USD file that says another; Z-up bodies face -Y
+    unit      metres in one unit of an OBJ file; a correction factor for a USD file, which states its own
+    up        axis of an OBJ file that points up, or of a USD file that states a wrong one; Z-up bodies face -Y
     joint     name of the one joint of a body without a skeleton: what it follows in a clip
     scalp     hairline to paint map "scalp" by; without, it is that of the file
     """

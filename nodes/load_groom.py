@@ -30,14 +30,14 @@ def load_groom(
     roots lie nearest to the skin, of curves without pins among those with and without their ends.
 
     file            the hair; curves of purpose guide are read where a stage has no others
-    unit            of a .tfx file, which does not say; a USD file does
+    unit            of a .tfx file, which does not state it; a USD file does
     up              axis of a .tfx file
     segments        of equal length, of every strand; as many as it has unless given
     segment_length  of the longest segment, in place of their number: strands of unlike length have unlike numbers
     shortest        segment: strands have fewer where theirs are shorter, and shorter strands are left out
     strands         how many to keep, evenly spread over the order in the file; all unless given
     reach           farthest a root may lie from the body
-    tips            held by the closest place of the body as roots are, free, or as the file says: only .tfx does
+    tips            held by the closest place of the body as roots are, free, or as a .tfx file states
     """
     from hairpipe.errors import BadInput
     from hairpipe.groom.cutting import Cut

@@ -33,12 +33,12 @@ def load_motion(
     settle     before `at` the body comes from rest to its pose there, so long; see `preroll` of a graph
     speed      of playing: 0.5 is half as fast as recorded
     unit       metres in one unit of the clip; if not given legs are scaled to the body's, or 1 where they do not tell
-    up         axis of the clip that points up; told from its all-zero pose if not given
+    up         axis of the clip that points up; inferred from its all-zero pose if not given
     reference  pose of the clip that stands for the body at rest: zero in all channels, or its first frame
     skip       frames to drop at the beginning; a T pose is recognised and dropped if not given
     floor      clip: its own; feet: lowered until feet that rest stand on the body's, by a look at the whole clip, an
                edit of whose tail may move all frames; by default feet for a single pose, else clip with a warning
-    joints     pairs of a joint of the body and the joint of the clip it follows, where their names do not tell
+    joints     pairs of a joint of the body and the joint of the clip it follows, where their names do not match
     """
     from hairpipe.body.mocap.approach import approach
     from hairpipe.body.mocap.posing import Playback, pose_at

@@ -1,4 +1,4 @@
-"""Strands to try things on, without a body."""
+"""Strands for tests and experiments, without a body."""
 
 from typing import Annotated
 

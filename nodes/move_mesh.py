@@ -7,7 +7,7 @@ from hairpipe.scripted_ends.track import Track
 
 @node(frames="each")
 def move_mesh(mesh: Mesh, time: Time, *, at: int = 1001, motion: Track = Track()) -> Mesh:  # noqa: B008 (frozen)
-    """The mesh at a frame, where keys move and turn it, besides what it does by itself; with exact velocities.
+    """The mesh at a frame, where keys move and turn it, in addition to its own motion; with exact velocities.
 
     at      frame of the shot at which time is zero
     motion  keys; moves are from where the mesh is, and the pivot of the turns is a place in space; `move_levelset`

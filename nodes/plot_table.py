@@ -31,7 +31,7 @@ def plot_table(
     x        column along the abscissa, numbers or texts
     y        columns of numbers along the ordinate
     series   column whose values split the rows into lines
-    cases    names of the tables, in order: a column "case" says which one a row is from
+    cases    names of the tables, in order: a column "case" names the one a row is from
     x_scale  of the abscissa
     y_scale  of the ordinate
     label    of the ordinate; the name of the column where there is one

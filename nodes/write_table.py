@@ -17,7 +17,7 @@ def write_table(
     """CSV or Markdown of a table, below a row of names; several tables are laid below each other.
 
     format  csv has every digit, markdown four: one is for programs, the other for people
-    cases   names of the tables, in order: a first column "case" says which one a row is from
+    cases   names of the tables, in order: a first column "case" names the one a row is from
     """
     from hairpipe.io.table import lay_below, write_csv, write_markdown
 

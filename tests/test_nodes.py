@@ -11,6 +11,8 @@ from typing import Any, Literal, get_origin
 import pytest
 from annotated_types import Ge, Gt, Le, Lt
 
+from hairpipe.api.node_types import node_types
+from hairpipe.api.source import read_source
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.node.declare import NodeType
@@ -18,8 +20,10 @@ from hairpipe.graph.node.fields import Field, fields_of, metadata
 from hairpipe.graph.node.settings import check_settings
 from hairpipe.graph.node.signature import File
 
+HOME = Path(__file__).resolve().parents[1]
 HEAVY = ("numba", "pxr", "h5py", "scipy", "matplotlib", "PIL")
-NAMES = Registry().names()
+PUBLIC, CATALOGUE = Registry().names(), node_types(experiments=True)
+NAMES = CATALOGUE.names()
 ANYWHERE = ({"nonsense": 1}, [[[1]]], [{"nonsense": 1}])
 """What no setting is."""
 NONSENSE = {
@@ -38,7 +42,7 @@ NONSENSE = {
 @pytest.fixture(params=NAMES)
 def node(request: pytest.FixtureRequest) -> NodeType:
     """Each node type in turn."""
-    return Registry().find(request.param)
+    return CATALOGUE.find(request.param)
 
 
 def place(names: list[str]) -> str:
@@ -93,7 +97,13 @@ def beyond(field: Field) -> Iterator[float]:
 
 
 def test_there_are_nodes():
-    assert {"make_bust", "simulate_hair", "export_usd"} <= set(NAMES)
+    assert {"make_bust", "simulate_hair", "export_usd"} <= set(PUBLIC) < set(NAMES)
+
+
+def test_every_graph_that_is_no_experiment_is_made_of_public_types():
+    graphs = [path for path in (HOME / "graphs").rglob("*.toml") if path.parent.name != "experiments"]
+    used = {table["type"] for path in graphs for table in read_source(path).tables.values() if isinstance(table, dict)}
+    assert used <= set(PUBLIC)
 
 
 def test_its_docstring_begins_with_one_sentence(node):
@@ -138,6 +148,7 @@ def test_it_gives_files_or_values_that_nobody_can_change(node):
 
 
 def test_reading_a_graph_imports_nothing_heavy():
-    code = f"import sys, importlib\nfor name in {NAMES}: importlib.import_module('hairpipe.nodes.' + name)"
+    code = "import sys, hairpipe\ntypes = hairpipe.node_types(experiments=True)"
+    code += "\nfor name in types.names(): types.find(name)"
     code += f"\nprint([name for name in {HEAVY} if name in sys.modules])"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout == "[]\n"

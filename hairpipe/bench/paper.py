@@ -63,13 +63,14 @@ class Report(NamedTuple):
 
 
 def measure_paper(
-    say: Callable[[str], None], scenes: dict[str, Path], store: Store, overrides: Mapping[str, str]
+    say: Callable[[str], None], scenes: dict[str, Path], cache: Path, overrides: Mapping[str, str]
 ) -> Report:
     """Measure scenes, graph files by their names, and report progress.
 
-    store      where what hair depends on is kept
+    cache      folder in which what hair depends on is kept
     overrides  settings of every scene, see `load_graph`
     """
+    store = Store(cache)
     return Report(this_machine(), [measure_scene(say, name, path, store, overrides) for name, path in scenes.items()])
 
 

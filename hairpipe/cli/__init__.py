@@ -20,6 +20,6 @@ def main() -> None:
 
 
 def leave(number: int, frame: FrameType | None) -> NoReturn:
-    """End at once: nothing has been begun."""
+    """End the process at once: no command has started."""
     os.write(ERRORS, b"hairpipe: interrupted\n")
     os._exit(INTERRUPTED)

@@ -6,9 +6,9 @@ from rich.progress_bar import ProgressBar
 from rich.spinner import Spinner
 from rich.table import Table
 
-from hairpipe.cli.wording import duration
+from hairpipe.api.formatting import duration
+from hairpipe.api.reports import Event, NodeProgress, Progress
 from hairpipe.graph.node.messages import one_line
-from hairpipe.graph.run.events import Event, NodeProgress, Progress
 
 WIDTH = 30
 REFRESHES = 8
@@ -35,7 +35,7 @@ class Bars:
         self._live.start()
 
     def update(self, event: Event) -> None:
-        """Lay out new rows; the drawing thread looks at them whenever it likes, so that they never change."""
+        """Lay out new rows, and leave the old ones as they are: the drawing thread may read them at any time."""
         rows = Table.grid(padding=(0, 2))
         for name, node in self._progress.nodes.items():
             if node.running or (node.evaluated and node.done < node.total):

@@ -1,39 +1,39 @@
-"""What the shell offers: graphs, node types, nodes, their outputs, settings and values. It runs nothing untrusted."""
+"""Shell completion: graphs, node types, nodes, their outputs, settings and values. It runs no untrusted code."""
 
 import json
 import os
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, Literal, get_args, get_origin
+from typing import TYPE_CHECKING, Literal, get_args, get_origin
 
 import click
 from click.shell_completion import BashComplete, CompletionItem
 
-from hairpipe.cli.shipped import find_graph, shipped_graphs
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
-    from hairpipe.graph.file.read import GraphText
-    from hairpipe.graph.node.declare import NodeType
-    from hairpipe.graph.node.fields import Field
+    from hairpipe.api.node_types import Field
+    from hairpipe.api.source import Source
 
 
 def complete_graph(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Offer the shipped graphs and files."""
+    from hairpipe.api.source import shipped_graphs
+
     names = [CompletionItem(name) for name in shipped_graphs() if name.startswith(incomplete)]
     return [*names, CompletionItem(incomplete, type="file")]
 
 
 def complete_type(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
     """Offer the node types."""
-    from hairpipe.graph.file.registry import Registry
+    from hairpipe.api.node_types import node_types
 
-    return [name for name in Registry().names() if name.startswith(incomplete)]
+    return [name for name in node_types(experiments=True).names() if name.startswith(incomplete)]
 
 
 def complete_node(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
     """Offer the nodes of the graph that stands before."""
-    text = graph_before(ctx)
-    return [name for name in nodes_of(text) if name.startswith(incomplete)] if text else []
+    source = graph_before(ctx)
+    return [name for name in nodes_of(source) if name.startswith(incomplete)] if source else []
 
 
 def complete_target(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
@@ -41,7 +41,10 @@ def complete_target(ctx: click.Context, param: click.Parameter, incomplete: str)
     node, dot, _ = incomplete.partition(".")
     if not dot:
         return complete_node(ctx, param, incomplete)
-    found = type_of(graph_before(ctx), node)
+    from hairpipe.api.node_types import type_of
+
+    source = graph_before(ctx)
+    found = type_of(source, node) if source else None
     names = (f"{node}.{output}" for output in found.outputs if output) if found else ()
     return [name for name in names if name.startswith(incomplete)]
 
@@ -53,10 +56,12 @@ def complete_setting(ctx: click.Context, param: click.Parameter, incomplete: str
     if not dot:
         nodes = complete_node(ctx, param, incomplete)
         return complete_setting(ctx, param, f"{nodes[0]}.") if len(nodes) == 1 else [f"{found}." for found in nodes]
-    found = type_of(graph_before(ctx), node)
+    from hairpipe.api.node_types import fields_of, type_of
+
+    source = graph_before(ctx)
+    found = type_of(source, node) if source else None
     if found is None:
         return []
-    from hairpipe.graph.node.fields import fields_of
 
     known = {f"{node}.{setting}": field for setting, field in leaves(fields_of(found), "")}
     near = [setting for setting in known if setting.startswith(name)]
@@ -67,34 +72,21 @@ def complete_setting(ctx: click.Context, param: click.Parameter, incomplete: str
     return [f"{setting}={default_of(known[setting])}" for setting in near]
 
 
-def graph_before(ctx: click.Context) -> "GraphText | None":
+def graph_before(ctx: click.Context) -> "Source | None":
     """Read the graph file that stands before; None where there is none that can be read."""
-    from hairpipe.graph.file.like import written_out
-    from hairpipe.graph.file.read import read_graph_text
+    from hairpipe.api.source import read_source
 
     given = ctx.params.get("graph") or next(iter(ctx.args), "")  # behind `--to` click has not come to reading arguments
     try:
-        return written_out(read_graph_text(find_graph(given)))
+        source = read_source(given)
+        return source.edited(source.tables)
     except BadInput:
         return None
 
 
-def nodes_of(text: "GraphText") -> list[str]:
+def nodes_of(source: "Source") -> list[str]:
     """Name the nodes of a graph file."""
-    return [name for name, table in text.tables.items() if isinstance(table, dict)]
-
-
-def type_of(text: "GraphText | None", node: str) -> "NodeType | None":
-    """Find the type of a node; None where there is none, or where it is not trusted."""
-    from hairpipe.graph.file.registry import Registry
-
-    table: Any = text.tables.get(node) if text else None
-    if text is None or not isinstance(table, dict) or not isinstance(table.get("type"), str):
-        return None
-    try:
-        return Registry(text.path.parent / "nodes").find(table["type"])
-    except BadInput:
-        return None
+    return [name for name, table in source.tables.items() if isinstance(table, dict)]
 
 
 def leaves(fields: "tuple[Field, ...]", prefix: str) -> "Iterator[tuple[str, Field]]":
@@ -107,14 +99,14 @@ def leaves(fields: "tuple[Field, ...]", prefix: str) -> "Iterator[tuple[str, Fie
 
 
 def values_of(field: "Field") -> list[str]:
-    """List the values of a setting where there are few, else the one that it has if nothing is said."""
+    """List the values of a setting where there are few, else its default."""
     if get_origin(field.base) is Literal:
         return [str(choice) for choice in get_args(field.base)]
     return ["true", "false"] if field.base is bool else [default_of(field)]
 
 
 def default_of(field: "Field") -> str:
-    """Write the default of a setting; empty where there is none, or none that is a word."""
+    """Write the default of a setting; empty where there is none, or none that can be written as a word."""
     if isinstance(field.default, str):
         return field.default
     return json.dumps(field.default) if isinstance(field.default, bool | int | float) else ""

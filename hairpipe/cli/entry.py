@@ -1,4 +1,4 @@
-"""`hairpipe`: finds the command, and says in one message what went wrong."""
+"""`hairpipe`: finds the command, and reports a fault in one message."""
 
 import importlib
 import io
@@ -15,20 +15,18 @@ from hairpipe import __version__
 from hairpipe.child import search_path
 from hairpipe.cli import leave
 from hairpipe.cli.completion import Bash
-from hairpipe.cli.wording import Unheard, say
+from hairpipe.cli.stderr import Unheard, fail, open_stderr
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import nearest, one_line
 
 COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "tune", "cache", "trust", "usd", "bench", "version")
 """Modules of this package; each defines the command of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
-ERRORS = 2
-"""Number of the stream for errors, by convention of all systems."""
 COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)"; zsh and fish work the same way.'
 
 
 class Commands(click.Group):
-    """The commands by name; a command is imported when it is called, so that starting costs next to nothing."""
+    """The commands by name; a command is imported when it is called, so that starting is cheap."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """List the commands in the order in which one meets them."""
@@ -49,7 +47,7 @@ class Commands(click.Group):
         return super().resolve_command(ctx, args)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Carry out a command; whatever a person can mend becomes one message and an exit code."""
+        """Carry out a command; a fault that a person can mend becomes one message and an exit code."""
         if signal.getsignal(signal.SIGINT) is leave:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         try:
@@ -70,13 +68,6 @@ class Commands(click.Group):
             fail("interrupted", INTERRUPTED)
 
 
-def fail(message: str, code: int) -> None:
-    """Say what is wrong and end with this exit code."""
-    with suppress(Unheard):
-        say(f"hairpipe: {message}")
-    sys.exit(code)
-
-
 def close_output() -> None:
     """Send what is still to be written to nowhere, so that Python does not complain about it at the end."""
     with suppress(AttributeError, OSError):  # there may be no output, or none with a descriptor
@@ -92,21 +83,10 @@ def commands() -> None:
     """
 
 
-def open_errors() -> None:
-    """Send errors to nowhere where there is no stream for them: a file that is opened would get its number.
-
-    What is said would then be written into that file, and what workers print, too.
-    """
-    if sys.stderr is None:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), ERRORS)
-        os.set_inheritable(ERRORS, True)  # where the file got that number at once, dup2 has done nothing
-        sys.stderr = os.fdopen(ERRORS, "w")
-
-
 def main() -> None:
     """Run the command line of this process."""
     sys.path[:] = search_path()
-    open_errors()
+    open_stderr()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a file name may be no text

@@ -1,16 +1,17 @@
-"""Progress as lines, for logs: one when a node begins, one when it is done, and one every few seconds."""
+"""Progress as lines, for logs: one when a node begins, one when it is done, and one every few seconds in between."""
 
 import time
 
-from hairpipe.cli.wording import duration, plural, say
-from hairpipe.graph.run.events import Event, NodeProgress, Progress
+from hairpipe.api.formatting import duration, plural
+from hairpipe.api.reports import Event, NodeProgress, Progress
+from hairpipe.cli.stderr import say
 
 INTERVAL = 5.0
 """Time between two lines about nodes that are under way [s]."""
 
 
 class Silence:
-    """Shows no progress, only what a node has to say."""
+    """Shows no progress, only warnings and failures."""
 
     def begin(self) -> None:
         """Begin to draw."""
@@ -55,7 +56,7 @@ class Lines(Silence):
 
 
 def done_line(node: NodeProgress) -> str:
-    """Say what came of a node."""
+    """Describe a node whose results are all established."""
     if not node.evaluated:
         return "cached"
     cached = f", {node.cached} were cached" if node.cached else ""
@@ -63,7 +64,7 @@ def done_line(node: NodeProgress) -> str:
 
 
 def running_line(node: NodeProgress) -> str:
-    """Say how far a node is."""
+    """Describe how much of a node is done."""
     parts = [f"{node.done}/{node.total}"]
     if node.seconds_per_frame is not None and node.seconds_left is not None:
         parts += [f"{duration(node.seconds_per_frame)} each", f"{duration(node.seconds_left)} left"]

@@ -1,6 +1,6 @@
 """Every argument and option that more than one command takes.
 
-GRAPH        run plan explain graph get tune; --graph in nodes
+GRAPH        run plan explain graph get tune; any number in cache; --graph in nodes
 TARGET       explain get
 --set        run plan explain graph get tune bench
 --frames     run plan explain get
@@ -11,31 +11,32 @@ TARGET       explain get
 """
 
 import os
-import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from hairpipe.cli.completion import complete_graph, complete_node, complete_setting, complete_target
 from hairpipe.errors import BadInput
-from hairpipe.plain_file import check_plain
+
+if TYPE_CHECKING:
+    from hairpipe.api.selection import Target
 
 
-class Target(NamedTuple):
-    """A result: a node, which of its outputs, at which frame."""
+def read_graph(ctx: click.Context, param: click.Parameter, given: Any) -> Any:
+    """Refuse the text of a graph, which `hairpipe.load` would take for one: here a graph is a path or a name."""
+    for name in [given] if isinstance(given, str) else given or ():
+        if "\n" in name:
+            raise BadInput(f"no graph '{name}'", right="a graph file, or the name of a shipped graph")
+    return given
 
-    node: str
-    output: str | None
-    frame: int | None
 
-
-def read_target(ctx: click.Context, param: click.Parameter, text: str) -> Target:
+def read_target(ctx: click.Context, param: click.Parameter, text: str) -> "Target":
     """Read `NODE[.OUTPUT][@FRAME]`."""
-    match = re.fullmatch(r"([^.@]+)(?:\.([^.@]+))?(?:@(-?\d{1,9}))?", text)
-    if not match:
-        raise BadInput(f"'{text}' names no result", right="NODE@FRAME, NODE.OUTPUT@FRAME, or NODE for the shot")
-    return Target(match[1], match[2], int(match[3]) if match[3] else None)
+    from hairpipe.api.selection import read_target as read
+
+    return read(text)
 
 
 def read_overrides(ctx: click.Context, param: click.Parameter, given: tuple[str, ...]) -> dict[str, str]:
@@ -47,30 +48,34 @@ def read_overrides(ctx: click.Context, param: click.Parameter, given: tuple[str,
     return {name.strip(): value for name, _, value in pairs}
 
 
+def parsed(overrides: Mapping[str, str]) -> dict[str, Any]:
+    """Read the values of settings: TOML where it parses, else the text as it stands."""
+    from hairpipe.graph.file.overrides import parse_value
+
+    return {target: parse_value(text) for target, text in overrides.items()}
+
+
 def read_frames(ctx: click.Context, param: click.Parameter, text: str | None) -> tuple[int, ...] | None:
     """Read a set of frames; None where none is given."""
-    from hairpipe.graph.file.frameset import parse_frames
+    from hairpipe.api.selection import read_frames as read
 
     try:
-        return None if text is None else parse_frames(text)
+        return read(text)
     except BadInput as fault:
         raise BadInput(fault.what, where="--frames", right=fault.right) from None
 
 
 def read_cache(ctx: click.Context, param: click.Parameter, path: Path) -> Path:
-    """Refuse what is no folder, nor can become one, and a store that is somebody else's."""
-    from hairpipe.graph.store.ownership import check_store
+    """Refuse what is not a folder and cannot become one, and the cache of an untrusted user."""
+    from hairpipe.api.cache import open_store
 
-    if ctx.resilient_parsing:
-        return path
-    check_plain(path, "a folder")
-    if path.is_file():
-        raise BadInput("it is a file", where=path, right="a folder")
-    check_store(path)
+    if not ctx.resilient_parsing:
+        open_store(path)
     return path
 
 
-graph = click.argument("graph", shell_complete=complete_graph)
+graph = click.argument("graph", callback=read_graph, shell_complete=complete_graph)
+graphs = click.argument("graphs", nargs=-1, metavar="[GRAPH]...", callback=read_graph, shell_complete=complete_graph)
 target = click.argument("target", metavar="NODE[.OUTPUT][@FRAME]", callback=read_target, shell_complete=complete_target)
 overrides = click.option(
     "--set",
@@ -79,10 +84,10 @@ overrides = click.option(
     metavar="NODE.SETTING=VALUE",
     callback=read_overrides,
     shell_complete=complete_setting,
-    help="Change a setting for this once; any number of times.",
+    help="Change a setting for this command only; any number of times.",
 )
 frames = click.option(
-    "--frames", metavar="1-100x2,150", callback=read_frames, help="Frames to look at; all of the graph by default."
+    "--frames", metavar="1-100x2,150", callback=read_frames, help="Frames to compute; by default all of the graph."
 )
 to = click.option(
     "--to",
@@ -95,7 +100,7 @@ publish_root = click.option(
     "--publish-root",
     metavar="FOLDER",
     type=click.Path(path_type=Path),
-    help="Folder below which the graph may publish, too; it may below the folder of its project.",
+    help="Folder below which the graph may publish, as well as below the folder of its project.",
 )
 cache = click.option(
     "--cache",
@@ -114,6 +119,6 @@ jobs = click.option(
     metavar="N",
     default=os.cpu_count,
     show_default="all cores",
-    help="Processes, and threads of a simulation; no result depends on it.",
+    help="Number of processes, and of threads of a simulation; no result depends on it.",
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="One JSON document instead of text.")

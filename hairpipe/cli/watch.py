@@ -1,14 +1,12 @@
-"""Follows a run: counts its progress, passes on what it has to say, and draws it on whatever the terminal can do."""
+"""Shows a run: counts its progress, and draws it as well as the terminal can."""
 
 import os
 import sys
 from types import TracebackType
 from typing import Protocol, Self
 
+from hairpipe.api.reports import Event, Graph, Progress
 from hairpipe.cli.lines import Lines, Silence
-from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.events import Event, Progress
 
 
 class Drawing(Protocol):
@@ -28,23 +26,19 @@ class Drawing(Protocol):
 
 
 class Watch:
-    """Takes the events of a run in, as a context that draws.
-
-    warnings  tasks by node and message, in the order in which they came
-    """
+    """Receives the events of a run, and draws its progress while it is entered."""
 
     def __init__(self, graph: Graph, jobs: int, *, quiet: bool) -> None:
         self.progress = Progress(graph, jobs)
-        self.warnings: dict[tuple[str, str], list[Task]] = {}
+        self._said: set[tuple[str, str]] = set()
         self._drawing = choose_drawing(self.progress, quiet)
 
     def __call__(self, event: Event) -> None:
-        """Take an event in."""
+        """Show an event; a warning of a node once, whatever the number of frames."""
         self.progress.update(event)
         if event.kind == "warning" and event.task is not None:
-            tasks = self.warnings.setdefault((event.task.node, event.message), [])
-            tasks.append(event.task)
-            if len(tasks) == 1:
+            if (event.task.node, event.message) not in self._said:
+                self._said.add((event.task.node, event.message))
                 self._drawing.say(f"warning: {event.task}: {event.message}")
         elif event.kind == "failed":
             self._drawing.say(f"failed: {event.task}: {event.message}")

@@ -8,6 +8,7 @@ from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.plan.planner import explain
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import CODEC
+from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import LostObject, Store
 from hairpipe.graph.store.values import Values, codec_named
 
@@ -25,15 +26,24 @@ def read_result(
     output  of a node with several; without one, the only one or the first
     frames  of the run that has computed it, all for None
     """
-    found = explain(graph, store, task, frames)
-    if found.record is None:
-        raise BadInput(f"'{task}' has not been computed", where=graph.path, right=f"hairpipe run --to {task.node}")
+    return read_value(graph, store, task, explain(graph, store, task, frames).record, output, codec)
+
+
+def read_value(
+    graph: Graph, store: Store, task: Task, record: Record | None, output: str | None = None, codec: str = CODEC
+) -> Any:
+    """Read an output of a task from the store; BadInput as for `fetch`.
+
+    record  of the task; None where it has not been computed
+    """
     node, name = graph.nodes[task.node], graph.output(task.node, output)
-    if name in found.thinned:
+    if record is None:
+        raise BadInput(f"'{task}' has not been computed", where=graph.path, right=f"hairpipe run --to {task.node}")
+    if not store.has(record.outputs[name].object):
         what = f"output '{name}' of '{task}' was not kept"
         raise BadInput(what, where=store.root, right="a run with checkpoint = 1 and another --cache")
     try:
-        return Values(store, codec_named(codec), 0).get(found.record.outputs[name].object, node.type.outputs[name])
+        return Values(store, codec_named(codec), 0).get(record.outputs[name].object, node.type.outputs[name])
     except LostObject:
         right = "hairpipe run computes it again"
         raise BadInput(f"'{task}' is not in the store any more", where=store.root, right=right) from None

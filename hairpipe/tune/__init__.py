@@ -1,1 +1,1 @@
-"""Which model a scene needs: what each simplification costs in accuracy and saves in time, measured on the scene."""
+"""Finds the model a scene needs: error and time of each simplification, measured on the scene."""

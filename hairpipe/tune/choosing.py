@@ -1,4 +1,4 @@
-"""Chooses what to leave out: the cheapest combination that was measured to keep the tolerance.
+"""Chooses the cheapest combination of simplifications that was measured to keep the tolerance.
 
 Errors do not add, so a combination is predicted only to decide what is measured next, and what is chosen was measured.
 """
@@ -12,7 +12,7 @@ from hairpipe.tune.measured import Measured
 from hairpipe.tune.simplifications import Simplification
 
 WORTH = 0.97
-"""Share of the time that must be left, at most, for something to be left out: times are known no better."""
+"""Largest ratio of times at which a simplification counts as a saving: times are measured no more accurately."""
 MOST_TRIES = 12
 """Combinations that are measured, at most, before the best of what is known is taken."""
 
@@ -35,7 +35,7 @@ class Guess:
 
 @dataclass(frozen=True)
 class Trial:
-    """A combination that was measured because of its guess."""
+    """A combination that was measured because of its prediction."""
 
     guess: Guess
     measured: Measured
@@ -118,7 +118,7 @@ def table_of(full: Measured, singles: Mapping[Simplification, Measured]) -> dict
 
 
 def guess_all(full: Measured, singles: Mapping[Simplification, Measured]) -> Iterator[Guess]:
-    """Guess what every combination of what saves anything is like."""
+    """Predict error and time of every combination of the simplifications that save time."""
     axes: dict[str, list[Simplification | None]] = {}
     for part, found in singles.items():
         if saves(part, found, full):
@@ -131,19 +131,19 @@ def guess_all(full: Measured, singles: Mapping[Simplification, Measured]) -> Ite
 
 
 def saves(part: Simplification, found: Measured, full: Measured) -> bool:
-    """Whether something left out saves time; physics that makes no difference does, whatever a busy machine says."""
+    """Whether a simplification saves time, or drops physics that changes nothing: times of a busy machine are noisy."""
     idle = bool(part.drops) and found.bound <= full.bound
     return found.seconds <= WORTH * full.seconds or idle
 
 
 def goes_as_far(parts: Iterable[Simplification], other: Iterable[Simplification]) -> bool:
-    """Whether something leaves out at least as much as something else, on every axis."""
+    """Whether a combination leaves out at least as much as another one, on every axis."""
     levels = {part.axis: part.level for part in parts}
     return all(levels.get(part.axis, 0) >= part.level for part in other)
 
 
 def worth(parts: Combination, found: Measured, full: Measured) -> bool:
-    """Whether a combination saves anything; leaving nothing out need not."""
+    """Whether a combination saves time; the full model need not."""
     return not parts or found.seconds <= WORTH * full.seconds
 
 

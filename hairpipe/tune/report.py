@@ -1,4 +1,4 @@
-"""What came of tuning, as rows of a table, as sentences, and as a document."""
+"""Results of tuning: rows of a table, sentences, and a document."""
 
 from dataclasses import asdict
 from typing import Any
@@ -14,7 +14,7 @@ ALIGN = "<>>>>>><"
 
 
 def header(tuned: Tuned) -> list[str]:
-    """Say what was measured, and whether the reference can tell."""
+    """Describe the sample, and whether the reference is converged within the tolerance."""
     lines = [f"sample: {described(tuned.sample, tuned.strands)}", reference_line(tuned.steps, tuned.reference)]
     if tuned.reference.error > tuned.tolerance.value:
         lines.append(f"the reference is not converged within {tuned.tolerance}: motion like this cannot be held to it")
@@ -22,7 +22,7 @@ def header(tuned: Tuned) -> list[str]:
 
 
 def reference_line(steps: str, found: Measured) -> str:
-    """Say how far the reference is converged."""
+    """Describe how well the reference is converged."""
     if found.fault:
         return f"reference: {steps}; twice as long ones: {found.fault}"
     return (
@@ -31,7 +31,7 @@ def reference_line(steps: str, found: Measured) -> str:
 
 
 def rows(tuned: Tuned) -> list[tuple[str, ...]]:
-    """Lay out what was measured: the graph as it is, and what can be left out, each on its own, and why it was."""
+    """Lay out the measurements: the full model, then each simplification on its own, with the verdict."""
     full = tuned.full
     reason = "" if full.bound <= tuned.tolerance.value else f"may be beyond {tuned.tolerance}"
     found = [HEADINGS, row("the graph as it is", full, full, tuned.tolerance, reason)]
@@ -41,22 +41,22 @@ def rows(tuned: Tuned) -> list[tuple[str, ...]]:
 
 
 def fault_lines(tuned: Tuned) -> list[str]:
-    """Say what went wrong where something was left out."""
+    """List the simplifications that failed, with their faults."""
     return [f"{part.text}: {found.fault}" for part, found in tuned.singles.items() if found.fault]
 
 
 def trial_lines(tuned: Tuned) -> list[str]:
-    """Say what was tried together, what was expected of it and what came of it."""
+    """List the combinations that were measured, with predicted and measured errors."""
     return [trial_line(tuned, trial) for trial in trials(tuned)]
 
 
 def trials(tuned: Tuned) -> list[Trial]:
-    """List what was tried together, for the tolerance and for the budget."""
+    """List the combinations that were measured, for the tolerance and for the budget."""
     return [*tuned.choice.trials, *(tuned.affordable.trials if tuned.affordable else ())]
 
 
 def trial_line(tuned: Tuned, trial: Trial) -> str:
-    """Say what came of one combination."""
+    """Describe one combination: measured and predicted error, cost, verdict."""
     found, guess, unit = trial.measured, trial.guess.bound, tuned.tolerance.unit
     expected = f"{guess:.2g} %" if unit == "%" else f"{millimetres(guess)} mm"
     cost = "" if found.fault else f", {found.seconds:.3g} s/frame"
@@ -81,7 +81,7 @@ def row(text: str, found: Measured, full: Measured, tolerance: Tolerance, reason
 
 
 def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
-    """Say why something was left out, or was not."""
+    """Explain why a simplification was taken, or was not."""
     chosen = tuned.choice.parts
     if found.fault:
         return "kept: fails, see below"
@@ -101,7 +101,7 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
 
 
 def conclusion(tuned: Tuned) -> list[str]:
-    """Say what was chosen, what it saves, and whether it holds elsewhere."""
+    """Describe the choice, what it saves, and whether it holds on the second sample."""
     choice, full, tolerance = tuned.choice, tuned.full, tuned.tolerance
     if choice.parts is None:
         lines = [
@@ -121,7 +121,7 @@ def conclusion(tuned: Tuned) -> list[str]:
 
 
 def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
-    """Say what the budget buys."""
+    """Describe the smallest error within the budget."""
     if found.parts is None:
         return f"nothing that was measured costs {budget} or less: the cheapest costs {found.measured.seconds:.3g} s"
     error, what = shown(found.measured, tolerance), "; ".join(names_of(found.parts))
@@ -129,7 +129,7 @@ def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
 
 
 def check_lines(tuned: Tuned) -> list[str]:
-    """Say what the choice comes to on the second sample."""
+    """Describe the error of the choice on the second sample."""
     check = tuned.check
     if check is None:
         return []
@@ -143,21 +143,21 @@ def check_lines(tuned: Tuned) -> list[str]:
 
 
 def shared(sample: Sample, other: Sample) -> str:
-    """Say what another sample has in common with a first one."""
+    """Describe what two samples have in common."""
     frames = len(set(sample.frames) & set(other.frames))
     both = ["all strands"] * (sample.number == other.number) + [f"{frames} of the frames"] * (frames > 0)
     return f"; as in the sample: {' and '.join(both)}" if both else ""
 
 
 def comment(tuned: Tuned, command: str) -> str:
-    """Say in a comment what settings are for, and what they were measured to be good for."""
+    """Write a comment for the settings: the command, the measurements, how to use them."""
     return "\n".join(
         [command, *header(tuned), *conclusion(tuned), "", "These tables take the place of those in the graph."]
     )
 
 
 def document(tuned: Tuned, fragment: str | None) -> dict[str, Any]:
-    """Describe it all as a document."""
+    """Describe the results of tuning as a JSON document."""
     chosen = tuned.choice.parts
     singles = [
         asdict(part) | plain(found) | {"verdict": why(tuned, Combination([part]), found)}

@@ -1,38 +1,24 @@
-"""What the store holds of a graph after a run: values, and how long they took."""
+"""Results of a run: values, and the processor time that they took."""
 
 from collections.abc import Iterable
 from typing import Any
 
-from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.plan.planner import plan
-from hairpipe.graph.plan.tasks import Task, at
-from hairpipe.graph.run.events import CODEC
-from hairpipe.graph.store.record import Record
-from hairpipe.graph.store.store import Store
-from hairpipe.graph.store.values import Values, codec_named
+from hairpipe.api.shot import Shot
 
 
 class Results:
-    """The results of a graph at these frames."""
+    """The results of a shot, of a run at these frames, that are in the cache."""
 
-    def __init__(self, graph: Graph, store: Store, frames: Iterable[int]) -> None:
-        self._graph, self._store = graph, store
-        self._keys = {entry.task: entry.key for entry in plan(graph, store, frames) if entry.status == "cached"}
-
-    def record(self, task: Task) -> Record:
-        """Give the record of a task; KeyError where it was not computed."""
-        record = self._store.record(self._keys[task] or "")
-        if record is None:
-            raise KeyError(task)
-        return record
+    def __init__(self, shot: Shot, frames: Iterable[int]) -> None:
+        self._shot, self._frames = shot, tuple(frames)
+        self._records = shot.results(self._frames)
 
     def value(self, name: str) -> Any:
-        """Read the value of a node for the shot, of one output."""
-        output, kind = next(iter(self._graph.nodes[name].type.outputs.items()))
-        values = Values(self._store, codec_named(CODEC), 0)
-        return values.get(self.record(Task(name, None)).outputs[output].object, kind)
+        """Read the value for the shot of a node; BadInput where it has not been computed."""
+        return self._shot.get(name, frames=self._frames)
 
     def seconds(self, name: str, frames: Iterable[int]) -> list[float]:
-        """List the seconds of the processor that a node took at frames or for the shot, each result once [s]."""
-        records = [self.record(at(self._graph.nodes[name], frame)) for frame in frames]
+        """List the processor time of a node at frames or for the shot, each result once [s]; KeyError without one."""
+        targets = (f"{name}@{frame}" for frame in frames) if self._shot.nodes[name].per_frame else (name,)
+        records = [self._records[target] for target in targets]
         return list({r.key: r.seconds if r.processor is None else r.processor for r in records}.values())

@@ -1,4 +1,4 @@
-"""Which strands and frames stand for a scene."""
+"""Chooses the strands and frames that represent a scene."""
 
 from dataclasses import dataclass, replace
 
@@ -46,7 +46,7 @@ def choose_sample(
     """Choose strands, and the frames in which the roots accelerate most, with as many before them to settle in.
 
     frames  of the shot
-    motion  acceleration of the roots at every frame [m/s^2], (frames,); None where nothing moves them
+    motion  acceleration of the roots at every frame [m/s^2], (frames,); None where they rest
     total   strands there are
     """
     patches = min(patches, total)

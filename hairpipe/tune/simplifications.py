@@ -1,17 +1,17 @@
-"""What can be left out of a simulation of hair, as data: which settings of the graph say less than it does."""
+"""Simplifications of a simulation of hair, as data: settings of the graph with less physics, or coarser."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from hairpipe.api.shot import Graph, Node
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.graph import Graph, Node
 
 SEGMENTS = (0.75, 0.5, 0.33)
 """Shares of the segments."""
 FEWEST_SEGMENTS = 3
 USUAL_LENGTHS = {"grow_groom": 0.005, "make_strands": 0.006}
-"""Of segments where nothing is said of them [m]: of 30 cm of straight hair."""
+"""Default lengths of segments by node type [m]: of 30 cm of straight hair."""
 STEPS = (2.0, 4.0, 8.0)
 """Factors on the lengths that bound a step."""
 FARTHEST = 1e3
@@ -28,7 +28,7 @@ TYPE = "simulate_hair"
 
 @dataclass(frozen=True)
 class Simplification:
-    """One thing left out, or made coarser.
+    """One part of the physics left out, or one discretisation made coarser.
 
     axis   what it is about; of each axis one simplification at most can be taken
     level  how far it goes on this axis: a higher one leaves out more
@@ -61,13 +61,13 @@ def touches(node: Node) -> bool:
 
 
 def of_model(node: Node) -> Iterator[Simplification]:
-    """Leave out torsion and the particles beside the axis."""
+    """Leave out torsion and the particles off the axis."""
     if node.settings["model"] == "network":
         yield Simplification("model", 1, "plain chain, no torsion", ((f"{node.name}.model", "chain"),))
 
 
 def of_precision(node: Node) -> Iterator[Simplification]:
-    """Leave digits out where that is safe."""
+    """Use single precision where that is safe."""
     if node.settings["precision"] == "double":
         text = "single precision where it is safe"
         yield Simplification("precision", 1, text, ((f"{node.name}.precision", "automatic"),))

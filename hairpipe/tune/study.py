@@ -2,22 +2,19 @@
 
 from collections.abc import Callable, Iterable, Sequence
 
+from hairpipe.api.reports import Outcome
+from hairpipe.api.shot import Shot
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.file.load import make_graph
 from hairpipe.graph.file.overrides import Tables
-from hairpipe.graph.file.read import GraphText
-from hairpipe.graph.run.events import Outcome
-from hairpipe.graph.store.store import Store
 from hairpipe.tune.measured import Measured, failed, measured_of, seconds_per_frame
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import Sample
 from hairpipe.tune.simplifications import BODIES, Simplification, scaled_steps
-from hairpipe.tune.variants import beside, simplified, with_node
+from hairpipe.tune.variants import merged_variants, simplified, with_node
 
-CarryOut = Callable[[str, Graph, Sequence[int]], Outcome]
-"""Runs a graph at frames; the text says what for."""
+CarryOut = Callable[[str, Shot, Sequence[str], Sequence[int]], Outcome]
+"""Runs a shot up to some nodes at some frames; the text describes what is measured."""
 SAMPLE, ERROR = "tune-sample", "tune-error"
 """Names of the nodes that are added."""
 FINE, FINEST = 0.5, 0.25
@@ -34,15 +31,13 @@ class Study:
     scale  strands of the scene over those of the sample
     """
 
-    def __init__(
-        self, text: GraphText, hair: str, store: Store, sample: Sample, total: int, tolerance: Tolerance, run: CarryOut
-    ) -> None:
-        self.text, self.hair, self.store, self.sample = text, hair, store, sample
+    def __init__(self, shot: Shot, hair: str, sample: Sample, total: int, tolerance: Tolerance, run: CarryOut) -> None:
+        self.shot, self.hair, self.sample = shot, hair, sample
         self.scale = total / sample.strands
         self.tolerance = tolerance
         self._run = run
-        self._tables = sampled(text.tables, hair, sample)
-        self._node = make_graph(text).node(hair)
+        self._tables = sampled(shot.tables, hair, sample)
+        self._node = shot.graph.node(hair)
         self._known: dict[frozenset[Simplification], Measured] = {}
 
     def refined(self, factor: float) -> Simplification:
@@ -54,11 +49,11 @@ class Study:
         """Measure how far the reference moves when its steps are halved."""
         found = self.measure([self.refined(FINE)])
         if found.fault:
-            raise BadInput(f"the graph itself does not get through the sample: {found.fault}", where=self.text.path)
+            raise BadInput(f"the graph itself does not get through the sample: {found.fault}", where=self.shot.path)
         return found
 
     def measure(self, parts: Iterable[Simplification]) -> Measured:
-        """Measure the scene's model with things left out; once."""
+        """Measure the scene's model with these simplifications; once."""
         parts = frozenset(parts)
         if parts not in self._known:
             self._known[parts] = self._measure(parts)
@@ -69,30 +64,30 @@ class Study:
         finest = self.refined(FINEST)
         variants = {"reference": [finest], "variant": parts}
         tables = {label: simplified(self._tables, changes) for label, changes in variants.items()}
-        merged, names = beside(tables, self.hair)
+        merged, names = merged_variants(tables, self.hair)
         edges = {"hair": names["variant"], "reference": names["reference"]}
         table = {"type": "measure_patches", "in": edges, "patches": self.sample.patches}
-        graph = make_graph(self.text.edited(with_node(merged, ERROR, table)))
-        before = [edge.node for name in names.values() for edge in graph.nodes[name].edges.values()]
-        fault = self._carry_out(text, graph, before, self.sample.simulated)
-        fault = fault or self._carry_out(f"reference: {finest.text}", graph, [names["reference"]], self.sample.frames)
-        fault = fault or self._carry_out(text, graph, [ERROR], self.sample.frames)
-        return failed(fault) if fault else self._read(graph, names["variant"])
+        shot = self.shot.edited(with_node(merged, ERROR, table))
+        before = [edge.node for name in names.values() for edge in shot.nodes[name].edges.values()]
+        fault = self._carry_out(text, shot, before, self.sample.simulated)
+        fault = fault or self._carry_out(f"reference: {finest.text}", shot, [names["reference"]], self.sample.frames)
+        fault = fault or self._carry_out(text, shot, [ERROR], self.sample.frames)
+        return failed(fault) if fault else self._read(shot, names["variant"])
 
-    def _carry_out(self, text: str, graph: Graph, nodes: Sequence[str], frames: Sequence[int]) -> str:
-        """Run a graph up to some nodes; returns what went wrong. One at a time, so that times are those of one."""
-        outcome = self._run(text, graph.upto(nodes), frames)
+    def _carry_out(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int]) -> str:
+        """Run a shot up to some nodes; returns the fault. One run at a time, so that times are those of one."""
+        outcome = self._run(text, shot, nodes, frames)
         if outcome.interrupted:
             raise Interrupted
         for failure in outcome.failures:
-            if failure.kind in ("disk", "crash", "publish"):  # which say nothing about a model
-                raise BadInput(f"{text}: {failure}", where=self.text.path)
+            if failure.kind in ("disk", "crash", "publish"):  # which are no property of a model
+                raise BadInput(f"{text}: {failure}", where=self.shot.path)
         return next((str(failure.message) for failure in outcome.failures), "")
 
-    def _read(self, graph: Graph, name: str) -> Measured:
-        results = Results(graph, self.store, self.sample.frames)
+    def _read(self, shot: Shot, name: str) -> Measured:
+        results = Results(shot, self.sample.frames)
         frames = [frame for frame in self.sample.frames if frame > self.sample.begin]
-        plugs = graph.nodes[name].edges.items()
+        plugs = shot.nodes[name].edges.items()
         bodies = [results.seconds(edge.node, frames) for plug, edge in plugs if plug.split(".")[0] in BODIES]
         seconds = seconds_per_frame(results.seconds(name, frames), bodies, len(frames), self.scale)
         return measured_of(results.value(ERROR), self.tolerance, seconds)

@@ -1,16 +1,13 @@
-"""Tunes a scene: samples it, measures what each simplification costs and saves, and chooses."""
+"""Tunes a scene: chooses a sample, measures error and time of each simplification, and chooses a combination."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from hairpipe.api.shot import Shot
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.file.load import make_graph
 from hairpipe.graph.file.overrides import Tables
-from hairpipe.graph.file.read import GraphText
-from hairpipe.graph.store.store import Store
 from hairpipe.tune.choosing import Choice, Combination, choose, choose_within
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
@@ -25,7 +22,7 @@ ROOTS = "tune-roots"
 
 @dataclass(frozen=True)
 class Check:
-    """What was promised, on strands and frames that were not sampled, as far as the scene has others.
+    """The choice, measured on strands and frames that were not sampled, as far as the scene has others.
 
     reference  how far its tips moved when its steps were halved
     """
@@ -38,14 +35,15 @@ class Check:
 
 @dataclass(frozen=True)
 class Tuned:
-    """All that came of it.
+    """The results of tuning.
 
-    strands    of the scene
-    reference  how far its tips moved when its steps were halved, and
-    steps      in words, which they are
-    full       the graph as it is
-    singles    everything that can be left out, on its own
-    budget     what was asked for, and what it buys where the choice costs more
+    strands     of the scene
+    reference   how far its tips moved when its steps were halved, and
+    steps       in words, which they are
+    full        the graph as it is
+    singles     each simplification on its own
+    budget      processor time for a frame that was asked for [s]
+    affordable  the choice within the budget, where the choice for the tolerance costs more
     """
 
     strands: int
@@ -67,17 +65,18 @@ class Tuned:
 
 
 @dataclass(frozen=True)
-class Task:
-    """What is to be tuned.
+class Request:
+    """What is to be tuned, and how.
 
-    text     of the graph file, in which nobody is like another
     hair     node that simulates
+    run      carries out a run
+    budget   processor time for a frame, to report what error it buys [s]; None where that is not asked for
+    check    whether the choice is measured on other strands and frames, too
     strands  of the sample
     """
 
-    text: GraphText
+    shot: Shot
     hair: str
-    store: Store
     tolerance: Tolerance
     run: CarryOut
     budget: float | None = None
@@ -85,51 +84,53 @@ class Task:
     strands: int = STRANDS
 
 
-def tune(task: Task, say: Callable[[str], None] = lambda line: None) -> Tuned:
+def tune(request: Request, say: Callable[[str], None] = lambda line: None) -> Tuned:
     """Measure a scene's own strands and frames, and choose; BadInput where the graph is none that can be tuned.
 
-    say  is told what is measured
+    say  receives a line about each measurement
     """
-    graph = make_graph(task.text)
-    if len(graph.all_frames) < 2:
-        raise BadInput("one frame is no motion", where=task.text.place(), right="frames = [first, last] farther apart")
-    parts = simplifications(graph, task.hair)
-    total, motion = look_at(task, graph)
-    sample = sample_of(task, graph, total, motion)
-    study = study_of(task, sample, total)
+    shot = request.shot
+    if len(shot.frames) < 2:
+        raise BadInput("one frame is no motion", where=request.shot.path, right="frames = [first, last] farther apart")
+    parts = simplifications(shot.graph, request.hair)
+    total, motion = look_at(request)
+    sample = sample_of(request, total, motion)
+    study = study_of(request, sample, total)
     say(described(sample, total))
     reference = study.converged()
     full = study.measure([])
     if full.fault:
-        raise BadInput(f"the graph itself does not get through the sample: {full.fault}", where=task.text.path)
+        raise BadInput(f"the graph itself does not get through the sample: {full.fault}", where=request.shot.path)
     singles = {part: study.measure([part]) for part in parts}
-    choice = choose(full, singles, task.tolerance.value, study.measure)
+    choice = choose(full, singles, request.tolerance.value, study.measure)
     affordable, check = None, None
-    if task.budget is not None and (choice.parts is None or choice.measured.seconds > task.budget):
-        affordable = choose_within(full, singles, task.budget, study.measure, choice.trials)
-    if task.check and choice.parts is not None:
-        other = other_sample(sample, graph.all_frames, graph.fps, motion, total)
-        check = checked(task, other, total, choice.parts, say)
+    if request.budget is not None and (choice.parts is None or choice.measured.seconds > request.budget):
+        affordable = choose_within(full, singles, request.budget, study.measure, choice.trials)
+    if request.check and choice.parts is not None:
+        other = other_sample(sample, shot.frames, shot.fps, motion, total)
+        check = checked(request, other, total, choice.parts, say)
     steps = study.refined(FINEST).text
-    return Tuned(total, sample, task.tolerance, reference, steps, full, singles, choice, task.budget, affordable, check)
+    return Tuned(
+        total, sample, request.tolerance, reference, steps, full, singles, choice, request.budget, affordable, check
+    )
 
 
-def sample_of(task: Task, graph: Graph, total: int, motion: np.ndarray | None) -> Sample:
+def sample_of(request: Request, total: int, motion: np.ndarray | None) -> Sample:
     """Choose what is measured; strands come with their neighbours where hair acts on hair."""
-    patches = PATCHES if touches(graph.node(task.hair)) else task.strands
-    return choose_sample(graph.all_frames, graph.fps, motion, total, task.strands, patches)
+    patches = PATCHES if touches(request.shot.graph.node(request.hair)) else request.strands
+    return choose_sample(request.shot.frames, request.shot.fps, motion, total, request.strands, patches)
 
 
-def checked(task: Task, sample: Sample, total: int, parts: Combination, say: Callable[[str], None]) -> Check:
+def checked(request: Request, sample: Sample, total: int, parts: Combination, say: Callable[[str], None]) -> Check:
     """Measure the graph as it is and the choice on another sample."""
-    study = study_of(task, sample, total)
+    study = study_of(request, sample, total)
     say(f"check: {described(sample, total)}")
     return Check(sample, study.measure([study.refined(FINE)]), study.measure([]), study.measure(parts))
 
 
-def study_of(task: Task, sample: Sample, total: int) -> Study:
+def study_of(request: Request, sample: Sample, total: int) -> Study:
     """Begin to measure a sample."""
-    return Study(task.text, task.hair, task.store, sample, total, task.tolerance, task.run)
+    return Study(request.shot, request.hair, sample, total, request.tolerance, request.run)
 
 
 def described(sample: Sample, total: int) -> str:
@@ -140,30 +141,30 @@ def described(sample: Sample, total: int) -> str:
     return f"{sample.strands} of {total:,} {which}strands, {how}; frames {sample.first}-{sample.last}{settle}"
 
 
-def look_at(task: Task, graph: Graph) -> tuple[int, np.ndarray | None]:
+def look_at(request: Request) -> tuple[int, np.ndarray | None]:
     """Count the strands of a scene, and measure how its roots accelerate [m/s^2], (frames,); None where none is led."""
-    edges = task.text.tables[task.hair]["in"]
-    groom = graph.nodes[task.hair].edges["groom"].node
+    shot, tables = request.shot, request.shot.tables
+    edges = tables[request.hair]["in"]
+    groom = shot.nodes[request.hair].edges["groom"].node
     leads = {name: edges[name] for name in ("body", "ends") if name in edges}
-    tables: Tables = task.text.tables
     if leads:
         tables = with_node(tables, ROOTS, {"type": "measure_roots", "in": {"groom": edges["groom"]} | leads})
-    wanted = make_graph(task.text.edited(tables)).upto([ROOTS if leads else groom])
-    outcome = task.run("how the roots move", wanted, wanted.all_frames)
+    wanted = shot.edited(tables)
+    outcome = request.run("how the roots move", wanted, [ROOTS if leads else groom], wanted.frames)
     if outcome.interrupted:
         raise Interrupted
     if outcome.failures:
-        raise BadInput(str(outcome.failures[0]), where=task.text.path)
-    results = Results(wanted, task.store, wanted.all_frames)
+        raise BadInput(str(outcome.failures[0]), where=request.shot.path)
+    results = Results(wanted, wanted.frames)
     total = len(results.value(groom).ids)
     if not leads:
         return total, None
     motion = np.array(results.value(ROOTS)["acceleration [m/s^2]"])
-    for cut in graph.node(task.hair).settings["cuts"]:  # nothing moves there: hair is carried over
-        motion[[place for place, frame in enumerate(graph.all_frames) if cut - 1 <= frame <= cut]] = 0.0
+    for cut in shot.nodes[request.hair].settings["cuts"]:  # nothing moves there: hair is carried over
+        motion[[place for place, frame in enumerate(shot.frames) if cut - 1 <= frame <= cut]] = 0.0
     return total, motion
 
 
-def chosen_tables(task: Task, parts: Combination) -> Tables:
+def chosen_tables(request: Request, parts: Combination) -> Tables:
     """Return the tables of the graph with the choice left out."""
-    return simplified(task.text.tables, parts)
+    return simplified(request.shot.tables, parts)

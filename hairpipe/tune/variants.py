@@ -1,4 +1,4 @@
-"""Variants of a graph side by side in one: what they share is there once, what differs has a name of its own."""
+"""Merges variants of a graph into one graph: common nodes once, differing nodes under names of their own."""
 
 from collections.abc import Iterable
 from copy import deepcopy
@@ -9,11 +9,11 @@ from hairpipe.graph.store.digest import digest
 from hairpipe.tune.simplifications import Simplification
 
 MARK = 8
-"""Characters of the digest that tells variants of a node apart."""
+"""Characters of the digest that distinguishes variants of a node."""
 
 
 def simplified(tables: Tables, parts: Iterable[Simplification]) -> Tables:
-    """Return the tables of a graph with things left out; pure."""
+    """Return the tables of a graph with simplifications applied; pure."""
     tables = deepcopy(tables)
     for part in parts:
         for target in part.drops:
@@ -34,10 +34,10 @@ def with_node(tables: Tables, name: str, table: Tables, instead: str | None = No
     return tables | {name: table}
 
 
-def beside(variants: dict[str, Tables], node: str) -> tuple[Tables, dict[str, str]]:
-    """Return one graph that holds a node of every variant with all behind it, and what it is called for each.
+def merged_variants(variants: dict[str, Tables], node: str) -> tuple[Tables, dict[str, str]]:
+    """Return one graph that holds a node of every variant with its dependencies, and its name there by variant.
 
-    Nothing is published. A node is called as it was, with a mark of all that is behind it.
+    Nothing is published. A node keeps its name, followed by a digest of all that it depends on.
     """
     merged: Tables = {}
     names = {label: gather(merged, tables, node, {}) for label, tables in variants.items()}
@@ -46,7 +46,7 @@ def beside(variants: dict[str, Tables], node: str) -> tuple[Tables, dict[str, st
 
 
 def gather(merged: Tables, tables: Tables, node: str, known: dict[str, str]) -> str:
-    """Add a node and all behind it to merged tables, in place, and return what it is called there."""
+    """Add a node and its dependencies to merged tables, in place, and return its name there."""
     if node not in known:
         table = {key: value for key, value in tables[node].items() if key != "publish"}
 

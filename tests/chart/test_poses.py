@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.plot_strand import plot_strand
+from hairpipe.graphs.experiments.nodes.plot_strand import plot_strand
 from PIL import Image
 
 from hairpipe.chart.poses import Panel, Pose, draw_poses, grid_for, panels_of, pieces_of

@@ -5,8 +5,8 @@ import inspect
 import numba
 import numpy as np
 import pytest
+from hairpipe.graphs.experiments.nodes.time_hair import time_hair
 from hairpipe.nodes.simulate_hair import simulate_hair
-from hairpipe.nodes.time_hair import time_hair
 
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time

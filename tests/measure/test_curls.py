@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_curls import measure_curls
+from hairpipe.graphs.experiments.nodes.measure_curls import measure_curls
 
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_slip import measure_slip
+from hairpipe.graphs.experiments.nodes.measure_slip import measure_slip
 
 from hairpipe.data import Strands
 from hairpipe.graph import Frames, Time

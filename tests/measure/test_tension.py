@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_tension import measure_tension
+from hairpipe.graphs.experiments.nodes.measure_tension import measure_tension
 
 from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands

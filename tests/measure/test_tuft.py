@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_tuft import measure_tuft
+from hairpipe.graphs.experiments.nodes.measure_tuft import measure_tuft
 
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_event import measure_event
-from hairpipe.nodes.summarize_tables import summarize_tables
+from hairpipe.graphs.experiments.nodes.measure_event import measure_event
+from hairpipe.graphs.experiments.nodes.summarize_tables import summarize_tables
 
 from hairpipe.data.table import table_of_columns
 from hairpipe.errors import BadInput

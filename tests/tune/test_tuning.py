@@ -6,20 +6,18 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from hairpipe.api.shot import Shot, load
 from hairpipe.cli.commands.tune import runner
 from hairpipe.cli.entry import commands
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.like import written_out
-from hairpipe.graph.file.load import make_graph, read_edited
-from hairpipe.graph.plan.tasks import Task as GraphTask
+from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import Failure, Outcome
-from hairpipe.graph.store.store import Store
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import choose_sample
 from hairpipe.tune.simplifications import simplifications
 from hairpipe.tune.study import Study
-from hairpipe.tune.tuning import Task, look_at, sample_of
+from hairpipe.tune.tuning import Request, look_at, sample_of
 
 SCENE = """schema = 1
 frames = [1, 8]
@@ -44,6 +42,10 @@ def scene(tmp_path_factory) -> Path:
     path = tmp_path_factory.mktemp("tune") / "scene.toml"
     path.write_text(SCENE)
     return path
+
+
+def opened(path: Path) -> Shot:
+    return load(path, cache=path.parent / "cache")
 
 
 def tune(scene: Path, *arguments: str, expected: int = 0) -> tuple[dict, str]:
@@ -102,10 +104,9 @@ def test_what_a_scene_cannot_be_modelled_by_is_kept(scene):
     curls = SCENE.replace("spacing", "curl = { radius = 0.01, pitch = 0.02 }\nspacing").replace('"chain"', '"network"')
     path = scene.parent / "curls.toml"
     path.write_text(curls.replace("segments = 5", "segments = 12"))
-    text, store = written_out(read_edited(path, {})), Store(scene.parent / "cache")
-    (chain, *_) = simplifications(make_graph(text), "hair")
+    (chain, *_) = simplifications(opened(path).graph, "hair")
     sample = choose_sample(range(1, 9), 24.0, None, 8, 8, 4)
-    study = Study(text, "hair", store, sample, 8, Tolerance(0.02, "m"), runner(store, True))
+    study = Study(opened(path), "hair", sample, 8, Tolerance(0.02, "m"), runner(True))
     assert chain.axis == "model" and "a chain is straight at rest" in study.measure([chain]).fault
     assert not study.measure([]).fault
 
@@ -119,15 +120,7 @@ def test_a_cut_is_no_motion(scene):
     motions = []
     for text in (led, led.replace("cuts = [5]", "")):
         path.write_text(text)
-        written = written_out(read_edited(path, {}))
-        task = Task(
-            written,
-            "hair",
-            Store(scene.parent / "cache"),
-            Tolerance(0.02, "m"),
-            runner(Store(scene.parent / "cache"), True),
-        )
-        motions.append(look_at(task, make_graph(written))[1])
+        motions.append(look_at(Request(opened(path), "hair", Tolerance(0.02, "m"), runner(True)))[1])
     assert motions[1][3] > 1e3 and motions[1][4] > 1e3
     assert not motions[0].any()
 
@@ -137,27 +130,24 @@ def test_hair_that_touches_none_is_sampled_strand_by_strand(scene):
     path.write_text(SCENE.replace("[hair.stiction]", ""))
     patches = []
     for graph in (path, scene):
-        text, store = written_out(read_edited(graph, {})), Store(scene.parent / "cache")
-        task = Task(text, "hair", store, Tolerance(0.02, "m"), runner(store, True), strands=6)
-        patches.append(sample_of(task, make_graph(text), 8, None).patches)
+        request = Request(opened(graph), "hair", Tolerance(0.02, "m"), runner(True), strands=6)
+        patches.append(sample_of(request, 8, None).patches)
     assert patches == [6, 4]
 
 
 def test_a_result_for_the_shot_takes_its_time_once(scene):
-    graph, store = make_graph(written_out(read_edited(scene, {}))), Store(scene.parent / "cache")
-    assert not runner(store, True)("all", graph, graph.all_frames).failures
-    results = Results(graph, store, graph.all_frames)
+    shot = opened(scene)
+    assert not runner(True)("all", shot, ["hair"], shot.frames).failures
+    results = Results(shot, shot.frames)
     assert len(results.seconds("groom", [1, 2, 3])) == 1 and len(results.seconds("hair", [1, 2, 3])) == 3
 
 
 def test_a_full_disk_says_nothing_about_a_model(scene):
-    text = written_out(read_edited(scene, {}))
-
     def full(*_) -> Outcome:
-        failure = Failure(GraphTask("hair", 3), "disk", "No space left on device")
+        failure = Failure(Task("hair", 3), "disk", "No space left on device")
         return Outcome(0, 0, 0, (failure,), (), {}, {}, False)
 
     sample = choose_sample(range(1, 9), 24.0, None, 8, 8, 4)
-    study = Study(text, "hair", Store(scene.parent / "cache"), sample, 8, Tolerance(0.02, "m"), full)
+    study = Study(opened(scene), "hair", sample, 8, Tolerance(0.02, "m"), full)
     with pytest.raises(BadInput, match="hair@3: No space left"):
         study.measure([])

@@ -10,7 +10,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
 from hairpipe.tune.fragment import changed_tables, write_toml
 from hairpipe.tune.simplifications import scaled_steps, simplifications
-from hairpipe.tune.variants import beside, simplified, with_node
+from hairpipe.tune.variants import merged_variants, simplified, with_node
 
 SCENE = """schema = 1
 frames = [1, 30]
@@ -88,7 +88,7 @@ def test_variants_share_what_they_have_in_common(scene):
         "coarse": simplified(tables, [parts["voxels"][0]]),
         "dry": simplified(tables, [parts["stiction"][0]]),
     }
-    merged, names = beside(variants, "hair")
+    merged, names = merged_variants(variants, "hair")
     kinds = [table["type"] for table in merged.values() if isinstance(table, dict)]
     assert {kind: kinds.count(kind) for kind in kinds} == {
         "make_bust": 1,

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hairpipe.api.formatting import duration, plural, table
 from hairpipe.cli import options
-from hairpipe.cli.wording import duration, plural, say, table
+from hairpipe.cli.stderr import say
 
 if TYPE_CHECKING:
     from hairpipe.bench.contact import Report as ContactReport
@@ -33,9 +34,9 @@ def core(as_json: bool) -> None:
     """Measure the strand core: time per particle of a solve and of a step.
 
     A solve is one linearly implicit stage: forces, choice of altitude springs, assembly, factorisation and
-    substitution. Beside it, from the same minutes: what the machine could do at best in arithmetic and in moving
-    numbers, the least time that leaves for a solve, and what a prototype took. Medians, with the middle half of all
-    runs.
+    substitution. For comparison, measured in the same minutes: the peak arithmetic rate and memory bandwidth of
+    the machine, the lower bound they set for a solve, and the time of a prototype. Medians, with the middle half of
+    all runs.
     """
     with tempfile.TemporaryDirectory() as folder:
         # An empty folder for kernels: numba, which looks for it when it is first imported, would run old machine code
@@ -54,11 +55,11 @@ def core(as_json: bool) -> None:
 @click.option("--segments", type=click.IntRange(min=100), multiple=True, help="Of all hair; 1e4, 1e5 and 1e6 without.")
 @options.as_json
 def contact(segments: tuple[int, ...], as_json: bool) -> None:
-    """Measure hair that touches: seconds a frame of a shaking head with everything on, and where they go.
+    """Measure hair in contact: seconds a frame of a shaking head with all physics on, and their shares.
 
     Hair of 25 cm and 50 segments a strand on our bust, which turns to and fro by 60 degrees 1.5 times a second;
     stiction, collisions, strain limit and body; 10 steps to a frame of 1/24 s. Medians over a few frames, after as many
-    as it takes to fall, touch and stick.
+    as the hair takes to fall, touch and stick.
     """
     with tempfile.TemporaryDirectory() as folder:
         os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
@@ -77,21 +78,20 @@ def contact(segments: tuple[int, ...], as_json: bool) -> None:
 @options.cache
 @options.as_json
 def paper(scenes: tuple[str, ...], overrides: dict[str, str], cache: Path, as_json: bool) -> None:
-    """Print Table 2 of Selle, Lentine, Fedkiw 2008 again: seconds a frame of the scenes in graphs/paper.
+    """Reproduce Table 2 of Selle, Lentine, Fedkiw 2008: seconds a frame of the scenes in graphs/paper.
 
-    A frame is 1/24 s, everything is on. Hair is let go at half a second of the shot, where the head is in full motion;
-    medians over its frames 6 to 8.
-    Without a SCENE, those that the paper has. What hair depends on is kept in the store.
+    A frame is 1/24 s, all physics is on. The simulation starts at half a second of the shot, where the head is in full
+    motion; medians over its frames 6 to 8.
+    Without a SCENE, those of the paper. The inputs of the simulation are kept in the cache.
     """
     with tempfile.TemporaryDirectory() as folder:
         os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+        from hairpipe.api.source import find_graph
         from hairpipe.bench.paper import PRINTED, measure_paper
-        from hairpipe.cli.shipped import find_graph
-        from hairpipe.graph.store.store import Store
 
         cache.mkdir(parents=True, exist_ok=True)
         graphs = {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}
-        report = measure_paper(say, graphs, Store(cache), overrides)
+        report = measure_paper(say, graphs, cache, overrides)
     if as_json:
         click.echo(json.dumps(document(report), indent=2))
     else:
@@ -102,12 +102,12 @@ def paper(scenes: tuple[str, ...], overrides: dict[str, str], cache: Path, as_js
 @click.option("--seed", type=int, default=0, show_default=True, help="Chooses what is done, and where.")
 @options.as_json
 def faults(seed: int, as_json: bool) -> None:
-    """Try what the engine withstands: poisoned folders, kills, damaged stores, cleanings beside runs.
+    """Test the engine against faults: poisoned folders, kills, damaged stores, cleanings during runs.
 
-    On a toy graph, in a temporary folder; it takes minutes. Each trial has to end in the bytes of a run that nobody
-    disturbed, or in a refusal of one line, and nothing may be computed whose result is there.
+    On a toy graph, in a temporary folder; it takes minutes. Each trial has to end with the bytes of an undisturbed
+    run, or with a refusal of one line, and no result that is in the store may be computed again.
 
-    Exit code 0: everything held, 1: something did not.
+    Exit code 0: all trials passed, 1: some failed.
     """
     from hairpipe.bench.faults import try_faults
     from hairpipe.io.hdf5 import digest_file

@@ -1,23 +1,23 @@
-"""`hairpipe cache`: what is kept, whether it is whole, and what may go."""
+"""`hairpipe cache`: list, verify and clean the cache of results."""
 
 import json
 import re
 import sys
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from hairpipe.cli import completion, options
-from hairpipe.cli.wording import duration, plural, shown, size, table
+import hairpipe
+from hairpipe.api.formatting import duration, plural, shown, size, table
+from hairpipe.cli import options
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import one_line
 
 if TYPE_CHECKING:
-    from hairpipe.graph.plan.gc import Item
+    from hairpipe.api.cache import Item
 
 AGES = {"s": 1, "min": 60, "h": 3600, "d": 86400, "w": 7 * 86400}
 SIZES = {"": 1, "B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
@@ -40,7 +40,7 @@ def measured(units: dict[str, int]) -> Callable:
 
 @click.group()
 def cache() -> None:
-    """Look after the folder where results are kept."""
+    """List, verify and clean the folder of results."""
 
 
 @cache.command()
@@ -48,10 +48,7 @@ def cache() -> None:
 @options.as_json
 def ls(cache: Path, as_json: bool) -> None:
     """List the results, the latest used first."""
-    from hairpipe.graph.plan.gc import items
-    from hairpipe.graph.store.store import Store
-
-    found = sorted(items(Store(cache, read_only=True)), key=lambda item: -item.used)
+    found = hairpipe.Cache(cache).results()
     if as_json:
         click.echo(json.dumps({"results": [described(item) for item in found]}, indent=2))
     elif found:
@@ -86,10 +83,7 @@ def described(item: "Item") -> dict[str, object]:
 @options.as_json
 def du(cache: Path, as_json: bool) -> None:
     """Add up the disk space by node type."""
-    from hairpipe.graph.plan.gc import usage
-    from hairpipe.graph.store.store import Store
-
-    used = usage(Store(cache, read_only=True))
+    used = hairpipe.Cache(cache).usage()
     if as_json:
         rows = {name: {"results": count, "size": total} for name, (count, total) in used.items()}
         click.echo(json.dumps({"cache": str(cache), "types": rows}, indent=2))
@@ -104,19 +98,11 @@ def du(cache: Path, as_json: bool) -> None:
 @options.cache
 @options.as_json
 def verify(cache: Path, as_json: bool) -> None:
-    """Read everything; remove what is damaged, so that the next run computes it again. Compiled kernels are read too.
+    """Read every result and every compiled kernel; remove what is damaged, which the next run computes again.
 
-    Exit code 0: all is whole, 1: something was damaged, or could not be read.
+    Exit code 0: all is intact, 1: something was damaged, or could not be read.
     """
-    from hairpipe.graph.plan.gc import verify as read_all
-    from hairpipe.graph.run.machine_code import kernels_parent
-    from hairpipe.graph.store.store import Store
-    from hairpipe.io.hdf5 import digest_file
-
-    kernels: Path | None = None
-    with suppress(OSError):  # without a home none are kept
-        kernels = kernels_parent()
-    found = read_all(Store(cache), digest_file, kernels)
+    found = hairpipe.Cache(cache).verify()
     if as_json:
         click.echo(json.dumps({"cache": str(cache), "damaged": found.damaged, "unread": found.unread}, indent=2))
     else:
@@ -127,24 +113,28 @@ def verify(cache: Path, as_json: bool) -> None:
 
 
 @cache.command()
-@click.argument("graphs", nargs=-1, metavar="[GRAPH]...", shell_complete=completion.complete_graph)
-@click.option("--older", metavar="7d", callback=measured(AGES), help="Only what was not used for this long goes.")
-@click.option("--size", "limit", metavar="20GB", callback=measured(SIZES), help="Only as much goes as has to.")
-@click.option("--dry-run", is_flag=True, help="Only say what would go.")
+@options.graphs
+@click.option(
+    "--older", metavar="7d", callback=measured(AGES), help="Remove only results that were not used for this long."
+)
+@click.option(
+    "--size",
+    "limit",
+    metavar="20GB",
+    callback=measured(SIZES),
+    help="Remove only as many as it takes to get below this size.",
+)
+@click.option("--dry-run", is_flag=True, help="Only report what would be removed.")
 @options.cache
 @options.as_json
 def gc(
     graphs: tuple[str, ...], older: float | None, limit: float | None, dry_run: bool, cache: Path, as_json: bool
 ) -> None:
-    """Remove results, the least recently used first; those that the given graphs reach stay in any case."""
-    from hairpipe.cli.shipped import open_graph
-    from hairpipe.graph.plan.gc import clean, live_keys
-    from hairpipe.graph.store.store import Store
-
+    """Remove results, the least recently used first; results of the given graphs always stay."""
     if not graphs and older is None and limit is None:
         raise BadInput("nothing says what to keep", where="gc", right="graphs, --older or --size")
-    keep = live_keys(Store(cache), [open_graph(graph, {}) for graph in graphs])
-    gone = clean(Store(cache, read_only=dry_run), keep=keep, older=older or 0.0, size=int(limit or 0))
+    keep = [hairpipe.load(graph, cache=cache) for graph in graphs]
+    gone = hairpipe.Cache(cache).clean(keep, older=older or 0.0, size=int(limit or 0), dry_run=dry_run)
     if as_json:
         document = {"cache": str(cache), "dry_run": dry_run, "results": gone.records, "objects": gone.objects}
         click.echo(json.dumps(document | {"size": gone.size}, indent=2))

@@ -1,4 +1,4 @@
-"""`hairpipe explain`: all there is to say about one result."""
+"""`hairpipe explain`: the inputs of one result, and its differences to the latest one."""
 
 import json
 import time
@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import hairpipe
+from hairpipe.api.formatting import duration, size, table
 from hairpipe.cli import options
-from hairpipe.cli.wording import duration, size, table
 from hairpipe.graph.node.messages import one_line
 
 if TYPE_CHECKING:
-    from hairpipe.graph.plan.planner import Explanation
-    from hairpipe.graph.store.digest import Parts
-    from hairpipe.graph.store.record import Record
+    from hairpipe.api.selection import Target
+    from hairpipe.api.shot import Explanation, Record
 
 
 @click.command()
@@ -26,26 +26,17 @@ if TYPE_CHECKING:
 @options.as_json
 def explain(
     graph: str,
-    target: options.Target,
+    target: "Target",
     frames: tuple[int, ...] | None,
     overrides: dict[str, str],
     cache: Path,
     as_json: bool,
 ) -> None:
-    """Say all there is to say about one result.
-
-    What it is made of, whether it is there, and every difference to the one before.
+    """Explain one result: its inputs, whether it is in the cache, and every difference to the latest one.
 
     The result is that of a node at a frame, `hair@12`, or of a node that has one value for the shot, `groom`.
     """
-    from hairpipe.cli.shipped import open_graph
-    from hairpipe.graph.plan.planner import explain as find_out
-    from hairpipe.graph.plan.tasks import Task
-    from hairpipe.graph.store.store import Store
-
-    opened = open_graph(graph, overrides)
-    opened.output(target.node, target.output)
-    found = find_out(opened, Store(cache), Task(target.node, target.frame), frames)
+    found = hairpipe.load(graph, options.parsed(overrides), cache=cache).explain(target, frames=frames)
     click.echo(json.dumps(document(found), indent=2) if as_json else text(found))
 
 
@@ -63,11 +54,11 @@ def text(found: "Explanation") -> str:
 
 
 def reasons(found: "Explanation") -> list[str]:
-    """List why a result is not there."""
+    """List the reasons why a result is not in the cache."""
     return [] if found.entry.status == "cached" else list(found.reasons)
 
 
-def made_of(parts: "Parts") -> list[tuple[str, str, str]]:
+def made_of(parts: dict[str, Any]) -> list[tuple[str, str, str]]:
     """List what a key is made of: kind, name, value or digest."""
     rows = [("type", parts["type"], ""), ("code", "", parts["code"])]
     rows += [("setting", name, json.dumps(value)) for name, value in parts["settings"].items()]
@@ -91,7 +82,7 @@ def outputs(record: "Record", thinned: frozenset[str]) -> list[tuple[str, str, s
 
 
 def evaluated(record: "Record") -> str:
-    """Say when a result was computed, how long that took, and what the node had to say."""
+    """Write when a result was computed, in how long, and with which warnings."""
     when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.created))
     return "\n".join(
         [f"computed {when} in {duration(record.seconds)}", *(one_line(f"warning: {w}") for w in record.warnings)]

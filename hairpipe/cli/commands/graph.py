@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+import hairpipe
 from hairpipe.cli import options
 
 if TYPE_CHECKING:
-    from hairpipe.graph.file.graph import Graph
+    from hairpipe.api.shot import Graph
 
 DOT_SHAPES = {"once": "box", "each": "ellipse", "scan": "doubleoctagon"}
 MERMAID_SHAPES = {"once": '["{}"]', "each": '(["{}"])', "scan": '[["{}"]]'}
@@ -20,16 +21,15 @@ MERMAID_SHAPES = {"once": '["{}"]', "each": '(["{}"])', "scan": '[["{}"]]'}
 @options.to
 @click.option("--format", "form", type=click.Choice(["dot", "mermaid", "json"]), default="dot", show_default=True)
 def graph(graph: str, overrides: dict[str, str], to: tuple[str, ...], form: str) -> None:
-    """Print a graph, for others to draw.
+    """Print a graph, for other programs to draw.
 
     The formats are those of graphviz and mermaid, and JSON.
 
-    Boxes are values for the shot, round nodes have one value per frame, double ones go on from the frame before.
+    Boxes are values for the shot, round nodes have one value per frame, double ones continue from the previous frame.
     """
-    from hairpipe.cli.shipped import open_graph
-
     write = {"dot": as_dot, "mermaid": as_mermaid, "json": lambda graph: json.dumps(document(graph), indent=2)}[form]
-    click.echo(write(open_graph(graph, overrides, to)))
+    opened = hairpipe.load(graph, options.parsed(overrides)).graph
+    click.echo(write(opened.upto(to) if to else opened))
 
 
 def as_dot(graph: "Graph") -> str:

@@ -1,4 +1,4 @@
-"""`hairpipe nodes`: which node types there are, and what they take and give."""
+"""`hairpipe nodes`: list the node types, and describe their inputs, outputs and settings."""
 
 import dataclasses
 import json
@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hairpipe.api.formatting import table
 from hairpipe.cli import completion, options
-from hairpipe.cli.shipped import find_graph
-from hairpipe.cli.wording import table
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
-    from hairpipe.graph.file.registry import Registry
-    from hairpipe.graph.node.declare import NodeType, Socket
-    from hairpipe.graph.node.fields import Field
+    from hairpipe.api.node_types import Field, NodeType, Registry, Socket
 
 VIEWS = {
     "now": "",
@@ -33,39 +30,32 @@ MODES = {
 
 @click.command()
 @click.argument("name", metavar="[TYPE]", required=False, shell_complete=completion.complete_type)
-@click.option("--graph", shell_complete=completion.complete_graph, help="Also the types in `nodes` beside this graph.")
+@click.option(
+    "--graph", shell_complete=completion.complete_graph, help="Also the types in the folder `nodes` next to this graph."
+)
+@click.option("--all", "everything", is_flag=True, help="Also the types that only graphs/experiments use.")
 @options.as_json
-def nodes(name: str | None, graph: str | None, as_json: bool) -> None:
+def nodes(name: str | None, graph: str | None, everything: bool, as_json: bool) -> None:
     """List the node types, or describe one.
 
     Of one: inputs, outputs, and settings with unit, range and default.
     """
-    from hairpipe.graph.file.registry import Registry
+    from hairpipe.api.node_types import node_types, summary_of
 
-    catalogue = Registry(find_graph(graph).parent / "nodes" if graph else None)
+    if graph and everything:
+        raise click.UsageError("--graph and --all exclude each other: --graph lists all types that a graph finds.")
+    catalogue = node_types(graph, experiments=everything or name is not None)
     if name is not None:
         node_type = catalogue.find(name)
         click.echo(json.dumps(document(node_type), indent=2) if as_json else text(node_type))
     elif as_json:
         click.echo(json.dumps({"nodes": [entry(catalogue, name) for name in catalogue.names()]}, indent=2))
     else:
-        click.echo(table([(name, summary(catalogue, name)) for name in catalogue.names()], "<<"))
-
-
-def summary(catalogue: "Registry", name: str) -> str:
-    """Give the first line of a node type's help, or say why it cannot be loaded."""
-    from hairpipe.graph.file.trust import Untrusted
-
-    try:
-        return catalogue.find(name).summary
-    except Untrusted as doubt:
-        return f"(not trusted: hairpipe trust {doubt.folder})"
-    except BadInput as fault:
-        return f"({fault})"
+        click.echo(table([(name, summary_of(catalogue, name)) for name in catalogue.names()], "<<"))
 
 
 def entry(catalogue: "Registry", name: str) -> dict[str, Any]:
-    """Describe a node type as a JSON document, or say why it cannot be loaded."""
+    """Describe a node type as a JSON document, or report why it cannot be loaded."""
     try:
         return document(catalogue.find(name))
     except BadInput as fault:
@@ -74,7 +64,7 @@ def entry(catalogue: "Registry", name: str) -> dict[str, Any]:
 
 def text(node_type: "NodeType") -> str:
     """Describe a node type."""
-    from hairpipe.graph.node.fields import fields_of
+    from hairpipe.api.node_types import fields_of
 
     parts = [f"{node_type.name}: {MODES[node_type.mode]}\n{node_type.summary}"]
     parts += part("inputs", [(s.name, describe_socket(s)) for s in node_type.sockets.values()])
@@ -115,7 +105,7 @@ def fields_within(field: "Field") -> tuple["Field", ...]:
 
 def document(node_type: "NodeType") -> dict[str, Any]:
     """Describe a node type as a JSON document."""
-    from hairpipe.graph.node.fields import fields_of
+    from hairpipe.api.node_types import fields_of
 
     return {
         "name": node_type.name,

@@ -1,18 +1,12 @@
 """`hairpipe plan`: what a run would do, and why."""
 
 import json
-from collections import Counter
-from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
+import hairpipe
 from hairpipe.cli import options
-from hairpipe.cli.wording import plural, table
-
-if TYPE_CHECKING:
-    from hairpipe.graph.plan.planner import Entry
 
 
 @click.command()
@@ -32,55 +26,15 @@ def plan(
     cache: Path,
     as_json: bool,
 ) -> None:
-    """Say what a run would do, and why.
-
-    Every node and frame is looked at; nothing is run, nothing is written.
+    """Report what a run would do to every node and frame, and why. Nothing is computed or written.
 
     "will run" gives the first difference to the latest result; `hairpipe explain` gives all of them. "depends on X"
-    runs only if X comes out different from before.
+    runs only if the new result of X differs from the previous one.
     """
-    from hairpipe.cli.shipped import open_graph
-    from hairpipe.graph.file.bounds import Bounds
-    from hairpipe.graph.plan.planner import plan as make_plan
-    from hairpipe.graph.store.store import Store
-
-    opened = open_graph(graph, overrides, to)
-    Bounds(opened, cache, publish_root).check()
-    entries = make_plan(opened, Store(cache), frames)
+    shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
+    found = shot.plan(frames, to=to, publish_root=publish_root)
     if as_json:
-        tasks = [entry.task._asdict() | {"status": entry.status, "reason": entry.reason} for entry in entries]
+        tasks = [entry.task._asdict() | {"status": entry.status, "reason": entry.reason} for entry in found]
         click.echo(json.dumps({"tasks": tasks}, indent=2))
     else:
-        click.echo(table(rows_of(entries), "<<<"))
-        click.echo(total(entries))
-
-
-def rows_of(entries: Iterable["Entry"]) -> list[tuple[str, str, str]]:
-    """Fold the frames of each node that share a fate: node, frames, what and why."""
-    from hairpipe.graph.file.frameset import fold_frames
-
-    groups: dict[tuple[str, str], list[int]] = {}
-    for entry in entries:
-        frames = groups.setdefault((entry.task.node, fate(entry)), [])
-        frames += [] if entry.task.frame is None else [entry.task.frame]
-    rows, known = [], set()
-    for (node, what), frames in groups.items():
-        rows.append(("" if node in known else node, fold_frames(frames), what))
-        known.add(node)
-    return rows
-
-
-def fate(entry: "Entry") -> str:
-    """Say what would happen to a task, in words that are the same for like frames."""
-    if entry.status == "cached":
-        return "cached"
-    if entry.status == "run":
-        return f"will run: {entry.reason}"
-    return f"depends on {entry.reason.partition('@')[0]}"
-
-
-def total(entries: Iterable["Entry"]) -> str:
-    """Count the tasks."""
-    counts = Counter(entry.status for entry in entries)
-    waiting = f", {counts['depends']:,} depend on what comes out" if counts["depends"] else ""
-    return f"{plural(counts['run'], 'result')} to compute{waiting}, {counts['cached']:,} cached"
+        click.echo(found)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 import click
 
-from hairpipe.cli.wording import plural, say, table
+from hairpipe.api.formatting import plural, table
+from hairpipe.cli.stderr import say
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import one_line
 
@@ -24,7 +25,7 @@ Result = TypeVar("Result")
 def trust(folder: Path | None, as_list: bool, revoke: bool) -> None:
     """Trust the code in a folder of nodes.
 
-    FOLDER is the folder `nodes` beside a graph file. What is in it is code, which no graph may bring along unseen: it
+    FOLDER is the folder `nodes` next to a graph file. It holds code, which no graph may bring along unseen: it
     is imported once it is trusted as it is, and when it has changed it has to be trusted again. Our own nodes and
     those of installed packages need nothing.
 

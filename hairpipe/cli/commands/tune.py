@@ -1,4 +1,4 @@
-"""`hairpipe tune`: what of a model a scene needs."""
+"""`hairpipe tune`: find the cheapest model of hair that keeps a tolerance in a scene."""
 
 import json
 import os
@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING
 
 import click
 
+import hairpipe
+from hairpipe.api.formatting import shown, table
 from hairpipe.cli import completion, options
-from hairpipe.cli.wording import say, shown, table
+from hairpipe.cli.stderr import say
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import one_line
 from hairpipe.plain_file import check_plain
 
 if TYPE_CHECKING:
-    from hairpipe.graph.file.graph import Graph
-    from hairpipe.graph.run.events import Event, Outcome
-    from hairpipe.graph.store.store import Store
+    from hairpipe.api.reports import Event, Outcome
+    from hairpipe.api.shot import Shot
     from hairpipe.tune.quantity import Tolerance
     from hairpipe.tune.study import CarryOut
 
@@ -66,12 +67,17 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
     callback=read_tolerance,
     help="How far tips and whole strands may be off: a length, or a share of that of the strands.",
 )
-@click.option("--budget", metavar="5s", callback=read_budget, help="For a frame: say what error it buys.")
-@click.option("--check", is_flag=True, help="Measure the choice on other strands and frames, too.")
+@click.option(
+    "--budget",
+    metavar="5s",
+    callback=read_budget,
+    help="Processor time for a frame: report the smallest error within it.",
+)
+@click.option("--check", is_flag=True, help="Also measure the choice on other strands and frames.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), callback=read_output, help="File for the settings.")
 @options.overrides
 @options.cache
-@click.option("-q", "--quiet", is_flag=True, help="Say nothing of the runs.")
+@click.option("-q", "--quiet", is_flag=True, help="Do not report the runs.")
 @options.as_json
 def tune(
     graph: str,
@@ -88,30 +94,24 @@ def tune(
     """Find the cheapest model that keeps a tolerance.
 
     Errors are those of tips or of whole strands, the larger, root mean square, against the graph's own model at a
-    quarter of its steps; seconds are those of the processor on one thread, scaled to all strands. What is chosen was
-    measured as it is, not summed up from its parts. All of it is kept like any other result: asked again, nothing is
-    computed.
+    quarter of its steps; seconds are those of the processor on one thread, scaled to all strands. The
+    chosen combination was measured itself, not predicted from its parts. All results are cached: the same command,
+    given again, computes nothing.
 
     The settings are TOML tables that take the place of those in the graph. Exit codes: 0 found, 1 nothing keeps the
     tolerance, or the check is beyond it, 2 bad input, 130 interrupted.
     """
-    from hairpipe.cli.shipped import find_graph
-    from hairpipe.graph.file.like import written_out
-    from hairpipe.graph.file.load import read_edited
     from hairpipe.graph.store.atomic import write_text
-    from hairpipe.graph.store.store import Store
     from hairpipe.tune import report
     from hairpipe.tune.fragment import changed_tables, write_toml
     from hairpipe.tune.study import Interrupted
-    from hairpipe.tune.tuning import Task, chosen_tables
+    from hairpipe.tune.tuning import Request, chosen_tables
     from hairpipe.tune.tuning import tune as find
 
-    text = written_out(read_edited(find_graph(graph), overrides))
-    cache.mkdir(parents=True, exist_ok=True)
-    store = Store(cache)
-    task = Task(text, node, store, tolerance, runner(store, quiet), budget, check)
+    shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
+    request = Request(shot, node, tolerance, runner(quiet), budget, check)
     try:
-        tuned = find(task, say if not quiet else lambda line: None)
+        tuned = find(request, say if not quiet else lambda line: None)
     except Interrupted:
         say("hairpipe: interrupted; what was measured is kept, the same command goes on from there")
         sys.exit(INTERRUPTED)
@@ -119,7 +119,7 @@ def tune(
     if tuned.choice.parts is not None:
         words = ["hairpipe", "tune", graph, "--node", node, "--tolerance", str(tolerance).replace(" ", "")]
         command = shlex.join(words + [word for pair in overrides.items() for word in ("--set", "=".join(pair))])
-        tables = changed_tables(text.tables, chosen_tables(task, tuned.choice.parts))
+        tables = changed_tables(shot.tables, chosen_tables(request, tuned.choice.parts))
         fragment = write_toml(tables, report.comment(tuned, command))
     if as_json:
         click.echo(json.dumps(report.document(tuned, fragment), indent=2))
@@ -130,20 +130,17 @@ def tune(
         click.echo("\n\n".join("\n".join(lines) for lines in parts if lines))
         if fragment is not None and not output:
             click.echo(f"\n{fragment}", nl=False)
-    if output and fragment is not None:  # last: should the disk be full, what was found has been said
+    if output and fragment is not None:  # last: should the disk be full, the findings have been printed
         write_text(output, fragment)
         click.echo(f"settings: {shown(output)}", err=as_json)
     sys.exit(0 if tuned.kept else 1)
 
 
-def runner(store: "Store", quiet: bool) -> "CarryOut":
-    """Make what carries a run out and says what is measured; a warning that many models give is passed on once."""
-    from hairpipe.graph.run.scheduler import Options
-    from hairpipe.graph.run.scheduler import run as carry_out
-
+def runner(quiet: bool) -> "CarryOut":
+    """Make a function that runs a shot and reports what is measured; a warning of many models is reported once."""
     said: set[str] = set()
 
-    def run(text: str, graph: "Graph", frames: Sequence[int]) -> "Outcome":
+    def run(text: str, shot: "Shot", nodes: Sequence[str], frames: Sequence[int]) -> "Outcome":
         def report(event: "Event") -> None:
             mark = event.message if event.kind == "warning" else text
             if event.kind not in ("started", "warning") or mark in said or (quiet and event.kind == "started"):
@@ -151,6 +148,6 @@ def runner(store: "Store", quiet: bool) -> "CarryOut":
             said.add(mark)
             say(f"warning: {text}: {mark}" if event.kind == "warning" else f"measuring: {text}")
 
-        return carry_out(graph, store, frames, Options(jobs=1), report)
+        return shot.run(frames, to=nodes, jobs=1, progress=report).outcome
 
     return run

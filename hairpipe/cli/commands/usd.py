@@ -1,4 +1,4 @@
-"""`hairpipe usd`: look at USD files."""
+"""`hairpipe usd`: check USD files."""
 
 import json
 import sys
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @click.group()
 def usd() -> None:
-    """Look at USD files."""
+    """Check USD files."""
 
 
 @usd.command()

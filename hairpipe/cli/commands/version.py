@@ -1,4 +1,4 @@
-"""`hairpipe version`: what results depend on beside the graph."""
+"""`hairpipe version`: versions of the software that results depend on."""
 
 import importlib.metadata
 import json
@@ -8,8 +8,8 @@ import platform
 import click
 
 from hairpipe import __version__
+from hairpipe.api.formatting import table
 from hairpipe.cli import options
-from hairpipe.cli.wording import table
 from hairpipe.errors import BadInput
 
 DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "usd-core", "h5py": "h5py"}

@@ -16,7 +16,7 @@ from importlib.machinery import BYTECODE_SUFFIXES, all_suffixes
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.import_paths import OUR_NODES
+from hairpipe.graph.node.import_paths import EXPERIMENTS, OUR_NODES
 from hairpipe.graph.store.atomic import replacing
 from hairpipe.graph.store.digest import digest_bytes
 from hairpipe.graph.store.fingerprint import digest_file
@@ -62,7 +62,7 @@ class Trusted:
 def doubt_about(folder: Path) -> Untrusted | None:
     """Return the error for a folder whose code is not trusted; None where it is. BadInput where it cannot be read."""
     folder = folder.resolve()
-    if folder == shipped_folder() or folder in named_folders():
+    if folder in shipped_folders() or folder in named_folders():
         return None
     fault, known, files = fault_of_register(), list(trusted()), code_in(folder)
     if not files or any(entry.files == files for entry in known):
@@ -136,9 +136,9 @@ def named_folders() -> set[Path]:
 
 
 @cache
-def shipped_folder() -> Path:
-    """Path of the folder of our own nodes: in a checkout, a folder of nodes may be that one."""
-    return Path(importlib.import_module(OUR_NODES).__path__[0]).resolve()
+def shipped_folders() -> set[Path]:
+    """Find the folders of our own nodes, by where the running hairpipe imports them from: no name makes another one."""
+    return {Path(importlib.import_module(name).__path__[0]).resolve() for name in (OUR_NODES, EXPERIMENTS)}
 
 
 def code_in(folder: Path) -> dict[str, str]:

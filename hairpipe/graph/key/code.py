@@ -24,7 +24,8 @@ from hairpipe.graph.node.import_paths import HOUSE, enter, find_spec, is_namespa
 from hairpipe.graph.store.digest import digest, digest_bytes
 from hairpipe.graph.store.fingerprint import is_changed, stamp_of
 
-ENGINE = "hairpipe.graph"
+ENGINE = ("hairpipe.graph", "hairpipe.api")
+"""The engine, and the interface to it."""
 ALWAYS = ("numpy", "scipy", "numba")
 DISTRIBUTIONS = {"pxr": "usd-core", "PIL": "pillow", "openvdb": "bpy"}
 INSTALLED = ("site-packages", "dist-packages")
@@ -96,7 +97,7 @@ class CodeReader:
         queue = [self._own(module)]
         while queue:
             name = queue.pop()
-            if name in found or name == ENGINE or name.startswith(ENGINE + "."):
+            if name in found or any(name == engine or name.startswith(f"{engine}.") for engine in ENGINE):
                 continue
             source = self._source(name)
             if source is not None:

@@ -23,7 +23,9 @@ from hairpipe.child import withheld
 
 HOUSE = "hairpipe"
 OUR_NODES = f"{HOUSE}.nodes"
-"""The package of the node types that are shipped: the folder `nodes` of a checkout."""
+"""The package of the node types that every graph finds: the folder `nodes` of a checkout."""
+EXPERIMENTS = f"{HOUSE}.graphs.experiments.nodes"
+"""The package of those that only the graphs beside it find: the folder `graphs/experiments/nodes` of a checkout."""
 
 _folders: set[str] = set()
 """All folders that were ever on the path."""

@@ -53,6 +53,12 @@ class Event:
     message: str = ""
     totals: tuple[tuple[str, int], ...] = ()
 
+    def __str__(self) -> str:
+        """One line: `hair@12: finished in 1.3 s`."""
+        what = f"begun: {sum(count for _, count in self.totals):,} results" if self.kind == "begun" else self.kind
+        took = f" in {self.seconds:.2g} s" if self.kind == "finished" else ""
+        return f"{f'{self.task}: ' if self.task else ''}{what}{took}{f': {self.message}' if self.message else ''}"
+
 
 Report = Callable[[Event], None]
 

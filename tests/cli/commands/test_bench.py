@@ -65,7 +65,7 @@ def test_the_table_of_the_paper_stands_beside_ours(monkeypatch, hairpipe, tmp_pa
     monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
     given = {}
 
-    def measure(say, scenes, store, overrides):
+    def measure(say, scenes, cache, overrides):
         given.update(scenes=scenes, overrides=overrides)
         shares = {"strands": 1.5, "search": 2.5}
         rows = [paper.Row(name, 99, 1234, 4.25, shares, 2_500_000_000, paper.PRINTED.get(name)) for name in scenes]

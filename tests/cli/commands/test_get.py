@@ -56,7 +56,7 @@ def test_what_looks_at_the_frames_of_a_run_is_found_by_them(shot, hairpipe):
         ("sum@2 -o nodes", "nodes: is a folder"),
         ("sum.stat@2 -o s.npz", "'sum' has no output 'stat'"),
         ("sun@2 -o s.npz", "no node 'sun'"),
-        ("sum -o s.npz", "'sum' is no task of the graph (sum@1)"),
+        ("sum -o s.npz", "'sum' has a value per frame (sum@1)"),
         ("sum@2 -o s.npz --set seed.value=9", "'sum@2' has not been computed"),
         ("sum@2", "Missing option '-o'"),
         ("@2 -o s.npz", "'@2' names no result"),

@@ -52,3 +52,13 @@ def test_an_unknown_type_is_refused_with_the_nearest(hairpipe):
     result = hairpipe("nodes mak_bust")
     assert result.exit_code == 2
     assert result.stderr == "hairpipe: no node type 'mak_bust' (did you mean 'make_bust'?)\n"
+
+
+def test_types_of_the_experiments_are_listed_on_request(hairpipe):
+    usual, everything, of_graph = (
+        {line.split()[0] for line in hairpipe(f"nodes{more}").stdout.splitlines()}
+        for more in ("", " --all", " --graph experiments/tuft")
+    )
+    assert "simulate_hair" in usual and "measure_writhe" not in usual
+    assert everything == of_graph > usual
+    assert hairpipe("nodes measure_writhe").stdout.startswith("measure_writhe: ")

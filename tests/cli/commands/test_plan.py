@@ -2,7 +2,7 @@
 
 import json
 
-from hairpipe.cli.commands.plan import rows_of
+from hairpipe.api.reports import plan_rows
 from hairpipe.graph.plan.planner import Entry
 from hairpipe.graph.plan.tasks import Task
 
@@ -75,7 +75,7 @@ def test_a_document(computed, hairpipe):
 def test_frames_that_wait_for_the_same_node_are_folded():
     entries = [Entry(Task("hair", 1), "cached")]
     entries += [Entry(Task("hair", frame), "depends", f"body@{frame}") for frame in (2, 3, 4)]
-    assert rows_of(entries) == [("hair", "1", "cached"), ("", "2-4", "depends on body")]
+    assert plan_rows(entries) == [("hair", "1", "cached"), ("", "2-4", "depends on body")]
 
 
 def test_bad_input_is_exit_code_2(shot, hairpipe):

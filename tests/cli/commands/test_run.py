@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.cli import shipped
+from hairpipe.api import source
 
 START = [sys.executable, "-c", "from hairpipe.cli import main; main()"]
 
@@ -127,7 +127,7 @@ def test_a_cache_that_cannot_be_written_to_is_refused_before_anything_is_compute
 
 def test_a_shipped_graph_publishes_below_the_current_folder(shot, hairpipe, monkeypatch, tmp_path_factory):
     elsewhere = tmp_path_factory.mktemp("elsewhere")
-    monkeypatch.setattr(shipped, "shipped_graphs", lambda: {"toy": shot})
+    monkeypatch.setattr(source, "shipped_graphs", lambda: {"toy": shot})
     shot.write_text(shot.read_text().replace('"out/', '"../out/toy/'))
     monkeypatch.chdir(elsewhere)
     result = hairpipe("run toy -j1")

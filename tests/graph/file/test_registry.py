@@ -1,11 +1,14 @@
 """Node types are found by their file names, and loading them disturbs nothing."""
 
+import shutil
 import sys
 
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.registry import Registry
+from hairpipe.graph.file.registry import Registry, experiments_folder
+from hairpipe.graph.file.trust import Untrusted
+from hairpipe.graph.key.code import CodeReader
 
 
 def test_what_a_file_prints_when_it_is_imported_is_no_result(shot, capsys):
@@ -20,3 +23,19 @@ def test_a_node_type_cannot_have_the_name_of_a_module_of_python(shot):
     (shot.nodes / "json.py").write_text("")
     with pytest.raises(BadInput, match="hides a module of Python"):
         Registry(shot.nodes).find("json")
+
+
+def test_a_type_of_the_experiments_is_found_beside_them_only():
+    home = experiments_folder()
+    assert Registry(home).find("measure_writhe").name == "measure_writhe"
+    code = CodeReader(lambda name, make: make(), home).code_of("measure_writhe")
+    assert {"measure_writhe", "hairpipe.studies.theory.twist_buckling"} <= code.parts.keys()
+    with pytest.raises(BadInput, match=r"only graphs in .*experiments find it"):
+        Registry().find("measure_writhe")
+
+
+def test_a_folder_of_the_same_name_is_not_trusted(tmp_path):
+    copy = shutil.copytree(experiments_folder(), tmp_path / "graphs" / "experiments" / "nodes")
+    (copy / "measure_writhe.py").write_text("1 / 0")
+    with pytest.raises(Untrusted):
+        Registry(copy).find("measure_writhe")

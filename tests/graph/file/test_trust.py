@@ -9,7 +9,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.file.trust import Untrusted, code_in, doubt_about, register, revoke, shipped_folder, trust, trusted
+from hairpipe.graph.file.trust import Untrusted, code_in, doubt_about, register, revoke, shipped_folders, trust, trusted
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.run.events import Options
 from hairpipe.graph.run.scheduler import run
@@ -111,7 +111,8 @@ def test_folders_that_the_environment_names_are_trusted(shot, monkeypatch):
 
 
 def test_our_own_nodes_need_nothing():
-    assert doubt_about(shipped_folder()) is None and (shipped_folder() / "make_bust.py").is_file()
+    assert all(doubt_about(folder) is None for folder in shipped_folders())
+    assert {folder.parent.name for folder in shipped_folders()} >= {"experiments"}
 
 
 @pytest.mark.parametrize("which", ["folder", "file", "link"])

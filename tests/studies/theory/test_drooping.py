@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.droop_rod import droop_rod
+from hairpipe.graphs.experiments.nodes.droop_rod import droop_rod
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.joining import joined_strands

@@ -1,4 +1,4 @@
-"""Rod theory beside a simulation."""
+"""Rod theory compared with a simulation."""
 
 from typing import Annotated
 

@@ -9,7 +9,7 @@ from hairpipe.graph import Frames, Time, node
 def measure_tension(groom: Groom, states: Frames[HairState], time: Time, *, moments: tuple[int, ...] = ()) -> Table:
     """The tension of every segment of every strand, and how far the strand has turned up to there.
 
-    moments  frames to look at, where any of them are among the frames of the run; all without
+    moments  frames to examine, as far as they are among the frames of the run; all if not given
     """
     from hairpipe.measure.tension import measure_tensions
 

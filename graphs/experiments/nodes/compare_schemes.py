@@ -1,4 +1,4 @@
-"""Time integrators beside each other."""
+"""Time integrators compared with each other."""
 
 from hairpipe.data import Table
 from hairpipe.graph import node

@@ -1,4 +1,4 @@
-"""When something happens in a table."""
+"""Times of events in a table."""
 
 from typing import Literal
 
@@ -18,14 +18,14 @@ def measure_event(
     last: float | None = None,
     theory: float,
 ) -> Table:
-    """Where a column first crosses a level, or how long it takes to swing, beside what theory says.
+    """Where a column first crosses a level, or its period of oscillation, compared with theory.
 
     what    crossing of the level, or period about the mean
     x       column along which it is looked for, ascending
-    y       column that is looked at
+    y       column that is examined
     level   that is crossed
-    first   value of x from which on it is looked at; from the first row without
-    last    value of x up to which it is looked at; up to the last row without
+    first   value of x from which on it is examined; from the first row if not given
+    last    value of x up to which it is examined; up to the last row if not given
     theory  the value expected
     """
     from hairpipe.table.series import event

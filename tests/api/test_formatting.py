@@ -2,7 +2,7 @@
 
 import pytest
 
-from hairpipe.cli.wording import duration, plural, shown, size, table
+from hairpipe.api.formatting import duration, plural, shown, size, table
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ def summarize_tables(
     against: tuple[float, ...],
     name: str,
 ) -> Table:
-    """A row for every table: what it comes to, against a value that was varied from one to the next.
+    """A row for every table: one number for it, against a value that was varied from one to the next.
 
     columns  of numbers that are summed up
     take     what of each: its last, largest or smallest number, or the mean

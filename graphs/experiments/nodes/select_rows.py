@@ -8,8 +8,8 @@ from hairpipe.graph import node
 def select_rows(tables: tuple[Table, ...], *, cases: tuple[str, ...] = (), column: str, value: float) -> Table:
     """The rows of tables, laid below each other, that have one value in a column.
 
-    cases   names of the tables, in order: a first column "case" says which one a row is from
-    column  of numbers that is looked at
+    cases   names of the tables, in order: a first column "case" names the one a row is from
+    column  of numbers that is examined
     value   a number
     """
     from hairpipe.table.rows import select

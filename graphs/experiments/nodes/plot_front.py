@@ -27,7 +27,7 @@ def plot_front(
 
     x       column of numbers along the abscissa
     y       column of numbers along the ordinate
-    label   column of texts written beside the points
+    label   column of texts written next to the points
     series  column of texts: points of one are of one colour
     failed  column of texts: nothing, or what failed and where; such a point stands at the upper edge if it is beyond
     front   column of numbers that are not 0 for points that the line goes through

@@ -3,25 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-import click
-
 from hairpipe.graph.node.messages import one_line
 
 UNITS = ("B", "kB", "MB", "GB", "TB")
-
-
-class Unheard(Exception):
-    """Nobody reads what we say: the other end of the pipe is closed."""
-
-
-def say(line: str) -> None:
-    """Write a line to the standard error stream, where everything goes that is no result."""
-    try:
-        click.echo(one_line(line), err=True)
-    except BrokenPipeError:
-        raise Unheard from None
-    except OSError:
-        pass  # a full disk under a log is no reason to end a run
 
 
 def table(rows: Sequence[Sequence[str]], align: str) -> str:

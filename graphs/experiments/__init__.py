@@ -1,0 +1,1 @@
+"""Graphs that measure the model, with the node types that only they use."""

@@ -1,0 +1,77 @@
+"""The cache of results as a whole: what is in it, whether it is intact, and what may be removed."""
+
+import os
+from collections.abc import Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.plan.gc import Found, Item, Swept, clean, items, live_keys, usage, verify
+from hairpipe.graph.run.machine_code import kernels_parent
+from hairpipe.graph.store.ownership import check_store
+from hairpipe.graph.store.store import Store
+from hairpipe.plain_file import check_plain
+
+if TYPE_CHECKING:
+    from hairpipe.api.shot import Shot
+
+__all__ = ["Cache", "Found", "Item", "Swept", "open_store"]
+
+VARIABLE, USUAL = "HAIRPIPE_CACHE", "cache"
+
+
+def open_store(root: str | os.PathLike[str] | None = None, *, read_only: bool = False) -> Store:
+    """Open a cache; it need not exist. BadInput for what is not a folder, and for the cache of an untrusted user.
+
+    root  by default the folder that HAIRPIPE_CACHE names, or `cache` in the current folder
+    """
+    path = Path(root if root is not None else os.environ.get(VARIABLE) or USUAL)
+    check_plain(path, "a folder")
+    if path.is_file():
+        raise BadInput("it is a file", where=path, right="a folder")
+    check_store(path)
+    return Store(path, read_only=read_only)
+
+
+class Cache:
+    """A folder of results; `root` as for `load`."""
+
+    def __init__(self, root: str | os.PathLike[str] | None = None) -> None:
+        self._root = root
+        self.root = open_store(root).root
+
+    def __repr__(self) -> str:
+        """Write the folder."""
+        return f"<Cache {self.root}>"
+
+    def results(self) -> list[Item]:
+        """List the results, the latest used first."""
+        return sorted(items(self._store(read_only=True)), key=lambda item: -item.used)
+
+    def usage(self) -> dict[str, tuple[int, int]]:
+        """Return the number of results and their size on disk [bytes], by node type."""
+        return usage(self._store(read_only=True))
+
+    def verify(self) -> Found:
+        """Read every result and every compiled kernel; remove what is damaged, which the next run computes again."""
+        from hairpipe.io.hdf5 import digest_file
+
+        kernels: Path | None = None
+        with suppress(OSError):  # without a home folder there are none
+            kernels = kernels_parent()
+        return verify(self._store(), digest_file, kernels)
+
+    def clean(self, keep: Iterable["Shot"] = (), *, older: float = 0.0, size: int = 0, dry_run: bool = False) -> Swept:
+        """Remove results, least recently used first, and every object that no result holds; report how much.
+
+        keep     results of these shots stay
+        older    only results that were not used for so long are removed [s]
+        size     results are removed until the cache takes no more than this [bytes]
+        dry_run  report only
+        """
+        kept = live_keys(self._store(), [shot.graph for shot in keep])
+        return clean(self._store(read_only=dry_run), keep=kept, older=older, size=size)
+
+    def _store(self, *, read_only: bool = False) -> Store:
+        return open_store(self._root, read_only=read_only)

@@ -1,0 +1,47 @@
+"""Node types: which there are, and what each takes and gives."""
+
+from pathlib import Path
+from typing import Any
+
+from hairpipe.api.source import Source, find_graph
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.registry import Registry, experiments_folder
+from hairpipe.graph.file.trust import Untrusted
+from hairpipe.graph.node.declare import NodeType, Socket
+from hairpipe.graph.node.fields import Field, fields_of
+
+__all__ = ["Field", "NodeType", "Registry", "Socket", "fields_of", "node_types", "summary_of", "type_of"]
+
+FOLDER = "nodes"
+
+
+def node_types(graph: str | Path | None = None, *, experiments: bool = False) -> Registry:
+    """Return the node types that a graph finds: `names()` lists them, `find(name)` imports one.
+
+    graph        path of a file, or name of a shipped graph; None for those that every graph finds
+    experiments  without a graph: those that only our experiments find, too
+    """
+    if graph is not None:
+        return Registry(find_graph(graph).parent / FOLDER)
+    return Registry(experiments_folder() if experiments else None)
+
+
+def type_of(source: Source, node: str) -> NodeType | None:
+    """Find the type of a node in a graph that may have faults; None where there is none, or it is not trusted."""
+    table: Any = source.tables.get(node)
+    if not isinstance(table, dict) or not isinstance(table.get("type"), str):
+        return None
+    try:
+        return Registry(source.text.path.parent / FOLDER).find(table["type"])
+    except BadInput:
+        return None
+
+
+def summary_of(catalogue: Registry, name: str) -> str:
+    """Return the first line of a node type's documentation, or say why it cannot be loaded."""
+    try:
+        return catalogue.find(name).summary
+    except Untrusted as doubt:
+        return f"(not trusted: hairpipe trust {doubt.folder})"
+    except BadInput as fault:
+        return f"({fault})"

@@ -1,0 +1,183 @@
+"""What a plan and a run report: objects to look into, whose text is a table."""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hairpipe.api.formatting import duration, plural, shown, table
+from hairpipe.graph.file.frameset import fold_frames
+from hairpipe.graph.file.graph import Graph, Node
+from hairpipe.graph.plan.planner import Entry
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.events import Event, Failure, NodeProgress, Outcome, Progress
+
+if TYPE_CHECKING:
+    from hairpipe.api.shot import Shot
+
+__all__ = [
+    "Entry",
+    "Event",
+    "Failure",
+    "Graph",
+    "NodeProgress",
+    "Outcome",
+    "Plan",
+    "Progress",
+    "Recorder",
+    "Run",
+    "Task",
+]
+
+
+@dataclass(frozen=True, repr=False)
+class Plan:
+    """What a run would do to every node and frame, each after those it needs."""
+
+    entries: tuple[Entry, ...]
+
+    def __iter__(self) -> Iterator[Entry]:
+        """Iterate over the entries."""
+        return iter(self.entries)
+
+    def __len__(self) -> int:
+        """Count the entries."""
+        return len(self.entries)
+
+    def __repr__(self) -> str:
+        """Write a table: node, frames, and what would happen to them; then the totals."""
+        counts = Counter(entry.status for entry in self.entries)
+        waiting = f", {counts['depends']:,} depend on what comes out" if counts["depends"] else ""
+        total = f"{plural(counts['run'], 'result')} to compute{waiting}, {counts['cached']:,} cached"
+        return f"{table(plan_rows(self.entries), '<<<')}\n{total}"
+
+
+def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
+    """Fold the frames of each node that share a fate: node, frames, what and why."""
+    groups: dict[tuple[str, str], list[int]] = {}
+    for entry in entries:
+        frames = groups.setdefault((entry.task.node, fate(entry)), [])
+        frames += [] if entry.task.frame is None else [entry.task.frame]
+    rows, known = [], set()
+    for (node, what), frames in groups.items():
+        rows.append(("" if node in known else node, fold_frames(frames), what))
+        known.add(node)
+    return rows
+
+
+def fate(entry: Entry) -> str:
+    """Describe what would happen to a task, in words that are equal for similar frames."""
+    if entry.status == "cached":
+        return "cached"
+    if entry.status == "run":
+        return f"will run: {entry.reason}"
+    return f"depends on {entry.reason.partition('@')[0]}"
+
+
+class Recorder:
+    """Counts the events of a run, collects its warnings, and passes every event on.
+
+    warnings  tasks by node and message, in the order in which they came
+    """
+
+    def __init__(self, graph: Graph, jobs: int, pass_on: Callable[[Event], object] | None = None) -> None:
+        self.progress = Progress(graph, jobs)
+        self.warnings: dict[tuple[str, str], list[Task]] = {}
+        self._pass_on = pass_on
+
+    def __call__(self, event: Event) -> None:
+        """Record an event."""
+        self.progress.update(event)
+        if event.kind == "warning" and event.task is not None:
+            self.warnings.setdefault((event.task.node, event.message), []).append(event.task)
+        if self._pass_on is not None:
+            self._pass_on(event)
+
+
+@dataclass(frozen=True, repr=False)
+class Run:
+    """A run that has ended.
+
+    shot      that was run, with the settings of the run
+    graph     the part of it that was run
+    frames    that were asked for
+    outcome   counts, failures, published files, seconds by node
+    progress  number of results by node: in all, evaluated, cached
+    warnings  tasks by node and message, in the order in which they came
+    seconds   that the run took altogether [s]
+    """
+
+    shot: "Shot"
+    graph: Graph
+    frames: tuple[int, ...]
+    outcome: Outcome
+    progress: dict[str, NodeProgress]
+    warnings: dict[tuple[str, str], list[Task]]
+    seconds: float
+
+    @property
+    def ok(self) -> bool:
+        """Whether everything that was asked for has been computed and published."""
+        return self.outcome.exit_code == 0
+
+    @property
+    def failures(self) -> tuple[Failure, ...]:
+        """Tasks that failed: which, the kind of failure, the message, the traceback."""
+        return self.outcome.failures
+
+    def get(self, target: str) -> Any:
+        """Read a result of this run, as `Shot.get` does."""
+        return self.shot.get(target, frames=self.frames)
+
+    def __repr__(self) -> str:
+        """Write `summary`, and below it warnings and failures."""
+        return "\n".join([self.summary, *self.warning_lines(), *self.failure_lines()])
+
+    @property
+    def summary(self) -> str:
+        """A table of seconds by node, that passed and of the processor; the totals; where the published files are."""
+        outcome = self.outcome
+        rows = [("node", "computed", "cached", "seconds", "processor")]
+        for name, node in self.progress.items():
+            seconds, worked = (f"{t[name]:.2f}" if name in t else "" for t in (outcome.seconds, outcome.processor))
+            rows.append((name, str(node.evaluated or ""), str(node.cached or ""), seconds, worked))
+        total = (
+            f"{plural(outcome.evaluated, 'result')} computed, {outcome.cached:,} cached, in {duration(self.seconds)}"
+        )
+        return f"{table(rows, '<>>>>')}\n{total}\n\n{self._places()}".rstrip()
+
+    def warning_lines(self, fewest: int = 1) -> list[str]:
+        """List the warnings that came at least so many times, with the frames."""
+        return [
+            f"warning: {folded(node, tasks)}: {message}"
+            for (node, message), tasks in self.warnings.items()
+            if len(tasks) >= fewest
+        ]
+
+    def failure_lines(self) -> list[str]:
+        """List the failures, and whether the run was interrupted."""
+        interrupted = ["interrupted; what was computed is kept, and the same run goes on from there"]
+        return [f"failed: {failure}" for failure in self.failures] + interrupted * self.outcome.interrupted
+
+    def _places(self) -> str:
+        """Write where the published files are, node by node."""
+        nodes = self.graph.nodes.values()
+        lines = [(node.name, found) for node in nodes if (found := self._place(node))]
+        if lines or any(node.publish for node in nodes):
+            return table(lines, "<<")
+        return f"nothing is published; results are in {shown(self.shot.cache)}, see `hairpipe get`"
+
+    def _place(self, node: Node) -> str:
+        """Write where the files of a node are; empty where none was published."""
+        published = set(self.outcome.published)
+        frames = self.frames if node.per_frame else (None,)
+        paths = [path for frame in frames if (path := node.publish_path(frame)) and str(path) in published]
+        if len(paths) < 2:
+            return shown(paths[0]) if paths else ""
+        return f"{shown(paths[0])} ... {paths[-1].name} ({len(paths)} files)"
+
+
+def folded(node: str, tasks: list[Task]) -> str:
+    """Write a node at some of its frames."""
+    frames = fold_frames(task.frame for task in tasks if task.frame is not None)
+    return f"{node}@{frames}" if frames else node

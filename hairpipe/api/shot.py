@@ -1,0 +1,190 @@
+"""A shot: a graph that has been checked, with the cache of its results. `load` makes one."""
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from hairpipe.api.cache import open_store
+from hairpipe.api.reports import Plan, Recorder, Run
+from hairpipe.api.selection import FrameSet, Names, Target, read_frames, read_names, read_target
+from hairpipe.api.source import Given, Source, read_source
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.bounds import Bounds
+from hairpipe.graph.file.graph import Graph, Node
+from hairpipe.graph.plan.planner import Explanation, Planner
+from hairpipe.graph.plan.planner import explain as explain_task
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.results import read_result, read_value
+from hairpipe.graph.run.events import Event, Options
+from hairpipe.graph.run.scheduler import run as run_graph
+from hairpipe.graph.store.record import Record
+from hairpipe.graph.store.store import Store
+
+__all__ = ["Explanation", "Graph", "Node", "Record", "Shot", "Task", "load"]
+
+
+def load(
+    graph: Given,
+    set: Mapping[str, Any] | None = None,
+    *,
+    cache: str | os.PathLike[str] | None = None,
+    folder: str | os.PathLike[str] | None = None,
+) -> "Shot":
+    """Read and check a graph; BadInput for the first fault in it, with file and line.
+
+    graph   path of a file; as a str without a newline, path of a file or name of a shipped graph; as a str with a
+            newline, the text of a graph; as a mapping, its tables
+    set     settings to change, by `node.setting` or `node.group.setting`
+    cache   folder of results; by default HAIRPIPE_CACHE, or `cache` in the current folder
+    folder  in which a text or tables count as lying, the current folder by default: the files they name, the folder
+            `nodes`, and what they publish are relative to it. Published files stay below it, or below the folder that
+            holds `graphs` where it lies in such a folder
+
+    Untrusted, which is a BadInput, where the graph comes with code that is not trusted: see `hairpipe trust`.
+    """
+    source = read_source(graph, folder)
+    return Shot(source.changed(set) if set else source, open_store(cache))
+
+
+class Shot:
+    """A graph that has been checked, with the cache of its results. It does not change: `changed` makes another one.
+
+    graph  as the engine sees it
+    """
+
+    def __init__(self, source: Source, store: Store) -> None:
+        self._source, self._store = source, store
+        self.graph: Graph = source.graph()
+
+    def __repr__(self) -> str:
+        """Write path, number of nodes, and frames."""
+        first, last = self.graph.frames
+        return f"<Shot {self.path}: {len(self.nodes)} nodes, frames {first}-{last} at {self.fps:g} fps>"
+
+    @property
+    def path(self) -> Path:
+        """The graph file."""
+        return self.graph.path
+
+    @property
+    def cache(self) -> Path:
+        """Folder of results."""
+        return self._store.root
+
+    @property
+    def frames(self) -> range:
+        """Frames of the shot."""
+        return self.graph.all_frames
+
+    @property
+    def fps(self) -> float:
+        """Frames per second [1/s]."""
+        return self.graph.fps
+
+    @property
+    def nodes(self) -> dict[str, Node]:
+        """Nodes by name, each after those it depends on; `nodes["hair"].type.outputs` names its outputs."""
+        return dict(self.graph.nodes)
+
+    @property
+    def tables(self) -> dict[str, Any]:
+        """A copy of the tables of the graph file, `like` written out, settings changed."""
+        return self._source.tables
+
+    def changed(self, set: Mapping[str, Any]) -> "Shot":
+        """Return the shot with settings changed, by `node.setting` or `node.group.setting`; pure."""
+        return Shot(self._source.changed(set), self._store) if set else self
+
+    def edited(self, tables: Mapping[str, Any]) -> "Shot":
+        """Return a shot of the same file with other tables; pure."""
+        return Shot(self._source.edited(tables), self._store)
+
+    def plan(
+        self,
+        frames: FrameSet = None,
+        *,
+        to: Names = (),
+        set: Mapping[str, Any] | None = None,
+        publish_root: Path | None = None,
+    ) -> Plan:
+        """Report what `run` would compute, and why; nothing is computed or written. BadInput where `run` raises it."""
+        shot, names = self.changed(set or {}), read_names(to)
+        graph = shot.graph.upto(names) if names else shot.graph
+        Bounds(graph, self.cache, publish_root).check()
+        return Plan(tuple(Planner(graph, self._store, read_frames(frames)).entries()))
+
+    def run(
+        self,
+        frames: FrameSet = None,
+        *,
+        to: Names = (),
+        set: Mapping[str, Any] | None = None,
+        jobs: int | None = None,
+        progress: Callable[[Event], object] | None = None,
+        keep_going: bool = False,
+        publish_root: Path | None = None,
+        force: bool = False,
+    ) -> Run:
+        """Compute what has changed, and publish; BadInput before anything is computed. A node that fails is reported.
+
+        frames        such as "1001-1060x2", 1001, or range(1001, 1061); all frames by default. Frames before them are
+                      computed where a simulation needs them
+        to            only these nodes and what they depend on
+        set           settings to change for this run; the report's `shot` has them
+        jobs          processes, and threads of a simulation; all cores by default. No result depends on it
+        progress      called with every event, such as `print`
+        keep_going    after a failure, go on with what does not depend on it
+        publish_root  folder below which files may be published as well as below that of the project
+        force         overwrite files that hairpipe has not published, or that were changed since
+        """
+        shot, names = self.changed(set or {}), read_names(to)
+        graph = shot.graph.upto(names) if names else shot.graph
+        numbers = graph.select(read_frames(frames))
+        options = Options(jobs or os.cpu_count() or 1, keep_going, publish_root=publish_root, force=force)
+        self._make_cache()
+        begun, recorder = time.monotonic(), Recorder(graph, options.jobs, progress)
+        outcome = run_graph(graph, self._store, numbers, options, recorder)
+        return Run(shot, graph, numbers, outcome, recorder.progress.nodes, recorder.warnings, time.monotonic() - begun)
+
+    def get(self, target: str | Target, *, frames: FrameSet = None) -> Any:
+        """Read a result from the cache; BadInput where it has not been computed.
+
+        target  `hair.strands@1020`: output `strands` of `hair` at frame 1020; `hair@1020`: its first output; `groom`:
+                value for the shot. `hair`, of a node with a value per frame: values by frame
+        frames  of the run that computed it, where the result depends on them; of values by frame, which ones
+        """
+        node, output, frame = read_target(target) if isinstance(target, str) else target
+        numbers = read_frames(frames)
+        if frame is not None or not self.graph.node(node).per_frame:
+            return read_result(self.graph, self._store, Task(node, frame), output, numbers)
+        found = self.results(numbers, to=node)
+        tasks = [Task(node, number) for number in self.graph.select(numbers)]
+        return {task.frame: read_value(self.graph, self._store, task, found.get(str(task)), output) for task in tasks}
+
+    def single(self, target: Target) -> Target:
+        """Return a target that names one result; BadInput where a frame is missing."""
+        if target.frame is None and self.graph.node(target.node).per_frame:
+            right = f"{target.node}@{self.graph.frames[0]}"
+            raise BadInput(f"'{target.node}' has a value per frame", where=self.path, right=right)
+        return target
+
+    def results(self, frames: FrameSet = None, *, to: Names = ()) -> dict[str, Record]:
+        """Return the record of every result that is in the cache, by target: what it is made of, when, in how long."""
+        names = read_names(to)
+        planner = Planner(self.graph.upto(names) if names else self.graph, self._store, read_frames(frames))
+        known = [entry.task for entry in planner.entries() if entry.status == "cached"]
+        return {str(task): planner.resolver.results[task] for task in known}
+
+    def explain(self, target: str | Target, *, frames: FrameSet = None) -> Explanation:
+        """Report what a result is made of, and every difference to the latest one; BadInput for an unknown target."""
+        node, output, frame = read_target(target) if isinstance(target, str) else target
+        self.graph.output(node, output)
+        return explain_task(self.graph, self._store, Task(node, frame), read_frames(frames))
+
+    def _make_cache(self) -> None:
+        try:
+            self.cache.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise BadInput(f"cannot be made: {error.strerror}", where=self.cache, right="a folder") from None
