@@ -31,15 +31,12 @@ ROOMS = {
     "nodes": {*ORDER, "render", "chart", "io", "graph"},
     "graphs": {*ORDER, "io"},
     "tune": {*BASE, "graph"},
-    "cli": {"bench", "child", "errors", "graph", "graphs", "io", "levelset.vdb", "plain_file", "tune"},
+    "cli": {"bench", "child", "errors", "graph", "graphs", "io", "levelset.vdb_header", "plain_file", "tune"},
 }
 """Which other rooms the files of a room may import."""
 PLACES = {
     "pxr": "hairpipe/io/usd/",
     "h5py": "hairpipe/io/hdf5.py",
-    "openvdb": "hairpipe/levelset/vdb.py",
-    "pyopenvdb": "hairpipe/levelset/vdb.py",
-    "bpy": "hairpipe/levelset/vdb.py",
     "PIL": "hairpipe/io/",
     "matplotlib": "hairpipe/chart/",
     "pydantic": "hairpipe/graph/node/settings.py",
