@@ -79,8 +79,13 @@ def measure_first_frame(graph_path: Path, overrides: Mapping[str, str], node: st
     with tempfile.TemporaryDirectory() as folder:
         Replay(graph, Store(Path(folder)), node).prepare(2)
         code = _BOOT.format(str(graph_path), dict(overrides), folder, node)
-        for _ in range(2):
-            done = subprocess.run(command(code), env=environment(1, kernels), check=True, stdout=subprocess.PIPE)
+        _, warm = (measured(code, kernels) for _ in range(2))
+    return warm
+
+
+def measured(code: str, kernels: Path) -> dict[str, float]:
+    """Return what a new process prints that carries out this code, with these kernels."""
+    done = subprocess.run(command(code), env=environment(1, kernels), check=True, stdout=subprocess.PIPE)
     return json.loads(done.stdout)
 
 

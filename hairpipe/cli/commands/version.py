@@ -18,7 +18,7 @@ DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "u
 @options.as_json
 def version(as_json: bool) -> None:
     """Print versions and the number of cores."""
-    found = {"hairpipe": __version__, "python": platform.python_version()}
+    found: dict[str, str | int | None] = {"hairpipe": __version__, "python": platform.python_version()}
     found |= {name: version_of(distribution) for name, distribution in DISTRIBUTIONS.items()}
     found["threads"] = os.cpu_count()
     if as_json:
