@@ -25,15 +25,15 @@ check: $(VENV)/tested
 	$(RUN) pyright
 
 $(VENV)/bin/python:
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' || { echo "hairpipe needs Python 3.11: the OpenVDB wheel exists for no other; set PYTHON=..." >&2; exit 2; }
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { echo "hairpipe needs Python 3.11, 3.12 or 3.13; set PYTHON=..." >&2; exit 2; }
 	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); echo "Python's venv module is incomplete; on Debian: apt install python3-venv" >&2; exit 2; }
 
 $(VENV)/installed: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(INSTALL) '.[vdb]'
+	$(INSTALL) .
 	@touch $@
 
 $(VENV)/tested: pyproject.toml constraints.txt | $(VENV)/bin/python
-	$(INSTALL) '.[vdb,dev]'
+	$(INSTALL) '.[dev]'
 	@touch $(VENV)/installed $@
 
 clean:

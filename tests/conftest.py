@@ -1,11 +1,13 @@
 """What tests of several rooms need: the data beside the checkout, simple meshes, a number of threads."""
 
+import importlib.util
 import os
 import signal
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -105,6 +107,23 @@ def box() -> Callable[..., Mesh]:
 @pytest.fixture(scope="session")
 def sheet() -> Callable[..., Mesh]:
     return make_sheet
+
+
+@pytest.fixture(scope="session")
+def openvdb() -> ModuleType:
+    """Give OpenVDB's Python module: the installed one or the copy in Blender's wheel, without starting Blender."""
+    if importlib.util.find_spec("openvdb"):
+        return importlib.import_module("openvdb")
+    wheel = importlib.util.find_spec("bpy")
+    folders = (wheel and wheel.submodule_search_locations) or []
+    library = next((path for folder in folders for path in Path(folder).glob("*/python/lib/*/*/openvdb*.so")), None)
+    if library is None:
+        pytest.skip("OpenVDB's Python module is not installed: no wheel of it, or of bpy, for this Python")
+    spec = importlib.util.spec_from_file_location("openvdb", library)
+    assert spec and spec.loader
+    found = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(found)
+    return found
 
 
 @pytest.fixture

@@ -56,15 +56,12 @@ ROOMS = {
     "nodes": {*ORDER, "render", "chart", "io", "graph"},
     "graphs": {*ORDER, "io"},
     "tune": {*BASE, "api", *PURE},
-    "cli": {"api", "bench", "child", "errors", "io", "levelset.vdb", "plain_file", "tune", "graph.File", *PURE, *ASKED},
+    "cli": {"api", "bench", "child", "errors", "io", "levelset.vdb_header", "plain_file", "tune", "graph.File", *PURE, *ASKED},
 }
 """Which other rooms the files of a room may import."""
 PLACES = {
     "pxr": "hairpipe/io/usd/",
     "h5py": "hairpipe/io/hdf5.py",
-    "openvdb": "hairpipe/levelset/vdb.py",
-    "pyopenvdb": "hairpipe/levelset/vdb.py",
-    "bpy": "hairpipe/levelset/vdb.py",
     "PIL": "hairpipe/io/",
     "matplotlib": "hairpipe/chart/",
     "pydantic": "hairpipe/graph/node/settings.py",

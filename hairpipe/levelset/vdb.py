@@ -1,118 +1,215 @@
-"""OpenVDB files: the one place that loads OpenVDB's Python module, and what is written with it."""
+"""The level set as an OpenVDB file, written without OpenVDB: its module has no wheel for each Python, and weighs 1 GB.
+
+The file is an archive of version 224, which any OpenVDB since 4.0 (2016) reads. A grid is a tree: the root has nodes of
+32^3 children, they have nodes of 16^3, and those have leaves of 8^3 voxels, which our bricks are. Layout after
+OpenVDB's io/Archive.cc, tree/RootNode.h, tree/InternalNode.h, tree/LeafNode.h and io/Compression.h.
+"""
 
 import hashlib
-import importlib.util
-from functools import cache
+import math
+import struct
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import ModuleType
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
 from hairpipe.data import LevelSet
-from hairpipe.errors import BadInput
 from hairpipe.levelset.grid_layout import BRICK
-from hairpipe.levelset.vdb_header import UUID, Grid, inspect
+from hairpipe.levelset.vdb_header import MAGIC, UUID
 
-__all__ = ["Grid", "inspect", "module", "write"]
+VERSION = 224
+LIBRARY = (10, 0)
+"""Release of OpenVDB whose layout is followed; readers show it and do not use it."""
+BRANCHES = (5, 4)
+"""Base 2 logarithms of the number of children along an axis, of the nodes below the root and of those below them."""
+ACTIVE_VALUES_ONLY = 2
+"""Compression of a grid: of inactive values no more than a sign is stored (COMPRESS_ACTIVE_MASK)."""
+ALL_BACKGROUND, SIGNED_BACKGROUND = b"\0", b"\3"
+"""What inactive values of a node are: the background, or plus and minus it, chosen by a bit each, 1 being plus."""
+
+Fact = str | bool | int | float | tuple[int, ...]
+"""A piece of metadata."""
 
 
-@cache
-def module() -> ModuleType:
-    """Return OpenVDB's Python module: the installed one, the copy in Blender's wheel, or Debian's.
+class Tree(NamedTuple):
+    """Values of a grid.
 
-    They are imported by statements, for keys to see. Raises BadInput where there is none that works with this numpy.
+    leaves      indices of the leaves: of their first voxels, over 8, (N, 3) int
+    values      at their voxels, (N, 8, 8, 8) or (N, 8, 8, 8, 3) float32
+    active      which of those count; (N, 8, 8, 8) bool
+    outside     which of the inactive ones are outside, as are all places not named here; as `active`, or None for a
+                grid without a sign
+    inside      indices of blocks of 8^3 voxels that are inside and have no leaf, (M, 3) int
+    background  of places outside
+    voxel       length of a voxel [m]
     """
-    if importlib.util.find_spec("openvdb"):
-        import openvdb  # pyright: ignore[reportMissingImports]
 
-        return openvdb
-    blender = library_in_blender()
-    if blender:
-        return loaded("openvdb", blender)
-    if not importlib.util.find_spec("pyopenvdb"):
-        raise BadInput("OpenVDB's Python module is not installed", right="pip install 'hairpipe[vdb]'")
-    if int(np.__version__.split(".")[0]) >= 2:
-        raise BadInput("pyopenvdb crashes with numpy 2", right="pip install 'hairpipe[vdb]', or numpy < 2")
-    import pyopenvdb  # pyright: ignore[reportMissingImports]
-
-    return pyopenvdb
-
-
-def library_in_blender() -> Path | None:
-    """Return OpenVDB's library within the bpy wheel, which is found but not imported: that would start Blender."""
-    wheel = importlib.util.find_spec("bpy")
-    folders = wheel.submodule_search_locations if wheel else None
-    pattern = "*/python/lib/python3.*/site-packages/openvdb*.so"
-    return min((path for folder in folders or [] for path in Path(folder).glob(pattern)), default=None)
-
-
-def loaded(name: str, library: Path) -> ModuleType:
-    """Return the extension module that lies at a path no import would look at."""
-    spec = importlib.util.spec_from_file_location(name, library)
-    assert spec and spec.loader
-    found = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(found)
-    return found
+    leaves: np.ndarray
+    values: np.ndarray
+    active: np.ndarray
+    outside: np.ndarray | None
+    inside: np.ndarray
+    background: float
+    voxel: float
 
 
 def write(path: Path, surface: LevelSet, frame: int, half: bool = False) -> None:
     """Write the grids `surface` (level set) and `vel` (vectors, where the band is) as an OpenVDB file.
 
     frame  number of the frame, kept as metadata
-    half   keep 16 bits of every value: nearly half the size, and off by at most 1 in 2000
+    half   keep 16 bits of every value: half the size, and off by at most 1 in 2000
 
-    Values are those of the bricks, bit for bit unless halved; the same values give the same bytes. Raises BadInput
-    where OpenVDB is missing.
+    Values are those of the bricks, bit for bit unless halved; the same values give the same bytes.
     """
-    facts = {"creator": "hairpipe", "file_units": "metres", "frame": frame}
-    grids = [surface_grid(surface), velocity_grid(surface)]
-    for grid in grids:
-        grid.transform = module().createLinearTransform(voxelSize=surface.voxel)
-        grid.saveFloatAsHalf = half
-        for name, value in (facts | {"voxel": surface.voxel, "half_width": surface.half_width}).items():
-            grid[name] = value
-    module().write(str(path), grids=grids, metadata=facts)
-    name_by_content(path)
-
-
-def surface_grid(surface: LevelSet) -> Any:
-    """Return the distance as OpenVDB's level set."""
-    background = np.float32(surface.voxel * surface.half_width)
-    grid = module().FloatGrid(float(background))
-    grid.name = "surface"
-    grid.gridClass = module().GridClass.LEVEL_SET
-    fill(grid, surface, np.where(surface.distance > -background, surface.distance, background))
-    # What is beyond the band is left at the background's value, without its sign; this spreads the sign from the band.
-    grid.signedFloodFill()
-    return grid
-
-
-def velocity_grid(surface: LevelSet) -> Any:
-    """Return the velocity in the band as OpenVDB's vectors; 0 beyond it."""
-    grid = module().Vec3SGrid((0.0, 0.0, 0.0))
-    grid.name = "vel"
-    grid.vectorType = module().VectorType.CONTRAVARIANT_RELATIVE
-    banded = np.abs(surface.distance) < np.float32(surface.voxel * surface.half_width)
-    fill(grid, surface, np.where(banded[..., None], surface.velocity, np.float32(0)))
-    return grid
-
-
-def fill(grid: Any, surface: LevelSet, values: np.ndarray) -> None:
-    """Copy the bricks into a grid, in place; values equal to its background stay inactive.
-
-    values  of the bricks' samples, (B, 9, 9, 9) or (B, 9, 9, 9, 3) float32
-    """
-    first = np.rint(surface.origin / surface.voxel).astype(int)
-    for place in np.argwhere(surface.bricks >= 0):
-        block = values[surface.bricks[tuple(place)], :BRICK, :BRICK, :BRICK]
-        grid.copyFromArray(np.ascontiguousarray(block), ijk=tuple((first + BRICK * place).tolist()))
-
-
-def name_by_content(path: Path) -> None:
-    """Replace the random identifier that OpenVDB writes into a file by one made from the rest of its bytes."""
-    data = bytearray(path.read_bytes())
-    data[UUID] = bytes(36)
+    own = {"creator": "hairpipe", "file_units": "metres", "frame": frame}
+    facts = {**own, "voxel": surface.voxel, "half_width": surface.half_width, "is_saved_as_half_float": half}
+    data = bytearray(struct.pack("<q3I?", MAGIC, VERSION, *LIBRARY, True) + bytes(36) + metadata(own))
+    data += struct.pack("<I", 2)
+    level_set = {**facts, "class": "level set", "name": "surface"}
+    vectors = {**facts, "class": "unknown", "name": "vel", "vector_type": "contravariant relative"}
+    add_grid(data, "Tree_float_5_4_3", surface_tree(surface), level_set, half)
+    add_grid(data, "Tree_vec3s_5_4_3", velocity_tree(surface), vectors, half)
     digest = hashlib.sha256(data).hexdigest()
     data[UUID] = "-".join([digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]]).encode()
     path.write_bytes(data)
+
+
+def surface_tree(surface: LevelSet) -> Tree:
+    """Return the distance, active in the band; beyond it is the width of the band with the distance's sign."""
+    background = np.float32(surface.voxel * surface.half_width)
+    leaves, bricks = leaves_of(surface)
+    distance = surface.distance[bricks, :BRICK, :BRICK, :BRICK]
+    inside = first_leaf(surface) + np.argwhere(surface.bricks == LevelSet.FAR_INSIDE)
+    return Tree(leaves, distance, np.abs(distance) < background, distance > 0, inside, float(background), surface.voxel)
+
+
+def velocity_tree(surface: LevelSet) -> Tree:
+    """Return the velocity in the band; 0 beyond it."""
+    leaves, bricks = leaves_of(surface)
+    distance, velocity = (values[bricks, :BRICK, :BRICK, :BRICK] for values in (surface.distance, surface.velocity))
+    active = (np.abs(distance) < np.float32(surface.voxel * surface.half_width)) & velocity.any(axis=-1)
+    kept = active.any(axis=(1, 2, 3))
+    return Tree(leaves[kept], velocity[kept], active[kept], None, np.empty((0, 3), int), 0.0, surface.voxel)
+
+
+def leaves_of(surface: LevelSet) -> tuple[np.ndarray, np.ndarray]:
+    """Return the indices of the bricks' leaves, (B, 3) int, and of the bricks, (B,) int, in the order of a tree."""
+    places = np.argwhere(surface.bricks >= 0)
+    leaves = first_leaf(surface) + places
+    units = [leaves >> sum(BRANCHES[level:]) for level in (0, 1, 2)]
+    order = np.lexsort(np.concatenate(units, axis=1).T[::-1])
+    return leaves[order], surface.bricks[tuple(places[order].T)]
+
+
+def first_leaf(surface: LevelSet) -> np.ndarray:
+    """Return the index of the leaf that the first block of the bricks' lattice is, (3,) int."""
+    return np.rint(surface.origin / (BRICK * surface.voxel)).astype(int)
+
+
+def add_grid(data: bytearray, kind: str, tree: Tree, facts: Mapping[str, Fact], half: bool) -> None:
+    """Append a grid to a file, in place.
+
+    facts  metadata, by name; among it is the name
+    """
+    if half:
+        tree = tree._replace(values=tree.values.astype(np.float16), background=float(np.float16(tree.background)))
+    data += text(str(facts["name"])) + text(kind + "_HalfFloat" * half) + text("")
+    start = len(data) + struct.calcsize("<3q")
+    head = struct.pack("<I", ACTIVE_VALUES_ONLY) + metadata({**facts, **extent_of(tree)})
+    head += text("UniformScaleMap") + scales(tree.voxel) + b"".join(topology(tree))
+    values = b"".join(buffers(tree))
+    data += struct.pack("<3q", start, start + len(head), start + len(head) + len(values)) + head + values
+
+
+def scales(voxel: float) -> bytes:
+    """Return the map from indices to space: scale, voxel, and what OpenVDB keeps of their inverses."""
+    terms = (voxel, voxel, 1 / voxel, 1 / voxel**2, 0.5 / voxel)
+    return b"".join(struct.pack("<3d", term, term, term) for term in terms)
+
+
+def extent_of(tree: Tree) -> dict[str, Fact]:
+    """Return the number of active voxels and the corners of their box, as indices."""
+    leaf, *within = np.nonzero(tree.active)
+    if not len(leaf):
+        return {"file_voxel_count": 0}
+    voxels = BRICK * tree.leaves[leaf] + np.stack(within, axis=1)
+    low, high = (tuple(corner.tolist()) for corner in (voxels.min(axis=0), voxels.max(axis=0)))
+    return {"file_bbox_min": low, "file_bbox_max": high, "file_voxel_count": len(leaf)}
+
+
+def topology(tree: Tree) -> Iterator[bytes]:
+    """Yield the nodes from the root down, and which voxels of the leaves are active."""
+    background = np.float32(tree.background).tobytes() * (1 if tree.values.ndim == 4 else 3)
+    blocks = np.concatenate([tree.leaves, tree.inside])
+    roots = np.unique(blocks >> sum(BRANCHES), axis=0)
+    yield struct.pack("<I", 1) + background + struct.pack("<2I", 0, len(roots))
+    is_leaf = np.arange(len(blocks)) < len(tree.leaves)
+    masks = bits(tree.active)
+    for root in roots:
+        yield struct.pack("<3i", *(root << (sum(BRANCHES) + 3)))
+        own = np.flatnonzero((blocks >> sum(BRANCHES) == root).all(axis=1))
+        yield from node(tree, masks, BRANCHES, blocks[own], np.where(is_leaf, np.arange(len(blocks)), -1)[own])
+
+
+def node(
+    tree: Tree, masks: np.ndarray, branches: tuple[int, ...], blocks: np.ndarray, leaf: np.ndarray
+) -> Iterator[bytes]:
+    """Yield an internal node and what is below it.
+
+    masks     of the leaves, (N, 64) uint8
+    branches  `BRANCHES` from this node down
+    blocks    indices of the blocks of 8^3 voxels in it, (n, 3) int
+    leaf      indices of their leaves, -1 where a block has none and is inside, (n,) int
+    """
+    log2, below = branches[0], branches[1:]
+    x, y, z = ((blocks >> sum(below)) & (2**log2 - 1)).T
+    child = (x << 2 * log2) | (y << log2) | z
+    is_child, is_outside = np.zeros(8**log2, bool), np.ones(8**log2, bool)
+    is_child[child if below else child[leaf >= 0]] = True
+    is_outside[child[leaf < 0]] = bool(below)
+    signs = ALL_BACKGROUND if tree.outside is None else SIGNED_BACKGROUND + bits(is_outside[None]).tobytes()
+    yield bits(is_child[None]).tobytes() + bytes(8**log2 // 8) + signs
+    for place in np.flatnonzero(is_child):
+        own = child == place
+        if below:
+            yield from node(tree, masks, below, blocks[own], leaf[own])
+        else:
+            yield masks[leaf[own][0]].tobytes()
+
+
+def buffers(tree: Tree) -> Iterator[bytes]:
+    """Yield the active values of the leaves, and the signs of the others."""
+    masks = bits(tree.active)
+    signs = None if tree.outside is None else bits(tree.outside & ~tree.active)
+    for leaf, active in enumerate(tree.active):
+        inactive = ALL_BACKGROUND if signs is None else SIGNED_BACKGROUND + signs[leaf].tobytes()
+        yield masks[leaf].tobytes() + inactive + tree.values[leaf][active].tobytes()
+
+
+def bits(flags: np.ndarray) -> np.ndarray:
+    """Pack flags, 8 to a byte, the first one lowest: (n, ...) bool to (n, m) uint8."""
+    return np.packbits(flags.reshape(len(flags), math.prod(flags.shape[1:])), axis=1, bitorder="little")
+
+
+def text(value: str) -> bytes:
+    """Return a text that its length precedes."""
+    return struct.pack("<I", len(value.encode())) + value.encode()
+
+
+def metadata(facts: Mapping[str, Fact]) -> bytes:
+    """Return metadata: name, type and value of each, in the order of their names."""
+    entries = b"".join(text(name) + entry(facts[name]) for name in sorted(facts))
+    return struct.pack("<I", len(facts)) + entries
+
+
+def entry(fact: Fact) -> bytes:
+    """Return type and value of a piece of metadata."""
+    if isinstance(fact, str):
+        return text("string") + text(fact)
+    kind = type(fact).__name__
+    name, form = {"bool": ("bool", "<?"), "int": ("int64", "<q"), "float": ("double", "<d"), "tuple": ("vec3i", "<3i")}[
+        kind
+    ]
+    data = struct.pack(form, *(fact if isinstance(fact, tuple) else (fact,)))
+    return text(name) + struct.pack("<I", len(data)) + data

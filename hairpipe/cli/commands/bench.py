@@ -98,6 +98,26 @@ def paper(scenes: tuple[str, ...], overrides: dict[str, str], cache: Path, as_js
         show_paper(report)
 
 
+@bench.command("first-frame")
+@click.argument("graph", default="demo")
+@options.overrides
+@options.as_json
+def first_frame(graph: str, overrides: dict[str, str], as_json: bool) -> None:
+    """Measure where the time of the first frame after an edit goes: processor seconds of a new worker, by phase.
+
+    GRAPH has a node `hair`. Kernels are compiled before, and what hair depends on is computed, in a temporary store.
+    """
+    from hairpipe.bench.first_frame import measure_first_frame
+    from hairpipe.cli.shipped import find_graph
+
+    phases = measure_first_frame(find_graph(graph), overrides)
+    if as_json:
+        click.echo(json.dumps(phases, indent=2))
+    else:
+        rows: list[tuple[str, ...]] = [("phase", "s"), *((name, f"{value:.2f}") for name, value in phases.items())]
+        show_table("processor seconds on one thread", rows)
+
+
 @bench.command()
 @click.option("--seed", type=int, default=0, show_default=True, help="Chooses what is done, and where.")
 @options.as_json

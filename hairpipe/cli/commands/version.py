@@ -19,9 +19,9 @@ DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "u
 @options.as_json
 def version(as_json: bool) -> None:
     """Print versions and the number of cores."""
-    found = {"hairpipe": __version__, "python": platform.python_version()}
+    found: dict[str, str | int | None] = {"hairpipe": __version__, "python": platform.python_version()}
     found |= {name: version_of(distribution) for name, distribution in DISTRIBUTIONS.items()}
-    found |= {"openvdb": version_of_openvdb(), "threads": os.cpu_count()}
+    found["threads"] = os.cpu_count()
     if as_json:
         click.echo(json.dumps(found, indent=2))
     else:
@@ -35,14 +35,4 @@ def version_of(distribution: str) -> str | None:
     try:
         return importlib.metadata.version(distribution)
     except importlib.metadata.PackageNotFoundError:
-        return None
-
-
-def version_of_openvdb() -> str | None:
-    """Version of OpenVDB, which has no distribution of its own to ask."""
-    from hairpipe.levelset.vdb import module
-
-    try:
-        return ".".join(map(str, module().LIBRARY_VERSION))
-    except (BadInput, ImportError):
         return None

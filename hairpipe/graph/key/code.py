@@ -27,7 +27,7 @@ from hairpipe.graph.store.fingerprint import is_changed, stamp_of
 ENGINE = ("hairpipe.graph", "hairpipe.api")
 """The engine, and the interface to it."""
 ALWAYS = ("numpy", "scipy", "numba")
-DISTRIBUTIONS = {"pxr": "usd-core", "PIL": "pillow", "openvdb": "bpy"}
+DISTRIBUTIONS = {"pxr": "usd-core", "PIL": "pillow"}
 INSTALLED = ("site-packages", "dist-packages")
 NO_VERSION = "none"
 

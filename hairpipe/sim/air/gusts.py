@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
-from scipy.special import gammaincinv, ndtri
 
 from hairpipe.groom.random_streams import stream
 from hairpipe.kernels.compile import inlined
@@ -45,6 +44,8 @@ class Modes(NamedTuple):
 
 def modes_of(gusts: Gusts) -> Modes:
     """Draw the modes of gusts from their seed."""
+    from scipy.special import gammaincinv, ndtri  # here: it costs every worker 0.2 s, and most hair knows no gusts
+
     chance, count = stream(gusts.seed, "gusts"), 3 * FRAMES
     quantiles = (np.arange(count) + 0.5) / count
     frames = np.linalg.qr(chance.normal(size=(FRAMES, 3, 3)))[0].transpose(0, 2, 1)

@@ -145,9 +145,9 @@ def test_a_library_may_have_another_name_than_its_distribution(shop, installed):
     assert version("no_such_library") == "none"
 
 
-@pytest.mark.parametrize(("node", "counts"), [("export_vdb", True), ("bake_levelset", False)])
-def test_the_version_of_openvdb_counts_for_who_writes_with_it(node, counts):
-    assert ("openvdb (version)" in code_of(f"hairpipe.nodes.{node}").parts) == counts
+@pytest.mark.parametrize(("node", "counts"), [("export_usd", True), ("bake_levelset", False)])
+def test_the_version_of_usd_counts_for_who_writes_with_it(node, counts):
+    assert ("pxr (version)" in code_of(f"hairpipe.nodes.{node}").parts) == counts
 
 
 def test_what_is_installed_without_a_version_counts_by_its_code(shop, installed):

@@ -220,13 +220,7 @@ def test_a_body_too_large_for_the_voxel_is_refused(sphere):
 
 
 @pytest.mark.parametrize("voxel", [0.1])
-def test_openvdb_agrees_but_for_its_own_error(sphere, voxel):
-    from hairpipe.levelset import vdb
-
-    try:
-        openvdb = vdb.module()
-    except BadInput as missing:
-        pytest.skip(str(missing))
+def test_openvdb_agrees_but_for_its_own_error(openvdb, sphere, voxel):
     mesh = sphere(level=4)
     theirs = openvdb.FloatGrid.createLevelSetFromPolygons(
         mesh.points.astype(np.float32),
