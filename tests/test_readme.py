@@ -19,9 +19,10 @@ from hairpipe.graph.file.registry import Catalogue
 
 HOME = Path(__file__).resolve().parents[1]
 ROOMS = ("", "cache", "graphs", "hairpipe", "nodes", "tests")
-PAGES = [HOME / "CONTRIBUTING.md"] + sorted(
-    page for room in ROOMS for page in (HOME / room).glob("**/README.md" if room else "README.md")
-)
+PAGES = [
+    HOME / "CONTRIBUTING.md",
+    *sorted(page for room in ROOMS for page in (HOME / room).glob("**/README.md" if room else "README.md")),
+]
 MOST_LINES = 150
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SPAN = re.compile(r"(?<!`)`([^`]+)`(?!`)")
