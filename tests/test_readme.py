@@ -13,7 +13,6 @@ import click
 import pytest
 
 from hairpipe.cli.entry import commands
-from hairpipe.cli.shipped import find_graph
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.file.registry import Catalogue
 
@@ -92,15 +91,21 @@ def parse(words):
     return command.make_context(command.name, words) if words else None
 
 
+def graph_of(given):
+    """Find a graph by its path, or by the name of one that is shipped."""
+    return HOME / (given if given.endswith(".toml") else f"graphs/{given}.toml")
+
+
 def check_graph(params, overrides):
     """Check what a command says of a graph: its file, and the nodes and settings that it names."""
-    path = find_graph(str(HOME / params["graph"]) if params["graph"].endswith(".toml") else params["graph"])
+    path = graph_of(params["graph"])
     nodes = tomllib.loads(path.read_text(encoding="utf-8"))
-    target = params.get("target") or SimpleNamespace(node=None)
+    target = params.get("target") or SimpleNamespace(node=None, output=None)
     named = {*params.get("to", ()), *filter(None, (params.get("node"), target.node))}
     assert named <= nodes.keys()
     if "shared/data" not in path.read_text(encoding="utf-8"):
-        load_graph(path, overrides)
+        graph = load_graph(path, overrides)
+        assert not target.output or target.output in graph.nodes[target.node].type.outputs
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
@@ -118,7 +123,7 @@ def test_every_command_parses_and_names_what_there_is(page, monkeypatch, tmp_pat
         if params.get("graph"):
             check_graph(params, overrides)
         for scene in params.get("scenes") or ():
-            load_graph(find_graph(f"paper/{scene}"), overrides)
+            load_graph(graph_of(f"paper/{scene}"), overrides)
         if context and context.command.name == "nodes" and not params["name"].isupper():
             Catalogue(None).find(params["name"])
 
