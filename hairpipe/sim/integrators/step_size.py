@@ -174,7 +174,7 @@ class CrossingLimit:
     What the solve of a step does not see, since it is linear and contact in it is soft, is put right after it, by
     moving the points of two segments. That stretches their strands, by the square of what they move in a step, and the
     next solve has them cross again. Hair that got into this packs ever more densely: at 1/96 s throughout, 10,000 hairs
-    in a vigorous shake jam, and cost twice as much (README, "The paper's scenes").
+    in a vigorous shake jam, and cost twice as much (graphs/paper/README.md).
 
     part  pairs a segment that may be kept so in a step
     most  of time in a step, where there are no such segments [s]
