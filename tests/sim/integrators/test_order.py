@@ -23,7 +23,7 @@ COUNTS = np.array([5, 10, 20, 40])
 
 @cache
 def converged(trial):
-    return follow(trial, Scheme(iterations=3), None, 1 / RATE / 640).tips
+    return follow(trial, Scheme(iterations=3), None, 1 / RATE / 320).tips
 
 
 def errors(trial, scheme):

@@ -18,7 +18,7 @@ from hairpipe.levelset.parts.moving_parts import moving_parts
 from hairpipe.studies.interpolation.clips import Clip, clip_table
 
 SHAKE = Path(__file__).resolve().parents[3] / "graphs" / "assets" / "shake.bvh"
-VOXEL, HALF_WIDTH, SMALLEST = 0.0025, 4.0, 0.18
+VOXEL, HALF_WIDTH, SMALLEST = 0.004, 4.0, 0.18
 FRAME = 1.0 / 60.0
 
 
