@@ -64,13 +64,13 @@ class MovingField:
 
     def probe(self, points: np.ndarray, seconds: float, out: Probe) -> None:
         """Write what is nearer than out, in place; see MovingSurface."""
-        probe_field(*self.body, seconds, points, out)
+        probe_field(*self.body, seconds, points, *out)
 
     def sweep(
         self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: Sweep
     ) -> None:
         """Write hits that are sooner than out, in place; see MovingSurface."""
-        sweep_field(*self.body, Walk(before, after, thickness), start, end, out)
+        sweep_field(*self.body, Walk(before, after, thickness), start, end, out.fraction)
 
 
 def moving_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interpolation) -> MovingField:
@@ -151,27 +151,41 @@ def first_hit(body: Body, ray: SpaceTimeRay, thickness: float) -> float:
 
 
 @njit(cache=True, parallel=True)
-def probe_field(before: Field, after: Field, motion: Motion, seconds: float, points: np.ndarray, out: Probe) -> None:
-    """Write, in place, what a body is like where it is nearer than `out`; a Body, since loops take no nested tuple."""
+def probe_field(
+    before: Field,
+    after: Field,
+    motion: Motion,
+    seconds: float,
+    points: np.ndarray,
+    distance: np.ndarray,
+    normal: np.ndarray,
+    velocity: np.ndarray,
+) -> None:
+    """Write, in place, what a body is like where it is nearer than `distance`.
+
+    A Body and a Probe are unpacked: a parallel loop takes no nested tuple, and loses what is written to a member.
+    """
     scheme, frame = motion.scheme, motion.frame
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x, y, z = row(points, i)
             phi = distance_between(scheme, before, after, seconds / frame, frame, x, y, z)
-            if phi < out.distance[i] and phi < before.background:
+            if phi < distance[i] and phi < before.background:
                 _, nx, ny, nz, vx, vy, vz = evaluate(scheme, before, after, seconds / frame, frame, x, y, z)
-                out.distance[i] = phi
-                out.normal[i, 0], out.normal[i, 1], out.normal[i, 2] = nx, ny, nz
-                out.velocity[i, 0], out.velocity[i, 1], out.velocity[i, 2] = vx, vy, vz
+                distance[i] = phi
+                normal[i, 0], normal[i, 1], normal[i, 2] = nx, ny, nz
+                velocity[i, 0], velocity[i, 1], velocity[i, 2] = vx, vy, vz
 
 
 @njit(cache=True, parallel=True)
-def sweep_field(before: Field, after: Field, motion: Motion, walk: Walk, start: float, end: float, out: Sweep) -> None:
-    """Write, in place, hits that are sooner than `out`, of points that walk from a time start to end [s]."""
+def sweep_field(
+    before: Field, after: Field, motion: Motion, walk: Walk, start: float, end: float, fraction: np.ndarray
+) -> None:
+    """Write, in place, hits that are sooner than `fraction`, of points that walk from a time start to end [s]."""
     count = len(walk.thickness)
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         body = Body(before, after, motion)
         for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
             x = row(walk.before, i)
             ray = SpaceTimeRay(x, minus(row(walk.after, i), x), start / motion.frame, (end - start) / motion.frame)
-            out.fraction[i] = min(out.fraction[i], first_hit(body, ray, walk.thickness[i]))
+            fraction[i] = min(fraction[i], first_hit(body, ray, walk.thickness[i]))

@@ -21,7 +21,7 @@ from hairpipe.levelset.collider import Probe, Sweep, Walk
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.parts.field import PartField, part_field_of
 from hairpipe.levelset.parts.pose_path import PosePath, Stances, path_between, stances_at
-from hairpipe.levelset.parts.probe import probe_parts
+from hairpipe.levelset.parts.probe import Places, probe_parts
 from hairpipe.levelset.parts.shape import largest_changes
 from hairpipe.levelset.parts.sweep import Outlines, sweep_parts
 
@@ -68,9 +68,8 @@ class MovingParts:
     def probe(self, points: np.ndarray, seconds: float, out: Probe) -> None:
         """Write what is nearer than out, in place; see MovingSurface."""
         stances = stances_at(self.path, np.array([seconds]))
-        boxes = boxes_at(stances, self.outlines)
-        fields = (self.before, self.after, self.outlines.changes)
-        probe_parts(*fields, stances, boxes, self.path.frame, points, out)
+        parts = Places(self.outlines.changes, boxes_at(stances, self.outlines), self.path.frame)
+        probe_parts(self.before, self.after, stances, parts, points, *out)
 
     def sweep(
         self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: Sweep
@@ -78,7 +77,7 @@ class MovingParts:
         """Write hits that are sooner than out, in place; see MovingSurface."""
         stances = stances_at(self.path, self.looks(start, end))
         boxes, walk = boxes_at(stances, self.outlines), Walk(before, after, thickness)
-        sweep_parts(self.before, self.after, self.outlines, stances, boxes, walk, out)
+        sweep_parts(self.before, self.after, self.outlines, stances, boxes, walk, out.fraction)
 
     def looks(self, start: float, end: float) -> np.ndarray:
         """Return even times from start to end [s] between which no part turns much, (T,)."""
