@@ -15,12 +15,15 @@ from hairpipe.sim.air.breeze import Breeze
 from hairpipe.sim.boundary import WORLD
 from hairpipe.sim.contact.body.body_contacts import BodyContacts, thicknesses
 from hairpipe.sim.contact.body.fold_preservation import turns_of
+from hairpipe.sim.contact.hair.exclusions import REST
 from hairpipe.sim.contact.hair.hair_contacts import HairContacts
-from hairpipe.sim.contact.hair.stiction import Connections
+from hairpipe.sim.contact.hair.stiction import Connections, same_hair_keys
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.interactions import Surroundings
-from hairpipe.sim.settings import BodyContact, Scene
+from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction
 from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.spatial.pairs import key_of
+from hairpipe.spatial.proximity import near_pairs
 
 
 def bodies_of(
@@ -58,6 +61,21 @@ def surroundings_of(
         wind = Breeze(scene.wind, hair.diameter)
     if scene.stiction is not None or scene.collisions is not None:
         stuck = Connections(state.stuck, state.stuck_at)
-        at_rest = hair.pairs_at_rest(scene.stiction, scene.collisions)
+        at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
         touching = HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest)
     return Surroundings(model, hair.layout, scene.strain, wind, body, touching, began, origin)
+
+
+def pairs_at_rest(
+    hair: HairModel, stiction: Stiction | None, collisions: Collisions | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the keys of pairs that the groom has so near that they do not stick, and that they do not collide."""
+    points, offsets = hair.groom.points, hair.layout.offsets
+    sticking = colliding = np.empty(0, np.int64)
+    if stiction is not None:
+        reach = stiction.reach
+        sticking = hair.once(("stiction", reach), lambda: same_hair_keys(points, offsets, reach))
+    if collisions is not None:
+        far = REST * collisions.thickness
+        colliding = hair.once(("collisions", far), lambda: key_of(near_pairs(points, offsets, far).segments))
+    return sticking, colliding

@@ -25,7 +25,7 @@ from hairpipe.sim.settings import StrainLimit
 from hairpipe.sim.solve.external_terms import ROWS, ROWS_WITH_NEXT, clear, lay_out, velocity_changes
 from hairpipe.sim.solve.implicit_stage import Rule, factor_stages, guess_stages, run_stages, update_stages
 from hairpipe.sim.solve.strand_inverse import respond
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
 
 _PASSES = 4  # over the strands for which a judgement was wrong
@@ -93,7 +93,7 @@ class Surroundings:
         self._weights = np.empty_like(self._masses)
         self._jumped = np.zeros(self.layout.strands.shape, self.layout.dtype)
 
-    def begin(self, motion: Motion, step: Step) -> None:
+    def begin(self, motion: State, step: Step) -> None:
         """Look around at the start of a step."""
         self._hold_tips(step.held)
         if self.wind is not None or self.body is not None or self.hair is not None:
@@ -270,7 +270,7 @@ class Surroundings:
         if self.body is not None:
             self.body.let_go()
 
-    def end(self, motion: Motion, before: np.ndarray, step: Step) -> np.ndarray | float:
+    def end(self, motion: State, before: np.ndarray, step: Step) -> np.ndarray | float:
         """Correct what a step found, in place; before is where it began [m], (rows, 3, W).
 
         Contact gives nothing back; what is near repels, where that is not part of the solve; what passed through each
