@@ -9,7 +9,7 @@ from numba import njit, prange
 from hairpipe.data import LevelSet
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, length, minus, row, scaled
-from hairpipe.levelset.collider import Probe, Sweep, Walk
+from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.interpolation import Interpolation, distance_between, evaluate
 from hairpipe.levelset.sample import FAR_OUTSIDE, Field, brick_at, field_of, velocity
@@ -52,8 +52,8 @@ class Body(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class MovingField:
-    """A body between two frames, interpolated by one of the schemes; a MovingSurface."""
+class ColliderField:
+    """A body between two frames, interpolated by one of the schemes; a Collider."""
 
     body: Body
 
@@ -62,18 +62,18 @@ class MovingField:
         """Speed that no point of the body exceeds [m/s]."""
         return self.body.motion.speed
 
-    def probe(self, points: np.ndarray, seconds: float, out: Probe) -> None:
-        """Write what is nearer than out, in place; see MovingSurface."""
+    def probe(self, points: np.ndarray, seconds: float, out: SdfSample) -> None:
+        """Write what is nearer than out, in place; see Collider."""
         probe_field(*self.body, seconds, points, *out)
 
     def sweep(
-        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: Sweep
+        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: FirstHit
     ) -> None:
-        """Write hits that are sooner than out, in place; see MovingSurface."""
+        """Write hits that are sooner than out, in place; see Collider."""
         sweep_field(*self.body, Walk(before, after, thickness), start, end, out.fraction)
 
 
-def moving_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interpolation) -> MovingField:
+def build_collider_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interpolation) -> ColliderField:
     """Build a body that moves from one level set to the next; their arrays are shared.
 
     frame  time between them [s]
@@ -83,7 +83,7 @@ def moving_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interp
     low = np.min([surface.origin for surface in both], axis=0)
     high = np.max([surface.origin + BRICK * surface.voxel * np.array(surface.bricks.shape) for surface in both], axis=0)
     motion = Motion(frame, int(scheme), float(speed), np.stack([low, high]))
-    return MovingField(Body(field_of(before), field_of(after), motion))
+    return ColliderField(Body(field_of(before), field_of(after), motion))
 
 
 @njit(cache=True)
@@ -163,7 +163,7 @@ def probe_field(
 ) -> None:
     """Write, in place, what a body is like where it is nearer than `distance`.
 
-    A Body and a Probe are unpacked: a parallel loop takes no nested tuple, and loses what is written to a member.
+    A Body and a SdfSample are unpacked: a parallel loop takes no nested tuple, and loses what is written to a member.
     """
     scheme, frame = motion.scheme, motion.frame
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):

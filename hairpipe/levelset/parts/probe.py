@@ -71,7 +71,7 @@ def probe_parts(
     normal: np.ndarray,
     velocity: np.ndarray,
 ) -> None:
-    """Write, in place, what the body is like where it is nearer than `distance`; a Probe, unpacked.
+    """Write, in place, what the body is like where it is nearer than `distance`; a SdfSample, unpacked.
 
     stances  of the parts at one time
     """

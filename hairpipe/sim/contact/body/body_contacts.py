@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hairpipe.levelset.collider import MovingSurface, Probe, Sweep
+from hairpipe.levelset.collider import Collider, FirstHit, SdfSample
 from hairpipe.sim.contact.body.depenetration import pushes, rise, within_reach
 from hairpipe.sim.contact.body.fold_preservation import Turns, add_heights
 from hairpipe.sim.contact.body.implicit import (
@@ -49,7 +49,7 @@ class BodyContacts:
     turns      of curls that keep their shape; None: they are pressed flat
     """
 
-    surfaces: list[MovingSurface]
+    surfaces: list[Collider]
     contact: BodyContact
     thickness: np.ndarray
     offsets: np.ndarray
@@ -71,7 +71,7 @@ class BodyContacts:
         self._reach = np.full(len(self.thickness), np.inf)
         self._cache = ProbeCache(self.surfaces, len(self.thickness), far + _MARGIN, far + _NEAR)
 
-    def look(self, points: np.ndarray, time: float, active: np.ndarray) -> Probe:
+    def look(self, points: np.ndarray, time: float, active: np.ndarray) -> SdfSample:
         """Find how near the body is at a time since the previous frame [s], where it is, and what points keep there.
 
         active  points that are looked at, (P,) bool; of the others what was seen last
@@ -162,22 +162,22 @@ class BodyContacts:
 
         Third and fourth: which points touched, (P,) bool, and the normals there, (P, 3).
         """
-        sweep = Sweep.blank(len(after))
+        sweep = FirstHit.blank(len(after))
         for surface in self.surfaces:
             surface.sweep(before, after, time, time + dt, self.thickness, sweep)
         met = np.flatnonzero((sweep.fraction <= 1.0) & np.isfinite(masses))
         parts = np.minimum((sweep.fraction[met] * _PARTS).astype(int), _PARTS - 1)
-        meeting = Probe.blank(len(met))
+        meeting = SdfSample.blank(len(met))
         for part in np.unique(parts):
             chosen = parts == part
             where, share = met[chosen], part / _PARTS
             at = before[where] + share * (after[where] - before[where])
-            found = Probe.blank(len(where))
+            found = SdfSample.blank(len(where))
             for surface in self.surfaces:
                 surface.probe(at, time + share * dt, found)
             for target, values in zip(meeting, found, strict=True):
                 target[chosen] = values
-        ended, leaving = self.look(after, time + dt, self._everyone), Probe.blank(len(met))
+        ended, leaving = self.look(after, time + dt, self._everyone), SdfSample.blank(len(met))
         for surface in self.surfaces:
             surface.probe(after[met], time + dt, leaving)
         most = farthest(self._start_distance, dt)
@@ -189,10 +189,10 @@ class BodyContacts:
         drape(after, dx, normals, most, masses, lambda places, which: self._around(places, which, time + dt))
         return dx, dv, touched, normals
 
-    def _around(self, places: np.ndarray, which: np.ndarray, time: float) -> tuple[Probe, np.ndarray]:
+    def _around(self, places: np.ndarray, which: np.ndarray, time: float) -> tuple[SdfSample, np.ndarray]:
         """Find the body at places [m], (n, 3), of points (n,), and what these keep from it there [m], (n,)."""
         target_gap = self._target_gap[which]
-        probe = Probe.blank(len(places), float(target_gap.max(initial=0.0)) + _MARGIN)
+        probe = SdfSample.blank(len(places), float(target_gap.max(initial=0.0)) + _MARGIN)
         for surface in self.surfaces:
             surface.probe(places, time, probe)
         room = share_gap(places, time, self.surfaces, probe, self.thickness[which], target_gap)

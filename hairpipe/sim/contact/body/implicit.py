@@ -32,7 +32,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.levelset.collider import Probe
+from hairpipe.levelset.collider import SdfSample
 
 FREE, TOUCHES, NEW, INSIDE = 0, 1, 2, 3
 STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less than 5 um in a step of 1/240 s
@@ -78,7 +78,7 @@ class ContactState(NamedTuple):
 
 
 @njit(cache=True, parallel=True)
-def resume(contact: ContactState, probe: Probe, v: np.ndarray, thickness: np.ndarray, mass: np.ndarray) -> None:
+def resume(contact: ContactState, probe: SdfSample, v: np.ndarray, thickness: np.ndarray, mass: np.ndarray) -> None:
     """Let points touch that begin a step on the body, in place: what rests on it did so before.
 
     probe  of the body there; v  velocities [m/s], (P, 3); the others as for `hold`
@@ -101,7 +101,7 @@ def _resume(contact, probe, i, v, thickness):
 
 
 @njit(cache=True, parallel=True)
-def hold(contact: ContactState, probe: Probe, x, v, thickness, mass, weights, active, push, damping) -> None:
+def hold(contact: ContactState, probe: SdfSample, x, v, thickness, mass, weights, active, push, damping) -> None:
     """Hold the points that touch: add their forces, push - damping v, in place.
 
     probe      of the body at x
@@ -175,7 +175,7 @@ def _add_hold(contact, i, push, damping):
 
 
 @njit(cache=True, parallel=True)
-def update_active_set(contact: ContactState, probe: Probe, v, thickness, mass, friction, active, changed) -> None:
+def update_active_set(contact: ContactState, probe: SdfSample, v, thickness, mass, friction, active, changed) -> None:
     """Look at what a solve found: set changed, (P,) bool, where points must be solved again, in place.
 
     probe  of the body where points are now; v  their velocities [m/s], (P, 3); the others as for `hold`
