@@ -10,11 +10,11 @@ import pytest
 from hairpipe.data import Strands
 from hairpipe.graph.file.graph import Edge, Graph
 from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.plan.plan import plan
+from hairpipe.graph.plan.planner import plan
 from hairpipe.graph.plan.tasks import Task, unroll
-from hairpipe.graph.results import fetch
+from hairpipe.graph.results import read_result
 from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.run import run
+from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 from hairpipe.levelset.sample import Field, distance, field_of
 
@@ -160,13 +160,13 @@ def test_they_run_and_no_hair_is_in_the_body(group, tmp_path):
         path = node.publish_path(frames[-1])
         assert path is None or path.stat().st_size > 0
         if node.type.name == "simulate_hair":
-            strands = fetch(short, store, Task(node.name, frames[-1]), "strands")
+            strands = read_result(short, store, Task(node.name, frames[-1]), "strands")
             assert np.isfinite(strands.points).all() and np.abs(strands.velocities).max() < 50
             for edge in (edge for plug, edge in node.edges.items() if plug.partition(".")[0] == "surface"):
                 first, last = (
                     depths(
-                        fetch(short, store, Task(node.name, frame), "strands"),
-                        field_of(fetch(short, store, Task(edge.node, frame))),
+                        read_result(short, store, Task(node.name, frame), "strands"),
+                        field_of(read_result(short, store, Task(edge.node, frame))),
                     )
                     for frame in (frames[0], frames[-1])
                 )

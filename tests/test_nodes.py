@@ -12,14 +12,14 @@ import pytest
 from annotated_types import Ge, Gt, Le, Lt
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.registry import Catalogue
+from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.node.declare import NodeType
 from hairpipe.graph.node.fields import Field, fields_of, metadata
-from hairpipe.graph.node.files import File
 from hairpipe.graph.node.settings import check_settings
+from hairpipe.graph.node.signature import File
 
 HEAVY = ("numba", "pxr", "h5py", "scipy", "matplotlib", "PIL")
-NAMES = Catalogue().names()
+NAMES = Registry().names()
 ANYWHERE = ({"nonsense": 1}, [[[1]]], [{"nonsense": 1}])
 """What no setting is."""
 NONSENSE = {
@@ -38,7 +38,7 @@ NONSENSE = {
 @pytest.fixture(params=NAMES)
 def node(request: pytest.FixtureRequest) -> NodeType:
     """Each node type in turn."""
-    return Catalogue().find(request.param)
+    return Registry().find(request.param)
 
 
 def place(names: list[str]) -> str:

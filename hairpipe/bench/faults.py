@@ -20,7 +20,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.plan.gc import Found, clean, verify
 from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.run import run
+from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 
 Say = Callable[[str], None]

@@ -6,14 +6,14 @@ from warnings import warn
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.node.frames import Time
+from hairpipe.graph.node.signature import Time
 from hairpipe.graph.plan.arguments import build_arguments, name_inputs
 from hairpipe.graph.plan.preparation import Preparations
 from hairpipe.graph.plan.tasks import Source, Task, inputs_of
-from hairpipe.graph.results import fetch
+from hairpipe.graph.results import read_result
 from hairpipe.graph.run.events import CODEC
-from hairpipe.graph.run.malloc import keep_freed
-from hairpipe.graph.run.run import run
+from hairpipe.graph.run.scheduler import run
+from hairpipe.graph.run.worker import keep_freed
 from hairpipe.graph.store.store import Store
 
 
@@ -72,7 +72,7 @@ class Replay:
         """Read a value from the store, or take the node's own of the frame before."""
         if source.task.node == self.name:
             return self._state
-        return fetch(self.graph, self.store, source.task, source.output, codec=self.codec)
+        return read_result(self.graph, self.store, source.task, source.output, codec=self.codec)
 
 
 def itself(source: Source) -> Source:

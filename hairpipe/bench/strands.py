@@ -11,14 +11,15 @@ from hairpipe.kernels.simd import width
 from hairpipe.sim.boundary import Clamp, ClampPath
 from hairpipe.sim.integrators.interface import everywhere
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
-from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.layout import lay_out
 from hairpipe.sim.material import Material
-from hairpipe.sim.solve.implicit_stage import Rule, run_stage, run_stages
+from hairpipe.sim.solve.implicit_stage import run_stage, run_stages
 from hairpipe.sim.solve.spring_form import SpringForm
+from hairpipe.sim.solve.stage import Iterate, Rule, Stage
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.network import SHAPE, Network, build_network
+from hairpipe.sim.surroundings import Surroundings
 
 LENGTH, STEP = 0.3, 1 / 240
 """Length of a strand [m] and step of time [s]."""
@@ -79,8 +80,7 @@ def step(hair: Strands) -> None:
 
 def solve(hair: Strands) -> None:
     """Run one linearly implicit stage on all hair, in place."""
-    x, rest, held = hair.motion, hair.rest, hair.path.start
-    run_stages(hair.model, x.x, x.v, x.T, rest, x.a, rest, held.positions, held.tips, hair.weights, RULE)
+    run_stages(hair.model, _iterate(hair), _stage(hair, hair.path.start.positions, hair.rest), RULE)
 
 
 def work_of_a_solve(segments: int, dtype: DTypeLike) -> Work:
@@ -96,6 +96,15 @@ def machine_code(dtype: DTypeLike) -> str:
 def one_block(segments: int, dtype: DTypeLike) -> tuple:
     """Arguments of a solve of one block."""
     hair = hang(width(dtype), segments, dtype)
-    motion, held = hair.motion, hair.path.start
-    before, ends = hair.rest.copy(), held.positions[0]
-    return hair.model, 0, motion.x, motion.v, motion.T, hair.rest, motion.a, before, ends, held.tips, hair.weights, RULE
+    return hair.model, 0, _iterate(hair), _stage(hair, hair.path.start.positions[0], hair.rest.copy()), RULE
+
+
+def _iterate(hair: Strands) -> Iterate:
+    """Where a stage starts: its arrays are those of the motion."""
+    return Iterate(hair.motion.x, hair.motion.v, hair.motion.T)
+
+
+def _stage(hair: Strands, ends: np.ndarray, before: np.ndarray) -> Stage:
+    """Make a stage that begins at rest, before, with ends of all blocks or of one [m]."""
+    a = hair.motion.a
+    return Stage(hair.rest, a, before, a, ends, hair.path.start.tips, hair.weights, STEP, STEP)

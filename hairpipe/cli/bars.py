@@ -8,8 +8,7 @@ from rich.table import Table
 
 from hairpipe.cli.wording import duration
 from hairpipe.graph.node.messages import one_line
-from hairpipe.graph.run.events import Event
-from hairpipe.graph.run.progress import NodeProgress, Progress
+from hairpipe.graph.run.events import Event, NodeProgress, Progress
 
 WIDTH = 30
 REFRESHES = 8

@@ -25,9 +25,9 @@ def complete_graph(ctx: click.Context, param: click.Parameter, incomplete: str) 
 
 def complete_type(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
     """Offer the node types."""
-    from hairpipe.graph.file.registry import Catalogue
+    from hairpipe.graph.file.registry import Registry
 
-    return [name for name in Catalogue().names() if name.startswith(incomplete)]
+    return [name for name in Registry().names() if name.startswith(incomplete)]
 
 
 def complete_node(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
@@ -86,13 +86,13 @@ def nodes_of(text: "GraphText") -> list[str]:
 
 def type_of(text: "GraphText | None", node: str) -> "NodeType | None":
     """Find the type of a node; None where there is none, or where it is not trusted."""
-    from hairpipe.graph.file.registry import Catalogue
+    from hairpipe.graph.file.registry import Registry
 
     table: Any = text.tables.get(node) if text else None
     if text is None or not isinstance(table, dict) or not isinstance(table.get("type"), str):
         return None
     try:
-        return Catalogue(text.path.parent / "nodes").find(table["type"])
+        return Registry(text.path.parent / "nodes").find(table["type"])
     except BadInput:
         return None
 

@@ -3,8 +3,7 @@
 import time
 
 from hairpipe.cli.wording import duration, plural, say
-from hairpipe.graph.run.events import Event
-from hairpipe.graph.run.progress import NodeProgress, Progress
+from hairpipe.graph.run.events import Event, NodeProgress, Progress
 
 INTERVAL = 5.0
 """Time between two lines about nodes that are under way [s]."""

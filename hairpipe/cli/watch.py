@@ -8,8 +8,7 @@ from typing import Protocol, Self
 from hairpipe.cli.lines import Lines, Silence
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.events import Event
-from hairpipe.graph.run.progress import Progress
+from hairpipe.graph.run.events import Event, Progress
 
 
 class Drawing(Protocol):

@@ -1,18 +1,18 @@
-"""Looks up the value of a node at a frame, for whoever wants to see it."""
+"""Reads results: the value of a node at a frame."""
 
 from collections.abc import Iterable
 from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.plan.plan import explain
+from hairpipe.graph.plan.planner import explain
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import CODEC
 from hairpipe.graph.store.store import LostObject, Store
 from hairpipe.graph.store.values import Values, codec_named
 
 
-def fetch(
+def read_result(
     graph: Graph,
     store: Store,
     task: Task,

@@ -46,8 +46,8 @@ def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:
 
 
 def _at_first(pull: np.ndarray, velocities: np.ndarray, scene: Scene) -> np.ndarray:
-    """Find accelerations by still air beside a pull [m/s^2]; NaN, not known, in wind, which nothing has felt yet."""
-    if scene.wind is not None:
+    """Find accelerations by still air and a pull [m/s^2]; NaN, not known, where more acts: it is not evaluated yet."""
+    if scene.wind is not None or scene.interactions:
         return np.full_like(velocities, np.nan)
     return pull - scene.air.drag * velocities
 
@@ -96,11 +96,9 @@ def advance_frame(
         if watch is not None:
             watch(motion, time, time + dt)
         time += dt
-    stuck = around.hair.connections if around.hair is not None else (state.stuck, state.stuck_at)
-    positions = origin[:, None] + motion.x
-    return HairState(
-        positions, motion.v, motion.a, motion.T, state.inverse_lengths, *stuck, crossings.step, state.stretched
-    )
+    moved = origin[:, None] + motion.x, motion.v, motion.a, motion.T
+    kept = state.inverse_lengths, state.stuck, state.stuck_at, crossings.step, state.stretched
+    return around.remember(HairState(*moved, *kept))
 
 
 def strands_of(hair: HairModel, state: HairState) -> Strands:

@@ -18,10 +18,12 @@ from hairpipe.sim.contact.body.fold_preservation import turns_of
 from hairpipe.sim.contact.hair.exclusions import REST
 from hairpipe.sim.contact.hair.hair_contacts import HairContacts
 from hairpipe.sim.contact.hair.stiction import Connections, same_hair_keys
+from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.hair_model import HairModel
-from hairpipe.sim.interactions import Surroundings
+from hairpipe.sim.interactions import Interaction
 from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction
 from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.sim.surroundings import Surroundings
 from hairpipe.spatial.pairs import key_of
 from hairpipe.spatial.proximity import near_pairs
 
@@ -47,23 +49,36 @@ def surroundings_of(
     began: float,
     origin: np.ndarray = WORLD,
 ) -> Surroundings:
-    """Collect what acts on hair in a frame, which is computed about an origin [m], (3,)."""
-    offsets = hair.layout.offsets
-    body = wind = touching = None
-    if bodies:
-        turns = turns_of(hair.groom.points, offsets) if scene.contact.folds is not None else None
-        thickness = thicknesses(offsets, scene.contact.thickness)
-        axial = np.empty(len(offsets) - 1)
-        axial[hair.layout.strands] = model.constants[:, 0]
-        segments = np.linalg.norm(np.diff(hair.groom.points, axis=0, prepend=hair.groom.points[:1]), axis=1)
-        body = BodyContacts(list(bodies), scene.contact, thickness, offsets, segments, axial, turns)
+    """Collect what acts on hair in a frame, which is computed about an origin [m], (3,).
+
+    The order of interactions is decided here: wind, bodies, the strain limit, hair, then those of the scene. Where a
+    step begins, in solves, and in the nine steps (5: bodies, 6: hair) they act in this order; what puts right at the
+    end of a step of the other schemes goes backwards: crossings of hair, then strain, and bodies have the last word.
+    """
+    offsets, acting = hair.layout.offsets, list[Interaction]()
     if scene.wind is not None:
-        wind = Breeze(scene.wind, hair.diameter)
+        acting.append(Breeze(scene.wind, hair.diameter, offsets))
+    if bodies:
+        acting.append(_body_contacts(hair, model, bodies, scene.contact))
+    if scene.strain is not None:
+        acting.append(StrainFilter(model, scene.strain.tolerance))
     if scene.stiction is not None or scene.collisions is not None:
         stuck = Connections(state.stuck, state.stuck_at)
         at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
-        touching = HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest)
-    return Surroundings(model, hair.layout, scene.strain, wind, body, touching, began, origin)
+        acting.append(HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest))
+    return Surroundings(model, hair.layout, [*acting, *scene.interactions], began, origin)
+
+
+def _body_contacts(
+    hair: HairModel, model: StrandModel, bodies: Sequence[Collider], contact: BodyContact
+) -> BodyContacts:
+    """Make what holds hair out of bodies."""
+    points, offsets = hair.groom.points, hair.layout.offsets
+    turns = turns_of(points, offsets) if contact.folds is not None else None
+    axial = np.empty(len(offsets) - 1)
+    axial[hair.layout.strands] = model.constants[:, 0]
+    segments = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
+    return BodyContacts(list(bodies), contact, thicknesses(offsets, contact.thickness), offsets, segments, axial, turns)
 
 
 def pairs_at_rest(

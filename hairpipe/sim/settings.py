@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from hairpipe.sim.air.wind import Wind
+from hairpipe.sim.interactions import Interaction
 from hairpipe.units import (
     Fraction,
     Ge,
@@ -158,6 +159,8 @@ class Scene:
     """All of it together; gravity acts along -Y.
 
     Without a strain limit segments stretch as far as springs let them; without a sag-free start hair sags at once.
+
+    interactions  forces of your own, see `sim/interactions.py`; no graph has them
     """
 
     gravity: MetresPerSecondSquared = 9.81
@@ -170,3 +173,4 @@ class Scene:
     stiction: Stiction | None = None
     collisions: Collisions | None = None
     wind: Wind | None = None
+    interactions: tuple[Interaction, ...] = ()

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.plan.plan import plan
+from hairpipe.graph.plan.planner import plan
 from hairpipe.graph.plan.tasks import Task, at
 from hairpipe.graph.run.events import CODEC
 from hairpipe.graph.store.record import Record

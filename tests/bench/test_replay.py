@@ -8,7 +8,7 @@ import pytest
 from hairpipe.bench.replay import Replay
 from hairpipe.errors import BadInput
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import fetch
+from hairpipe.graph.results import read_result
 
 
 def test_it_gives_what_a_run_gives_and_stores_nothing_of_it(shot):
@@ -20,7 +20,7 @@ def test_it_gives_what_a_run_gives_and_stores_nothing_of_it(shot):
     shot.run(to=["sum"])
     assert shot.tally()["add_up"] == 10
     graph = shot.load()
-    ran = [fetch(graph, shot.store, Task("sum", frame), "number").value for frame in range(1, 5)]
+    ran = [read_result(graph, shot.store, Task("sum", frame), "number").value for frame in range(1, 5)]
     assert replayed == ran and len(set(ran)) == 4
     assert np.isfinite(ran).all()
 
@@ -48,7 +48,7 @@ def test_files_and_frames_reached_are_what_they_are_in_a_run(shot):
     replay.prepare(10)
     replayed = [replay.advance(replay.arguments()).value for _ in range(2)]
     assert shot.run().exit_code == 0
-    assert replayed == [fetch(shot.load(), shot.store, Task("learn", frame)).value for frame in (1, 2)]
+    assert replayed == [read_result(shot.load(), shot.store, Task("learn", frame)).value for frame in (1, 2)]
 
 
 DOUBLE = '''"""A fold that is prepared."""

@@ -7,8 +7,7 @@ from hairpipe.cli.bars import Bars, cells
 from hairpipe.cli.lines import Lines, running_line
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.events import Event
-from hairpipe.graph.run.progress import NodeProgress, Progress
+from hairpipe.graph.run.events import Event, NodeProgress, Progress
 
 
 @pytest.fixture

@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 
 from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.plan.plan import plan
+from hairpipe.graph.plan.planner import plan
 from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.run import run
+from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 
 HERE = Path(__file__).parent
@@ -123,7 +123,7 @@ class Shot:
     def results(self, store=None, **settings) -> dict[str, dict[str, str]]:
         """Objects of all results, by task and output; everything has to be there."""
         from hairpipe.graph.plan.resolve import Resolver
-        from hairpipe.graph.store.key import action_key
+        from hairpipe.graph.store.digest import action_key
 
         graph = self.load(**settings)
         resolver = Resolver(graph, store or self.store, graph.select(None))

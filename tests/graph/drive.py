@@ -7,7 +7,7 @@ from pathlib import Path
 
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.run import run
+from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 
 if __name__ == "__main__":

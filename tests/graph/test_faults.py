@@ -156,7 +156,7 @@ def test_ctrl_c_stops_at_once_and_keeps_results(wrong):
 
 def test_ctrl_c_while_a_worker_starts_does_not_reach_it(shot):
     pool = Pool(shot.store.root, CODEC, shot.nodes, 1, [], CodeReader(shot.store.remember))
-    pool.send("narrow", Task("a", None), {"type": "no_such_type"})
+    pool.send("serial", Task("a", None), {"type": "no_such_type"})
     pool.members[0].process.send_signal(signal.SIGINT)
     ((_, reply),) = pool.receive(None)
     pool.close()

@@ -6,7 +6,7 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import fetch
+from hairpipe.graph.results import read_result
 
 HEAD = "schema = 1\nframes = [1, 3]\nfps = 24\n"
 SEEDS = HEAD + "".join(f'[s{n}]\ntype = "make_seed"\nvalue = {n}\n' for n in range(1, 12))
@@ -14,7 +14,7 @@ GATHER = SEEDS + '[all]\ntype = "gather"\nin.numbers = {}\n'
 
 
 def value(shot) -> float:
-    return fetch(shot.load(), shot.store, Task("all", None)).value
+    return read_result(shot.load(), shot.store, Task("all", None)).value
 
 
 def test_values_come_in_the_order_of_the_list(shot):
@@ -36,7 +36,7 @@ def test_frames_of_several_nodes(shot):
     moves = "".join(f'[m{n}]\ntype = "move_seed"\nin.seed = "s{n}"\n' for n in (1, 2))
     shot.write(GATHER.format('["s1"]\nin.shots = ["m1", "m2"]') + moves)
     shot.run()
-    moved = sum(fetch(shot.load(), shot.store, Task(f"m{n}", frame)).value for n in (1, 2) for frame in (1, 2, 3))
+    moved = sum(read_result(shot.load(), shot.store, Task(f"m{n}", frame)).value for n in (1, 2) for frame in (1, 2, 3))
     assert value(shot) == 1 + moved
     assert shot.tally()["gather"] == 1
 

@@ -163,7 +163,7 @@ from hairpipe.sim.solve.implicit_stage import run_stage
 arguments = one_block(6, "float64")
 for _ in range(10):
     run_stage(*arguments)
-print(hashlib.sha256(arguments[2].tobytes()).hexdigest(), sum(run_stage.stats.cache_hits.values()))
+print(hashlib.sha256(arguments[2].x.tobytes()).hexdigest(), sum(run_stage.stats.cache_hits.values()))
 """
 
 

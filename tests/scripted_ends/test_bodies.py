@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hairpipe.graph.plan.plan import plan
+from hairpipe.graph.run.run import run
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.plan.plan import plan
 from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.run import run
 from hairpipe.graph.store.store import Store
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import SdfSample

@@ -8,7 +8,7 @@ import pytest
 
 from hairpipe.data import Ends
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.registry import Catalogue
+from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.node.settings import check_settings
 from hairpipe.groom.strands import lay_strands
 from hairpipe.scripted_ends.ends import lead
@@ -131,4 +131,4 @@ def test_keys_that_do_not_belong_together_are_refused():
 @pytest.mark.parametrize("group", ["roots", "wave", "tips"])
 def test_the_group_of_an_axis_without_length_is_named(group):
     with pytest.raises(BadInput, match=rf"here: {group}: axis = \[0.0, 0.0, 0.0\] has no length"):
-        check_settings(Catalogue().find("drive_ends"), {group: {"axis": [0.0, 0.0, 0.0]}}, lambda names: "here")
+        check_settings(Registry().find("drive_ends"), {group: {"axis": [0.0, 0.0, 0.0]}}, lambda names: "here")

@@ -7,6 +7,7 @@ from hairpipe.bench.strands import RULE, STEP, hang
 from hairpipe.sim.integrators.backward_euler import BackwardEuler
 from hairpipe.sim.integrators.interface import everywhere
 from hairpipe.sim.solve.implicit_stage import guess_stages
+from hairpipe.sim.solve.stage import Iterate, Stage
 from hairpipe.sim.state import State, Step
 
 H, SPAN = 0.3 * STEP, 0.6 * STEP
@@ -28,7 +29,8 @@ class Case:
         step = Step(hair.path, 0.0, SPAN)
         xh, x, v, T = x0 + 1e-6, x0.copy(), self.v.copy(), hair.motion.T.copy()
         weights = everywhere(hair.model, x0, H)
-        guess_stages(hair.model, x, v, T, xh, x0, v, step.ends(1.0), step.held, weights, SPAN, RULE)
+        stage = Stage(xh, v, x0, v, step.ends(1.0), step.held, weights, SPAN, SPAN)
+        guess_stages(hair.model, Iterate(x, v, T), stage, RULE)
         return xh, x, v, T
 
     def alone(self):

@@ -11,12 +11,13 @@ from hairpipe.scripted_ends.track import Track
 from hairpipe.scripted_ends.wave import Wave
 from hairpipe.sim.advance import start
 from hairpipe.sim.boundary import ClampPath, clamp_at
+from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.integrators.choice import integrator_of
 from hairpipe.sim.integrators.step_size import limits_of, next_step
-from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import StepControl, StrainLimit
 from hairpipe.sim.state import State, Step
+from hairpipe.sim.surroundings import Surroundings
 
 FRAME = 1 / 24
 VIOLENT = Wave(frequency=2.0, turning=2500.0, axis=(0.0, 0.0, 1.0), pivot=(0.0, -0.1, 0.0))
@@ -46,7 +47,7 @@ def shaken(shot, seconds, tolerance, step):
     hair, groom = shot.hair, shot.hair.groom
     state = start(hair, lead(groom, 0.0, Track(), VIOLENT, None, None), scene)
     motion = State(state.positions, state.velocities, state.accelerations, state.tensions)
-    recorder = Recorder(hair.model, hair.layout, scene.strain)
+    recorder = Recorder(hair.model, hair.layout, [StrainFilter(hair.model, tolerance)])
     integrator, limits = integrator_of(scene), limits_of(scene.steps, hair.model, recorder)
     held = [
         clamp_at(lead(groom, f * FRAME, Track(), VIOLENT, None, None), groom, hair.rest, hair.layout)

@@ -138,12 +138,12 @@ def gc(
 ) -> None:
     """Remove results, the least recently used first; those that the given graphs reach stay in any case."""
     from hairpipe.cli.shipped import open_graph
-    from hairpipe.graph.plan.gc import clean, reached
+    from hairpipe.graph.plan.gc import clean, live_keys
     from hairpipe.graph.store.store import Store
 
     if not graphs and older is None and limit is None:
         raise BadInput("nothing says what to keep", where="gc", right="graphs, --older or --size")
-    keep = reached(Store(cache), [open_graph(graph, {}) for graph in graphs])
+    keep = live_keys(Store(cache), [open_graph(graph, {}) for graph in graphs])
     gone = clean(Store(cache, read_only=dry_run), keep=keep, older=older or 0.0, size=int(limit or 0))
     if as_json:
         document = {"cache": str(cache), "dry_run": dry_run, "results": gone.records, "objects": gone.objects}

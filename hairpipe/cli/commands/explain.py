@@ -12,8 +12,8 @@ from hairpipe.cli.wording import duration, size, table
 from hairpipe.graph.node.messages import one_line
 
 if TYPE_CHECKING:
-    from hairpipe.graph.plan.plan import Explanation
-    from hairpipe.graph.store.key import Parts
+    from hairpipe.graph.plan.planner import Explanation
+    from hairpipe.graph.store.digest import Parts
     from hairpipe.graph.store.record import Record
 
 
@@ -39,7 +39,7 @@ def explain(
     The result is that of a node at a frame, `hair@12`, or of a node that has one value for the shot, `groom`.
     """
     from hairpipe.cli.shipped import open_graph
-    from hairpipe.graph.plan.plan import explain as find_out
+    from hairpipe.graph.plan.planner import explain as find_out
     from hairpipe.graph.plan.tasks import Task
     from hairpipe.graph.store.store import Store
 

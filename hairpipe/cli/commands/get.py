@@ -12,7 +12,7 @@ from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
 
 if TYPE_CHECKING:
-    from hairpipe.graph.node.files import File
+    from hairpipe.graph.node.signature import File
 
 
 @click.command()
@@ -42,12 +42,12 @@ def get(
     from hairpipe.cli.shipped import open_graph
     from hairpipe.graph import File
     from hairpipe.graph.plan.tasks import Task
-    from hairpipe.graph.results import fetch
+    from hairpipe.graph.results import read_result
     from hairpipe.graph.store.store import Store
     from hairpipe.io.value import write_value
 
     opened, store = open_graph(graph, overrides), Store(cache)
-    value = fetch(opened, store, Task(target.node, target.frame), target.output, frames)
+    value = read_result(opened, store, Task(target.node, target.frame), target.output, frames)
     frame = opened.frames[0] if target.frame is None else target.frame
     if output.is_dir():
         raise BadInput("is a folder", where=output, right="the name of a file")

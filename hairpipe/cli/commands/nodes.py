@@ -14,7 +14,7 @@ from hairpipe.cli.wording import table
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
-    from hairpipe.graph.file.registry import Catalogue
+    from hairpipe.graph.file.registry import Registry
     from hairpipe.graph.node.declare import NodeType, Socket
     from hairpipe.graph.node.fields import Field
 
@@ -40,9 +40,9 @@ def nodes(name: str | None, graph: str | None, as_json: bool) -> None:
 
     Of one: inputs, outputs, and settings with unit, range and default.
     """
-    from hairpipe.graph.file.registry import Catalogue
+    from hairpipe.graph.file.registry import Registry
 
-    catalogue = Catalogue(find_graph(graph).parent / "nodes" if graph else None)
+    catalogue = Registry(find_graph(graph).parent / "nodes" if graph else None)
     if name is not None:
         node_type = catalogue.find(name)
         click.echo(json.dumps(document(node_type), indent=2) if as_json else text(node_type))
@@ -52,7 +52,7 @@ def nodes(name: str | None, graph: str | None, as_json: bool) -> None:
         click.echo(table([(name, summary(catalogue, name)) for name in catalogue.names()], "<<"))
 
 
-def summary(catalogue: "Catalogue", name: str) -> str:
+def summary(catalogue: "Registry", name: str) -> str:
     """Give the first line of a node type's help, or say why it cannot be loaded."""
     from hairpipe.graph.file.trust import Untrusted
 
@@ -64,7 +64,7 @@ def summary(catalogue: "Catalogue", name: str) -> str:
         return f"({fault})"
 
 
-def entry(catalogue: "Catalogue", name: str) -> dict[str, Any]:
+def entry(catalogue: "Registry", name: str) -> dict[str, Any]:
     """Describe a node type as a JSON document, or say why it cannot be loaded."""
     try:
         return document(catalogue.find(name))

@@ -12,7 +12,7 @@ from hairpipe.cli import options
 from hairpipe.cli.wording import plural, table
 
 if TYPE_CHECKING:
-    from hairpipe.graph.plan.plan import Entry
+    from hairpipe.graph.plan.planner import Entry
 
 
 @click.command()
@@ -41,7 +41,7 @@ def plan(
     """
     from hairpipe.cli.shipped import open_graph
     from hairpipe.graph.file.bounds import Bounds
-    from hairpipe.graph.plan.plan import plan as make_plan
+    from hairpipe.graph.plan.planner import plan as make_plan
     from hairpipe.graph.store.store import Store
 
     opened = open_graph(graph, overrides, to)

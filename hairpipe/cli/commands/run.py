@@ -50,8 +50,8 @@ def run(
     from hairpipe.cli.commands.trust import asking
     from hairpipe.cli.shipped import open_graph
     from hairpipe.cli.watch import Watch
-    from hairpipe.graph.run.run import Options
-    from hairpipe.graph.run.run import run as carry_out
+    from hairpipe.graph.run.scheduler import Options
+    from hairpipe.graph.run.scheduler import run as carry_out
     from hairpipe.graph.store.store import Store
 
     opened, store = asking(lambda: open_graph(graph, overrides, to)), Store(cache)

@@ -138,8 +138,8 @@ def tune(
 
 def runner(store: "Store", quiet: bool) -> "CarryOut":
     """Make what carries a run out and says what is measured; a warning that many models give is passed on once."""
-    from hairpipe.graph.run.run import Options
-    from hairpipe.graph.run.run import run as carry_out
+    from hairpipe.graph.run.scheduler import Options
+    from hairpipe.graph.run.scheduler import run as carry_out
 
     said: set[str] = set()
 

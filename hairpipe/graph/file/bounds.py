@@ -1,7 +1,7 @@
-"""Where a graph may publish: below the folder of its project, or one that the user names, and never over what it is
-made of, nor over code.
+"""Where a graph may publish: below the folder of its project, or one that the user names, and never over its own files
+or over code.
 
-A graph may come from anybody. So it says where within its project its files go, and nothing about the rest of the disk.
+A graph may come from anybody, so it must not choose paths outside of its project.
 """
 
 import os
@@ -15,14 +15,14 @@ from hairpipe.graph.file.graph import Graph
 
 NODES = "nodes"
 KEPT = {".toml": "a graph file", ".py": "code"}
-"""What no published file is called, by suffix: others would read or run it."""
+"""Suffixes that no published file may have: such files would be read or run."""
 OPEN = "/proc/self/fd"
 FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """Folders below which a graph may publish, and what is kept from it there.
+    """Folders below which a graph may publish, and the exceptions there.
 
     store  folder of results
     root   folder that the user allows beside the graph's project, or None
@@ -55,7 +55,7 @@ class Bounds:
         return found
 
     def _kind(self, place: Path, names: Sequence[str]) -> str | None:
-        """Say what is kept from every graph; None for what may be published."""
+        """Describe a path that no graph may publish to; None for others."""
         if place.is_relative_to(self.store.resolve()):
             return "in the store"
         if any(name.startswith(".") for name in names):
@@ -64,17 +64,17 @@ class Bounds:
 
 
 def check_way(place: Path) -> None:
-    """Refuse a place that a link leads to: those in the graph file have been followed, so that it is a new one."""
+    """Refuse a path through a link: links were resolved when the graph was read, so this one is new."""
     if place.parent.resolve() != place.parent or place.is_symlink():
         raise BadInput("a link lies on the way", where=place, right="a folder without links, or --publish-root FOLDER")
 
 
 @contextmanager
 def entered(root: Path, folder: Path) -> Iterator[Path]:
-    """Open a folder step by step from a root, made where it is missing; no step follows a link, whoever put it there.
+    """Open a folder step by step from a root, and make what is missing; no step follows a link.
 
-    Gives a path that means the open folder, whatever is put in its place, where the system has such paths; else the
-    folder's own. OSError where something else is in the way.
+    Yields a path of the open folder that stays valid if it is replaced, where the system has such paths; else the
+    folder's own. OSError where something else is in its place.
     """
     root.mkdir(parents=True, exist_ok=True)
     handle = os.open(root, FOLDER)

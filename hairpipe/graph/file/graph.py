@@ -16,8 +16,6 @@ from hairpipe.graph.node.settings import map_files
 from hairpipe.graph.store.digest import digest_bytes
 
 FRAME_MARK = re.compile("#+")
-
-
 HOLDS_GRAPHS = "graphs"
 
 
@@ -87,14 +85,14 @@ class Graph:
         return (self.path.parent / given).absolute()
 
     def role(self, path: Path) -> str | None:
-        """Say what a file, by its resolved path, is to this graph where it is made of it; None for any other."""
+        """Describe the role of a file, by its resolved path, in this graph; None for a file that it does not use."""
         if path.is_relative_to(self.folder.resolve()):
             return "in the folder of its node types"
         return self.files.get(path)
 
     @cached_property
     def files(self) -> dict[Path, str]:
-        """The graph file and the inputs of its nodes: what each is, by its resolved path."""
+        """The graph file and the inputs of its nodes: the role of each, by its resolved path."""
         files = {self.path.resolve(): "the graph file"}
         for node in self.nodes.values():
             given: list[str] = []

@@ -1,4 +1,4 @@
-"""`like`: a node that is another one but for what it states."""
+"""`like`: a node that copies another one and states only what differs."""
 
 from collections.abc import Iterator, Sequence
 from graphlib import CycleError, TopologicalSorter
@@ -10,25 +10,24 @@ from hairpipe.graph.node.fields import SHORTHAND
 from hairpipe.graph.node.messages import brief, nearest
 
 OWN = frozenset({"like", "without", "publish", "checkpoint"})
-"""Keys that say nothing of what a node computes: they are its own, and never taken over."""
+"""Keys that do not affect what a node computes: they are never copied."""
 
 Table = dict[str, Any]
 
 
 def written_out(text: GraphText) -> GraphText:
-    """Return a graph file in which nobody is like another; BadInput as for `write_out`."""
+    """Return a graph file with every `like` written out; BadInput as for `write_out`."""
     tables = {name: table for name, table in text.tables.items() if isinstance(table, dict)}
     return text.edited(text.tables | write_out(text, tables))
 
 
 def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
-    """Return tables in which nobody is like another: those that were have all of it written out. Pure.
+    """Return tables with every `like` written out. Pure.
 
-    A node takes over type, edges and settings, group by group and name by name, and states what differs. `without`
-    names what it leaves out, as "stiction" or "in.surface", before it states anything: a group that is left out and
-    stated begins anew. A plain value in place of a group replaces it; a group in place of a plain value begins with it.
-    Bases come first. BadInput where there is no such node, where they are like each other in a circle, or where there
-    is nothing to leave out.
+    A node copies type, edges and settings of its base, group by group and name by name, and states what differs.
+    `without` names what is left out of the base, as "stiction" or "in.surface": a group that is both left out and
+    stated starts empty. A plain value replaces a group; a group that replaces a plain value starts with it. Bases come
+    first. BadInput for an unknown base, a cycle of bases, or where there is nothing to leave out.
     """
     bases = {name: [base_of(text, name, tables)] if "like" in table else [] for name, table in tables.items()}
     try:
@@ -51,7 +50,7 @@ def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
 
 
 def stated(text: GraphText, name: str, table: Table, base: Table) -> Table:
-    """Lay what a node states over its base, without what it leaves out of that."""
+    """Merge what a node states into its base, without what it leaves out."""
     for dotted in left_out(text, name, table, base):
         base = without(base, dotted.split("."))
     return merged(base, {key: value for key, value in table.items() if key not in ("like", "without")})
@@ -90,7 +89,7 @@ def dotted_names(table: Table, prefix: str = "") -> Iterator[str]:
 
 
 def without(table: Table, names: Sequence[str]) -> Table:
-    """Return a table without one of its names, or one in a group; as it is where that went before."""
+    """Return a table without one of its names, or one in a group; unchanged where it is missing."""
     first, *rest = names
     if not rest or not isinstance(table.get(first), dict):
         return {name: value for name, value in table.items() if name != first}
@@ -98,7 +97,7 @@ def without(table: Table, names: Sequence[str]) -> Table:
 
 
 def merged(base: Table, own: Table) -> Table:
-    """Lay a table over another, groups name by name."""
+    """Merge a table into another, groups name by name."""
     result = dict(base)
     for name, value in own.items():
         if isinstance(value, dict) and name in base:

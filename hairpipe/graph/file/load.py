@@ -12,13 +12,13 @@ from hairpipe.graph.file.graph import FRAME_MARK, Graph, Node, project_of
 from hairpipe.graph.file.like import write_out
 from hairpipe.graph.file.overrides import parse_value, put
 from hairpipe.graph.file.read import GraphText, read_graph_text
-from hairpipe.graph.file.registry import Catalogue
+from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.file.trust import Untrusted
 from hairpipe.graph.node.declare import RESERVED, NodeType
 from hairpipe.graph.node.fields import field_at, fields_of
-from hairpipe.graph.node.files import File
 from hairpipe.graph.node.messages import brief, nearest
 from hairpipe.graph.node.settings import check_settings, map_files
+from hairpipe.graph.node.signature import File
 from hairpipe.plain_file import special
 
 SCHEMA = 1
@@ -50,9 +50,9 @@ def make_graph(text: GraphText) -> Graph:
     path = text.path
     tables = {name: value for name, value in text.tables.items() if isinstance(value, dict)}
     check_header(text)
-    catalogue = Catalogue(path.parent / "nodes")
+    registry = Registry(path.parent / "nodes")
     written = write_out(text, tables)
-    nodes = {name: read_node(text, name, table, catalogue) for name, table in written.items()}
+    nodes = {name: read_node(text, name, table, registry) for name, table in written.items()}
     nodes = {name: nodes[name] for name in tables}
     if not nodes:
         raise BadInput("no nodes", where=path, right='a table such as [head] with type = "make_bust"')
@@ -109,7 +109,7 @@ def read_preroll(text: GraphText) -> int:
     return preroll
 
 
-def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Catalogue) -> Node:
+def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Registry) -> Node:
     """Read one table; the edges are names until all nodes are known."""
     plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum()
     if not plain or not name[:1].isalpha() or len(name) > MOST_LETTERS:
@@ -119,7 +119,7 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], catalogue: Cata
         what = "no type" if type_name is None else f"type = {brief(type_name)} is no text"
         raise BadInput(what, where=text.place(name, ["type"]), right='type = "...", see `hairpipe nodes`')
     try:
-        node_type = catalogue.find(type_name)
+        node_type = registry.find(type_name)
     except Untrusted:
         raise
     except BadInput as error:

@@ -13,7 +13,7 @@ Tables = dict[str, Any]
 
 
 def put(tables: Tables, target: str, value: Any) -> None:
-    """Give a setting, or a group of them, a value; in place."""
+    """Set a setting, or a group of them; in place."""
     node, *names = target.split(".")
     nodes = [name for name, table in tables.items() if isinstance(table, dict)]
     if node not in nodes or not names or not all(names):
@@ -28,7 +28,7 @@ def put(tables: Tables, target: str, value: Any) -> None:
 
 
 def drop(tables: Tables, target: str) -> None:
-    """Take a setting, or a group of them, out; in place. What is not there need not be taken."""
+    """Remove a setting, or a group of them, where it is there; in place."""
     *above, last = target.split(".")
     table: Any = tables
     for name in above:

@@ -1,4 +1,4 @@
-"""Reads the text of a graph file: TOML to tables, and the lines on which things stand, for messages."""
+"""Reads the text of a graph file: TOML to tables, and line numbers for messages."""
 
 import os
 import re
@@ -18,7 +18,7 @@ HEADER = re.compile(r"""\s*\[\s*(?:([\w-]+)|["']([^"']*)["'])\s*[\].]""")
 
 
 class GraphText:
-    """A graph file as read: its tables, and where they stand."""
+    """A graph file as read: its tables, and their lines."""
 
     def __init__(self, path: Path, text: str) -> None:
         self.path = path
@@ -30,13 +30,13 @@ class GraphText:
             raise BadInput(f"not valid TOML: {what}", where=path) from None
 
     def edited(self, tables: dict[str, Any]) -> "GraphText":
-        """Return the same text with other tables; what is not in the text stands nowhere in particular."""
+        """Return the same text with other tables; names that are not in the text have no line."""
         other = copy(self)
         other.tables = tables
         return other
 
     def place(self, node: str | None = None, names: Sequence[str] = ()) -> str:
-        """Say where a node, or a name within it, stands: `graph.toml:12: [hair]`; the line where it can be found."""
+        """Write the place of a node, or of a name within it: `graph.toml:12: [hair]`; with its line where known."""
         line = self._line(node, names)
         label = f": [{node}]" if node is not None else ""
         return f"{self.path}:{line}{label}" if line else f"{self.path}{label}"

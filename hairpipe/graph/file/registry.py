@@ -1,4 +1,4 @@
-"""Finds node types: ours, those of installed packages, and those in a folder `nodes` beside the graph file, if trusted.
+"""The registry of node types: ours, those of installed packages, and those in a trusted folder beside the graph file.
 
 A file declares one node type of the same name; nothing is registered by hand. Only what a graph uses is imported.
 """
@@ -23,11 +23,11 @@ from hairpipe.graph.node.messages import nearest
 ENTRY_POINTS = "hairpipe.nodes"
 
 
-class Catalogue:
+class Registry:
     """Node types by name.
 
-    folder  whose files are node types too, and come first as such; imports by their bare names look there last, once
-            it is trusted
+    folder  whose files are node types, too, and take precedence; imports by bare names search it last, once it is
+            trusted
     """
 
     def __init__(self, folder: Path | None = None) -> None:
@@ -36,7 +36,7 @@ class Catalogue:
 
     @cached_property
     def _doubt(self) -> BadInput | None:
-        """Why nothing may be imported from the folder; None where it may."""
+        """The error where the folder is not trusted; None where it is."""
         return doubt_about(self.folder) if self.folder else None
 
     def names(self) -> list[str]:
@@ -53,11 +53,11 @@ class Catalogue:
 
     def _load(self, name: str) -> ModuleType:
         try:
-            with redirect_stdout(sys.stderr):  # what a file prints when it is imported is no result of ours
+            with redirect_stdout(sys.stderr):  # output of a file that is imported must not mix with results
                 return self._import(name)
         except BadInput:
             raise
-        except Exception as error:  # whatever a file of nodes raises when it is imported
+        except Exception as error:  # an import may raise anything
             raise BadInput(f"node type '{name}' cannot be loaded: {type(error).__name__}: {error}") from error
 
     def _import(self, name: str) -> ModuleType:
@@ -78,7 +78,7 @@ class Catalogue:
 
 @cache
 def packages() -> list[str]:
-    """Name the packages that hold node types: ours, then those of the entry points."""
+    """List the packages of node types: ours, then those of the entry points."""
     found = importlib.metadata.entry_points(group=ENTRY_POINTS)
     return list(dict.fromkeys([OUR_NODES, *(entry.value for entry in found)]))
 
@@ -88,13 +88,13 @@ def modules_in(package: str) -> list[str]:
     try:
         with redirect_stdout(sys.stderr):
             paths = importlib.import_module(package).__path__
-    except Exception:  # a broken package of somebody else does not take ours along
+    except Exception:  # a broken package must not break the others
         return []
     return [module.name for module in pkgutil.iter_modules(paths) if not module.name.startswith("_")]
 
 
 def load_file(name: str, path: Path) -> ModuleType:
-    """Import a file as a top-level module; one that an import of its name does not lead to is known to nobody else."""
+    """Import a file as a top-level module; it enters `sys.modules` only where an import of its name leads to it."""
     spec = importlib.util.spec_from_file_location(name, path, loader=UncompiledLoader(name, str(path)))
     if name in sys.stdlib_module_names or spec is None or spec.loader is None:
         raise BadInput(f"{path.name} hides a module of Python", right="another file name")

@@ -1,7 +1,7 @@
-"""A folder of nodes is code: nothing in it is imported before its user has said that he trusts it, as it is.
+"""Trust in folders of nodes: they are code, and nothing in them is imported before the user has trusted it.
 
-What is trusted is the bytes of all that Python could import from the folder, wherever a copy of it lies; who did so
-stands in a folder of his own. Our own nodes, and those of installed packages, need no such thing.
+Trust covers the bytes of everything that Python could import from the folder, wherever a copy of it lies, and is
+recorded in a folder of the user. Our own nodes, and those of installed packages, need none.
 """
 
 import importlib
@@ -23,10 +23,10 @@ from hairpipe.graph.store.fingerprint import digest_file
 from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
 
 VARIABLE = "HAIRPIPE_TRUST"
-"""Names folders, by absolute paths, that are trusted whatever is in them: for farms, and for those who write nodes."""
+"""Lists folders, by absolute paths, that are trusted whatever is in them: for farms, and for authors of nodes."""
 CACHED = "__pycache__"
 NATIVE = {".so", ".dylib", ".dll"}
-"""Among the suffixes of a library that an extension module may bring along, as in `libfast.so.1`."""
+"""Suffixes of libraries that an extension module may load, also within a name such as `libfast.so.1`."""
 MOST_NAMED = 8
 
 Files = Mapping[str, str]
@@ -34,7 +34,7 @@ Files = Mapping[str, str]
 
 
 class Untrusted(BadInput):
-    """Code that would have to be imported is not trusted, or not as it is now.
+    """Code that would be imported is not trusted, or not in its present state.
 
     folder  it lies in
     files   that one would trust
@@ -60,7 +60,7 @@ class Trusted:
 
 
 def doubt_about(folder: Path) -> Untrusted | None:
-    """Say why the code in a folder must not be imported; None where it may be. BadInput where it cannot be read."""
+    """Return the error for a folder whose code is not trusted; None where it is. BadInput where it cannot be read."""
     folder = folder.resolve()
     if folder == shipped_folder() or folder in named_folders():
         return None
@@ -76,7 +76,7 @@ def doubt_about(folder: Path) -> Untrusted | None:
 
 
 def trust(folder: Path, files: Files) -> None:
-    """Note that these files in a folder are trusted; OSError or BadInput where that cannot be noted."""
+    """Record that these files in a folder are trusted; OSError or BadInput where that cannot be recorded."""
     path = entry_path(folder)
     make_own(path.parent)
     fault = fault_of_register()
@@ -89,7 +89,7 @@ def trust(folder: Path, files: Files) -> None:
 
 
 def revoke(folder: Path) -> bool:
-    """Forget that a folder was trusted, and its copies; returns whether it was."""
+    """Withdraw trust from a folder and its copies; returns whether it was trusted."""
     files = code_in(folder.resolve())
     gone = [entry.folder for entry in trusted() if entry.folder == folder.resolve() or entry.files == files]
     for other in gone:
@@ -98,7 +98,7 @@ def revoke(folder: Path) -> bool:
 
 
 def trusted() -> Iterator[Trusted]:
-    """Iterate over the folders that were trusted; what others can have written does not count."""
+    """Iterate over the trusted folders; records that others may have written are ignored."""
     try:
         paths = [] if fault_of_register() else sorted(register().glob("*.json"))
     except OSError:
@@ -111,12 +111,12 @@ def trusted() -> Iterator[Trusted]:
 
 
 def register() -> Path:
-    """Name the folder in which it stands what is trusted; OSError without a home."""
+    """Path of the folder of records; OSError without a home."""
     return own_folder("config") / "trusted"
 
 
 def fault_of_register() -> str | None:
-    """Say why nothing counts that is said to be trusted; None where it does."""
+    """Say why the records are ignored; None where they count."""
     try:
         faults = ((path, fault_of(path)) for path in (register().parent, register()))
         return next((f"{path} {fault}" for path, fault in faults if fault), None)
@@ -125,7 +125,7 @@ def fault_of_register() -> str | None:
 
 
 def entry_path(folder: Path) -> Path:
-    """Name the file in which it stands that a folder is trusted."""
+    """Path of the record of a folder."""
     return register() / f"{digest_bytes('trust', os.fsencode(folder.resolve()))}.json"
 
 
@@ -137,7 +137,7 @@ def named_folders() -> set[Path]:
 
 @cache
 def shipped_folder() -> Path:
-    """Name the folder of our own nodes, which one works beside in a checkout."""
+    """Path of the folder of our own nodes: in a checkout, a folder of nodes may be that one."""
     return Path(importlib.import_module(OUR_NODES).__path__[0]).resolve()
 
 
@@ -150,7 +150,7 @@ def code_in(folder: Path) -> dict[str, str]:
 
 
 def sources(folder: Path) -> Iterator[Path]:
-    """Iterate over the files that Python can import from a folder; what it keeps compiled for itself is not read."""
+    """Iterate over the files that Python can import from a folder; cached bytecode is left out: it is not read."""
     seen: set[Path] = set()
     for place, within, names in os.walk(folder, followlinks=True):
         real = Path(place).resolve()
@@ -167,11 +167,11 @@ def sources(folder: Path) -> Iterator[Path]:
 
 
 def differing(old: Files, new: Files) -> list[str]:
-    """Name what is not the same in both."""
+    """Names of files that differ."""
     return sorted(name for name in old.keys() | new.keys() if old.get(name) != new.get(name))
 
 
 def listed(names: list[str]) -> str:
-    """Write some names, and how many more there are."""
+    """Join the first names, and the number of the others."""
     more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
     return ", ".join(names[:MOST_NAMED]) + more

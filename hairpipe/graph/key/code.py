@@ -1,9 +1,9 @@
 """The code a node depends on: its module and, transitively, the first-party modules it imports.
 
-Imports inside functions count; comments, docstrings and layout do not. `from package import name` leads to the module
-that binds the name, not to everything else the package gathers, as long as it is certain which one binds it; `import
-package.module` leads to both, since both can be used. The engine itself does not count: it promises not to change
-values.
+Imports inside functions count; comments, docstrings and layout do not. A module counts whole, with all that it imports:
+`from package import name` leads to the package, and to the module of that name where there is one; `import
+package.module` leads to both. So a package that re-exports what it gathers makes its users depend on all of it. The
+engine itself does not count: it promises not to change values.
 """
 
 import importlib.metadata
@@ -31,12 +31,12 @@ INSTALLED = ("site-packages", "dist-packages")
 NO_VERSION = "none"
 
 Remember = Callable[[str, Callable[[], str]], str]
-"""Gives the text remembered under a name, or computes and keeps it."""
+"""Returns the text noted under a name, or computes and notes it."""
 
 
 @dataclass(frozen=True)
 class Code:
-    """The digest of all code behind a node, and what it was made of, so that a plan can name what changed."""
+    """The digest of all code behind a node, and of its parts, so that a plan can name what changed."""
 
     digest: str
     parts: dict[str, str]
@@ -69,7 +69,7 @@ class CodeReader:
         return Code(digest("code", parts), parts)
 
     def kernel_sources(self, module: str) -> dict[str, str]:
-        """Digests of the modules of others behind one, by name; none where not one of them compiles anything."""
+        """Digests of the modules behind one that are not ours, by name; none where none of them imports numba."""
         first_party = [name for name in self._closure(module)[0] if name.partition(".")[0] != HOUSE]
         known = {name: source for name in first_party if (source := self._source(name)) is not None}
         imported = {target.partition(".")[0] for source in known.values() for target, _ in source.imports}
@@ -120,32 +120,17 @@ class CodeReader:
         found: set[str] = set()
         for target, name in source.imports:
             target = self._absolute(module, target)
-            found |= {target} if name is None else self._binders(target, name, frozenset())
+            if target:  # a relative import outside of a package fails
+                found.add(target)
+                found |= self._submodules(target) if name == STAR else self._submodule(target, name)
         return found
 
-    def _binders(self, module: str, name: str, seen: frozenset[str]) -> set[str]:
-        """Find the modules that may be behind `from module import name`: a submodule, and what binds the name.
-
-        A re-export is followed where it is the only way in which the name is bound; else the module itself counts,
-        with all it imports.
-        """
-        if not module:  # a relative import outside of a package, which fails
-            return set()
-        source = self._source(module)
-        if name == STAR:
-            return {module} | (self._submodules(module) if source and "__all__" in source.binds else set())
-        found = {f"{module}.{name}"} if self._spec(f"{module}.{name}") else set()
-        if source is None:
-            return found or {module}
-        lead = source.binds.get(name)
-        if lead and module not in seen:
-            return found | self._binders(self._absolute(module, lead[0]), lead[1], seen | {module})
-        if found and source.binds.keys().isdisjoint({name, STAR, "__getattr__"}):
-            return found
-        return found | {module}
+    def _submodule(self, module: str, name: str | None) -> set[str]:
+        """Name the module that `from module import name` may lead to within a package; none where it is no module."""
+        return {f"{module}.{name}"} if name and self._spec(f"{module}.{name}") else set()
 
     def _submodules(self, module: str) -> set[str]:
-        """Name the modules right within a package: a star import takes those that `__all__` lists."""
+        """Name the modules right within a package: a star import may take them."""
         spec = self._spec(module)
         paths = spec.submodule_search_locations if spec else None
         return {f"{module}.{inner.name}" for inner in pkgutil.iter_modules(paths)} if paths else set()
@@ -169,12 +154,12 @@ class CodeReader:
         return self._sources[module]
 
     def _read(self, path: Path) -> Source:
-        """Analyse a file; of one that is no source, all that can be said is its bytes."""
+        """Analyse a file; one that is no source counts by its bytes."""
         try:
             self.stamps.setdefault(str(path), stamp_of(path))
             data = path.read_bytes()
             if path.suffix != ".py":
-                return Source(digest_bytes("compiled", data), {}, ())
+                return Source(digest_bytes("compiled", data), ())
             name = digest_bytes("source", FORMAT.encode() + b"\0" + data)
             return noted_source(self._remember(name, lambda: read_source(data, str(path)).note))
         except SyntaxError as error:
@@ -216,5 +201,5 @@ def version(name: str) -> str:
 
 @cache
 def providers() -> Mapping[str, list[str]]:
-    """Distributions by the top-level modules they provide; it reads what all of them say of themselves, so once."""
+    """Distributions by the top-level modules they provide; read once, since it opens the metadata of all of them."""
     return importlib.metadata.packages_distributions()

@@ -9,8 +9,7 @@ from types import SimpleNamespace
 from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.files import Workspace
-from hairpipe.graph.node.frames import Frames, Pair, Reached, Time
+from hairpipe.graph.node.signature import Frames, Pair, Reached, Time, Workspace
 
 Mode = Literal["once", "each", "scan"]
 View = Literal["now", "pair", "frames", "reached"]

@@ -1,4 +1,4 @@
-"""What the annotation of a setting says: kind, unit, range, choices, default, group."""
+"""Fields: kind, unit, range, choices, default and group, as read from the annotation of a setting."""
 
 import dataclasses
 import inspect
@@ -159,7 +159,7 @@ def vars_of(item: Any) -> dict[str, Any]:
 
 
 def kind_text(kind: Any) -> str:
-    """Say in words what kind of value is accepted."""
+    """Describe what kind of value is accepted."""
     if get_origin(kind) is Annotated:
         unit = next((m.symbol for m in metadata(kind) if isinstance(m, Unit)), None)
         return kind_text(get_args(kind)[0]) + (f" in {unit}" if unit else "")
@@ -173,7 +173,7 @@ def kind_text(kind: Any) -> str:
 
 
 def help_line(document: str, name: str) -> str:
-    """Find the line `name  text` of a docstring, with those that go on with it: they begin below its text."""
+    """Find the line `name  text` of a docstring, with its continuation lines, which are indented to the text."""
     lines = iter(document.splitlines())
     label = re.compile(rf"\s*{re.escape(name)}\s{{2,}}(?=\S)")
     found = next(((line, match.end()) for line in lines if (match := label.match(line))), None)

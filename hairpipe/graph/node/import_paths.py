@@ -1,6 +1,6 @@
-"""Where an import leads, with the folder of node types last on Python's path: keys and workers look alike.
+"""Import paths: the folder of node types is last on Python's path, for keys and workers alike.
 
-It comes last so that no file of a user's takes the place of a library that our own code imports.
+It is last so that no file of a user hides a library that our own code imports.
 """
 
 import sys
@@ -26,19 +26,19 @@ OUR_NODES = f"{HOUSE}.nodes"
 """The package of the node types that are shipped: the folder `nodes` of a checkout."""
 
 _folders: set[str] = set()
-"""All that were entered."""
+"""All folders that were ever on the path."""
 
 
 class UncompiledLoader(SourceFileLoader):
-    """Imports a source file as it is: what Python keeps compiled may be of another one of the same size and second."""
+    """Imports a source file without cached bytecode, which may be of another file of the same size and second."""
 
     def path_stats(self, path: str) -> NoReturn:
-        """Refuse to say what tells compiled code of one state from that of another: so none is read or written."""
+        """Raise OSError, by which no bytecode is read or written."""
         raise OSError
 
 
 def finder(path: str) -> FileFinder:
-    """Look into a folder of node types, or one within it; ImportError for any other, for Python to look itself."""
+    """Return the finder of a folder of node types, or one within it; ImportError for others, which Python handles."""
     if not any(Path(path).is_relative_to(folder) for folder in _folders):
         raise ImportError
     kinds = (
@@ -53,9 +53,9 @@ sys.path_hooks.insert(0, finder)
 
 
 def enter(folder: Path) -> None:
-    """Put a folder of node types on Python's path in place of the one before, whose modules are forgotten.
+    """Put a folder of node types on Python's path in place of the one before, whose modules are unloaded.
 
-    So graphs that are loaded one after the other may have helpers of the same name.
+    So graphs that are loaded in turn may have helpers of the same name.
     """
     name = str(folder.absolute())
     _folders.add(name)
@@ -68,7 +68,7 @@ def enter(folder: Path) -> None:
 
 
 def leave(folder: str) -> None:
-    """Take a folder that was entered off Python's path, and forget what was imported from it by bare names."""
+    """Remove a folder from Python's path, and unload what was imported from it by bare names."""
     gone = {name for name, module in sys.modules.items() if "." not in name and lies_in(module, folder)}
     for name in [name for name in sys.modules if name.partition(".")[0] in gone]:
         del sys.modules[name]
@@ -90,7 +90,7 @@ def find_spec(module: str, path: list[str] | None) -> ModuleSpec | None:
     found = (finder.find_spec(module, path, None) for finder in sys.meta_path if hasattr(finder, "find_spec"))
     try:
         return next((spec for spec in found if spec is not None), None)
-    except KeyError:  # of a namespace within a namespace, Python asks the outer one, which is not imported here
+    except KeyError:  # for nested namespaces, Python asks the outer one, which is not imported here
         return namespace(module, path or [])
 
 

@@ -11,7 +11,7 @@ from typing import Any
 MOST_SHOWN = 60
 MOST_WARNINGS = 20
 LONG_WORD, LONG_LINE = 300, 2000
-"""Characters without a blank, and altogether, beyond which a message is cut; a path is rarely as long."""
+"""Number of characters in a word, and in all, beyond which a message is shortened; a path is rarely as long."""
 
 
 def nearest(name: str, known: Sequence[str]) -> str:
@@ -31,18 +31,18 @@ def brief(value: Any) -> str:
 
 
 def cut(text: str) -> str:
-    """Cut a text where it is long."""
+    """Cut off the end of a long text."""
     return text if len(text) <= MOST_SHOWN else text[:MOST_SHOWN] + "..."
 
 
 def one_line(text: str) -> str:
-    """Write a text on one line of a terminal, whatever is in it: what is not printed is escaped, what is long cut."""
+    """Write a text on one line of a terminal: unprintable characters are escaped, long texts are shortened."""
     clean = text if text.isprintable() else "".join(c if is_printed(c) else escaped(c) for c in text)
     return shortened(re.sub(rf"\S{{{LONG_WORD + 1},}}", lambda word: shortened(word[0], LONG_WORD), clean), LONG_LINE)
 
 
 def is_printed(character: str) -> bool:
-    """Whether a terminal shows a character, and does nothing else with it."""
+    """Whether a terminal prints a character, and does not interpret it."""
     return character.isprintable() or unicodedata.category(character) == "Zs"
 
 
@@ -52,7 +52,7 @@ def escaped(character: str) -> str:
 
 
 def shortened(text: str, most: int) -> str:
-    """Leave out the middle of a text that is long."""
+    """Leave out the middle of a long text."""
     return text if len(text) <= most else f"{text[: most * 3 // 4]}...{text[-most // 5 :]}"
 
 

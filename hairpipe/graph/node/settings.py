@@ -1,4 +1,4 @@
-"""Settings: checked once when the graph is read, plain values afterwards, Python objects when a node is called."""
+"""Settings: checked when the graph is read, plain values in keys and jobs, Python objects when a node is called."""
 
 import dataclasses
 import json
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Plain = dict[str, Any]
 Place = Callable[[Sequence[str]], str]
-"""Says where in which file the setting with these names stands."""
+"""Returns the file and line of the setting with these names."""
 
 
 def check_settings(node_type: NodeType, given: Plain, place: Place) -> Plain:
@@ -53,7 +53,7 @@ def build_settings(node_type: NodeType, plain: Plain) -> dict[str, Any]:
 
 
 def build(field: Field, value: Any) -> Any:
-    """Turn one plain value into what its annotation says; BadInput names the group that refuses what is in it."""
+    """Turn one plain value into the type of its annotation; BadInput names the group that refuses its fields."""
     if value is None:
         return None
     if field.group:
@@ -65,7 +65,7 @@ def build(field: Field, value: Any) -> Any:
 
 
 def build_plain(kind: Any, value: Any) -> Any:
-    """Turn one plain value that is no group into what a type says: tuples within tuples, too."""
+    """Turn one plain value that is no group into a type; tuples may be nested."""
     if get_origin(kind) is Annotated:
         return build_plain(get_args(kind)[0], value)
     if get_origin(kind) is tuple:
@@ -88,9 +88,9 @@ def map_files(fields: Iterable[Field], plain: Plain, change: Callable[[str, str]
 
 
 def merge_defaults(fields: Iterable[Field], given: Plain) -> Plain:
-    """Lay what is given over the default of its group, where that default is a group and not None.
+    """Merge given values into the default of their group, where that default is a group and not None.
 
-    A value given for a group that has a field `value` is that field's.
+    A plain value given for a group that has a field `value` is the value of that field.
     """
     merged = dict(given)
     for field in fields:
@@ -124,7 +124,7 @@ def make_model(name: str, fields: Iterable[Field]) -> "type[BaseModel]":
 
 
 def explain(error: "ErrorDetails", fields: tuple[Field, ...], place: Place) -> BadInput:
-    """Turn a finding of pydantic into one message: the field, what was given, what is allowed."""
+    """Turn an error of pydantic into one message: the field, what was given, what is allowed."""
     names, known, field = [], fields, None
     for part in map(str, error["loc"]):
         if field is not None and not field.group:

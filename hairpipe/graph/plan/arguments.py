@@ -1,22 +1,21 @@
-"""The arguments that a node is called with: what its sockets see, what it asks of the engine, its settings."""
+"""The arguments of a node: the values of its sockets, what it asks of the engine, its settings."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
 
 from hairpipe.graph.node.declare import NodeType, Socket
-from hairpipe.graph.node.files import Workspace
-from hairpipe.graph.node.frames import Frames, Pair, Reached, Time
 from hairpipe.graph.node.settings import build_settings
+from hairpipe.graph.node.signature import Frames, Pair, Reached, Time, Workspace
 from hairpipe.graph.plan.tasks import Inputs, Source
 
 Named = dict[str, Any]
-"""What goes into a task, by where it is plugged in: a name, two of a `Pair`, [[frame, name], ...] of `Frames`, None."""
+"""Names of the inputs of a task, by plug: a name, two of a `Pair`, [[frame, name], ...] of `Frames`, or None."""
 Load = Callable[[Any, type], Any]
-"""Gives the value of this type that has a name."""
+"""Loads the value of this type by its name."""
 
 
 def name_inputs(node_type: NodeType, inputs: Inputs, frames: tuple[int, ...], name: Callable[[Source], Any]) -> Named:
-    """Name what goes into a task, in the shape of the view.
+    """Name the inputs of a task, in the shape of the view.
 
     frames  that a `Frames` socket sees
     """
@@ -37,9 +36,9 @@ def name_inputs(node_type: NodeType, inputs: Inputs, frames: tuple[int, ...], na
 def build_arguments(
     node_type: NodeType, named: Named, settings: dict[str, Any], time: Time, folder: Workspace | None, load: Load
 ) -> dict[str, Any]:
-    """Build the arguments of a node from what goes into it and plain settings.
+    """Build the arguments of a node from the names of its inputs and plain settings.
 
-    folder  for those who ask for one
+    folder  for a node that asks for one
     """
     arguments = build_inputs(node_type.sockets.values(), named, load)
     arguments |= dict.fromkeys(node_type.asks_time, time)
@@ -60,7 +59,7 @@ def build_inputs(sockets: Iterable[Socket], named: Named, load: Load) -> dict[st
 
 
 def see(given: Any, socket: Socket, load: Load) -> Any:
-    """Load what a socket sees, or give the means to, where that is many frames."""
+    """Load what a socket sees; many frames are loaded when the node reads them."""
     if given is None:
         return None
     if socket.view == "now":

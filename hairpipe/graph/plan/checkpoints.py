@@ -1,7 +1,7 @@
-"""Thins the states of scans: what is needed to go on from somewhere, not from everywhere.
+"""Checkpoints of scans: states of most frames are removed, so that a scan restarts from every n-th frame.
 
-While a scan runs the states of its last two frames are there, and that of every n-th: a shot need not fit on the disk
-with all its states. The last but one is there for the case that the last is found damaged.
+While a scan runs, the states of its last two frames are kept, and that of every n-th: a shot need not fit on the disk
+with all its states. The last but one is kept in case the last is found damaged.
 """
 
 from collections import Counter
@@ -14,9 +14,9 @@ from hairpipe.graph.store.record import Record
 
 
 class Thinner:
-    """Removes the states that a run has left behind; an object that some record holds in another role stays.
+    """Removes the states that a run has passed; an object that a record holds in another role stays.
 
-    Each state is looked at once when the scan passes it, and again only where its frame was evaluated again.
+    Each state is visited once when the scan passes it, and again only where its frame was evaluated again.
     """
 
     def __init__(self, resolver: Resolver) -> None:
@@ -25,32 +25,32 @@ class Thinner:
         self._passed: set[Task] = set()
         self._next: dict[str, int] = {}
 
-    def take(self, task: Task, record: Record, before: Record | None) -> None:
-        """Count in which roles a result holds objects that has been established, in place of the one before."""
+    def add(self, task: Task, record: Record, before: Record | None) -> None:
+        """Count the roles of the objects of an established result, in place of those of the result before."""
         if before is not None:
-            self._roles.subtract(others(before))
-            self._roles.subtract([] if task in self._passed else state(before))
+            self._roles.subtract(objects_besides_state(before))
+            self._roles.subtract([] if task in self._passed else state_objects(before))
         self._passed.discard(task)
-        self._roles.update(others(record))
-        self._roles.update(state(record))
+        self._roles.update(objects_besides_state(record))
+        self._roles.update(state_objects(record))
         if task.frame is not None:
             self._next[task.node] = min(self._next.get(task.node, task.frame), task.frame)
 
-    def follow(self, task: Task) -> None:
-        """Let go of the states before the last two of a scan that has been evaluated at a task."""
+    def thin_behind(self, task: Task) -> None:
+        """Remove states before the last two of a scan that was evaluated at a task."""
         if task.frame is not None:
-            self._pass(task.node, task.frame - 1)
+            self._thin_before(task.node, task.frame - 1)
 
-    def finish(self) -> None:
-        """Let go of all states but the last of scans that are complete."""
+    def thin_all(self) -> None:
+        """Remove all states but the last of complete scans."""
         last = {task.node: task.frame for task in self.resolver.tasks}
         lacking = {task.node for task in self.resolver.tasks.keys() - self.resolver.results.keys()}
         for node, frame in last.items():
             if frame is not None and node not in lacking:
-                self._pass(node, frame)
+                self._thin_before(node, frame)
 
-    def _pass(self, name: str, end: int) -> None:
-        """Let go of the states of a scan before a frame."""
+    def _thin_before(self, name: str, end: int) -> None:
+        """Remove the states of a scan before a frame."""
         node, store = self.resolver.graph.nodes[name], self.resolver.store
         if self.resolver.thinnable(node) is None:
             return
@@ -61,16 +61,16 @@ class Thinner:
             if record is None or task in self._passed or is_checkpoint(node, task, self.resolver.graph.begin):
                 continue
             self._passed.add(task)
-            for spared in state(record):
+            for spared in state_objects(record):
                 self._roles[spared] -= 1
                 if self._roles[spared] <= 0 and store.has(spared) and spared not in self._held_before:
                     store.remove(store.object_path(spared))
 
     @cached_property
     def _held_before(self) -> set[str]:
-        """Objects that any record of the store holds other than as the state of a scan."""
+        """Objects that records of the store hold in another role than the state of a scan."""
         records = map(self.resolver.store.record, self.resolver.store.record_keys())
-        return {name for record in records if record is not None for name in others(record)}
+        return {name for record in records if record is not None for name in objects_besides_state(record)}
 
 
 def is_checkpoint(node: Node, task: Task, first: int) -> bool:
@@ -78,11 +78,11 @@ def is_checkpoint(node: Node, task: Task, first: int) -> bool:
     return task.frame is not None and (task.frame - first + 1) % node.checkpoint == 0
 
 
-def others(record: Record) -> set[str]:
-    """Name the objects that a record holds other than as the state of a scan."""
+def objects_besides_state(record: Record) -> set[str]:
+    """Name the objects of a record, without the state of a scan."""
     return {name for name, _ in record.objects(without=record.state)}
 
 
-def state(record: Record) -> list[str]:
-    """Name the object that a record holds as the state of a scan, where there is one."""
+def state_objects(record: Record) -> list[str]:
+    """Name the object that is the state of a scan, where a record has one."""
     return [] if record.state is None else [record.outputs[record.state].object]

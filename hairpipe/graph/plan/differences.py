@@ -1,17 +1,17 @@
-"""Why two evaluations of the same node and frame are not the same: their keys, compared part by part."""
+"""Differences between two evaluations of a node and frame: their keys, compared part by part."""
 
 import json
 from collections.abc import Iterator
 from typing import Any, TypeGuard
 
-from hairpipe.graph.store.key import Parts
+from hairpipe.graph.store.digest import Parts
 from hairpipe.graph.store.store import Store
 
 
 def differences(old: Parts, new: Parts, modules: dict[str, str], store: Store) -> Iterator[str]:
-    """Say what differs, the most telling first: type, settings, inputs, time, code.
+    """Describe what differs, in the order type, settings, inputs, time, code.
 
-    modules  that the new code digest was made of; what the old one was made of, the store knows
+    modules  that the new code digest was made of; those of the old one are noted in the store
     """
     if old["type"] != new["type"]:
         yield f"type {old['type']} -> {new['type']}"
@@ -60,7 +60,7 @@ def frames(old: dict[int, str], new: dict[int, str]) -> str:
 
 
 def code(old: dict[str, str], new: dict[str, str]) -> Iterator[str]:
-    """Name the modules and versions that differ; just the code where it is not known what the old one was made of."""
+    """Name the modules and versions that differ; only "code" where those of the old digest are unknown."""
     if not old:
         yield "code"
         return
@@ -89,7 +89,7 @@ def is_group(value: Any) -> TypeGuard[dict[str, Any]]:
 
 
 def spoken(value: Any) -> str:
-    """Write a setting as a graph file would; an absent group or file in words."""
+    """Write a setting as in a graph file; an absent value, a group or a file in words."""
     if value is None:
         return "absent"
     return "a file" if is_file(value) else "a group" if is_group(value) else json.dumps(value)

@@ -1,4 +1,4 @@
-"""Runs that end early: a scan that diverges at a frame, and those who take what it has reached."""
+"""Scans that diverge at a frame: nodes that take `Reached` frames go on with those before it."""
 
 from typing import NamedTuple
 
@@ -7,26 +7,26 @@ from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.store.digest import digest
 
 
-class Ending(NamedTuple):
-    """What becomes of a scan that ends.
+class Divergence(NamedTuple):
+    """A scan that diverged.
 
-    lost   its tasks, from the one that failed on
-    takers tasks of others that go on with what came before
+    lost       its tasks, from the failed one on
+    consumers  tasks of other nodes that go on with the frames before
     """
 
     lost: frozenset[Task]
-    takers: frozenset[Task]
+    consumers: frozenset[Task]
 
 
-def ending_note(key: str) -> str:
-    """Name what the store notes of a task with this key that diverged, for a plan, which runs nothing."""
+def divergence_note(key: str) -> str:
+    """Name of the note in the store that the task with this key diverged; a plan reads it."""
     return digest("ending", key)
 
 
-def end(resolver: Resolver, failed: Task) -> Ending | None:
-    """Take a scan's tasks from one on out of the inputs of those who take what was reached; in place.
+def end_scan(resolver: Resolver, failed: Task) -> Divergence | None:
+    """Remove the tasks of a scan, from a failed one on, from the inputs that are `Reached`; in place.
 
-    None, and nothing is changed, where anybody needs all of it, where nobody takes any, or where nothing was reached.
+    None, and nothing is changed, where another node needs all frames, where none takes any, or where none was reached.
     """
     node = resolver.graph.nodes[failed.node]
     if node.type.mode != "scan" or node.publish is not None or failed.frame is None:
@@ -44,4 +44,4 @@ def end(resolver: Resolver, failed: Task) -> Ending | None:
                 return None
     for (task, plug), found in left.items():
         resolver.tasks[task][plug] = found
-    return Ending(lost, frozenset(task for task, _ in left)) if left else None
+    return Divergence(lost, frozenset(task for task, _ in left)) if left else None

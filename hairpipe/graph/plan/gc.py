@@ -1,4 +1,4 @@
-"""Housekeeping of a store: what is in it, whether it is whole, and what may go."""
+"""Garbage collection and verification of a store: its contents, damaged files, and results that may be removed."""
 
 import os
 import time
@@ -9,17 +9,17 @@ from pathlib import Path
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.plan.plan import plan
+from hairpipe.graph.plan.planner import plan
 from hairpipe.graph.store.atomic import discard
+from hairpipe.graph.store.digest import action_key
 from hairpipe.graph.store.fingerprint import digest_file
-from hairpipe.graph.store.key import action_key
 from hairpipe.graph.store.listing import parse_listing
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.seal import is_sealed
 from hairpipe.graph.store.store import Store
 
 YOUNG = 3600.0
-"""Age below which an object that no result holds is spared: a run may be about to hold it [s]."""
+"""Age below which an unreferenced object is spared: a run may be about to reference it [s]."""
 
 CheckValue = Callable[[Path], str]
 """Gives the digest of the value in an object file; BadInput where there is none."""
@@ -40,7 +40,7 @@ class Item:
 
 @dataclass(frozen=True)
 class Swept:
-    """What a cleaning removed: results, objects, and bytes."""
+    """Number of results and objects that a cleaning removed, and their size [bytes]."""
 
     records: int
     objects: int
@@ -76,17 +76,17 @@ def usage(store: Store) -> dict[str, tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Found:
-    """What a reading of everything has found, by path in the store.
+    """What a verification has found, by path in the store.
 
-    damaged  and removed
-    unread   what cannot be told of, or not be removed, and why
+    damaged  files, which were removed
+    unread   files that could not be read, or not be removed, and why
     """
 
     damaged: list[str] = field(default_factory=list)
     unread: list[str] = field(default_factory=list)
 
-    def take(self, name: str, path: Path, is_whole: Callable[[], bool], remove: Callable[[Path], None]) -> None:
-        """Look at a file, and remove it where it is damaged."""
+    def check(self, name: str, path: Path, is_whole: Callable[[], bool], remove: Callable[[Path], None]) -> None:
+        """Check a file, and remove it where it is damaged."""
         try:
             if is_whole() or not os.path.lexists(path):
                 return
@@ -106,20 +106,20 @@ def verify(store: Store, check_value: CheckValue, kernels: Path | None = None) -
     kernels  folder of compiled kernels to read too
     """
     found = Found()
-    onlooker = Store(store.root, read_only=True)  # a store that may write removes a damaged record as it reads it
+    onlooker = Store(store.root, read_only=True)  # a writable store removes a damaged record when it reads it
     for key in store.record_keys():
         path = store.action_path(key)
-        found.take(f"actions/{path.name}", path, lambda key=key: is_true(onlooker.record(key)), store.remove)
+        found.check(f"actions/{path.name}", path, lambda key=key: is_consistent(onlooker.record(key)), store.remove)
     for name in store.object_names():
         path = store.object_path(name)
-        found.take(f"objects/{name}", path, lambda path=path: is_whole(path, check_value), store.remove)
+        found.check(f"objects/{name}", path, lambda path=path: is_whole(path, check_value), store.remove)
     for path in kernels.glob("*/*/*.nb[ci]") if kernels else ():
-        found.take(f"kernels/{path.name}", path, lambda path=path: path.is_file() and is_sealed(path), discard)
+        found.check(f"kernels/{path.name}", path, lambda path=path: path.is_file() and is_sealed(path), discard)
     return found
 
 
-def is_true(record: Record | None) -> bool:
-    """Whether a record is there, and its key made of what it says."""
+def is_consistent(record: Record | None) -> bool:
+    """Whether a record is there, and its key is the digest of its parts."""
     try:
         return record is not None and action_key(record.parts) == record.key
     except (TypeError, ValueError):
@@ -127,7 +127,7 @@ def is_true(record: Record | None) -> bool:
 
 
 def is_whole(path: Path, check_value: CheckValue) -> bool:
-    """Whether an object is what its name says; OSError or MemoryError where that cannot be found out."""
+    """Whether the content of an object matches its name; OSError or MemoryError where it cannot be read."""
     try:
         if not path.is_file():
             return False
@@ -141,11 +141,11 @@ def is_whole(path: Path, check_value: CheckValue) -> bool:
         return False
 
 
-def reached(store: Store, graphs: Iterable[Graph]) -> set[str]:
-    """Keys of the results that these graphs would find, over all their frames.
+def live_keys(store: Store, graphs: Iterable[Graph]) -> set[str]:
+    """Keys of the results that these graphs use, over all their frames.
 
-    The keys of those behind one that is missing are not known yet: their latest ones count, which will be found again
-    if it comes out as before.
+    The keys of tasks that depend on a missing result are not known: their latest ones are kept, which are valid if that
+    result comes out as before.
     """
     keys: set[str] = set()
     for graph in graphs:
@@ -158,15 +158,15 @@ def reached(store: Store, graphs: Iterable[Graph]) -> set[str]:
 
 
 def clean(store: Store, *, keep: Set[str] = frozenset(), older: float = 0.0, size: int = 0) -> Swept:
-    """Remove results, least recently used first, then every object that no result holds.
+    """Remove results, least recently used first, then every object that no result references.
 
-    keep   keys of results that stay in any case, as `reached` gives them
-    older  only results unused for this long go [s]
-    size   they go until the store takes no more than this [bytes]
+    keep   keys of results that stay in any case, see `live_keys`
+    older  only results unused for this long are removed [s]
+    size   results are removed until the store takes no more than this [bytes]
 
-    A run that is under way loses nothing but time: what it misses it computes again.
+    A concurrent run loses only time: it computes missing results again.
     """
-    sizes = objects(store)  # before the results: what a run adds meanwhile is held by one
+    sizes = objects(store)  # before the results: objects that a run adds meanwhile are referenced by one
     known = sorted(items(store), key=lambda item: item.used)
     held: dict[str, int] = {}
     for item in known:
@@ -192,7 +192,7 @@ def clean(store: Store, *, keep: Set[str] = frozenset(), older: float = 0.0, siz
 
 
 def is_young(store: Store, name: str) -> bool:
-    """Whether an object was written, or asked for by a run that is about to hold it, a short time ago."""
+    """Whether an object was written, or claimed by a run that is about to reference it, a short time ago."""
     with suppress(FileNotFoundError):
         return time.time() - store.object_path(name).stat().st_mtime < YOUNG
     return False

@@ -1,4 +1,4 @@
-"""From tasks to keys to what the store has: the part that a plan and a run share."""
+"""From tasks to keys to records of the store: the part that a plan and a run share."""
 
 from pathlib import Path
 from typing import Any
@@ -10,14 +10,14 @@ from hairpipe.graph.node.fields import fields_of
 from hairpipe.graph.node.settings import map_files
 from hairpipe.graph.plan.arguments import Named, name_inputs
 from hairpipe.graph.plan.tasks import Inputs, Source, Task, sources, unroll
+from hairpipe.graph.store.digest import Parts, key_parts
 from hairpipe.graph.store.fingerprint import fingerprint, stamp_of
-from hairpipe.graph.store.key import Parts, key_parts
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 
 
 class Resolver:
-    """Knows for every task what it needs, what its key is once that is known, and the result that is established.
+    """For every task: what it needs, its key once the results of those are known, and the established result.
 
     frames   that are asked for; more are evaluated where a scan needs them
     results  established so far, by task
@@ -37,7 +37,7 @@ class Resolver:
         self._settings = {node.name: self._key_settings(node) for node in graph.nodes.values()}
 
     def parts(self, task: Task) -> Parts:
-        """What the key of a task is made of; all that it needs must be established."""
+        """Parts of the key of a task; all that it needs must be established."""
         node = self.graph.nodes[task.node]
         time = {"frame": self.frame_of(task), "fps": self.graph.fps} if node.type.asks_time else None
         code = self.codes[node.name].digest
@@ -48,21 +48,21 @@ class Resolver:
         return name_inputs(self.graph.nodes[task.node].type, self.tasks[task], self.frames, self.object)
 
     def object(self, source: Source) -> str:
-        """Name of the object that a source has given."""
+        """Name of the object behind a source."""
         return self.results[source.task].outputs[source.output].object
 
     def frame_of(self, task: Task) -> int:
-        """The frame a node is told: its own, or the first of the run."""
+        """The frame in the `Time` of a node: its own, or the first of the run."""
         return self.frames[0] if task.frame is None else task.frame
 
     def find(self, task: Task, key: str) -> Record | None:
-        """Find the result of a task in the store; the state to go on from may have gone, unless somebody demands it."""
+        """Find the result of a task in the store; the state of a scan may have been thinned, unless it is demanded."""
         node = self.graph.nodes[task.node]
         record = self.store.find(key, without=None if task in self.demanded else state_of(node))
         return record if record is None or record.outputs.keys() == node.type.outputs.keys() else None
 
     def thinnable(self, node: Node) -> str | None:
-        """The output of a scan that only serves to go on from: it may be thinned away. None where it is looked at."""
+        """The output of a scan that only its next frame takes, and that may be thinned; None where a node takes it."""
         state = state_of(node)
         return None if state is None or Edge(node.name, state) in self.graph.taken else state
 
@@ -101,5 +101,5 @@ class Resolver:
 
 
 def state_of(node: Node) -> str | None:
-    """The output of a scan that is there to go on from, beside another one to look at."""
+    """The output of a scan that its next frame starts from, where it has another output, too."""
     return node.type.state if len(node.type.outputs) > 1 else None

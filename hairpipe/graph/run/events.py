@@ -1,21 +1,26 @@
-"""What a run is told, and what it tells: options, events, outcome."""
+"""The options of a run and what it reports: events, the progress counted from them, the outcome."""
 
 import os
+import statistics
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
+from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.plan.tasks import Task
 
 CODEC = "hairpipe.io.hdf5"
+RECENT = 15
+"""Number of latest evaluations whose median is the rate: the first ones include compilation."""
 
 Kind = Literal["begun", "started", "finished", "cached", "failed", "warning", "published"]
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a run is carried out; none of it changes a result.
+    """Options of a run; none of them changes a result.
 
     jobs          number of processes for values per frame, and of threads for the one that simulates
     keep_going    whether independent branches go on after a failure
@@ -35,8 +40,8 @@ class Options:
 class Event:
     """Something that happened to a task.
 
-    kind     begun: totals are known; started and finished: an evaluation; cached: its result was there; failed;
-             warning: a node has something to say, also when its result was there; published: a file was written
+    kind     begun: totals are known; started and finished: an evaluation; cached: its result is in the store; failed;
+             warning: of a node, repeated where its result is cached; published: a file was written
     seconds  that the evaluation took, of `finished` and of `cached` [s]
     message  of a failure, a warning, or the path that was published
     totals   number of tasks by node, of `begun`
@@ -54,10 +59,10 @@ Report = Callable[[Event], None]
 
 @dataclass(frozen=True)
 class Failure:
-    """A task that did not give a result.
+    """A task that gave no result.
 
-    kind       input: something a person can mend; node: it raised; diverged: it raised ArithmeticError itself, nothing
-               derived from it; disk: full; crash: its process died; publish
+    kind       input: something the user can fix; node: it raised; diverged: it raised ArithmeticError itself, not a
+               subclass; disk: full; crash: its process died; publish
     traceback  of the node, for those who wrote it
     """
 
@@ -77,7 +82,7 @@ class Outcome:
 
     evaluated  number of evaluations; cached number of results that were there; blocked tasks that were not reached
     seconds    of evaluation by node, those of cached results not counted [s]
-    processor  seconds of all threads in it, by node: what it takes beside waiting for others [s]
+    processor  processor seconds of all its threads, by node [s]
     """
 
     evaluated: int
@@ -91,9 +96,67 @@ class Outcome:
 
     @property
     def exit_code(self) -> int:
-        """0 all is there, 1 a node failed, 2 only for input that a person can mend, 130 interrupted."""
+        """0 complete, 1 a node failed, 2 all failures are input that the user can fix, 130 interrupted."""
         if self.interrupted:
             return 130
         if not self.failures:
             return 0
         return 2 if all(failure.kind == "input" for failure in self.failures) else 1
+
+
+@dataclass
+class NodeProgress:
+    """Progress of one node.
+
+    width  number of its frames that are evaluated at once
+    """
+
+    total: int
+    width: int
+    cached: int = 0
+    evaluated: int = 0
+    running: set[Task] = field(default_factory=set)
+    recent: deque[float] = field(default_factory=lambda: deque(maxlen=RECENT))
+
+    @property
+    def done(self) -> int:
+        """Number of established tasks; one that was evaluated again counts once."""
+        return min(self.total, self.cached + self.evaluated)
+
+    @property
+    def seconds_per_frame(self) -> float | None:
+        """Median of the recent evaluations [s]; None before the first."""
+        return statistics.median(self.recent) if self.recent else None
+
+    @property
+    def seconds_left(self) -> float | None:
+        """Time that the rest takes at the recent rate [s]; None before the first evaluation."""
+        rate = self.seconds_per_frame
+        return None if rate is None else rate * (self.total - self.done) / self.width
+
+
+class Progress:
+    """Progress of all nodes of a run, by name; `update` it with every event.
+
+    jobs  of the run
+    """
+
+    def __init__(self, graph: Graph, jobs: int) -> None:
+        self._widths = {node.name: jobs if node.type.mode == "each" else 1 for node in graph.nodes.values()}
+        self.nodes: dict[str, NodeProgress] = {}
+
+    def update(self, event: Event) -> None:
+        """Count an event."""
+        if event.kind == "begun":
+            self.nodes = {name: NodeProgress(total, self._widths[name]) for name, total in event.totals}
+        if event.task is None:
+            return
+        node = self.nodes[event.task.node]
+        if event.kind == "started":
+            node.running.add(event.task)
+        elif event.kind in ("finished", "failed", "cached"):
+            node.running.discard(event.task)
+        node.cached += event.kind == "cached"
+        node.evaluated += event.kind == "finished"
+        if event.kind == "finished":
+            node.recent.append(event.seconds)

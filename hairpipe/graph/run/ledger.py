@@ -1,7 +1,7 @@
-"""What was published where: by this, files that hairpipe may replace are told from those that are the user's.
+"""Record of published files: it distinguishes files that hairpipe may replace from those of the user.
 
-It lies in a folder of the user's own, since the store may be deleted, or be another one tomorrow. A line is added for
-each file that is written; the last one of a name counts, and a line that is damaged is none.
+It lies in a folder of the user, since the store may be deleted or exchanged. A line is added for each file that is
+written; the last one for a name counts, and a damaged line is ignored.
 """
 
 import json
@@ -14,21 +14,21 @@ from hairpipe.graph.store.digest import digest_bytes
 from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
 
 SPARE = 4
-"""Lines to a name beyond which a ledger is written anew, with a line for each."""
+"""Lines per name beyond which a ledger is rewritten, with one line for each."""
 
 
 class Ledger:
-    """Digests of published files; where there is no home to keep them in, nothing is known, and nothing fails."""
+    """Digests of published files; empty, without an error, where the user has no home folder."""
 
     def __init__(self) -> None:
         self._known: dict[Path, dict[str, str]] = {}
 
     def digest(self, place: Path) -> str | None:
-        """Digest of the bytes that were last published to a place; None where none were."""
+        """Digest of the bytes last published to a place; None where there are none."""
         return self._names(place.parent).get(place.name)
 
     def note(self, place: Path, digest: str) -> None:
-        """Note that these bytes lie there now, and that we have put them there."""
+        """Record that bytes with this digest were published to a place."""
         names = self._names(place.parent)
         if names.get(place.name) != digest:
             names[place.name] = digest
@@ -44,12 +44,12 @@ class Ledger:
 
 
 def ledger_path(folder: Path) -> Path:
-    """Where it stands what was published to a folder."""
+    """Path of the ledger of a folder."""
     return own_folder("state") / "published" / digest_bytes("published", os.fsencode(folder))
 
 
 def read(path: Path) -> dict[str, str]:
-    """Read digests by name, and let go of lines that no longer count; none of a file that others can have written.
+    """Read digests by name, and drop superseded lines; nothing is read from a file that others may have written.
 
     OSError where it cannot be read.
     """

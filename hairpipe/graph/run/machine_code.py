@@ -1,7 +1,7 @@
-"""Where compiled kernels are kept: numba notices edits of the file a kernel stands in, not of those it calls.
+"""The cache of compiled kernels: numba detects edits of the file that defines a kernel, not of those that it calls.
 
-So each state of the sources has a folder of its own, and a helper that was edited cannot live on in old machine code.
-They are kept where this user alone can write, never in a store: a store may come from anywhere, and kernels are code.
+So each state of the sources has a folder of its own, and old machine code of an edited callee is never loaded. The
+folders lie where only this user can write, never in a store: a store may come from anywhere, and kernels are code.
 """
 
 import errno
@@ -18,10 +18,10 @@ from hairpipe.graph.store.digest import digest
 from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
 
 WITHOUT_KERNELS = ("cli", "graph", "tune")
-"""Rooms in which nothing is compiled: editing them leaves the kernels as they are."""
+"""Rooms without kernels: editing them invalidates no compiled kernel."""
 PRIVATE = "a folder of your own that you alone can write to (chmod go-w)"
 KEPT = 8
-"""States of the sources whose kernels are kept: enough to go back and forth between versions and users' nodes."""
+"""Number of states of the sources whose kernels are kept, for switching between versions and users' nodes."""
 
 
 def kernels_parent() -> Path:

@@ -1,4 +1,4 @@
-"""The coordinator's side of its workers: started when there is work, spoken to in JSON, noticed when they die.
+"""The coordinator's side of the worker processes: started on demand, driven by JSON messages, watched for crashes.
 
 Values never pass through here: workers read and write the store.
 """
@@ -21,11 +21,11 @@ from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.machine_code import claim_kernels, clear_kernels, kernel_folder, kernel_sources, kernels_parent
 
-Lane = Literal["narrow", "wide"]
-"""A narrow worker computes on one thread beside others like it; the wide one uses all threads for a critical path."""
+WorkerKind = Literal["serial", "parallel"]
+"""A serial worker computes on one thread, next to others; the parallel one uses all threads for the critical path."""
 
-NARROW_NICENESS = 10
-"""Priority of narrow workers: threads of the wide one wait for each other, so one that is kept waiting holds up all."""
+SERIAL_NICENESS = 10
+"""Niceness of serial workers: threads of the parallel one wait for each other, so one delayed thread delays all."""
 BOOT = "from hairpipe.graph.run.worker import main; main({})"
 MEMORY = 256 << 20
 """Memory in which a worker keeps values it may need again [bytes]."""
@@ -33,9 +33,9 @@ MEMORY = 256 << 20
 
 @dataclass(eq=False)
 class Member:
-    """A worker process and the task it is at."""
+    """A worker process and the task that it evaluates."""
 
-    lane: Lane
+    kind: WorkerKind
     process: "subprocess.Popen[bytes]"
     connection: Connection
     task: Task | None = None
@@ -51,13 +51,13 @@ class Member:
 
 
 class Pool:
-    """Up to `jobs` narrow workers, and a wide one with `jobs` threads.
+    """Up to `jobs` serial workers, and a parallel one with `jobs` threads.
 
-    hello    what every worker is told first: store, codec, folder of node types, stamps of the sources behind the keys
-    nodes    modules of the node types that they will load
-    reader   of the sources
-    kernels  folder for compiled kernels; None before it is needed
-    said     what is to be told to the user
+    hello     first message to each worker: store, codec, folder of node types, stamps of the sources behind the keys
+    nodes     modules of the node types that they will load
+    reader    of the sources
+    kernels   folder for compiled kernels; None before it is needed
+    warnings  for the user
     """
 
     def __init__(
@@ -67,30 +67,30 @@ class Pool:
         self.hello["sources"] = reader.stamps
         self.jobs, self.nodes, self.reader = jobs, sorted(set(nodes)), reader
         self.kernels: Path | None = None
-        self.said: list[str] = []
+        self.warnings: list[str] = []
         self._passing: tempfile.TemporaryDirectory[str] | None = None
         self.members: list[Member] = []
 
     @property
     def busy(self) -> list[Member]:
-        """Workers that are at a task."""
+        """Workers that are evaluating a task."""
         return [member for member in self.members if member.task is not None]
 
-    def free(self, lane: Lane) -> bool:
-        """Whether a worker of this lane is idle or may be started."""
-        own = [member for member in self.members if member.lane == lane]
-        return any(m.task is None for m in own) or len(own) < (self.jobs if lane == "narrow" else 1)
+    def free(self, kind: WorkerKind) -> bool:
+        """Whether a worker of this kind is idle or may be started."""
+        own = [member for member in self.members if member.kind == kind]
+        return any(m.task is None for m in own) or len(own) < (self.jobs if kind == "serial" else 1)
 
-    def send(self, lane: Lane, task: Task, job: dict[str, Any]) -> None:
-        """Give a job to a free worker of this lane."""
-        idle = (m for m in self.members if m.lane == lane and m.task is None)
-        member = next(idle, None) or self._start(lane)
+    def send(self, kind: WorkerKind, task: Task, job: dict[str, Any]) -> None:
+        """Give a job to a free worker of this kind."""
+        idle = (m for m in self.members if m.kind == kind and m.task is None)
+        member = next(idle, None) or self._start(kind)
         member.task = task
         with suppress(OSError):  # a worker that is dead already is noticed by `receive`
             member.connection.send_bytes(json.dumps(job).encode())
 
     def receive(self, timeout: float | None) -> Iterator[tuple[Task, dict[str, Any]]]:
-        """Wait for replies; a worker that died gives the failure that says so."""
+        """Wait for replies; for a worker that died, the reply is a failure."""
         ready = wait([member.connection for member in self.busy], timeout)
         for member in [member for member in self.busy if member.connection in ready]:
             task, member.task = member.task, None
@@ -103,7 +103,7 @@ class Pool:
             yield task, reply
 
     def close(self) -> None:
-        """Stop all workers at once: what they have published stays, what they were at is done again."""
+        """Kill all workers: results already stored stay, tasks in progress are evaluated again in the next run."""
         for member in self.members:
             member.process.kill()
         for member in self.members:
@@ -111,7 +111,7 @@ class Pool:
             member.connection.close()
         self.members.clear()
         if self.kernels is not None and self.reader.is_outdated(kernel_sources(self.reader, self.nodes)):
-            clear_kernels(self.kernels)  # some may be compiled of what was edited meanwhile
+            clear_kernels(self.kernels)  # some may have been compiled from sources edited meanwhile
         if self._passing is not None:
             self._passing.cleanup()
 
@@ -121,12 +121,12 @@ class Pool:
             parent = claim_kernels(kernels_parent())
         except OSError as error:
             self._passing = tempfile.TemporaryDirectory(prefix="hairpipe-")
-            self.said.append(f"kernels are compiled for this run alone: {error} (NUMBA_CACHE_DIR=FOLDER)")
+            self.warnings.append(f"kernels are compiled for this run alone: {error} (NUMBA_CACHE_DIR=FOLDER)")
             parent = Path(self._passing.name)
         return kernel_folder(parent, self.reader, self.nodes)
 
-    def _start(self, lane: Lane) -> Member:
-        """Start a worker; its standard output goes to ours for errors, where it disturbs no result."""
+    def _start(self, kind: WorkerKind) -> Member:
+        """Start a worker; its standard output is redirected to standard error, where it mixes with no result."""
         self.kernels = self.kernels or self._kernel_folder()
         ours, theirs = socket.socketpair()
         with theirs, interrupts_blocked():
@@ -135,12 +135,12 @@ class Pool:
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,
                 stdout=2,
-                env=environment(self.jobs if lane == "wide" else 1, self.kernels),
+                env=environment(self.jobs if kind == "parallel" else 1, self.kernels),
             )
-        if lane == "narrow":
+        if kind == "serial":
             with suppress(OSError):
-                os.setpriority(os.PRIO_PROCESS, process.pid, NARROW_NICENESS)
-        member = Member(lane, process, Connection(ours.detach()))
+                os.setpriority(os.PRIO_PROCESS, process.pid, SERIAL_NICENESS)
+        member = Member(kind, process, Connection(ours.detach()))
         self.members.append(member)
         with suppress(OSError):
             member.connection.send_bytes(json.dumps(self.hello).encode())
@@ -149,9 +149,9 @@ class Pool:
 
 @contextmanager
 def interrupts_blocked() -> Iterator[None]:
-    """Block Ctrl-C, which goes to the whole group, for processes that are started meanwhile: the coordinator decides.
+    """Block SIGINT, which goes to the whole process group, in processes started meanwhile: the coordinator handles it.
 
-    They never see it, not even before their first line; here it comes afterwards.
+    They never receive it, not even before their first line; this process receives it afterwards.
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:

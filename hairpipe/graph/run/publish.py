@@ -1,4 +1,4 @@
-"""Copies files from the store to where the graph file says: whole or not at all, and only what is not there already."""
+"""Publishes files: copies them from the store to the paths in the graph file, atomically, where they differ."""
 
 import errno
 import os
@@ -19,7 +19,7 @@ from hairpipe.graph.store.store import LostObject, Store
 
 
 class Publisher:
-    """Publishes the files of one run, and remembers whose lie where: nobody overwrites another's, nor the graph's.
+    """Publishes the files of one run; no task overwrites the files of another one, or of the graph.
 
     root   below which files may be published beside the graph's project, or None
     force  whether a file is replaced that hairpipe has not published
@@ -36,7 +36,7 @@ class Publisher:
         self.swept: set[Path] = set()
 
     def publish(self, task: Task, output: Output, path: Path) -> bool:
-        """Copy a file, and those beside it, to a path; returns whether anything had to be written.
+        """Copy a file and its companions to a path; returns whether anything had to be written.
 
         Raises BadInput, and writes nothing, where another task has published other bytes, where the user's own file
         lies, or where nothing may be published; LostObject where the store no longer has it whole; OSError where it
@@ -48,14 +48,14 @@ class Publisher:
         return any([self._copy(name, place, roots[place]) for place, name in files.items()])
 
     def is_kept(self, path: Path) -> bool:
-        """Whether a file lies at a path that is not ours to replace, unless it comes out as it is."""
+        """Whether a file lies at a path that must not be replaced, unless the new one equals it."""
         try:
             return not self.force and not self._is_ours(path)
-        except (OSError, BadInput):  # said when it is published
+        except (OSError, BadInput):  # reported when it is published
             return False
 
     def _check(self, task: Task, name: str, place: Path) -> Path:
-        """Refuse a place that is not this task's to write; returns the folder that it may be published below."""
+        """Refuse a place that this task must not write to; returns the folder below which it may publish."""
         root = self.bounds.folder_of(place)
         check_way(place)
         other, there = self.placed.get(place, (task, name))
@@ -68,7 +68,7 @@ class Publisher:
         return root
 
     def _is_ours(self, place: Path, name: str = "") -> bool:
-        """Whether nothing is lost by writing an object to a place: what lies there is ours, or in the store."""
+        """Whether an object may be written to a place: the file there was published by us, or is in the store."""
         found = digest_there(place, self.store)
         if found is None or f"{found}.bin" == name or found == self.ledger.digest(place):
             return True
@@ -112,9 +112,9 @@ def digest_there(place: Path, store: Store) -> str | None:
 
 
 def copy_object(store: Store, name: str, path: Path) -> None:
-    """Copy the bytes of an object to a path; LostObject where they are not what they should be.
+    """Copy the bytes of an object to a path; LostObject where they do not match its name.
 
-    They go to a new file first, which nobody can have put there before, and which takes the name when it is on disk.
+    They are written to a new temporary file, which is renamed when it is on disk.
     """
     state, source = hasher("file"), store.object_path(name)
     try:

@@ -1,41 +1,62 @@
-"""Brings every task of a run from waiting to established: decides what is ready, and feeds the workers.
+"""Runs a graph: decides which tasks are ready, and hands them to the workers.
 
-One rule covers a cold start, a resumed one, thinned states and damaged objects: a task that needs an object which is
-not there sends its producer back to work, and that one may in turn send its own.
+One rule covers a cold start, a resumed run, thinned states and damaged objects: where a task needs an object that is
+missing, the task that produced it is scheduled again, which may in turn reschedule its own producers.
 """
 
+import heapq
 from collections import Counter, defaultdict, deque
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
-from hairpipe.graph.node.files import File
+from hairpipe.graph.node.signature import File
 from hairpipe.graph.plan.checkpoints import Thinner
-from hairpipe.graph.plan.divergence import end, ending_note
+from hairpipe.graph.plan.divergence import divergence_note, end_scan
 from hairpipe.graph.plan.resolve import Resolver
-from hairpipe.graph.plan.tasks import Task, sources
+from hairpipe.graph.plan.tasks import Task, order_of, sources
 from hairpipe.graph.run.events import Event, Failure, Kind, Options, Outcome, Report
-from hairpipe.graph.run.pool import Lane, Pool
+from hairpipe.graph.run.pool import Pool, WorkerKind
 from hairpipe.graph.run.publish import Publisher
-from hairpipe.graph.run.queue import Queue
-from hairpipe.graph.store.key import action_key
+from hairpipe.graph.store.digest import action_key
 from hairpipe.graph.store.locks import KeyLocks
 from hairpipe.graph.store.record import Record, from_fields
 from hairpipe.graph.store.store import LostObject, Store
 
 POLL = 0.1
-"""How often a task that another process is at is looked at again [s]."""
+"""Interval at which a task that another process is evaluating is checked again [s]."""
 HEALED = "compiled kernels were damaged, and are compiled again"
 KEPT = "what lies where it is published is not hairpipe's, and stays unless it comes out equal (--force overwrites it)"
 MOST_LOSSES = 10
-"""How often a task may find its inputs damaged before it is given up: the disk is failing."""
+"""Number of times that a task may find its inputs damaged before it fails: the disk is failing."""
+
+
+def run(
+    graph: Graph,
+    store: Store,
+    frames: Iterable[int] | None = None,
+    options: Options | None = None,
+    report: Report = lambda event: None,
+) -> Outcome:
+    """Establish all nodes of a graph at these frames (all for None), publish files, thin the states of scans.
+
+    A scan is evaluated from the first frame of the graph on, whatever is selected. Use `graph.upto` to stop at a
+    node. Raises BadInput before anything is evaluated; a failure of a node is part of the outcome. Ctrl-C stops the
+    workers at once and returns the outcome so far: every complete result is kept.
+    """
+    numbers = graph.select(frames)
+    try:
+        store.sweep()
+        return Scheduler(graph, store, numbers, options or Options(), report).run()
+    except OSError as error:
+        raise BadInput(f"the store cannot be used: {error}", where=store.root) from None
 
 
 class Scheduler:
-    """The state of one run: a task is waiting for others, ready, at a worker, established, or failed."""
+    """The state of one run. A task is waiting for others, ready, at a worker, established, or failed."""
 
     def __init__(self, graph: Graph, store: Store, frames: tuple[int, ...], options: Options, report: Report) -> None:
         self.graph, self.store, self.options, self.report = graph, store, options, report
@@ -59,9 +80,9 @@ class Scheduler:
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.processor: defaultdict[str, float] = defaultdict(float)
         self.published: list[str] = []
-        self.told: set[tuple[str, str]] = set()
+        self.reported: set[tuple[str, str]] = set()
 
-    def carry_out(self) -> Outcome:
+    def run(self) -> Outcome:
         """Run until everything is established, or nothing more can be."""
         totals = Counter(task.node for task in self.resolver.tasks)
         self.report(Event("begun", totals=tuple(totals.items())))
@@ -74,7 +95,7 @@ class Scheduler:
         interrupted = False
         try:
             self.loop()
-            self.thinner.finish()
+            self.thinner.thin_all()
         except KeyboardInterrupt:
             interrupted = True
         finally:
@@ -84,7 +105,7 @@ class Scheduler:
         return self.outcome(interrupted)
 
     def loop(self) -> None:
-        """Alternate between what can be decided here and what the workers report."""
+        """Alternate between decisions of the scheduler and replies of the workers."""
         while True:
             self.settle()
             if not self.stopping:
@@ -100,12 +121,12 @@ class Scheduler:
 
     @property
     def stopping(self) -> bool:
-        """Whether nothing new is begun: after a failure, unless asked to keep going; always on a full disk."""
+        """Whether no new task is started: after a failure, unless the run is to keep going; always on a full disk."""
         going = self.options.keep_going and all(failure.kind != "disk" for failure in self.failures.values())
         return bool(self.failures) and not going
 
     def wait(self, task: Task, on: set[Task]) -> None:
-        """Consider a task once these are established."""
+        """Decide on a task once the tasks `on` are established."""
         if not on:
             self.agenda.append(task)
         self.unmet[task] = on
@@ -113,7 +134,7 @@ class Scheduler:
             self.waiters.setdefault(other, []).append(task)
 
     def settle(self) -> None:
-        """Decide for every task whose inputs are known: it is established, has to wait, or is ready."""
+        """Decide for every task on the agenda, whose inputs are known: it is cached, has to wait, or is ready."""
         while self.agenda:
             task = self.agenda.popleft()
             self.keys[task] = action_key(self.resolver.parts(task))
@@ -129,7 +150,7 @@ class Scheduler:
                 self.queue.push(task)
 
     def demand(self, task: Task, gone: set[Task]) -> None:
-        """Send producers back to work whose objects are not in the store, and wait for them."""
+        """Schedule producers again whose objects are missing from the store, and wait for them."""
         for producer in gone:
             if producer not in self.waiters:
                 self.resolver.demanded.add(producer)
@@ -138,16 +159,16 @@ class Scheduler:
 
     def dispatch(self) -> None:
         """Give ready tasks to free workers."""
-        lanes: tuple[Lane, Lane] = ("wide", "narrow")
-        for lane in lanes:
-            while self.pool.free(lane):
-                task = next(self.queue.take(lane, wide_is_free=self.pool.free("wide")), None)
+        kinds: tuple[WorkerKind, WorkerKind] = ("parallel", "serial")
+        for kind in kinds:
+            while self.pool.free(kind):
+                task = next(self.queue.take(kind, parallel_is_free=self.pool.free("parallel")), None)
                 if task is None:
                     break
-                self.begin(lane, task)
+                self.begin(kind, task)
 
-    def begin(self, lane: Lane, task: Task) -> None:
-        """Give a task to a worker, unless another process is at it or has just done it."""
+    def begin(self, kind: WorkerKind, task: Task) -> None:
+        """Give a task to a worker, unless another process is evaluating it or has just finished it."""
         if not self.pool.members:
             self.store.check_writable()
         parts = self.resolver.parts(task)
@@ -171,17 +192,17 @@ class Scheduler:
             "time": {"frame": self.resolver.frame_of(task), "fps": self.graph.fps},
             "files": self.resolver.files[node.name],
         }
-        self.pool.send(lane, task, job)
-        self.tell(task, self.pool.said)
+        self.pool.send(kind, task, job)
+        self.report_once(task, self.pool.warnings)
         self.report(Event("started", task))
 
     def finish(self, task: Task, reply: dict[str, Any]) -> None:
-        """Take in what a worker says."""
+        """Process the reply of a worker."""
         self.locks.release(self.keys[task])
-        self.tell(task, [HEALED] if reply.get("healed") else [])
+        self.report_once(task, [HEALED] if reply.get("healed") else [])
         if "record" in reply:
             self.establish(task, from_fields(reply["record"]), "finished")
-            self.thinner.follow(task)
+            self.thinner.thin_behind(task)
         elif "failure" in reply:
             self.fail(Failure(task, **reply["failure"]))
         elif self.may_retry(task):
@@ -189,25 +210,25 @@ class Scheduler:
             held = {p: {name for name, _ in self.resolver.results[p].objects()} for p in producers}
             self.demand(task, {p for p in producers if reply["lost"] in held[p]})
 
-    def tell(self, task: Task, messages: Iterable[str], node: str = "") -> None:
-        """Report warnings that are not of a single frame: each once a run, or once for this node."""
+    def report_once(self, task: Task, messages: Iterable[str], node: str = "") -> None:
+        """Report warnings that do not belong to a single frame: once per run, or once per node where one is named."""
         for message in messages:
-            if (node, message) not in self.told:
-                self.told.add((node, message))
+            if (node, message) not in self.reported:
+                self.reported.add((node, message))
                 self.report(Event("warning", task, message=message))
 
     def may_retry(self, task: Task) -> bool:
-        """Whether a task that met a damaged object is tried once more; it fails where that never ends."""
+        """Whether a task that met a damaged object is tried again; after too many attempts it fails."""
         self.losses[task] += 1
         if self.losses[task] > MOST_LOSSES:
             self.fail(Failure(task, "disk", f"objects are damaged again and again in {self.store.root}"))
         return self.losses[task] <= MOST_LOSSES
 
     def establish(self, task: Task, record: Record, how: Kind) -> None:
-        """Take a result as known, publish it, and wake those that wait for it."""
+        """Record the result of a task, publish it, and wake the tasks that wait for it."""
         before = self.resolver.results.get(task)
         self.resolver.results[task] = record
-        self.thinner.take(task, record, before)
+        self.thinner.add(task, record, before)
         if how == "finished":
             self.counts["evaluated"] += 1
             self.seconds[task.node] += record.seconds
@@ -215,7 +236,7 @@ class Scheduler:
         elif before is None:
             self.counts["cached"] += 1
         self.report(Event(how, task, record.seconds))
-        self.tell(task, record.prepare_warnings, task.node)
+        self.report_once(task, record.prepare_warnings, task.node)
         for message in record.warnings if before is None else ():
             self.report(Event("warning", task, message=message))
         if before is not None and before.outputs != record.outputs:
@@ -233,7 +254,7 @@ class Scheduler:
         return self.graph.nodes[task.node].publish_path(task.frame) if selected else None
 
     def publish(self, task: Task, record: Record) -> bool:
-        """Publish the file of a task; False where its object turned out damaged and the task was sent back."""
+        """Publish the file of a task; False where its object was damaged and the task is scheduled again."""
         path = self.publish_path(task)
         if path is None:
             return True
@@ -256,14 +277,14 @@ class Scheduler:
         return True
 
     def fail(self, failure: Failure) -> None:
-        """Note a failure; what waits for the task is never woken, but for those who take what was reached."""
-        ending = end(self.resolver, failure.task) if failure.kind == "diverged" else None
-        if ending is not None:
-            self.ended |= ending.lost
-            self.store.note(ending_note(self.keys[failure.task]), failure.message)
+        """Record a failure. Tasks that wait for it are not woken, except those that take what was reached before."""
+        divergence = end_scan(self.resolver, failure.task) if failure.kind == "diverged" else None
+        if divergence is not None:
+            self.ended |= divergence.lost
+            self.store.note(divergence_note(self.keys[failure.task]), failure.message)
             self.report(Event("warning", failure.task, message=f"{failure.message}; what came before is used"))
-            for task in ending.takers:
-                self.unmet[task] -= ending.lost
+            for task in divergence.consumers:
+                self.unmet[task] -= divergence.lost
                 if not self.unmet[task]:
                     self.agenda.append(task)
             return
@@ -271,7 +292,7 @@ class Scheduler:
         self.report(Event("failed", failure.task, message=failure.message))
 
     def note_latest(self) -> None:
-        """Note which results are the latest, for the differences that a plan shows."""
+        """Record which results are the latest: a plan is compared with them."""
         keys: dict[str, dict[str, str]] = {}
         for task, record in self.resolver.results.items():
             keys.setdefault(task.node, {})["" if task.frame is None else str(task.frame)] = record.key
@@ -292,3 +313,32 @@ class Scheduler:
             processor=dict(self.processor),
             interrupted=interrupted,
         )
+
+
+class Queue:
+    """Ready tasks by mode, each in the order of frames, so that the inputs of a scan do not fall behind.
+
+    The parallel worker takes scans, the critical path, then values for the shot; serial workers take values per frame,
+    and values for the shot while the parallel one is busy.
+    """
+
+    def __init__(self, graph: Graph) -> None:
+        self._mode = {node.name: node.type.mode for node in graph.nodes.values()}
+        self._order = order_of(graph)
+        self._heaps: dict[str, list[tuple[int, int, Task]]] = {"scan": [], "once": [], "each": []}
+
+    def __len__(self) -> int:
+        """Count the ready tasks."""
+        return sum(len(heap) for heap in self._heaps.values())
+
+    def push(self, task: Task) -> None:
+        """Add a task."""
+        rank, frame = self._order(task)
+        heapq.heappush(self._heaps[self._mode[task.node]], (frame, rank, task))
+
+    def take(self, kind: WorkerKind, *, parallel_is_free: bool) -> Iterator[Task]:
+        """Take tasks for this kind of worker, best first, as long as the caller asks for another."""
+        modes = ("scan", "once") if kind == "parallel" else ("each",) if parallel_is_free else ("each", "once")
+        for mode in modes:
+            while self._heaps[mode]:
+                yield heapq.heappop(self._heaps[mode])[2]

@@ -1,7 +1,7 @@
-"""A worker process: evaluates one action at a time, reads and writes the store, and speaks JSON over a pipe.
+"""A worker process: evaluates one action at a time, reads and writes the store, and exchanges JSON over a pipe.
 
 A job names a node type, settings, the objects of its inputs and the time; the reply is the record that was added to the
-store, the object that was lost, or what went wrong. A worker dies with its coordinator.
+store, the object that was lost, or the failure. A worker ends with its coordinator.
 """
 
 import ctypes
@@ -20,14 +20,12 @@ from types import ModuleType
 from typing import Any
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.registry import Catalogue
+from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.node.declare import NodeType
-from hairpipe.graph.node.files import Workspace
-from hairpipe.graph.node.frames import Time
 from hairpipe.graph.node.messages import recorded_warnings
+from hairpipe.graph.node.signature import Time, Workspace
 from hairpipe.graph.plan.arguments import build_arguments
 from hairpipe.graph.plan.preparation import Preparations
-from hairpipe.graph.run.malloc import keep_freed
 from hairpipe.graph.store.atomic import workspace
 from hairpipe.graph.store.fingerprint import is_changed
 from hairpipe.graph.store.record import Output, Record
@@ -36,6 +34,8 @@ from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values, codec_named, is_full
 
 PR_SET_PDEATHSIG = 1
+_M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4
+"""Parameters of mallopt(3)."""
 
 Job = dict[str, Any]
 Reply = dict[str, Any]
@@ -45,7 +45,7 @@ class Worker:
     """Evaluates jobs with the node types and the store of one run."""
 
     def __init__(self, hello: Job, is_orphan: Callable[[], bool]) -> None:
-        self.catalogue = Catalogue(Path(hello["folder"]))
+        self.registry = Registry(Path(hello["folder"]))
         self.store = Store(Path(hello["store"]))
         self.values = Values(self.store, codec_named(hello["codec"]), hello["memory"])
         self.preparations = Preparations()
@@ -54,7 +54,7 @@ class Worker:
         self._checked: set[str] = set()
 
     def reply(self, job: Job) -> Reply:
-        """Evaluate a job; whatever goes wrong is part of the reply."""
+        """Evaluate a job; a failure is part of the reply."""
         self.values.lost()
         try:
             reply: Reply = {"record": asdict(self.evaluate(job))}
@@ -65,7 +65,7 @@ class Worker:
 
     def evaluate(self, job: Job) -> Record:
         """Evaluate a job and add its record to the store."""
-        node_type = self.catalogue.find(job["type"])
+        node_type = self.registry.find(job["type"])
         with workspace(self.store.temporary) if node_type.asks_workspace else nullcontext() as folder:
             when = Time(job["time"]["frame"], job["time"]["fps"])
             arguments = build_arguments(
@@ -102,9 +102,9 @@ class Worker:
         return record
 
     def _check_code(self, node_type: NodeType) -> None:
-        """Refuse what came of a module that was edited before it was imported here: its key speaks of another one.
+        """Refuse the result where a module was edited before it was imported here: the key is of the code before.
 
-        Nodes import within their functions, so that is looked at after each call, but once for each module.
+        Nodes import within their functions, so this is checked after each call, once for each module.
         """
         new = sys.modules.keys() - self._checked
         paths = {node_type.function.__code__.co_filename, *(file_of(sys.modules.get(name)) for name in new)}
@@ -121,20 +121,20 @@ class Worker:
 
 
 def file_of(module: ModuleType | None) -> str:
-    """Path of the file that a module was imported from; nothing of it is asked, for some import more when they are."""
+    """Path of the file that a module was imported from; read from its dictionary, since attributes may import more."""
     known = vars(module) if isinstance(module, ModuleType) else {}
     return known.get("__file__") or ""
 
 
 def check_files(job: Job) -> None:
-    """Refuse a result whose input files were written to meanwhile: its key would lie."""
+    """Refuse a result whose input files were written to meanwhile: its key would be wrong."""
     for path, stamp in job["files"].items():
         if is_changed(path, stamp):
             raise BadInput("changed while it was read", where=path, right="run again when it is complete")
 
 
 def failure(error: Exception) -> Reply:
-    """Describe the exception at hand."""
+    """Describe the exception that is being handled."""
     kind, message = "input", str(error)
     if not isinstance(error, BadInput):
         full = isinstance(error, OSError) and is_full(error)
@@ -144,21 +144,33 @@ def failure(error: Exception) -> Reply:
 
 
 def die_with_parent() -> None:
-    """Ask Linux to end this process when its parent ends; elsewhere the end of the pipe does it, between jobs."""
+    """Ask Linux to kill this process when its parent ends; elsewhere the end of the pipe stops it, between jobs."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def is_closed(connection: Connection) -> bool:
-    """Whether the other end is gone: it never sends anything while a job is being evaluated."""
+    """Whether the other end is closed: it never sends anything while a job is being evaluated."""
     try:
         return connection.poll(0)
     except OSError:
         return True
 
 
+def keep_freed() -> None:
+    """Keep freed memory in this process for the next allocation, where its C library is glibc.
+
+    A step of a large groom allocates and frees hundreds of arrays. The kernel would provide large ones anew each time,
+    and zero them first.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is not None:
+        mallopt(_M_MMAP_MAX, 0)
+        mallopt(_M_TRIM_THRESHOLD, -1)
+
+
 def main(descriptor: int) -> None:
-    """Serve a coordinator until it is gone."""
+    """Serve a coordinator until it closes the connection."""
     die_with_parent()
     keep_freed()
     guard_kernels()

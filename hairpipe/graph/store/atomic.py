@@ -1,8 +1,8 @@
-"""Files appear whole or not at all: a temporary name, the bytes on disk, then a rename.
+"""Atomic files: written under a temporary name, flushed to disk, then renamed.
 
-A temporary file is locked (flock) by the process that makes it. The kernel lets go of a lock when its process ends,
-however it ends, so anybody can tell what was left over, and sweeps it; numbers of processes would not tell, since
-containers of one host name count their own. Names are random, and files are created, never followed through links.
+A temporary file is locked (flock) by the process that makes it. The kernel releases a lock when its process ends,
+however it ends, so any process can detect and remove left-over files. Process numbers would not do, since containers
+of one host name count their own. Names are random, and files are created, never followed through links.
 """
 
 import errno
@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import IO
 
 STALE = 24 * 3600.0
-"""Age after which a temporary file is taken for left over where the file system has no locks [s]."""
+"""Age after which a temporary file counts as left over where the file system has no locks [s]."""
 
 _NAME = re.compile(r"\.hairpipe-(?:([0-9a-f]{32})|[A-Za-z0-9]+-\d+-\d+)\.tmp")
 """Of a temporary file, a name that nobody else gives; older versions wrote machine, process and number."""
@@ -28,7 +28,7 @@ _held: set[int] = set()
 
 
 def _let_go() -> None:
-    """Close what the parent of a forked process has in the making: the lock is of the parent alone."""
+    """Close the temporary files of the parent in a forked process: their locks belong to the parent."""
     for handle in _held:
         with suppress(OSError):
             os.close(handle)
@@ -40,7 +40,7 @@ os.register_at_fork(after_in_child=_let_go)
 
 @contextmanager
 def making(folder: Path) -> Iterator[tuple[Path, int]]:
-    """Give an empty file with a name that nobody else uses, locked, and its descriptor; it goes if it is still there.
+    """Yield an empty locked file with a unique name, and its descriptor; it is removed if it is still there at the end.
 
     A folder of the same name but for the suffix `.work` belongs to it. The folder around is made where it is missing.
     """
@@ -115,9 +115,9 @@ def write_text(path: Path, text: str, folder: Path | None = None, *, lasting: bo
 
 
 def sweep(folder: Path, *, ours_alone: bool = False) -> int:
-    """Remove temporary files, and the folders that belong to them, which nobody makes any more; returns how many.
+    """Remove left-over temporary files, and the folders that belong to them; returns how many.
 
-    ours_alone  nobody else uses the folder: what cannot be told by a lock goes too, after a day
+    ours_alone  the folder is used by hairpipe alone: files without a lock are removed too, after a day
     """
     swept = 0
     with suppress(OSError):
@@ -128,16 +128,16 @@ def sweep(folder: Path, *, ours_alone: bool = False) -> int:
 
 
 def is_left_over(path: Path, *, elsewhere: bool = False) -> bool:
-    """Whether a file is a temporary one of ours which nobody makes any more; `elsewhere` as below."""
+    """Whether a file is a left-over temporary one of ours; `elsewhere` as below."""
     with left_over(path, elsewhere=elsewhere) as gone:
         return gone
 
 
 @contextmanager
 def left_over(path: Path, *, elsewhere: bool = False) -> Iterator[bool]:
-    """Tell whether a file is a temporary one of ours which nobody makes any more, and hold its lock meanwhile.
+    """Tell whether a file is a left-over temporary one of ours, and hold its lock meanwhile.
 
-    elsewhere  judge by their age those that cannot be told by a lock
+    elsewhere  judge files by their age where there are no locks
     """
     name, handle, gone = _NAME.fullmatch(path.name), None, False
     try:

@@ -1,4 +1,8 @@
-"""One text for one value: the canonical JSON under every digest."""
+"""Digests: the canonical JSON under each of them, and the keys of actions.
+
+An action is one evaluation of a node. Its inputs enter its key by the content of their values: a re-run upstream that
+gives equal values changes no key below it.
+"""
 
 import json
 import math
@@ -9,6 +13,9 @@ from typing import Any
 DIGEST_BYTES = 20
 DIGEST = re.compile(rf"[0-9a-f]{{{2 * DIGEST_BYTES}}}")
 """A digest as text."""
+
+Parts = dict[str, Any]
+"""All that the result of an action depends on."""
 
 
 def canonical(value: Any) -> str:
@@ -59,3 +66,25 @@ def digest_bytes(kind: str, data: bytes) -> str:
 def hasher(kind: str, data: bytes = b"") -> "blake2b":
     """Begin a digest of this kind."""
     return blake2b(data, digest_size=DIGEST_BYTES, person=kind.encode())
+
+
+def key_parts(
+    type_name: str, code: str, settings: dict[str, Any], inputs: dict[str, Any], time: dict[str, Any] | None
+) -> Parts:
+    """Gather all that a result depends on.
+
+    settings  checked values; a file is there by the digest of its bytes
+    inputs    by socket, or `socket.0` ...: a digest, [previous, current], [[frame, digest], ...] or None
+    time      frame and fps where the node asks for them, else None
+    """
+    return {"type": type_name, "code": code, "settings": settings, "inputs": inputs, "time": time}
+
+
+def action_key(parts: Parts) -> str:
+    """Digest the parts into the name under which the store knows the result."""
+    return digest("action", parts)
+
+
+def is_key(text: Any) -> bool:
+    """Whether something is the key of an action: it becomes part of a path."""
+    return isinstance(text, str) and DIGEST.fullmatch(text) is not None

@@ -1,4 +1,4 @@
-"""Digests of files by their bytes, remembered as long as the file is provably untouched."""
+"""Digests of files by their bytes, cached as long as the file is provably unchanged."""
 
 import json
 import time
@@ -16,14 +16,14 @@ SETTLED = 2_000_000_000
 def fingerprint(path: Path, store: Store) -> str:
     """Digest the bytes of a file; OSError where it cannot be read.
 
-    The store remembers it by device, inode, size, time of change and of status change: the last one is set by the
-    kernel alone, so that a copied or back-dated file is read again.
+    The store caches it by device, inode, size, modification and status change: the last one is set by the kernel
+    alone, so that a copied or back-dated file is read again.
     """
     path = path.absolute()
     name = digest("stat", str(path))
     begun = time.time_ns()
     stamp = stamp_of(path)
-    with suppress(ValueError, TypeError, KeyError):  # no note, or one of somebody else's making
+    with suppress(ValueError, TypeError, KeyError):  # no note, or a foreign one
         known = parsed(store.recall(name) or "null")
         if known["stamp"] == stamp and known["begun"] - max(stamp[3:]) > SETTLED:
             return str(known["digest"])

@@ -1,4 +1,4 @@
-"""A file with companions, as the store knows it: which object goes under which name. It is named by what it says."""
+"""A file with companions in the store: which object has which name. The listing is named by its content."""
 
 import json
 from dataclasses import dataclass

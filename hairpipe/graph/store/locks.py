@@ -1,6 +1,6 @@
-"""One evaluation of an action at a time, among all processes that share a store.
+"""Locks of keys: one evaluation of an action at a time, among all processes that share a store.
 
-Locks are byte ranges of one file, at an offset made of the key: the kernel lets go of them when a process ends, however
+Locks are byte ranges of one file, at an offset made of the key: the kernel releases them when a process ends, however
 it ends, and nothing is left to clean up.
 """
 
@@ -23,22 +23,22 @@ class KeyLocks:
         self._held: set[int] = set()
 
     def acquire(self, key: str) -> bool:
-        """Take the lock of a key without waiting; False where somebody has it. OSError where there can be no locks."""
+        """Acquire the lock of a key without waiting; False where it is taken. OSError where there can be no locks."""
         offset = int(key[:OFFSET_DIGITS], 16)
         if offset in self._held:
             return False
-        file = self._open()  # its own refusals must not be taken for somebody's lock, which would be waited for
+        file = self._open()  # its errors must not be mistaken for a taken lock, which would be waited for
         try:
             fcntl.lockf(file, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, offset)
         except OSError as error:
             if error.errno in (errno.EACCES, errno.EAGAIN):
                 return False
-            # A file system without locks: at worst something is computed twice, to the same result.
+            # A file system without locks: at worst an action is evaluated twice, with the same result.
         self._held.add(offset)
         return True
 
     def release(self, key: str) -> None:
-        """Let go of a key."""
+        """Release the lock of a key."""
         offset = int(key[:OFFSET_DIGITS], 16)
         if offset in self._held and self._file is not None:
             self._held.discard(offset)
@@ -46,7 +46,7 @@ class KeyLocks:
                 fcntl.lockf(self._file, fcntl.LOCK_UN, 1, offset)
 
     def close(self) -> None:
-        """Let go of all keys."""
+        """Release all locks."""
         if self._file is not None:
             os.close(self._file)
         self._file = None

@@ -1,6 +1,6 @@
-"""Whose a folder is: code and what a user has decided need one of his own; results of others need his trust.
+"""Ownership of folders: code and decisions of a user are kept in folders of his own; results of others need his trust.
 
-Folders of the user's own lie outside of every project: no graph and no archive can have put there what is in them.
+Those folders lie outside of every project, so that no graph and no archive can have written to them.
 """
 
 import errno
@@ -23,9 +23,9 @@ BASES = {
 
 
 def own_folder(kind: Literal["cache", "config", "state"]) -> Path:
-    """Name the user's folder for what can be made again, what he has decided (config), what was done for him (state).
+    """Name the user's folder for data that can be recomputed (cache), decisions (config), or records (state).
 
-    OSError where he has no home: then there is no such folder, and none must be taken for it.
+    OSError where the user has no home: then there is no such folder.
     """
     variable, usual = BASES[kind]
     home, told = Path(os.path.expanduser("~")), Path(os.environ.get(variable, ""))  # noqa: PTH111 - no error without
@@ -42,7 +42,7 @@ def make_own(folder: Path) -> None:
 
 
 def fault_of(path: Path) -> str | None:
-    """Say why what lies there may be somebody else's; None where only this user can have written it, or nothing is."""
+    """Say why a path may be somebody else's; None where only this user can have written it, or it is missing."""
     try:
         status = path.lstat()
     except FileNotFoundError:

@@ -5,8 +5,7 @@ import math
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
-from hairpipe.graph.store.digest import DIGEST, digest_bytes, parsed
-from hairpipe.graph.store.key import Parts, is_key
+from hairpipe.graph.store.digest import DIGEST, Parts, digest_bytes, is_key, parsed
 
 MARK = ',"check":"'
 SUFFIXES = (".h5", ".bin", ".set")
@@ -62,7 +61,7 @@ def write_record(record: Record) -> str:
 
 
 def read_record(text: str) -> Record | None:
-    """Read a record; None where a single byte of it is not as written, or where it is none of ours."""
+    """Read a record; None where it is damaged, or no record of hairpipe."""
     body, mark, check = text.rpartition(MARK)
     if not mark or check != digest_bytes("record", f"{body}}}".encode()) + '"}':
         return None
@@ -74,7 +73,7 @@ def read_record(text: str) -> Record | None:
 
 
 def from_fields(fields: dict[str, Any]) -> Record:
-    """Build a record from its fields as JSON gives them; those that another version has added are left out."""
+    """Build a record from its fields as in JSON; fields of other versions are ignored."""
     known = {name: value for name, value in fields.items() if name in Record.__dataclass_fields__}
     outputs = {name: Output(o[0], o[1], tuple(map(tuple, o[2]))) for name, o in fields["outputs"].items()}
     known["prepare_warnings"] = tuple(fields.get("prepare_warnings", ()))
@@ -82,7 +81,7 @@ def from_fields(fields: dict[str, Any]) -> Record:
 
 
 def is_sound(record: Record) -> bool:
-    """Whether everything in a record is of the type that it is used as, and every name one of ours."""
+    """Whether everything in a record has the type that it is used as, and every name is valid."""
     parts, numbers = (
         record.parts,
         (record.seconds, record.created, 0.0 if record.processor is None else record.processor),

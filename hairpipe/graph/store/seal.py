@@ -1,8 +1,8 @@
-"""Compiled kernels carry a digest, and are loaded only where it is theirs: numba keeps them as pickles, unchecked.
+"""Checksums of compiled kernels: numba stores them as pickles and loads them unchecked.
 
-The digest stands behind the pickle in the same file, which appears at once, so that any number of processes may write
-and be killed; numba without us reads such a file, too. A file with a wrong digest, or without one, is removed, and
-numba compiles again.
+The digest follows the pickle in the same file, which is written atomically, so that any number of processes may write
+and be killed; numba alone can read such a file, too. A file with a wrong digest, or without one, is removed, and numba
+compiles again.
 """
 
 import sys
@@ -28,7 +28,7 @@ _removed: list[Path] = []
 
 
 def seal(data: bytes) -> bytes:
-    """Give what stands behind the bytes of a kernel."""
+    """Return the seal that follows the bytes of a kernel."""
     return MARK + hasher("kernel", data).digest()
 
 
@@ -54,7 +54,7 @@ def guard_kernels() -> None:
 
 
 class Finder(MetaPathFinder):
-    """Finds the module of numba that reads kernels, to guard it once it is imported: many workers never need it."""
+    """Import hook that guards the module of numba that reads kernels; many workers never import it."""
 
     def find_spec(self, name: str, path: Sequence[str] | None, target: ModuleType | None = None) -> ModuleSpec | None:
         """Find that module alone."""
@@ -63,7 +63,7 @@ class Finder(MetaPathFinder):
 
 
 class GuardingLoader(SourceFileLoader):
-    """Imports a module as ever, and guards what it defines."""
+    """Imports a module as usual, and guards the class that it defines."""
 
     def exec_module(self, module: ModuleType) -> None:
         """Import the module."""
@@ -72,7 +72,7 @@ class GuardingLoader(SourceFileLoader):
 
 
 def guard(cache_file: Any) -> None:
-    """Let numba's class for the kernels of one function check what it loads, and seal what it saves; in place."""
+    """Patch numba's cache class to check the kernels it loads, and to seal those it saves; in place."""
     load_index, load_data, open_for_write = cache_file._load_index, cache_file._load_data, cache_file._open_for_write
 
     def load_sealed_index(self: Any) -> dict[Any, str]:
@@ -99,7 +99,7 @@ def guard(cache_file: Any) -> None:
 
 
 def is_there(path: Path) -> bool:
-    """Whether a kernel is there, as it was written; what is not as written is removed."""
+    """Whether an intact kernel is there; a damaged one is removed."""
     try:
         if is_sealed(path):
             return True

@@ -1,14 +1,14 @@
-"""The store: records of actions by key, objects by content. It knows no types and trusts nothing it reads.
+"""The store: records of actions by key, objects by content. It knows no types and verifies what it reads.
 
     actions/ab/<key>.json       what was evaluated and which objects came of it
     objects/ab/<name>           a value (.h5), the bytes of a file (.bin), or a file with companions (.set)
     latest/<graph>/<node>.json  key of each frame's latest result, by which `plan` explains differences
-    notes/ab/<name>             what is cheap to know again: analysed source files, digests of input files
+    notes/ab/<name>             cached analyses: source files, digests of input files
     tmp/                        files and workspaces in the making
     lock                        one byte range per key that is being evaluated
 
-Everything appears by rename; any number of processes may share a store, and one that is killed leaves nothing to mend.
-It is data: nothing in it is executed, and compiled kernels are kept elsewhere (`machine_code`).
+Files are written atomically; any number of processes may share a store, and a killed one leaves nothing to repair. A
+store is data: nothing in it is executed, and compiled kernels are kept elsewhere (`machine_code`).
 """
 
 import json
@@ -20,8 +20,7 @@ from pathlib import Path
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.store.atomic import discard, sweep, write_text
-from hairpipe.graph.store.digest import digest, parsed
-from hairpipe.graph.store.key import is_key
+from hairpipe.graph.store.digest import digest, is_key, parsed
 from hairpipe.graph.store.record import Record, is_object, read_record, write_record
 
 
@@ -49,7 +48,7 @@ class Store:
         return 0 if self.read_only else sweep(self.temporary, ours_alone=True)
 
     def check_writable(self) -> None:
-        """Refuse a store that cannot be written to, before something is computed in vain; one may well read it."""
+        """Refuse a store that cannot be written to, before anything is computed; reading it is allowed."""
         if self.root.exists() and not os.access(self.root, os.W_OK | os.X_OK):
             raise BadInput("cannot be written to", where=self.root, right="--cache FOLDER, or HAIRPIPE_CACHE")
 
@@ -66,19 +65,19 @@ class Store:
         return self.root / "objects" / name[:2] / name
 
     def record_keys(self) -> Iterator[str]:
-        """Iterate over the keys of what lies where records lie, whole or not."""
+        """Iterate over the keys of all record files, intact or damaged."""
         for path in (self.root / "actions").glob("??/*.json"):
             if is_key(path.stem) and self.action_path(path.stem) == path:
                 yield path.stem
 
     def object_names(self) -> Iterator[str]:
-        """Iterate over the names of what lies where objects lie, whole or not."""
+        """Iterate over the names of all object files, intact or damaged."""
         for path in (self.root / "objects").glob("??/*"):
             if is_object(path.name) and self.object_path(path.name) == path:
                 yield path.name
 
     def find(self, key: str, *, without: str | None = None) -> Record | None:
-        """Find a result whose objects are all there, but for those of the output `without`; a damaged one is none."""
+        """Find a record whose objects are all there, except those of the output `without`; None for a damaged one."""
         record = self.record(key)
         if record and all(self.has(name, size) for name, size in record.objects(without)):
             return record
@@ -105,7 +104,7 @@ class Store:
         return False
 
     def size(self, name: str) -> int | None:
-        """Size of an object [bytes]; None where it is not there. What stands in its place and is no file is removed."""
+        """Size of an object [bytes]; None where it is missing. Anything but a file in its place is removed."""
         path = self.object_path(name)
         try:
             status = path.stat()
@@ -121,12 +120,12 @@ class Store:
         write_text(self.room(self.action_path(record.key)), write_record(record), self.temporary)
 
     def touch(self, key: str) -> None:
-        """Note that a result was used, for those who clean by age."""
+        """Mark a result as used now: cleaning goes by age."""
         with suppress(OSError):
             os.utime(self.action_path(key))
 
     def renew(self, name: str) -> None:
-        """Note that an object is about to be held by a new result: those who clean spare what is young."""
+        """Mark an object as new: it is about to be referenced by a record, and cleaning spares new objects."""
         with suppress(OSError):
             os.utime(self.object_path(name))
 
@@ -137,7 +136,7 @@ class Store:
                 discard(path)
 
     def room(self, path: Path) -> Path:
-        """Make room for a file of the store: folders where folders belong, and none in its place; returns its path."""
+        """Create the folders of a file, and remove whatever blocks them or its place; returns its path."""
         if path.is_dir():
             self.remove(path)
         for file in (path, self.temporary / "any"):
@@ -151,7 +150,7 @@ class Store:
         return path
 
     def _text(self, path: Path) -> str | None:
-        """Read a text; None where there is none, an empty one where something else stands there."""
+        """Read a text; None where there is no file, empty where there is something else."""
         try:
             if path.is_file():
                 return path.read_text(encoding="utf-8")
@@ -162,7 +161,7 @@ class Store:
         return "" if os.path.lexists(path) else None
 
     def recall(self, name: str) -> str | None:
-        """Give the text noted under a name; None where there is none, or one that is damaged."""
+        """Return the text noted under a name; None where it is missing or damaged."""
         try:
             note = parsed(self._text(self.root / "notes" / name[:2] / name) or "null")
             is_whole = isinstance(note["note"], str) and note["digest"] == digest("note", [name, note["note"]])
@@ -171,7 +170,7 @@ class Store:
             return None
 
     def remember(self, name: str, make: Callable[[], str]) -> str:
-        """Give the text noted under a name, or make and note it."""
+        """Return the text noted under a name, or make and note it."""
         known = self.recall(name)
         if known is None:
             known = make()
@@ -183,7 +182,7 @@ class Store:
         if not self.read_only:
             path = self.root / "notes" / name[:2] / name
             whole = {"note": text, "digest": digest("note", [name, text])}
-            with suppress(OSError):  # a note saves time and nothing else, and one that is damaged is none
+            with suppress(OSError):  # a note only saves time, and a damaged one is ignored
                 write_text(self.room(path), json.dumps(whole), self.temporary, lasting=False)
 
     def latest(self, graph: str, node: str) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""Values in the store: written by what they are, read back only when they are whole. This is the workers' side.
+"""Values in the store: named by their content, and verified when they are read. This is the workers' side.
 
 The codec is handed in: a module that takes a value apart into a tree of arrays and scalars, digests it, writes and
 reads it, and builds it again. What a node is given is always a fresh copy built from such a tree, so that a node cannot
@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NoReturn, Protocol, cast
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.files import File
+from hairpipe.graph.node.signature import File
 from hairpipe.graph.store.atomic import flush, open_made, replacing
 from hairpipe.graph.store.fingerprint import CHUNK, digest_file
 from hairpipe.graph.store.listing import Listing, read_listing
@@ -26,7 +26,7 @@ from hairpipe.graph.store.store import LostObject, Store
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
 MARGIN = 16 << 20
-"""Room that is left on a disk: a file that does not fit is refused before it is begun [bytes]."""
+"""Space that stays free on a disk: a file that does not fit is refused before it is begun [bytes]."""
 
 
 class Codec(Protocol):
@@ -62,16 +62,16 @@ class Values:
         self._lost: str | None = None
 
     def lost(self) -> str | None:
-        """Name an object that was asked for since the last call and was not there, or has gone since; None for none.
+        """Name an object that was requested since the last call and was missing, or has gone since; None for none.
 
-        A node that reads a file may find it gone in the middle, and says so in its own way.
+        A node may find a file gone while it reads it, and raise an error of its own.
         """
         handed, self._handed = self._handed, set()
         found, self._lost = self._lost, None
         return found or next((name for name in sorted(handed) if not self.store.has(name)), None)
 
     def check(self) -> None:
-        """Raise LostObject for one that was asked for since the last call of `lost`, whatever became of that."""
+        """Raise LostObject where one was missing since the last call of `lost`, even if the node caught the error."""
         if self._lost is not None:
             raise LostObject(self._lost)
 
@@ -100,7 +100,7 @@ class Values:
         return Output(name, size)
 
     def _read(self, name: str) -> Any:
-        """Read a tree and check its digest; what the system does not let be read is not damaged, and stays."""
+        """Read a tree and check its digest; a file that cannot be read for lack of permission is kept."""
         with suppress(FileNotFoundError, BadInput):
             if self.store.has(name):
                 tree = self.codec.read(self.store.object_path(name))
@@ -109,7 +109,7 @@ class Values:
         self._lose(name)
 
     def _keep(self, name: str, tree: Any) -> None:
-        """Keep a tree in memory, and let go of the ones that were not used for longest."""
+        """Cache a tree in memory, and evict the least recently used ones."""
         self._held += self.codec.nbytes(tree) - (self.codec.nbytes(self._trees[name]) if name in self._trees else 0)
         self._trees[name] = tree
         self._trees.move_to_end(name)
@@ -122,7 +122,7 @@ class Values:
         raise LostObject(name)
 
     def _get_file(self, name: str) -> File:
-        """Check the bytes of a file, and of those beside it."""
+        """Check the bytes of a file, and of its companions."""
         if name.endswith(".bin"):
             return File(self._checked(name))
         try:
@@ -190,12 +190,12 @@ def write_listing(path: Path, listing: Listing) -> None:
 
 
 def check_space(root: Path, needed: int) -> None:
-    """Raise the error of a full disk before a file is begun that does not fit: half a file helps nobody."""
+    """Raise the error of a full disk before a file is begun that does not fit."""
     root.mkdir(parents=True, exist_ok=True)
     if shutil.disk_usage(root).free < needed + MARGIN:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(root))
 
 
 def is_full(error: OSError) -> bool:
-    """Whether an error says that a disk is full; HDF5 says it in words only."""
+    """Whether an error means that a disk is full; HDF5 reports it in its message only."""
     return error.errno in FULL or any(f"errno = {number}" in str(error) for number in FULL)

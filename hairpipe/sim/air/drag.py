@@ -13,31 +13,24 @@ from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.sim.air.cylinder import Law, normal_drag, tangential_drag
+from hairpipe.sim.interactions import Prediction
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def add_drag(
-    points: np.ndarray,
-    velocities: np.ndarray,
-    air: np.ndarray,
-    offsets: np.ndarray,
-    law: Law,
-    active: np.ndarray,
-    push: np.ndarray,
-    damping: np.ndarray,
+    at: Prediction, air: np.ndarray, offsets: np.ndarray, law: Law, push: np.ndarray, damping: np.ndarray
 ) -> None:
-    """Add the force push - damping v on the points of some strands, in place.
+    """Add the force push - damping v of the air on active points, in place; what the others have is not read.
 
-    points, velocities  of the axes [m, m/s], (P, 3)
-    air                 velocity of the air at every point [m/s], (P, 3)
-    offsets             strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
-    active                 points of these strands, (P,) bool; what the others have is not looked at
-    push                [N], (P, 3); damping  symmetric xx xy xz yy yz zz [kg/s], (P, 6)
+    at       a prediction: drag goes by its lagged velocities
+    air      velocity of the air at every point [m/s], (P, 3)
+    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
+    push     [N], (P, 3); damping  symmetric xx xy xz yy yz zz [kg/s], (P, 6)
     """
     for strand in prange(len(offsets) - 1):
-        end = offsets[strand + 1] if active[offsets[strand]] else offsets[strand]
+        end = offsets[strand + 1] if at.active[offsets[strand]] else offsets[strand]
         for k in range(offsets[strand], end - 1):
-            _add_segment(points, velocities, air, k, law, push, damping)
+            _add_segment(at.points, at.lagged_velocity, air, k, law, push, damping)
 
 
 @inlined

@@ -13,12 +13,36 @@ Only the far particle moves, so momentum is not kept. From a default hair of 30 
 less than a thousandth of what the weight gives (tests/sim/test_strain.py).
 """
 
+from dataclasses import dataclass
+from typing import ClassVar
+
 import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.simd import load, maximum, minimum, sqrt, store
+from hairpipe.sim.interactions import Interaction
 from hairpipe.sim.layout import Shape
-from hairpipe.sim.strands.interface import shape_of
+from hairpipe.sim.strands.interface import StrandModel, shape_of
+
+
+@dataclass(frozen=True, eq=False)
+class StrainFilter(Interaction):
+    """The strain limit at the end of a step.
+
+    model      of the strands
+    tolerance  how far a segment may be stretched, over its rest length
+    """
+
+    in_solve: ClassVar[bool] = False
+    model: StrandModel
+    tolerance: float
+
+    def limit(self, x: np.ndarray, held: np.ndarray) -> None:
+        """Limit the strain of hair, in place, but of strands held at both ends: their springs alone share it out."""
+        limits = np.full((len(self.model.first) - 1, x.shape[2]), 1.0 + self.tolerance, x.dtype)
+        if len(held):
+            limits[held > 0.0] = np.inf
+        limit_all(self.model, x, limits)
 
 
 @njit(cache=True)

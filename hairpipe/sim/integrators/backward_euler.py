@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.sim.integrators.interface import everywhere
-from hairpipe.sim.interactions import Stage, Surroundings
-from hairpipe.sim.solve.implicit_stage import Rule
+from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.sim.surroundings import Surroundings
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,10 +14,10 @@ import numpy as np
 
 from hairpipe.sim.integrators.interface import everywhere, rows_of
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2, begin_anew, forget
-from hairpipe.sim.interactions import Stage, Surroundings
-from hairpipe.sim.solve.implicit_stage import Rule
+from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.sim.surroundings import Surroundings
 
 
 @dataclass(eq=False)

@@ -8,8 +8,8 @@ from hairpipe.sim.integrators.interface import Integrator
 from hairpipe.sim.integrators.nine_steps import FullStep, Trapezoid
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.settings import Scene
-from hairpipe.sim.solve.implicit_stage import Rule
 from hairpipe.sim.solve.spring_form import SpringForm
+from hairpipe.sim.solve.stage import Rule
 
 _SCHEMES = {"tr_bdf2": TrBdf2, "bdf2": Bdf2, "backward_euler": BackwardEuler}
 _NINE_STEPS = {"trapezoid": Trapezoid, "full_step": FullStep}

@@ -4,9 +4,9 @@ from typing import Protocol
 
 import numpy as np
 
-from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.sim.surroundings import Surroundings
 
 
 class Integrator(Protocol):

@@ -20,10 +20,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.sim.integrators.interface import everywhere
-from hairpipe.sim.interactions import Stage, Surroundings
-from hairpipe.sim.solve.implicit_stage import Rule
+from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.sim.surroundings import Surroundings
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,15 +36,13 @@ class NineSteps(ABC):
         """Advance state by step, in place."""
         x, v, before, dt = state.x.copy(), state.v, state.v.copy(), step.dt
         around.begin(state, step)
-        around.let_go()  # bodies hold only what step 5 has moved
+        around.leave_to_corrections()  # bodies hold only what step 5 has moved
         v_star = self.solve(state, step, around, x, dt / 2, 0.5, step.time)  # 1
         around.limit_velocity(x, v_star, step)  # 2
         around.repel(x, v_star, step, elastic=True)  # 3
         state.x[:] = x + dt * v_star  # 4
-        around.collide(state.x, v, x, step)  # 5
-        around.cross(state.x, v, x, step)  # 6
+        around.correct(state.x, v, x, step)  # 5, 6
         state.v[:] = self.velocity(state, step, around, x)  # 7, 8
-        around.let_go()
         around.repel(state.x, state.v, step, elastic=False)  # 9
         np.divide(state.v - before, dt, out=state.a)
 
@@ -64,7 +62,7 @@ class NineSteps(ABC):
         start = step.ends(0.0)
         ends = start + part * (step.ends(1.0) - start)
         weights = everywhere(around.model, x, h)
-        stage = Stage(x, state.v, x, state.v, ends, step.held, weights, time, h, held_normals=True)
+        stage = Stage(x, state.v, x, state.v, ends, step.held, weights, time, h)
         around.solve(moved, v, state.T, stage, self.rule)
         return v
 

@@ -8,11 +8,11 @@ import numpy as np
 from numba import njit
 
 from hairpipe.sim.boundary import ClampPath
-from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.settings import StepControl
 from hairpipe.sim.state import State
 from hairpipe.sim.strands.frequency import stiffest_springs
 from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.sim.surroundings import Surroundings
 
 _SHORTEST = 0.25
 """Step that crossing hair may ask for, over the longest."""
@@ -90,7 +90,7 @@ class Courant:
 
     def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Give that length: without stiction it depends on nothing that moves."""
-        return self.number / np.sqrt(self.stiffest + self.around.stiffest_connections())
+        return self.number / np.sqrt(self.stiffest + self.around.stiffness())
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,11 +130,11 @@ class Travel:
         """Find the fastest strand, where no body is faster."""
         speed, row, lane = _largest(state.v)
         first = self.around.model.first
-        return (int(np.searchsorted(first, row, "right")) - 1, lane) if speed >= self.around.body_speed() else None
+        return (int(np.searchsorted(first, row, "right")) - 1, lane) if speed >= self.around.fastest() else None
 
     def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Divide by the highest speed."""
-        speed = max(_largest(state.v)[0], self.around.body_speed())
+        speed = max(_largest(state.v)[0], self.around.fastest())
         return self.distance / speed if speed > 0.0 else np.inf
 
 

@@ -29,11 +29,12 @@ import numpy as np
 
 from hairpipe.kernels.simd_arrays import combine_all, copied
 from hairpipe.sim.integrators.interface import everywhere, rows_of
-from hairpipe.sim.interactions import Stage, Surroundings
-from hairpipe.sim.solve.implicit_stage import Rule, overstrained_lanes, set_all_tensions
+from hairpipe.sim.solve.implicit_stage import overstrained_lanes, set_all_tensions
 from hairpipe.sim.solve.spring_form import SpringForm
+from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.sim.surroundings import Surroundings
 
 G = 2.0 - np.sqrt(2.0)
 _W1 = 1.0 / (G * (2.0 - G))

@@ -7,6 +7,8 @@ Forces push - damping v [N] become an impulse and its matrix over the weight h o
 what other strands give being an impulse already, with blocks of its own: see `sim/contact/hair/couplings.py`.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit, prange
 
@@ -15,6 +17,23 @@ from hairpipe.sim.axis import Axis
 ROWS, ROWS_WITH_NEXT = 9, 15
 """Numbers of a point: an impulse and a block; those and the block between it and the next on the axis."""
 _CHUNK = 4096
+
+
+class ExternalTerms(NamedTuple):
+    """What acts on points from outside in a solve.
+
+    push       [N], (P, 3)
+    damping    symmetric, xx xy xz yy yz zz [kg/s], (P, 6)
+    received   impulses from other strands [N s], (P, 3); no rows where nothing couples strands
+    diagonal   of what couples them, the block between a point and itself [kg], (P, 6) float32; no rows either
+    following  the block between a point and the next of its strand [kg], (P, 6) float32; no rows either
+    """
+
+    push: np.ndarray
+    damping: np.ndarray
+    received: np.ndarray
+    diagonal: np.ndarray
+    following: np.ndarray
 
 
 @njit(cache=True, parallel=True)
@@ -28,7 +47,7 @@ def clear(active: np.ndarray, push: np.ndarray, damping: np.ndarray) -> None:
 
 
 @njit(cache=True, parallel=True)
-def velocity_changes(active: np.ndarray, impulses: np.ndarray, masses: np.ndarray, out: np.ndarray) -> None:
+def set_contact_dv(active: np.ndarray, impulses: np.ndarray, masses: np.ndarray, out: np.ndarray) -> None:
     """Set out, (P, 3) [m/s], of active points, (P,) bool, to impulses [N s] over masses [kg], (P,), in place."""
     for chunk in prange(-(-len(active) // _CHUNK)):
         for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(active))):
@@ -38,27 +57,27 @@ def velocity_changes(active: np.ndarray, impulses: np.ndarray, masses: np.ndarra
 
 
 @njit(cache=True, parallel=True)
-def lay_out(axis: Axis, active, push, damping, speeds, weights, received, diagonal, following, outer) -> None:
+def lay_out(axis: Axis, active, terms: ExternalTerms, velocities, weights, outer) -> None:
     """Write the rows of active strands, (blocks, W), in place.
 
-    push [N], (P, 3); damping [kg/s], symmetric, (P, 6); speeds  v [m/s], (P, 3)
-    weights  h, of the end of the stage, for every strand [s], (blocks, W)
-    received [N s], (P, 3); diagonal, following [kg], (P, 6); no rows where strands do not touch
-    outer    (rows / stride, 9 or 15, W)
+    velocities  of points, v [m/s], (P, 3)
+    weights     h, of the end of the stage, for every strand [s], (blocks, W)
+    outer       (rows / stride, 9 or 15, W)
     """
     for block in prange(len(axis.first) - 1):
         if active[block].any():
-            _lay_out_block(axis, np.int64(block), push, damping, speeds, weights, received, diagonal, following, outer)
+            _lay_out_block(axis, np.int64(block), terms, velocities, weights, outer)
 
 
 @njit(cache=True)
-def _lay_out_block(axis, block, push, damping, speeds, weights, received, diagonal, following, outer):
+def _lay_out_block(axis, block, terms, velocities, weights, outer):
+    push, damping, received, diagonal, following = terms
     touching = len(received) > 0
     for lane in range(axis.strands.shape[1]):
         strand = axis.strands[block, lane]
         row, h = axis.first[block] // axis.stride, weights[block, lane]
         for k in range(axis.offsets[strand], axis.offsets[strand + 1]):
-            d, x, y, z = damping[k], speeds[k, 0], speeds[k, 1], speeds[k, 2]
+            d, x, y, z = damping[k], velocities[k, 0], velocities[k, 1], velocities[k, 2]
             outer[row, 0, lane] = h * (push[k, 0] - d[0] * x - d[1] * y - d[2] * z)
             outer[row, 1, lane] = h * (push[k, 1] - d[1] * x - d[3] * y - d[4] * z)
             outer[row, 2, lane] = h * (push[k, 2] - d[2] * x - d[4] * y - d[5] * z)

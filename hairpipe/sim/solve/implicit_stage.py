@@ -13,8 +13,6 @@ W): an impulse to add to the right-hand side [N s], a symmetric block to add to 
 that between the point and the next [kg]; no rows where nothing does. Those of block b begin at first[b] // stride.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit, prange
 
@@ -32,30 +30,11 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import any_lane, either, load, select, sqrt, store, store_as
 from hairpipe.kernels.simd_arrays import copy, fill
 from hairpipe.sim.solve.spring_form import SpringForm
+from hairpipe.sim.solve.stage import Iterate, Stage, System
 from hairpipe.sim.strands.forces.spring import multiplier, tension
 from hairpipe.sim.strands.interface import add_forces, shape_of, spring_constant, springs_from
 
 _EXPLICIT, _PRINTED, _TENSION, _MULTIPLIER = (int(form) for form in SpringForm)
-
-
-class Rule(NamedTuple):
-    """What all stages of a simulation have in common.
-
-    form        a SpringForm
-    damping     of the springs, a fraction of critical damping
-    guard       strain of an edge at the guess beyond which its strand restarts as the stage began, at its root, in two
-                iterations, or where something acts on hair, from where `guess_stages` carries it; inf: never
-    iterations  of Newton's method a stage
-    gravity     [m/s^2], (3,)
-    drag        against still air [1/s]
-    """
-
-    form: int
-    damping: float
-    guard: float
-    iterations: int
-    gravity: np.ndarray
-    drag: float
 
 
 @inlined
@@ -86,8 +65,11 @@ def _add_outer(A, b, outer, p, n, stride, count):
 
 
 @inlined
-def _assemble(model, A, b, x, v, vh, T, outer, block, held, h, rule):
+def _assemble(model, block, system, at, outer, stage, h, rule):
     """Leave the factors in A, and in b what is left to substitute for the change of velocity [m/s]."""
+    A, b = system
+    x, v, T = at
+    vh, held = stage.vh, stage.held
     count, reach = x.shape[0], shape_of(model).reach
     clamped, stride = shape_of(model).clamped, shape_of(model).stride
     mass = model.mass[model.first[block] : model.first[block + 1]]
@@ -109,10 +91,11 @@ def _assemble(model, A, b, x, v, vh, T, outer, block, held, h, rule):
             eliminate(A, b, p, count, reach)
 
 
-@inlined
-def _update(model, x, v, T, dx, b, bad, only_bad, block, h, rule):
+@njit(cache=True, error_model="numpy")
+def _update(model, block, at, b, bad, only_bad, h, rule):
     """Move to the solution; with only_bad, in the flagged lanes only."""
-    count, first = x.shape[0], model.first[block]
+    x, v, T = at
+    count, first, dx = x.shape[0], model.first[block], np.empty(x.shape, x.dtype)
     for p in range(count):
         for c in range(3):
             dv = load(b, (p, c))
@@ -181,50 +164,47 @@ def _place_ends(x, v, xh, ends, held, block, clamped, h):
 
 
 @inlined
-def _guess(model, block, x, v, xh, ends, held, h, guard):
+def _guess(model, block, at, stage, h, guard):
     """Place a block where its guess leads; return the lanes that are strained too much there."""
+    x, v = at.x, at.v
     for p in range(x.shape[0]):
         for c in range(3):
-            store(x, (p, c), load(xh, (p, c)) + h * load(v, (p, c)))
-    _place_ends(x, v, xh, ends, held, block, shape_of(model).clamped, h)
+            store(x, (p, c), load(stage.xh, (p, c)) + h * load(v, (p, c)))
+    _place_ends(x, v, stage.xh, stage.ends, stage.held, block, shape_of(model).clamped, h)
     return overstrained(model, x, block, guard)
 
 
 @inlined
-def _restart(model, block, x, v, xh, before, ends, held, h, bad):
+def _restart(model, block, at, stage, h, bad):
     """Place the lanes that are bad as the stage began, along with their roots."""
-    clamped = shape_of(model).clamped
+    x, v, before, ends, clamped = at.x, at.v, stage.before, stage.ends, shape_of(model).clamped
     for p in range(clamped, x.shape[0]):
         for c in range(3):
             along = load(ends, (clamped - 1, c)) - load(before, (clamped - 1, c))
             store(x, (p, c), select(bad, load(before, (p, c)) + along, load(x, (p, c))))
-            store(v, (p, c), select(bad, (load(x, (p, c)) - load(xh, (p, c))) / h, load(v, (p, c))))
-    _place_ends(x, v, xh, ends, held, block, clamped, h)
+            store(v, (p, c), select(bad, (load(x, (p, c)) - load(stage.xh, (p, c))) / h, load(v, (p, c))))
+    _place_ends(x, v, stage.xh, ends, stage.held, block, clamped, h)
 
 
 @njit(cache=True, error_model="numpy")
-def run_stage(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):
+def run_stage(model, block, at, stage, rule):
     """Advance one block of strands through a stage that nothing from outside takes part in, in place.
 
-    x, v     out: positions [m] and velocities [m/s] at the end, (particles, 3, W); in: v is the guess
-    T        tensions of the springs [N], in: of the solve before, (particles, springs, W)
-    xh, vh   explicit parts of position and velocity
-    before   positions at the start of the stage; a strand that the guess strains too much restarts so, at its root
-    ends     positions of the held particles at the end: those at the root, then those at the tip [m], (2 clamped, 3, W)
-    held     1 where the tip is held, 0 where it is free, (blocks, W); no rows where all are free
-    weights  h, of the end, for every strand [s], (blocks, W)
+    at     an Iterate, in: its v is the guess; out: at the end of the stage
+    stage  of the block
     """
-    count, reach, h = x.shape[0], shape_of(model).reach, load(weights, (block,))
+    x, T, h = at.x, at.T, load(stage.h, (block,))
+    count, reach = x.shape[0], shape_of(model).reach
     A = np.empty((count, row_size(reach), x.shape[2]), x.dtype)
-    b, dx, nothing = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty((0, 9, x.shape[2]), x.dtype)
-    bad = _guess(model, block, x, v, xh, ends, held, h, rule.guard)
+    b, nothing = np.empty(x.shape, x.dtype), np.empty((0, 9, x.shape[2]), x.dtype)
+    bad = _guess(model, block, at, stage, h, rule.guard)
     if any_lane(bad):
-        _restart(model, block, x, v, xh, before, ends, held, h, bad)
+        _restart(model, block, at, stage, h, bad)
     for iteration in range(rule.iterations + int(any_lane(bad))):
         set_form(model, block, x, T, rule)
-        _assemble(model, A, b, x, v, vh, T, nothing, block, held, h, rule)
+        _assemble(model, block, System(A, b), at, nothing, stage, h, rule)
         substitute(A, b, count, reach)
-        _update(model, x, v, T, dx, b, bad, iteration == rule.iterations, block, h, rule)
+        _update(model, block, at, b, bad, iteration == rule.iterations, h, rule)
 
 
 @inlined
@@ -236,51 +216,63 @@ def set_form(model, block, x, T, rule):
         set_tensions(model, block, x, T)
 
 
-@njit(cache=True, parallel=True)
-def run_stages(model, x, v, T, xh, vh, before, ends, held, weights, rule):
-    """Advance all strands through a stage, in place; see `run_stage`.
+@njit(cache=True)
+def _of_block(model, block, at, stage):
+    """Return the iterate and the stage of one block; memory is shared."""
+    rows = slice(model.first[block], model.first[block + 1])
+    part = Stage(
+        stage.xh[rows],
+        stage.vh[rows],
+        stage.before[rows],
+        stage.began[rows],
+        stage.ends[block],
+        stage.held,
+        stage.h,
+        stage.time,
+        stage.span,
+    )
+    return Iterate(at.x[rows], at.v[rows], at.T[rows]), part
 
-    x, v, T, xh, vh, before  of all rows; ends  (blocks, 2 clamped, 3, W)
-    """
+
+@njit(cache=True, parallel=True)
+def run_stages(model, at, stage, rule):
+    """Advance all strands through a stage that nothing from outside takes part in, in place; see `run_stage`."""
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
-        _run_block(model, np.int64(block), x, v, T, xh, vh, before, ends, held, weights, rule)
+        _run_block(model, np.int64(block), at, stage, rule)
 
 
 @njit(cache=True)
-def _run_block(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):
-    rows = slice(model.first[block], model.first[block + 1])
-    parts = x[rows], v[rows], T[rows], xh[rows], vh[rows], before[rows]
-    run_stage(model, block, *parts, ends[block], held, weights, rule)
+def _run_block(model, block, at, stage, rule):
+    part, its_stage = _of_block(model, block, at, stage)
+    run_stage(model, block, part, its_stage, rule)
 
 
 @njit(cache=True, parallel=True)
-def guess_stages(model, x, v, T, xh, before, began, ends, held, weights, span, rule):
+def guess_stages(model, at, stage, rule):
     """Begin a stage: place all strands where their guess leads, in place; see `run_stage`.
 
-    began  velocities where the stage began [m/s], (rows, 3, W), which may be v itself
-    span   that the stage covers [s]
-
     A strand that this strains too much goes by itself, by backward Euler over the span from how the stage began: vh
-    has the forces of the springs, which bore what touched the strand and would fling it without.
+    has the forces of the springs, which balanced the contact forces on the strand; without those they would fling it.
     """
     for block in prange(len(model.first) - 1):
-        _guess_block(model, np.int64(block), x, v, T, xh, before, began, ends, held, weights, span, rule)
+        _guess_block(model, np.int64(block), at, stage, rule)
 
 
 @njit(cache=True, error_model="numpy")
-def _guess_block(model, block, x, v, T, xh, before, began, ends, held, weights, span, rule):
-    rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
-    xs, vs = x[rows], v[rows]
-    bad = _guess(model, block, xs, vs, xh[rows], ends[block], held, h, rule.guard)
+def _guess_block(model, block, at, stage, rule):
+    h = load(stage.h, (block,))
+    part, its_stage = _of_block(model, block, at, stage)
+    bad = _guess(model, block, part, its_stage, h, rule.guard)
     if any_lane(bad):
-        parts = T[rows], xh[rows], before[rows], began[rows]
-        _carry(model, block, xs, vs, *parts, ends[block], held, h, 0.0 * h + span, bad, rule)
+        _carry(model, block, part, its_stage, h, bad, rule)
 
 
 @njit(cache=True, error_model="numpy")
-def _carry(model, block, x, v, T, xh, before, began, ends, held, h, span, bad, rule):
-    """Carry the lanes that are bad by backward Euler, in place; span of every lane."""
+def _carry(model, block, at, stage, h, bad, rule):
+    """Carry the lanes that are bad by backward Euler over the span of the stage, in place."""
+    x, v, T = at
+    before, ends, span = stage.before, stage.ends, 0.0 * h + stage.span
     count, reach = x.shape[0], shape_of(model).reach
     A, b = np.empty((count, row_size(reach), x.shape[2]), x.dtype), np.empty(x.shape, x.dtype)
     moved, speeds, tensions = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty(T.shape, T.dtype)
@@ -291,45 +283,48 @@ def _carry(model, block, x, v, T, xh, before, began, ends, held, h, span, bad, r
             along = load(ends, (clamped - 1, c)) - load(before, (clamped - 1, c))
             store(moved, (p, c), load(before, (p, c)) + along)
             store(speeds, (p, c), along / span)
-    _place_ends(moved, speeds, before, ends, held, block, clamped, span)
+    _place_ends(moved, speeds, before, ends, stage.held, block, clamped, span)
     set_form(model, block, moved, tensions, rule)
-    nothing = np.empty((0, 9, x.shape[2]), x.dtype)
-    _assemble(model, A, b, moved, speeds, began, tensions, nothing, block, held, span, rule)
+    nothing, carried = np.empty((0, 9, x.shape[2]), x.dtype), Iterate(moved, speeds, tensions)
+    euler = Stage(before, stage.began, before, stage.began, ends, stage.held, stage.h, stage.time, stage.span)
+    _assemble(model, block, System(A, b), carried, nothing, euler, span, rule)
     substitute(A, b, count, reach)
-    _update(model, moved, speeds, tensions, np.empty(x.shape, x.dtype), b, bad, False, block, span, rule)
+    _update(model, block, carried, b, bad, False, span, rule)
     for p in range(count):
         for c in range(3):
             store(x, (p, c), select(bad, load(moved, (p, c)), load(x, (p, c))))
-            store(v, (p, c), select(bad, (load(x, (p, c)) - load(xh, (p, c))) / h, load(v, (p, c))))
+            store(v, (p, c), select(bad, (load(x, (p, c)) - load(stage.xh, (p, c))) / h, load(v, (p, c))))
         for o in range(T.shape[1]):
             store(T, (p, o), select(bad, load(tensions, (p, o)), load(T, (p, o))))
 
 
 @njit(cache=True, parallel=True)
-def factor_stages(model, A, b, x, v, vh, T, outer, held, active, weights, rule):
+def factor_stages(model, system, at, outer, active, stage, rule):
     """Solve every strand's own system, in place.
 
-    A      out: its factors, (rows, row_size, W), which may have less precision; not kept where it has no rows
-    b      out: change of velocity [m/s], (rows, 3, W)
-    outer  what acts from outside, see above
-    active    1 for strands that are solved, (blocks, W); the others have 0 in b
+    system  a System, out: factors and change of velocity
+    at      an Iterate, where the system is linearised; its T is set by the spring form
+    outer   what acts from outside, see above
+    active  1 for strands that are solved, (blocks, W); the others have 0 in b
     """
+    b = system.b
     for block in prange(len(model.first) - 1):
         if active[block].any():
-            _factor_block(model, np.int64(block), A, b, x, v, vh, T, outer, held, active, weights, rule)
+            _factor_block(model, np.int64(block), system, at, outer, active, stage, rule)
         else:
             fill(b[model.first[block] : model.first[block + 1]], 0.0)
 
 
 @njit(cache=True, error_model="numpy")
-def _factor_block(model, block, A, b, x, v, vh, T, outer, held, active, weights, rule):
-    rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
-    bs, xs, Ts = b[rows], x[rows], T[rows]
+def _factor_block(model, block, system, at, outer, active, stage, rule):
+    rows, h = slice(model.first[block], model.first[block + 1]), load(stage.h, (block,))
+    part, its_stage = _of_block(model, block, at, stage)
+    A, bs, xs = system.A, system.b[rows], part.x
     reach = shape_of(model).reach
     As = np.empty((xs.shape[0], row_size(reach), xs.shape[2]), xs.dtype)
-    set_form(model, block, xs, Ts, rule)
+    set_form(model, block, xs, part.T, rule)
     axis = slice(rows.start // shape_of(model).stride, rows.stop // shape_of(model).stride)
-    _assemble(model, As, bs, xs, v[rows], vh[rows], Ts, outer[axis], block, held, h, rule)
+    _assemble(model, block, System(As, bs), part, outer[axis], its_stage, h, rule)
     substitute(As, bs, xs.shape[0], reach)
     for p in range(bs.shape[0]):
         for c in range(3):
@@ -342,18 +337,18 @@ def _factor_block(model, block, A, b, x, v, vh, T, outer, held, active, weights,
 
 
 @njit(cache=True, parallel=True)
-def update_stages(model, x, v, T, b, active, weights, rule):
-    """Move the active strands, (blocks, W), to the solution b, in place."""
+def update_stages(model, at, b, active, weights, rule):
+    """Move the active strands, (blocks, W), to the solution b, in place; weights  h of the stage [s], (blocks, W)."""
     for block in prange(len(model.first) - 1):
         if active[block].any():
-            _update_block(model, np.int64(block), x, v, T, b, active, weights, rule)
+            _update_block(model, np.int64(block), at, b, active, weights, rule)
 
 
 @njit(cache=True, error_model="numpy")
-def _update_block(model, block, x, v, T, b, active, weights, rule):
+def _update_block(model, block, at, b, active, weights, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
-    dx = np.empty(x[rows].shape, x.dtype)
-    _update(model, x[rows], v[rows], T[rows], dx, b[rows], load(active, (block,)) > 0.0, True, block, h, rule)
+    part = Iterate(at.x[rows], at.v[rows], at.T[rows])
+    _update(model, block, part, b[rows], load(active, (block,)) > 0.0, True, h, rule)
 
 
 @njit(cache=True, parallel=True)

@@ -12,23 +12,24 @@ from hairpipe.sim.strands.interface import shape_of
 
 
 @njit(cache=True, parallel=True)
-def respond(model, axis: Axis, A, held, active, impulses, change, b) -> None:
+def respond(model, axis: Axis, system, held, active, impulses, change) -> None:
     """Solve every strand's own system for impulses on its axis, in place.
 
-    A         factors, of `factor_stages`; they are all that it reads from memory, and so kept in single precision
-    held      see `Step`; active  1 for strands that are solved, (blocks, W); the others do not move
+    system    A: factors, of `factor_stages`; they are all that it reads from memory, and so kept in single precision
+              b: the change of all particles is added to it [m/s], (rows, 3, W); nowhere where it has no rows
+    held      see `Step`
+    active    1 for strands that are solved, (blocks, W); the others do not move
     impulses  [N s], (P, 3)
     change    out: of the velocity of points [m/s], (P, 3)
-    b         that of all particles is added to it, (rows, 3, W); nowhere where it has no rows
     """
     for block in prange(len(axis.first) - 1):
-        _respond_block(model, axis, np.int64(block), A, held, active, impulses, change, b)
+        _respond_block(model, axis, np.int64(block), system, held, active, impulses, change)
 
 
 @njit(cache=True, error_model="numpy")
-def _respond_block(model, axis, block, A, held, active, impulses, change, b):
+def _respond_block(model, axis, block, system, held, active, impulses, change):
     rows = slice(axis.first[block], axis.first[block + 1])
-    As = A[rows]
+    As, b = system.A[rows], system.b
     x = np.empty((As.shape[0], 3, As.shape[2]), active.dtype)
     count, clamped, reach = x.shape[0], shape_of(model).clamped, shape_of(model).reach
     fill(x, 0.0)

@@ -9,6 +9,7 @@ from hairpipe.sim.contact.contact_points import REACH, Contacts, find_contacts
 from hairpipe.sim.contact.hair.couplings import Couplings, couplings_at, matrices
 from hairpipe.sim.contact.hair.impulses import sweep
 from hairpipe.sim.contact.hair.repulsion import linearise
+from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.settings import Collisions
 from hairpipe.spatial.proximity import near_pairs
 
@@ -73,19 +74,19 @@ def system(pile: Pile, law: Collisions, dt: float) -> tuple[sparse.csr_matrix, n
     """Make the linear system (M + J^T M_c J) dv = J^T push of the free points, linearised at x + dt v."""
     masses, free = pile.masses, np.arange(12 * (len(pile.points) // 4 - 1)) + 12
     contacts = pile.contacts(law)
-    couplings, predicted = couplings_at(contacts), pile.points + dt * pile.velocities
-    linearise(
-        contacts,
-        predicted,
-        pile.velocities,
-        pile.velocities,
-        masses,
-        law,
-        np.full(len(predicted), dt),
-        dt,
-        np.ones(len(predicted), np.bool_),
-        couplings,
+    couplings, count = couplings_at(contacts), len(pile.points)
+    at = Prediction(
+        points=pile.points + dt * pile.velocities,
+        velocities=pile.velocities,
+        lagged_velocity=pile.velocities,
+        masses=masses,
+        weights=np.full(count, dt),
+        active=np.ones(count, np.bool_),
+        span=dt,
+        time=dt,
+        seconds=dt,
     )
+    linearise(contacts, at, law, couplings)
     couplings = Couplings(*(array[couplings.acts] for array in couplings))
     J = relative(couplings, len(pile.points))[:, free]
     A = MASS * sparse.eye(len(free)) + J.T @ stiffness(couplings) @ J

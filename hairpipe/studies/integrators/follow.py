@@ -7,11 +7,12 @@ import numpy as np
 
 from hairpipe.sim.advance import start
 from hairpipe.sim.boundary import ClampPath, clamp_at
+from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.integrators.choice import integrator_of
-from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.settings import Air, Scene, Scheme, StrainLimit
 from hairpipe.sim.state import State, Step
+from hairpipe.sim.surroundings import Surroundings
 from hairpipe.studies.integrators.energy import energies
 from hairpipe.studies.integrators.leading import ends_at, groom_of
 from hairpipe.studies.integrators.trial import MOTIONS, Strand, Trial
@@ -59,7 +60,8 @@ def _follow(trial: Trial, strands: list[Strand], scene: Scene, step: float) -> l
     motion = State(*(a.copy() for a in (state.positions, state.velocities, state.accelerations, state.tensions)))
     unit = trial.material.line_density * scene.gravity * np.array([strand.length for strand in strands]) ** 2
     integrator = integrator_of(scene)
-    around = Surroundings(hair.model, hair.layout, scene.strain)
+    limits = [] if scene.strain is None else [StrainFilter(hair.model, scene.strain.tolerance)]
+    around = Surroundings(hair.model, hair.layout, limits)
     held = [clamp_at(ends_at(strands, hair.groom, time), hair.groom, hair.rest, hair.layout) for time in times]
     rows = [_sample(hair, motion, _worst(hair, motion, motion.x, frame), scene, unit)]
     with np.errstate(all="ignore"):

@@ -3,7 +3,7 @@
 import json
 
 from hairpipe.cli.commands.plan import rows_of
-from hairpipe.graph.plan.plan import Entry
+from hairpipe.graph.plan.planner import Entry
 from hairpipe.graph.plan.tasks import Task
 
 

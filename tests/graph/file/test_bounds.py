@@ -78,7 +78,7 @@ def test_a_link_that_comes_later_is_not_followed(shot, outside, swapped):
 
 def publish_all(shot, graph):
     from hairpipe.graph.run.events import Options
-    from hairpipe.graph.run.run import run
+    from hairpipe.graph.run.scheduler import run
 
     return run(graph, shot.store, options=Options(jobs=1))
 

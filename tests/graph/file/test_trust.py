@@ -12,7 +12,7 @@ from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.file.trust import Untrusted, code_in, doubt_about, register, revoke, shipped_folder, trust, trusted
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.run import run
+from hairpipe.graph.run.scheduler import run
 
 MARK = "open({!r}, 'a').write('imported')\n"
 

@@ -5,11 +5,11 @@ import sys
 
 import pytest
 
-from hairpipe.graph.file.registry import Catalogue
+from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import fetch
-from hairpipe.graph.run.run import run
+from hairpipe.graph.results import read_result
+from hairpipe.graph.run.scheduler import run
 
 NODE = '''"""A number that somebody else gives."""
 {imports}
@@ -40,7 +40,7 @@ def give(shot, name, **parts):
 
 def value(shot):
     assert shot.run().exit_code == 0
-    return fetch(shot.load(), shot.store, Task("one", None)).value
+    return read_result(shot.load(), shot.store, Task("one", None)).value
 
 
 def test_a_helper_that_python_finds_elsewhere_is_neither_run_nor_keyed(shot, studio):
@@ -81,14 +81,14 @@ def test_graphs_of_one_process_keep_their_helpers_apart(shot, monkeypatch):
     graph = first.load()
     assert value(other) == 3.0
     assert run(graph, first.store).exit_code == 0
-    assert fetch(graph, first.store, Task("one", None)).value == 2.0
+    assert read_result(graph, first.store, Task("one", None)).value == 2.0
     assert other.plan()["one"].status == "cached"
     assert [path for path in sys.path if path.endswith("nodes")] == [str(other.nodes)]
 
 
 def test_no_file_takes_the_place_of_our_own_package(shot):
     (shot.nodes / "hairpipe.py").write_text("")
-    module = Catalogue(shot.nodes).find("make_box").module
+    module = Registry(shot.nodes).find("make_box").module
     parts = CodeReader(lambda name, make: make(), shot.nodes).code_of(module).parts
     assert {"hairpipe.nodes.make_box", "hairpipe.data.mesh"} <= parts.keys()
 

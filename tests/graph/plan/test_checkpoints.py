@@ -152,9 +152,9 @@ def test_each_state_is_looked_at_once(frames):
         outputs = {"state": Output(f"{task.frame}.h5", 1)}
         record = Record("", "scan", task.frame, {}, outputs, "state", 0.0, (), 0.0)
         resolver.results[task] = record
-        thinner.take(task, record, None)
-        thinner.follow(task)
-    thinner.finish()
+        thinner.add(task, record, None)
+        thinner.thin_behind(task)
+    thinner.thin_all()
     assert there == {f"{frame}.h5" for frame in range(frames) if frame % 24 == 23 or frame == frames - 1}
     assert len(asked) < frames and resolver.results.looks <= 2 * frames
 

@@ -3,7 +3,7 @@
 import pytest
 
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import fetch
+from hairpipe.graph.results import read_result
 
 BLOW_UP = '''"""A fold that diverges."""
 from numeral import Numeral
@@ -87,7 +87,7 @@ def test_a_plan_knows_what_was_reached_and_so_does_who_asks_for_it(diverging):
     plan = diverging.plan()
     assert plan["wild@4"].status == "run" and "diverged" in plan["wild@4"].reason
     assert plan["count"].status == plan["after"].status == "cached"
-    assert fetch(diverging.load(), diverging.store, Task("count", None)).value == 6000 + 6 + 3000 + 3
+    assert read_result(diverging.load(), diverging.store, Task("count", None)).value == 6000 + 6 + 3000 + 3
 
 
 def test_the_result_is_that_of_as_many_frames(diverging):

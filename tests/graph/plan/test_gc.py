@@ -6,7 +6,7 @@ import time
 import pytest
 
 from hairpipe.graph.plan import gc
-from hairpipe.graph.plan.gc import clean, items, reached, usage
+from hairpipe.graph.plan.gc import clean, items, live_keys, usage
 from hairpipe.graph.run import publish
 
 READER = """
@@ -46,7 +46,7 @@ def test_cleaning_keeps_what_a_graph_reaches(shot):
     shot.run()
     shot.run(seed__value=9)
     shot.tally()
-    swept = clean(shot.store, keep=reached(shot.store, [shot.load()]))
+    swept = clean(shot.store, keep=live_keys(shot.store, [shot.load()]))
     assert swept.records == 22 and swept.objects > 15 and swept.size > 0
     shot.run()
     assert shot.tally() == {}
@@ -58,7 +58,7 @@ def test_cleaning_keeps_what_a_graph_reaches(shot):
 def test_cleaning_keeps_what_is_behind_a_result_that_is_missing(shot):
     shot.run()
     shot.store.remove(shot.store.object_path(shot.results()["seed"][""]))
-    assert clean(shot.store, keep=reached(shot.store, [shot.load()])).records == 0
+    assert clean(shot.store, keep=live_keys(shot.store, [shot.load()])).records == 0
     shot.tally()
     shot.run()
     assert shot.tally() == {"make_seed": 1}

@@ -23,3 +23,22 @@ def test_a_value_at_hand_has_its_names_in_the_order_of_the_one_on_disk(tmp_path)
     elsewhere = Values(Store(tmp_path), hdf5, limit=0)
     orders = [list(values.get(name, Maps).maps) for values in (there, elsewhere)]
     assert orders == [["a", "b"], ["a", "b"]]
+
+
+def test_values_that_are_kept_stay_under_the_limit(tmp_path):
+    values = Values(Store(tmp_path), hdf5, 5_000_000)
+    names = [values.put(np.full(125_000, float(i)), np.ndarray, None).object for i in range(20)]
+    assert sum(hdf5.nbytes(tree) for tree in values._trees.values()) <= 5_000_000
+    assert [values.get(name, np.ndarray)[0] for name in names] == list(range(20))
+    assert values._held == sum(hdf5.nbytes(tree) for tree in values._trees.values()) <= 5_000_000
+
+
+def test_a_node_gets_a_copy_of_its_own(tmp_path):
+    values = Values(Store(tmp_path), hdf5, 5_000_000)
+    mine = np.arange(6.0).reshape(2, 3)
+    name = values.put(mine.T, np.ndarray, None).object
+    mine[:] = 0
+    given = values.get(name, np.ndarray)
+    assert given.flags.c_contiguous and given.flags.writeable and given[1, 1] == 4.0
+    given[:] = 0
+    assert values.get(name, np.ndarray)[1, 1] == 4.0

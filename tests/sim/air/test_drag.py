@@ -5,8 +5,9 @@ import pytest
 from scipy.optimize import root_scalar
 
 from hairpipe.sim.air.breeze import Breeze
-from hairpipe.sim.air.cylinder import normal_drag, tangential_drag
+from hairpipe.sim.air.cylinder import law_of, normal_drag, tangential_drag
 from hairpipe.sim.air.wind import Coefficients, Gusts, Shielding, Wind
+from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.material import Material
 
 DIAMETER, LINE, G = Material().diameter, Material().line_density, 9.81
@@ -20,11 +21,17 @@ def matrices(damping):
     return damping[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
 
 
+def prediction(points, velocities, seconds=0.0, active=None):
+    active = np.ones(len(points), bool) if active is None else active
+    masses, weights = np.ones(len(points)), np.full(len(points), 1e-3)
+    return Prediction(points, velocities, velocities, masses, weights, active, 1e-3, seconds, seconds)
+
+
 def forces(wind, points=POINTS, velocities=VELOCITIES, offsets=OFFSETS, seconds=0.0, active=None):
     """Push, damping as matrices, and the force of both."""
     push, damping = np.zeros_like(points), np.zeros((len(points), 6))
-    active = np.ones(len(points), bool) if active is None else active
-    Breeze(wind, DIAMETER).forces(points, velocities, offsets, seconds, active, push, damping)
+    at = prediction(points, velocities, seconds, active)
+    Breeze(wind, DIAMETER, offsets).linearise(at, push, damping)
     full = matrices(damping)
     return push, full, push - np.einsum("pij,pj->pi", full, velocities)
 
@@ -74,7 +81,7 @@ def test_prescribed_coefficients_are_those_of_a_metre_of_hair(direction, coeffic
 
 
 def test_slow_air_takes_twice_as_much_across_as_along():
-    creep = Breeze(Wind(), DIAMETER).law
+    creep = law_of(Wind(), DIAMETER)
     assert normal_drag(creep, 1e-9) / tangential_drag(creep, 1e-9) == pytest.approx(2.0, rel=0.01)
     assert 4.0 < normal_drag(creep, 1.0) / tangential_drag(creep, 1.0) < 6.0
 
@@ -108,7 +115,7 @@ def test_segments_join_no_strands_and_forces_add_up():
     for now, then in zip(whole, zip(*parts, strict=True), strict=True):
         np.testing.assert_array_equal(now, np.concatenate(then))
     push, damping = np.ones_like(POINTS), np.ones((12, 6))
-    Breeze(Wind(), DIAMETER).forces(POINTS, VELOCITIES, OFFSETS, 0.0, np.ones(12, bool), push, damping)
+    Breeze(Wind(), DIAMETER, OFFSETS).linearise(prediction(POINTS, VELOCITIES), push, damping)
     np.testing.assert_allclose(push - 1.0, whole[0], atol=1e-15)
 
 

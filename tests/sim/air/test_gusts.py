@@ -67,8 +67,9 @@ def test_the_fast_cosine_is_a_cosine():
 
 def test_a_place_and_a_time_have_one_wind_whoever_asks():
     here, offsets = places(3000, 1.0), np.array([0, 3000], np.int32)
-    breeze = Breeze(Wind((1.0, 0.0, 0.0), gusts=GUSTS), 8e-5)
-    whole = breeze.air(here, offsets, 12.25)
-    part = Breeze(Wind((1.0, 0.0, 0.0), gusts=GUSTS), 8e-5).air(here[700:900], np.array([0, 200], np.int32), 12.25)
+    breeze = Breeze(Wind((1.0, 0.0, 0.0), gusts=GUSTS), 8e-5, offsets)
+    whole = breeze.air(here, 12.25)
+    some = Breeze(Wind((1.0, 0.0, 0.0), gusts=GUSTS), 8e-5, np.array([0, 200], np.int32))
+    part = some.air(here[700:900], 12.25)
     np.testing.assert_array_equal(whole[700:900], part)
     assert np.abs(velocity(here) - velocity(here, gusts=Gusts(0.8, 0.3, 0.4, seed=1))).max() > 0.5

@@ -5,8 +5,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from hairpipe.sim.air.breeze import Breeze
+from hairpipe.sim.air.cylinder import law_of
 from hairpipe.sim.air.shield import MOST_NODES, fraction, shield_of
 from hairpipe.sim.air.wind import Coefficients, Shielding, Wind
+from hairpipe.sim.interactions import Start
 
 DIAMETER, RHO, MU = 8e-5, 1.2, 1.8e-5
 DEPTH = 0.2
@@ -23,8 +25,7 @@ def slab(spacing=0.0025, wind=(3.0, 0.0, 0.0), tilt=0.0):
 
 
 def left(points, offsets, wind, places):
-    breeze = Breeze(wind, DIAMETER)
-    shield = shield_of(points, offsets, wind, breeze.law, DIAMETER)
+    shield = shield_of(points, offsets, wind, law_of(wind, DIAMETER), DIAMETER)
     assert shield is not None
     return np.array([fraction(shield, *place) for place in places])
 
@@ -90,19 +91,17 @@ def test_the_grid_stays_small_however_far_hair_is_spread():
     wind = Wind((3.0, 0.0, 0.0), shielding=Shielding())
     for far in (1e4, 1e30):
         points[11 * 7] = far
-        shield = shield_of(points, offsets, wind, Breeze(wind, DIAMETER).law, DIAMETER)
+        shield = shield_of(points, offsets, wind, law_of(wind, DIAMETER), DIAMETER)
         assert shield is not None and shield.left.size <= MOST_NODES and np.isfinite(shield.left).all()
-    assert (
-        shield_of(points, offsets, Wind((0.0, 0.0, 0.0), shielding=Shielding()), Breeze(wind, 8e-5).law, 8e-5) is None
-    )
+    assert shield_of(points, offsets, Wind((0.0, 0.0, 0.0), shielding=Shielding()), law_of(wind, 8e-5), 8e-5) is None
 
 
 def test_what_was_counted_at_the_start_of_a_step_shields_all_through_it():
     points, offsets, _ = slab()
     wind = Wind((3.0, 0.0, 0.0), shielding=Shielding())
-    counted, fresh = Breeze(wind, DIAMETER), Breeze(wind, DIAMETER)
-    counted.begin(points, offsets)
-    np.testing.assert_array_equal(counted.air(points, offsets, 0.0), fresh.air(points, offsets, 0.0))
+    counted, fresh = Breeze(wind, DIAMETER, offsets), Breeze(wind, DIAMETER, offsets)
+    counted.begin(Start(points, 0.0 * points, np.ones(len(points)), 0.0, 0.0, 1e-3))
+    np.testing.assert_array_equal(counted.air(points, 0.0), fresh.air(points, 0.0))
     ahead = points - np.array([1.0, 0.0, 0.0])  # of what was counted, where the wind is still what it was
-    np.testing.assert_allclose(counted.air(ahead, offsets, 0.0)[:, 0], 3.0, rtol=0.05)
-    assert fresh.air(ahead, offsets, 0.0)[:, 0].min() < 1.0
+    np.testing.assert_allclose(counted.air(ahead, 0.0)[:, 0], 3.0, rtol=0.05)
+    assert fresh.air(ahead, 0.0)[:, 0].min() < 1.0

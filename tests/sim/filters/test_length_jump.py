@@ -1,16 +1,16 @@
 """What puts strands right after a step changes their forces; the next step must not go by those that were."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
 from hairpipe.sim.boundary import ClampPath, clamp_at
 from hairpipe.sim.filters.length_jump import LENGTH_JUMP, mark_length_jumps
+from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.integrators.choice import integrator_of
-from hairpipe.sim.interactions import Surroundings
-from hairpipe.sim.settings import Scheme, StrainLimit
+from hairpipe.sim.interactions import Interaction
+from hairpipe.sim.settings import Scheme
 from hairpipe.sim.state import State, Step
+from hairpipe.sim.surroundings import Surroundings
 
 FRAME = 1 / 24
 
@@ -51,14 +51,15 @@ def test_what_is_pulled_after_a_step_forgets_the_forces_of_it(scene, straight, v
     """And the other strand goes on with its own."""
     shot = _two(scene, straight, scheme=Scheme(value=value))
 
-    @dataclass(eq=False)
-    class Pulling(Surroundings):
-        def cross(self, x, v, before, step):
-            _pull(shot, x, 1, 0.01)
+    class Pulling(Interaction):
+        in_solve = False
+
+        def correct(self, end):
+            _pull(shot, end.x, 1, 0.01)
 
     state, hair = shot.state, shot.hair
     motion = State(state.positions, state.velocities, state.accelerations, state.tensions)
-    around = Pulling(hair.model, hair.layout, StrainLimit(0.1))
+    around = Surroundings(hair.model, hair.layout, [StrainFilter(hair.model, 0.1), Pulling()])
     held = clamp_at(shot.body, hair.groom, hair.rest, hair.layout)
     integrator = integrator_of(shot.scene)
     for time in (0.0, FRAME / 8):

@@ -12,10 +12,10 @@ from hairpipe.scripted_ends.track import Track
 from hairpipe.sim.advance import advance_frame
 from hairpipe.sim.boundary import ClampPath, clamp_at
 from hairpipe.sim.integrators.step_size import CrossingLimit, Root, StrainRate, Travel, limits_of, next_step
-from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import StepControl
 from hairpipe.sim.state import State
+from hairpipe.sim.surroundings import Surroundings
 
 FRAME = 1 / 24
 
@@ -26,7 +26,7 @@ class Around:
     def __init__(self, speed):
         self.speed = speed
 
-    def body_speed(self):
+    def fastest(self):
         return self.speed
 
 

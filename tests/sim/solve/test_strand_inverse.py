@@ -9,8 +9,9 @@ from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.integrators.choice import integrator_of
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene
-from hairpipe.sim.solve.external_terms import ROWS, lay_out
+from hairpipe.sim.solve.external_terms import ROWS, ExternalTerms, lay_out
 from hairpipe.sim.solve.implicit_stage import factor_stages
+from hairpipe.sim.solve.stage import Iterate, Stage, System
 from hairpipe.sim.solve.strand_inverse import respond
 from hairpipe.studies.contact.bar import tuft
 
@@ -32,13 +33,16 @@ def test_it_is_the_change_of_a_solve(tips_held):
     A, none = np.empty_like(layout.empty(row_size(hair.model.shape.reach)), np.float32), np.zeros((count, 3))
     for push in (none, impulses):
         outer, b, change = np.zeros((len(x) // axis.stride, ROWS, layout.width)), layout.empty(3), np.zeros((count, 3))
-        lay_out(axis, everyone, push / H, np.zeros((count, 6)), none, weights, none[:0], nothing, nothing, outer)
-        factor_stages(hair.model, A, b, x, v, v, T, outer, held, active, weights, rule)
+        terms = ExternalTerms(push / H, np.zeros((count, 6)), none[:0], nothing, nothing)
+        lay_out(axis, everyone, terms, none, weights, outer)
+        ends = layout.empty_blocks(2 * layout.shape.clamped, 3)
+        stage = Stage(x, v, x, v, ends, held, weights, H, H)
+        factor_stages(hair.model, System(A, b), Iterate(x, v, T), outer, active, stage, rule)
         gather(axis, everyone, b, change)
         found.append((b, change))
     whole, change = layout.empty(3), np.empty((count, 3))
     whole[:] = found[0][0]
-    respond(hair.model, axis, A, held, active, impulses, change, whole)
+    respond(hair.model, axis, System(A, whole), held, active, impulses, change)
     np.testing.assert_allclose(change, found[1][1] - found[0][1], atol=1e-6 * np.abs(change).max())
     np.testing.assert_allclose(whole, found[1][0], atol=1e-6 * np.abs(whole).max())
     assert np.abs(change).max() > 1e-4

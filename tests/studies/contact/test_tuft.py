@@ -6,9 +6,9 @@ import pytest
 
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.results import fetch
+from hairpipe.graph.results import read_result
 from hairpipe.graph.run.events import Options
-from hairpipe.graph.run.run import run
+from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 
 TUFT = Path(__file__).resolve().parents[3] / "graphs" / "experiments" / "tuft.toml"
@@ -23,7 +23,7 @@ def tables(tmp_path_factory):
     names = [f"{measure}_{model}" for measure in ("motion", "tuft") for model in ("plain", "ours", "touching")]
     graph, store = graph.upto(names), Store(tmp_path_factory.mktemp("tuft") / "cache")
     assert not run(graph, store, FRAMES, Options(jobs=1)).failures
-    return {name: fetch(graph, store, Task(name, None), None, FRAMES) for name in names}
+    return {name: read_result(graph, store, Task(name, None), None, FRAMES) for name in names}
 
 
 def test_soft_springs_stretch_and_our_model_does_not(tables):

@@ -22,6 +22,7 @@ from hairpipe.sim.contact.body.length_projection import drape
 from hairpipe.sim.contact.body.pinching import share_gap
 from hairpipe.sim.contact.body.probe_cache import ProbeCache
 from hairpipe.sim.contact.body.projection import Motion, farthest, project
+from hairpipe.sim.interactions import Interaction, Prediction, Start, StepEnd
 from hairpipe.sim.settings import BodyContact
 
 RISE = 5
@@ -38,7 +39,7 @@ def thicknesses(offsets: np.ndarray, thickness: float) -> np.ndarray:
 
 
 @dataclass(eq=False)
-class BodyContacts:
+class BodyContacts(Interaction):
     """Contact with bodies within a frame; touching is remembered from stage to stage.
 
     surfaces   the bodies, which are one
@@ -63,6 +64,7 @@ class BodyContacts:
     _target_gap: np.ndarray = field(init=False)
     _kept: np.ndarray = field(init=False)
     _reach: np.ndarray = field(init=False)
+    _is_left_to_corrections: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
         self._state, self._everyone = ContactState.none(len(self.thickness)), np.ones(len(self.thickness), np.bool_)
@@ -85,60 +87,65 @@ class BodyContacts:
         self._kept = np.minimum(room, self._reach)
         return probe
 
-    def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, dt: float) -> None:
-        """Note where points begin a step of dt [s], and how fast."""
-        probe = self.look(points, time, self._everyone)
+    def begin(self, start: Start) -> None:
+        """Note where points begin a step, and how fast."""
+        if self._is_left_to_corrections:
+            self._let_go()
+            self._is_left_to_corrections = False
+        masses = start.masses
+        probe = self.look(start.points, start.time, self._everyone)
         self._start_distance = probe.distance.copy()
         self._reach = within_reach(self._start_distance, self.segments, self.offsets)
         self._kept = np.minimum(self._kept, self._reach)
         self._state.discontinuous[:] = False
-        rise(self._state, probe, self._kept, pushes(self.axial, masses, self.offsets), masses, dt)
-        resume(self._state, probe, speeds, self._kept, masses)
+        rise(self._state, probe, self._kept, pushes(self.axial, masses, self.offsets), masses, start.dt)
+        resume(self._state, probe, start.velocities, self._kept, masses)
 
-    def foresee(self, points: np.ndarray, time: float, active: np.ndarray) -> None:
-        """Look where a prediction leads active points, (P,) bool, at the end of a stage."""
-        self.look(points, time, active)
-        self._state.freed[:] = False
+    def leave_to_corrections(self) -> None:
+        """Hold nothing in the solves of this step but what rises, and what `correct` finds."""
+        self._is_left_to_corrections = True
+        self._let_go()
 
-    def hold(
-        self,
-        points: np.ndarray,
-        speeds: np.ndarray,
-        masses: np.ndarray,
-        weights: np.ndarray,
-        active: np.ndarray,
-        push: np.ndarray,
-        damping: np.ndarray,
-    ) -> None:
+    def _let_go(self) -> None:
+        """Hold nothing but what rises, until points are looked at again."""
+        self._state.state[self._state.state != INSIDE] = FREE
+
+    def predict(self, at: Prediction) -> None:
+        """Look where a prediction leads active points at the end of a stage."""
+        if not self._is_left_to_corrections:
+            self.look(at.points, at.time, at.active)
+            self._state.freed[:] = False
+
+    def linearise(self, at: Prediction, push: np.ndarray, damping: np.ndarray) -> None:
         """Add the forces that hold points, push - damping v, in place; see `hold`."""
-        hold(self._state, self._cache.probe, points, speeds, self._kept, masses, weights, active, push, damping)
+        if self._is_left_to_corrections:
+            at = at._replace(active=np.zeros_like(at.active))
+        hold(self._state, self._cache.probe, at, self._kept, push, damping)
 
-    def update_active_set(
-        self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, active: np.ndarray
-    ) -> np.ndarray:
-        """Look at what a solve found; mark the points that must be solved again, (P,) bool."""
-        probe, changed = self.look(points, time, active), np.empty(len(points), np.bool_)
-        rest = (self._kept, masses, self.contact.friction, active, changed)
-        update_active_set(self._state, probe, speeds, *rest)
-        return changed
+    def judge(self, at: Prediction, again: np.ndarray) -> None:
+        """Look at what a solve found; mark points whose contact changed, (P,) bool, in place."""
+        if not self._is_left_to_corrections:
+            probe, changed = self.look(at.points, at.time, at.active), np.empty(len(at.points), np.bool_)
+            update_active_set(self._state, probe, at, self._kept, self.contact.friction, changed)
+            np.logical_or(again, changed, out=again)
 
-    @property
-    def discontinuous(self) -> np.ndarray:
-        """Points whose contact with the body jumped in this step, or that it moved out at the end, (P,) bool."""
-        return self._state.discontinuous
+    def mark_discontinuous(self, marked: np.ndarray) -> None:
+        """Mark points whose contact jumped in this step, or that were moved out at the end, (P,) bool, in place."""
+        np.logical_or(marked, self._state.discontinuous, out=marked)
 
     @property
     def speed(self) -> float:
         """Speed that no body exceeds [m/s]."""
         return max((surface.speed for surface in self.surfaces), default=0.0)
 
-    def stop(self, speeds: np.ndarray) -> np.ndarray:
-        """Return the change of velocity [m/s], (P, 3), after which what is held goes with the body along the normal."""
-        change = np.empty_like(speeds)
-        stop_normals(self._state, speeds, self._cache.probe.distance, change)
-        return change
+    def finish_solves(self, end: StepEnd) -> None:
+        """Let what is held go with the body along the normal: a contact gives nothing back."""
+        velocities = end.velocities
+        change = np.empty_like(velocities)
+        stop_normals(self._state, velocities, self._cache.probe.distance, change)
+        end.push(change)
 
-    def hold_normals(self, active: np.ndarray, normals: np.ndarray, masses: np.ndarray, dt: float) -> None:
+    def _hold_normals(self, active: np.ndarray, normals: np.ndarray, masses: np.ndarray, dt: float) -> None:
         """Give active points, (P,) bool, the body's normal velocity in the next solves, and let go of the others.
 
         This is how the paper's velocity solve has it, in a step of dt [s]; friction has acted before.
@@ -151,43 +158,41 @@ class BodyContacts:
         contact.target[others] = self._cache.probe.velocity[others]
         contact.c_n[others] = np.where(contact.state == TOUCHES, STIFF * masses / dt, 0.0)[others]
 
-    def let_go(self) -> None:
-        """Hold nothing but what rises, until points are looked at again."""
-        self._state.state[self._state.state != INSIDE] = FREE
-
-    def correct(
-        self, before: np.ndarray, after: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, dt: float
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Find what puts points right at the end of a step: changes of position [m] and velocity [m/s], (P, 3).
-
-        Third and fourth: which points touched, (P,) bool, and the normals there, (P, 3).
-        """
+    def correct(self, end: StepEnd) -> None:
+        """Move points out of the body, and slow them down, in place."""
+        before, after, velocities, masses = end.points_before, end.points, end.velocities, end.masses
         sweep = FirstHit.blank(len(after))
         for surface in self.surfaces:
-            surface.sweep(before, after, time, time + dt, self.thickness, sweep)
+            surface.sweep(before, after, end.time, end.time + end.dt, self.thickness, sweep)
         met = np.flatnonzero((sweep.fraction <= 1.0) & np.isfinite(masses))
         parts = np.minimum((sweep.fraction[met] * _PARTS).astype(int), _PARTS - 1)
-        meeting = SdfSample.blank(len(met))
-        for part in np.unique(parts):
-            chosen = parts == part
-            where, share = met[chosen], part / _PARTS
-            at = before[where] + share * (after[where] - before[where])
-            found = SdfSample.blank(len(where))
-            for surface in self.surfaces:
-                surface.probe(at, time + share * dt, found)
-            for target, values in zip(meeting, found, strict=True):
-                target[chosen] = values
-        ended, leaving = self.look(after, time + dt, self._everyone), SdfSample.blank(len(met))
+        meeting = self._meeting(end, before[met], after[met], parts)
+        ended, leaving = self.look(after, end.time + end.dt, self._everyone), SdfSample.blank(len(met))
         for surface in self.surfaces:
-            surface.probe(after[met], time + dt, leaving)
-        most = farthest(self._start_distance, dt)
-        motion = Motion(before, after, speeds, most, self._kept, masses)
-        found = project(motion, ended, met, parts / _PARTS, meeting, leaving.normal, dt, self.contact.friction)
-        dx, dv, touched, normals = found
+            surface.probe(after[met], end.time + end.dt, leaving)
+        most = farthest(self._start_distance, end.dt)
+        motion = Motion(before, after, velocities, most, self._kept, masses, end.dt, self.contact.friction)
+        dx, dv, touched, normals = project(motion, ended, met, parts / _PARTS, meeting, leaving.normal)
         # What is pressed on the body sinks in and is moved out in every step: with the forces found before it trembles.
         np.logical_or(self._state.discontinuous, touched, out=self._state.discontinuous)
-        drape(after, dx, normals, most, masses, lambda places, which: self._around(places, which, time + dt))
-        return dx, dv, touched, normals
+        drape(after, dx, normals, most, masses, lambda places, which: self._around(places, which, end.time + end.dt))
+        end.move(dx)
+        end.push(dv)
+        if self._is_left_to_corrections:
+            self._hold_normals(touched, normals, masses, end.dt)
+
+    def _meeting(self, end: StepEnd, before: np.ndarray, after: np.ndarray, parts: np.ndarray) -> SdfSample:
+        """Find the body where and when points that run into it have not yet: after so many parts of the step, (n,)."""
+        meeting = SdfSample.blank(len(parts))
+        for part in np.unique(parts):
+            chosen, share = parts == part, part / _PARTS
+            at = before[chosen] + share * (after[chosen] - before[chosen])
+            found = SdfSample.blank(len(at))
+            for surface in self.surfaces:
+                surface.probe(at, end.time + share * end.dt, found)
+            for target, values in zip(meeting, found, strict=True):
+                target[chosen] = values
+        return meeting
 
     def _around(self, places: np.ndarray, which: np.ndarray, time: float) -> tuple[SdfSample, np.ndarray]:
         """Find the body at places [m], (n, 3), of points (n,), and what these keep from it there [m], (n,)."""

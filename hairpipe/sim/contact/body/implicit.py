@@ -33,6 +33,7 @@ from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.levelset.collider import SdfSample
+from hairpipe.sim.interactions import Prediction
 
 FREE, TOUCHES, NEW, INSIDE = 0, 1, 2, 3
 STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less than 5 um in a step of 1/240 s
@@ -81,7 +82,8 @@ class ContactState(NamedTuple):
 def resume(contact: ContactState, probe: SdfSample, v: np.ndarray, thickness: np.ndarray, mass: np.ndarray) -> None:
     """Let points touch that begin a step on the body, in place: what rests on it did so before.
 
-    probe  of the body there; v  velocities [m/s], (P, 3); the others as for `hold`
+    probe  of the body there; v  velocities [m/s], (P, 3); thickness  [m], (P,)
+    mass   [kg], (P,), inf: held by the root
     """
     for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(v))):
@@ -101,20 +103,24 @@ def _resume(contact, probe, i, v, thickness):
 
 
 @njit(cache=True, parallel=True)
-def hold(contact: ContactState, probe: SdfSample, x, v, thickness, mass, weights, active, push, damping) -> None:
+def hold(
+    contact: ContactState,
+    probe: SdfSample,
+    at: Prediction,
+    thickness: np.ndarray,
+    push: np.ndarray,
+    damping: np.ndarray,
+) -> None:
     """Hold the points that touch: add their forces, push - damping v, in place.
 
-    probe      of the body at x
-    x, v       where the stage is linearised [m], [m/s], (P, 3)
-    thickness  [m], (P,); mass [kg], (P,); inf: held by the root
-    weights    h, of the stage's end [s], (P,)
-    active        points that are solved now, (P,) bool; the others are held as before
+    probe      of the body at the prediction; points that are not active are held as before
+    thickness  that points keep [m], (P,)
     push       [N], (P, 3); damping [kg/s], (P, 6)
     """
-    for chunk in prange((len(x) + _CHUNK - 1) // _CHUNK):
-        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(x))):
-            if active[i] and contact.state[i] != INSIDE:
-                _aim(contact, probe, i, v, thickness[i], mass[i], weights[i])
+    for chunk in prange((len(thickness) + _CHUNK - 1) // _CHUNK):
+        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(thickness))):
+            if at.active[i] and contact.state[i] != INSIDE:
+                _aim(contact, probe, i, at.velocities, thickness[i], at.masses[i], at.weights[i])
             if contact.state[i] != FREE:
                 _add_hold(contact, i, push, damping)
 
@@ -175,21 +181,23 @@ def _add_hold(contact, i, push, damping):
 
 
 @njit(cache=True, parallel=True)
-def update_active_set(contact: ContactState, probe: SdfSample, v, thickness, mass, friction, active, changed) -> None:
-    """Look at what a solve found: set changed, (P,) bool, where points must be solved again, in place.
+def update_active_set(
+    contact: ContactState, probe: SdfSample, at: Prediction, thickness: np.ndarray, friction: float, changed: np.ndarray
+) -> None:
+    """Look at what a solve found: set changed, (P,) bool, where active points must be solved again, in place.
 
-    probe  of the body where points are now; v  their velocities [m/s], (P, 3); the others as for `hold`
+    probe  of the body where points are now; the others as for `hold`
     """
-    for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
-        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(v))):
+    for chunk in prange((len(changed) + _CHUNK - 1) // _CHUNK):
+        for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(changed))):
             changed[i] = False
-            if active[i] and mass[i] < np.inf:
+            if at.active[i] and at.masses[i] < np.inf:
                 if contact.state[i] == FREE:
                     phi = probe.distance[i]
                     moved = probe.normal[i, 0] != 0.0 or probe.normal[i, 1] != 0.0 or probe.normal[i, 2] != 0.0
                     changed[i] = moved and phi < thickness[i] - (2 * _NEAR if contact.freed[i] else _NEAR)
                 elif contact.state[i] != INSIDE:
-                    changed[i] = _update_touching(contact, i, v, friction)
+                    changed[i] = _update_touching(contact, i, at.velocities, friction)
 
 
 @inlined

@@ -25,12 +25,14 @@ from hairpipe.sim.contact.body.implicit import DEEP, PUSH_OUT
 
 
 class Motion(NamedTuple):
-    """Points in a step.
+    """Points in a step, and the law that corrects them.
 
     before, after  positions [m], (P, 3)
     speeds         velocities [m/s], (P, 3)
     most           distance from the body up to which they are moved out [m], (P,); -inf where they are left alone
     thickness      [m], (P,); mass [kg], inf where held, (P,)
+    dt             the step [s]
+    friction       Coulomb coefficient
     """
 
     before: np.ndarray
@@ -39,6 +41,8 @@ class Motion(NamedTuple):
     most: np.ndarray
     thickness: np.ndarray
     mass: np.ndarray
+    dt: float
+    friction: float
 
 
 @njit(cache=True)
@@ -65,8 +69,6 @@ def project(
     shares: np.ndarray,
     meeting: SdfSample,
     leaving: np.ndarray,
-    dt: float,
-    friction: float,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Find the changes of position [m] and of velocity [m/s], (P, 3), that put points right; pure.
 
@@ -98,43 +100,43 @@ def project(
             same = m[0] * end[0] + m[1] * end[1] + m[2] * end[2]
             if same <= 0.0 and m[0] * m[0] + m[1] * m[1] + m[2] * m[2] > 0.5:
                 b = (meeting.velocity[through, 0], meeting.velocity[through, 1], meeting.velocity[through, 2])
-                _stop(motion, i, shares[through], m, b, dt, friction, dx, dv)
+                _stop(motion, i, shares[through], m, b, dx, dv)
                 touched[i] = True
                 normals[i, 0], normals[i, 1], normals[i, 2] = m
                 continue
         if phi < kept and out and motion.mass[i] < np.inf and motion.most[i] > -np.inf:
             b = (ended.velocity[i, 0], ended.velocity[i, 1], ended.velocity[i, 2])
-            _meet(motion, i, n, b, max(min(kept, motion.most[i]) - phi, 0.0), dt, friction, dx, dv)
+            _meet(motion, i, n, b, max(min(kept, motion.most[i]) - phi, 0.0), dx, dv)
             touched[i] = True
             normals[i, 0], normals[i, 1], normals[i, 2] = n
     return dx, dv, touched, normals
 
 
 @njit(cache=True)
-def _slow(motion, i, n, b, friction, dv):
+def _slow(motion, i, n, b, dv):
     """Take from the velocity what points into the body, with its friction."""
     v = motion.speeds[i]
     u = (v[0] - b[0], v[1] - b[1], v[2] - b[2])
-    s = slide(u, n, max(0.0, -(u[0] * n[0] + u[1] * n[1] + u[2] * n[2])), friction)
+    s = slide(u, n, max(0.0, -(u[0] * n[0] + u[1] * n[1] + u[2] * n[2])), motion.friction)
     dv[i, 0], dv[i, 1], dv[i, 2] = s[0] - u[0], s[1] - u[1], s[2] - u[2]
 
 
 @njit(cache=True)
-def _meet(motion, i, n, b, push, dt, friction, dx, dv):
+def _meet(motion, i, n, b, push, dx, dv):
     """Move a point that is too near out, friction acting on what it moved in the step."""
-    p, q = motion.after[i], motion.before[i]
+    p, q, dt = motion.after[i], motion.before[i], motion.dt
     u = (p[0] - q[0] - dt * b[0], p[1] - q[1] - dt * b[1], p[2] - q[2] - dt * b[2])
-    s = slide(u, n, push, friction)
+    s = slide(u, n, push, motion.friction)
     dx[i, 0], dx[i, 1], dx[i, 2] = s[0] - u[0], s[1] - u[1], s[2] - u[2]
-    _slow(motion, i, n, b, friction, dv)
+    _slow(motion, i, n, b, dv)
 
 
 @njit(cache=True)
-def _stop(motion, i, share, n, b, dt, friction, dx, dv):
+def _stop(motion, i, share, n, b, dx, dv):
     """Let a point that went through go on along the surface from where it met it."""
-    p, q = motion.after[i], motion.before[i]
+    p, q, dt = motion.after[i], motion.before[i], motion.dt
     w = ((p[0] - q[0]) / dt - b[0], (p[1] - q[1]) / dt - b[1], (p[2] - q[2]) / dt - b[2])
-    s = slide(w, n, max(0.0, -(w[0] * n[0] + w[1] * n[1] + w[2] * n[2])), friction)
+    s = slide(w, n, max(0.0, -(w[0] * n[0] + w[1] * n[1] + w[2] * n[2])), motion.friction)
     for a in range(3):
         dx[i, a] = (1.0 - share) * dt * (s[a] - w[a])
-    _slow(motion, i, n, b, friction, dv)
+    _slow(motion, i, n, b, dv)

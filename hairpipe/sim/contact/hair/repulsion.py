@@ -25,9 +25,10 @@ is caught again, half its thickness, and a stack sinks through itself (`graphs/e
 We differ from the paper, which adapts Bridson et al. 2002, impulses pair by pair (`impulses.py`): they do not
 converge in stacks. The authors' code also leaves out pairs whose closest point is an end of a segment. We count them:
 nearly parallel segments, as nearly all neighbours in hair are, always have their closest point there, and so has a tip
-that rests on another hair. Of segments in a row that are near the same one, the nearest has the contact (`near.py`):
-what slides over their joints goes from one to the next at the same point, with the same force. Where it is the same one
-that ends, both pairs share a contact and both springs act; Coulomb's law does not mind: the two loads add up to one.
+that rests on another hair. Of segments in a row that are near the same one, the nearest has the contact
+(`spatial/proximity.py`): what slides over their joints goes from one to the next at the same point, with the same
+force. Where it is the same one that ends, both pairs share a contact and both springs act; Coulomb's law holds still:
+the two loads add up to one.
 """
 
 import numpy as np
@@ -36,6 +37,7 @@ from numba import njit, prange
 from hairpipe.kernels.vec3 import dot, minus, scaled
 from hairpipe.sim.contact.contact_points import RELAXATION, Contacts, between, inverse_mass
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
+from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.settings import Collisions
 
 CREEP = 1e-4
@@ -44,47 +46,30 @@ _FIRMEST = 1e2
 """Damper of friction over the mass that it stops: more stops nothing better, and is hard to solve for."""
 
 
-def linearise(
-    contacts: Contacts,
-    points: np.ndarray,
-    velocities: np.ndarray,
-    lagged_velocity: np.ndarray,
-    masses: np.ndarray,
-    collisions: Collisions,
-    weights: np.ndarray,
-    span: float,
-    active: np.ndarray,
-    out: Couplings,
-) -> None:
-    """Linearise what contacts exert at the prediction of a stage. Those of hair that is not finite do not act, nor do
-    those between hairs that are not asked for.
+def linearise(contacts: Contacts, at: Prediction, collisions: Collisions, out: Couplings) -> None:
+    """Linearise what contacts exert at a prediction, in place: all of out but segments and fractions is set.
 
-    points, velocities  at the prediction [m], [m/s], (points, 3)
-    lagged_velocity                velocities that friction, loads and what begins to act go by [m/s], same shape
-    masses              of the points, inf where they are held [kg], (points,)
-    weights             h, of the end of the stage [s], (points,)
-    span                t, of time, that the stage covers [s]
-    active                 points of strands that are solved, (points,) bool
-    out                 all but segments and fractions is set, in place
+    Contacts of non-finite strands, or between two inactive strands, do not act.
     """
     stiffness, viscosity = collisions.stiffness, collisions.stiffness * RELAXATION
     law = (collisions.thickness, stiffness, viscosity, collisions.friction)
-    _linearise(out, contacts, points, velocities, lagged_velocity, masses, law, weights, span, active)
+    _linearise(out, contacts, at, law)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, contacts, points, velocities, lagged_velocity, masses, law, weights, span, active):
+def _linearise(out, contacts, at, law):
     thickness, stiffness, viscosity, friction = law
+    points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = contacts.segments, contacts.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
     acts, exerted = out.acts, out.exerted
     for i in prange(len(acts)):
         acts[i] = False
-        if not (active[segments[i, 0]] or active[segments[i, 1]]):
+        if not (at.active[segments[i, 0]] or at.active[segments[i, 1]]):
             continue
         n = (contacts.normals[i, 0], contacts.normals[i, 1], contacts.normals[i, 2])
         overlap = thickness - dot(n, between(points, segments, fractions, i))
-        u, coming = between(velocities, segments, fractions, i), between(lagged_velocity, segments, fractions, i)
+        u, coming = between(velocities, segments, fractions, i), between(at.lagged_velocity, segments, fractions, i)
         un, closing = dot(n, u), dot(n, coming)
         h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
         ahead = overlap - h * (closing - un)

@@ -27,6 +27,7 @@ from hairpipe.errors import BadInput
 from hairpipe.kernels.vec3 import dot
 from hairpipe.sim.contact.contact_points import between, inverse_mass, normal_of
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
+from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.settings import Stiction
 from hairpipe.spatial.pairs import Pairs, key_of
 from hairpipe.spatial.proximity import near_pairs
@@ -80,29 +81,13 @@ def connect(connections: Connections, candidates: Pairs) -> Connections:
     return Connections(segments[order], np.concatenate([connections.fractions, candidates.fractions])[order])
 
 
-def linearise(
-    connections: Connections,
-    points: np.ndarray,
-    velocities: np.ndarray,
-    masses: np.ndarray,
-    stiction: Stiction,
-    weights: np.ndarray,
-    span: float,
-    active: np.ndarray,
-    out: Couplings,
-) -> None:
-    """Linearise what connections exert at the prediction of a stage. Those of hair that is not finite do not act, nor
-    do those between hairs that are not asked for.
+def linearise(connections: Connections, at: Prediction, stiction: Stiction, out: Couplings) -> None:
+    """Linearise what connections exert at a prediction, in place: all of out but segments and fractions is set.
 
-    points, velocities  at the prediction [m], [m/s], (points, 3)
-    masses              of the points, inf where they are held [kg], (points,)
-    weights             h, of the end of the stage [s], (points,)
-    span                of time, that the stage covers [s]
-    active                 points of strands that are solved, (points,) bool
-    out                 all but segments and fractions is set, in place
+    Connections of non-finite strands, or between two inactive strands, do not act.
     """
     law = (stiffness_of(stiction), stiction.reach, stiction.release, stiction.damping)
-    _linearise(out, connections, points, velocities, masses, law, weights, span, active)
+    _linearise(out, connections, at, law)
 
 
 def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.ndarray:
@@ -137,14 +122,15 @@ def _hold_on(kept, connections, points, distance):
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, connections, points, velocities, masses, law, weights, span, active):
+def _linearise(out, connections, at, law):
     stiffness, reach, far, fraction = law
+    points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = connections.segments, connections.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
     acts, exerted = out.acts, out.exerted
     for i in prange(len(acts)):
         acts[i] = False
-        if not (active[segments[i, 0]] or active[segments[i, 1]]):
+        if not (at.active[segments[i, 0]] or at.active[segments[i, 1]]):
             continue
         apart, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
         length, speed = np.sqrt(dot(apart, apart)), np.sqrt(dot(u, u))

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from hairpipe.sim.contact.contact_points import find_contacts
 from hairpipe.sim.contact.hair.couplings import Couplings, matrices
 from hairpipe.sim.contact.hair.repulsion import linearise
+from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.settings import Collisions
 
 LAW = Collisions(thickness=3e-4, friction=0.3, stiffness=0.5)
@@ -26,7 +27,8 @@ def exerted(contacts, points, velocities, law=LAW, h=H, active=None, lagged_velo
     couplings = Couplings(contacts.segments, contacts.fractions, np.empty(pairs, np.bool_), np.zeros((pairs, 8)))
     masses, active = np.full(count, MASS), np.ones(count, np.bool_) if active is None else active
     lagged_velocity = velocities if lagged_velocity is None else lagged_velocity
-    linearise(contacts, points, velocities, lagged_velocity, masses, law, np.full(count, h), h, active, couplings)
+    at = Prediction(points, velocities, lagged_velocity, masses, np.full(count, h), active, h, h, h)
+    linearise(contacts, at, law, couplings)
     return couplings
 
 

@@ -18,6 +18,7 @@ from hairpipe.sim.contact.hair.stiction import (
     stiffest,
 )
 from hairpipe.sim.integrators.tr_bdf2 import G
+from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.settings import Stiction
 from hairpipe.spatial.mutual_nearest import closest_pairs
 from hairpipe.spatial.pairs import key_of
@@ -71,7 +72,8 @@ def exerted(connections, x, v, masses, stiction, h, active=None):
     count = len(connections.segments)
     couplings = Couplings(*connections, np.empty(count, np.bool_), np.zeros((count, 8)))
     active = np.ones(len(x), np.bool_) if active is None else active
-    linearise(connections, x, v, masses, stiction, np.full(len(x), h), h, active, couplings)
+    at = Prediction(x, v, v, masses, np.full(len(x), h), active, h, h, h)
+    linearise(connections, at, stiction, couplings)
     return couplings
 
 

@@ -126,10 +126,10 @@ def test_pair_is_the_current_value_twice_at_the_first_frame(shot):
 
 def value_of(shot, name):
     from hairpipe.graph.plan.tasks import Task
-    from hairpipe.graph.results import fetch
+    from hairpipe.graph.results import read_result
 
     node, _, frame = name.partition("@")
-    return fetch(shot.load(), shot.store, Task(node, int(frame) if frame else None)).value
+    return read_result(shot.load(), shot.store, Task(node, int(frame) if frame else None)).value
 
 
 def test_warnings_are_given_again_on_hits(shot):

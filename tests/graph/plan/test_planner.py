@@ -3,7 +3,7 @@
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.plan.plan import explain
+from hairpipe.graph.plan.planner import explain
 from hairpipe.graph.plan.tasks import Task
 
 

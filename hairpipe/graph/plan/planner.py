@@ -1,4 +1,4 @@
-"""What a run would do, and why. It runs nothing and writes nothing."""
+"""Plans: what a run would do, and why. Planning runs nothing and writes nothing."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -7,10 +7,10 @@ from typing import Literal
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.plan.differences import differences
-from hairpipe.graph.plan.divergence import end, ending_note
+from hairpipe.graph.plan.divergence import divergence_note, end_scan
 from hairpipe.graph.plan.resolve import Resolver
 from hairpipe.graph.plan.tasks import Task, sources
-from hairpipe.graph.store.key import Parts, action_key
+from hairpipe.graph.store.digest import Parts, action_key
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 
@@ -21,9 +21,9 @@ Status = Literal["cached", "run", "depends"]
 class Entry:
     """What would happen to a task.
 
-    status  cached: its result is there; run: it will be evaluated; depends: on whether what it needs changes
+    status  cached: its result is in the store; run: it will be evaluated; depends: on whether its inputs change
     reason  of `run`: the first difference to the latest result; of `depends`: the task it waits for
-    key     where it is known already
+    key     where its inputs are known
     """
 
     task: Task
@@ -34,7 +34,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Explanation:
-    """All there is to say about one task.
+    """The plan of one task in detail.
 
     parts    that its key is made of; None while something it needs is not established
     reasons  that of the entry, and every difference to the latest result of this node and frame
@@ -75,7 +75,7 @@ def explain(graph: Graph, store: Store, task: Task, frames: Iterable[int] | None
 
 
 class Planner:
-    """Goes through the tasks of a graph as a run would, without the evaluations."""
+    """Visits the tasks of a graph in the order of a run, without the evaluations."""
 
     def __init__(self, graph: Graph, store: Store, frames: Iterable[int] | None) -> None:
         self.store = Store(store.root, read_only=True)
@@ -99,7 +99,7 @@ class Planner:
         return list(entries.values())
 
     def entry(self, task: Task) -> Entry:
-        """Plan a task after those it needs."""
+        """Plan a task; those it needs have been planned."""
         results = self.resolver.results
         waiting = [s.task for s in sources(self.resolver.tasks[task]) if s.task not in results]
         if waiting:
@@ -108,7 +108,7 @@ class Planner:
         parts = self.resolver.parts(task)
         key = action_key(parts)
         record = self.resolver.find(task, key)
-        if record is None and self.store.recall(ending_note(key)) is not None and end(self.resolver, task):
+        if record is None and self.store.recall(divergence_note(key)) is not None and end_scan(self.resolver, task):
             return Entry(task, "run", "it diverged, and what came before was used", key)
         if record is None:
             return Entry(task, "run", next(iter(self.reasons(task, parts)), "its key differs"), key)
@@ -129,6 +129,6 @@ class Planner:
         return list(differences(record.parts, parts, self.resolver.codes[task.node].parts, self.store))
 
     def gone(self, task: Task) -> set[Task]:
-        """Established tasks whose objects this one needs but which are not there."""
+        """Cached tasks whose objects this one needs but which are missing."""
         needed = {source for source in sources(self.resolver.tasks[task]) if source.task in self.resolver.results}
         return {source.task for source in needed if not self.store.has(self.resolver.object(source))}

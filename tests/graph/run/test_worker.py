@@ -1,31 +1,36 @@
-"""Frames stream: a long run holds no more than a short one."""
+"""The memory of workers: what is freed is kept, and a long run holds no more than a short one."""
 
+import ctypes
 import resource
+import subprocess
+import sys
 
-import numpy as np
+import pytest
 
-from hairpipe.graph.store.store import Store
-from hairpipe.graph.store.values import Values
-from hairpipe.io import hdf5
+ROUNDS = """
+import resource
+from hairpipe.graph.run.worker import keep_freed
+
+{keep}
+def faults():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+
+bytearray(1 << 26)
+begun = faults()
+for _ in range(5):
+    bytearray(1 << 26)
+print(faults() - begun)
+"""
 
 
-def test_values_that_are_kept_stay_under_the_limit(tmp_path):
-    values = Values(Store(tmp_path), hdf5, 5_000_000)
-    names = [values.put(np.full(125_000, float(i)), np.ndarray, None).object for i in range(20)]
-    assert sum(hdf5.nbytes(tree) for tree in values._trees.values()) <= 5_000_000
-    assert [values.get(name, np.ndarray)[0] for name in names] == list(range(20))
-    assert values._held == sum(hdf5.nbytes(tree) for tree in values._trees.values()) <= 5_000_000
+def faults(keep):
+    program = ROUNDS.format(keep=keep)
+    return int(subprocess.run([sys.executable, "-c", program], check=True, capture_output=True).stdout)
 
 
-def test_a_node_gets_a_copy_of_its_own(tmp_path):
-    values = Values(Store(tmp_path), hdf5, 5_000_000)
-    mine = np.arange(6.0).reshape(2, 3)
-    name = values.put(mine.T, np.ndarray, None).object
-    mine[:] = 0
-    given = values.get(name, np.ndarray)
-    assert given.flags.c_contiguous and given.flags.writeable and given[1, 1] == 4.0
-    given[:] = 0
-    assert values.get(name, np.ndarray)[1, 1] == 4.0
+@pytest.mark.skipif(not hasattr(ctypes.CDLL(None), "mallopt"), reason="the C library has no mallopt")
+def test_what_is_kept_does_not_come_from_the_kernel_again():
+    assert faults("keep_freed()") < 100 < faults("")
 
 
 def test_workers_of_a_long_run_stay_small(shot, monkeypatch):

@@ -1,8 +1,9 @@
-"""What a node sees of time: this frame, this frame and the one before, or the whole range, as far as it goes."""
+"""What the signature of a node names beside values: what it sees of time, files, and a folder to write in."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Generic, NamedTuple, TypeVar
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Generic, NamedTuple, NewType, TypeVar
 
 T = TypeVar("T")
 
@@ -64,3 +65,19 @@ class Frames(Mapping[int, T]):
 
 class Reached(Frames[T]):
     """A value at every frame of the run that its node reached: a scan that diverges on the way ends there."""
+
+
+Workspace = NewType("Workspace", Path)
+"""An empty folder of its own for one evaluation of a node; gone afterwards."""
+
+
+@dataclass(frozen=True)
+class File:
+    """A file that a node has written in its workspace; it is stored, and published, by its bytes.
+
+    path        of the file
+    companions  files that must lie beside it, by the relative name under which the file refers to them
+    """
+
+    path: Path
+    companions: Mapping[str, Path] = field(default_factory=dict)

@@ -3,8 +3,7 @@
 from types import SimpleNamespace
 
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.events import Event
-from hairpipe.graph.run.progress import Progress
+from hairpipe.graph.run.events import Event, Progress
 
 NODES = {
     name: SimpleNamespace(name=name, type=SimpleNamespace(mode=mode)) for name, mode in (("a", "each"), ("b", "scan"))

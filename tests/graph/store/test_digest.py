@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from hairpipe.graph.store.digest import canonical
-from hairpipe.graph.store.key import action_key, key_parts
+from hairpipe.graph.store.digest import action_key, canonical, key_parts
 
 BASE = {
     "type_name": "bake",

@@ -1,0 +1,168 @@
+"""One stage of all strands with what acts on them: predict, solve, judge, and solve again where that was wrong.
+
+A stage that nothing takes part in is one kernel. Otherwise all strands are solved together from where they are
+predicted (`guess_stages`), judged, and solved again where an interaction asks for it: where contact changed. What
+couples strands to each other makes one system of all, solved by conjugate gradients preconditioned by the strands' own
+factors; strands that are solved again see the others where that left them.
+
+Interactions are called in the order in which they are given, all of them for each hook.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from hairpipe.kernels.banded import row_size
+from hairpipe.sim.axis import Axis, gather, lanes_with, points_of, scatter, spread
+from hairpipe.sim.interactions import Interaction, Prediction, points_at
+from hairpipe.sim.solve.external_terms import ROWS, ROWS_WITH_NEXT, ExternalTerms, clear, lay_out, set_contact_dv
+from hairpipe.sim.solve.implicit_stage import factor_stages, guess_stages, run_stages, update_stages
+from hairpipe.sim.solve.stage import Iterate, Rule, Stage, System
+from hairpipe.sim.solve.strand_coupling import StrandCoupling
+from hairpipe.sim.solve.strand_inverse import respond
+from hairpipe.sim.strands.interface import StrandModel
+
+_PASSES = 4  # over the strands that must be solved again
+
+
+@dataclass(eq=False)
+class StageDriver:
+    """Solves stages of a frame.
+
+    model         of the strands
+    axis          where points lie among particles
+    masses        of points, inf where they are held [kg], (P,); may change between steps
+    interactions  that take part in solves, in order
+    coupling      of strands, by those that couple them
+    origin        about which positions of strands are [m], (3,)
+    seconds       of the shot at the previous frame [s]
+    """
+
+    model: StrandModel
+    axis: Axis
+    masses: np.ndarray
+    interactions: Sequence[Interaction]
+    coupling: StrandCoupling
+    origin: np.ndarray
+    seconds: float
+    _memory: dict[str, np.ndarray] = field(default_factory=dict, init=False)
+
+    def solve(self, at: Iterate, stage: Stage, rule: Rule, who: np.ndarray | None = None) -> np.ndarray | float:
+        """Advance strands through a stage, in place.
+
+        at   in: its v is the guess; out: the end of the stage
+        who  1 for strands that are solved, each for itself, (blocks, W); None: all, together
+
+        Returns the change of velocity by other strands, no part of the acceleration [m/s], (rows, 3, W), or 0.
+        """
+        together = who is None
+        if not self.interactions and together:
+            run_stages(self.model, at, stage, rule)
+            return 0.0
+        guess_stages(self.model, at, stage, rule)
+        everyone = np.ones(self.axis.strands.shape, at.x.dtype)
+        again = who = everyone if who is None else who
+        here, contact_dv = self._predict(at, stage, who), np.zeros((len(self.masses), 3))
+        for interaction in self.interactions:
+            interaction.predict(here)
+        for left in reversed(range(rule.iterations + _PASSES)):
+            newton = left >= _PASSES
+            points_of(self.axis, again, here.active)
+            outer = self._act(here, stage, again, at.x, anew=newton)
+            b = self._solve_once(at, stage, rule, outer, again, coupled=newton and together)
+            if self.coupling:
+                change, received = self._room("change", here.points), self._room("received", here.points)
+                gather(self.axis, again, b, change)
+                self.coupling.follow(change, here.active, received)
+                set_contact_dv(here.active, received, self.masses, contact_dv)
+            update_stages(self.model, at, b, again, stage.h, rule)
+            gather(self.axis, again, at.x, here.points)
+            np.add(here.points, self.origin, out=here.points, where=here.active[:, None])
+            gather(self.axis, again, at.v, here.velocities)
+            here = here._replace(lagged_velocity=here.velocities)
+            wrong = self._judge(here, at.x.dtype) * who
+            again = who if left > _PASSES else wrong
+            if not again.any():
+                break
+        return self._spread(contact_dv, at.x)
+
+    def _predict(self, at: Iterate, stage: Stage, who: np.ndarray) -> Prediction:
+        """Return where strands are predicted to end a stage; those who, (blocks, W), are active."""
+        points, velocities = points_at(self.axis, at.x), points_at(self.axis, at.v)
+        points += self.origin
+        lagged = velocities if stage.began is at.v else points_at(self.axis, stage.began)
+        weights, active = np.empty_like(self.masses), np.empty(len(self.masses), np.bool_)
+        spread(self.axis, stage.h, weights)
+        points_of(self.axis, who, active)
+        times = stage.span, stage.time, self.seconds + stage.time
+        return Prediction(points, velocities, lagged, self.masses, weights, active, *times)
+
+    def _act(self, here: Prediction, stage: Stage, who: np.ndarray, like: np.ndarray, *, anew: bool) -> np.ndarray:
+        """Return what acts on strands who, (blocks, W); see `external_terms.py`.
+
+        anew  linearise what strands do to each other, too; else it is what solves since then have made of it
+        """
+        push, damping = self._room("push", here.points), self._room("damping", here.points, 6)
+        clear(here.active, push, damping)
+        for interaction in self.interactions:
+            interaction.linearise(here, push, damping)
+        received, own = push[:0], (np.empty((0, 6), np.float32), np.empty((0, 6), np.float32))
+        if self.coupling:
+            received = self._room("received", here.points)
+            if anew:
+                self.coupling.linearise(here)
+            self.coupling.impulses(here.active, received)
+            own = self.coupling.own
+        rows = ROWS_WITH_NEXT if self.coupling else ROWS
+        outer = self._room("outer", like[:: self.axis.stride], rows)
+        lay_out(self.axis, who, ExternalTerms(push, damping, received, *own), here.velocities, stage.h, outer)
+        return outer
+
+    def _solve_once(
+        self, at: Iterate, stage: Stage, rule: Rule, outer: np.ndarray, who: np.ndarray, *, coupled: bool
+    ) -> np.ndarray:
+        """Return the change of velocity of strands who, (blocks, W) [m/s], (rows, 3, W).
+
+        coupled  in one system; else every strand sees the others where they are
+        """
+        coupled = coupled and bool(self.coupling)
+        factors = outer[:0].astype(np.float32)
+        if coupled:
+            factors = self._room("factors", at.x, row_size(self.model.shape.reach), np.float32)
+        b = self._room("b", at.x)
+        factor_stages(self.model, System(factors, b), at, outer, who, stage, rule)
+        if coupled:
+            alone = points_at(self.axis, b)
+
+            def ask(impulses: np.ndarray, change: np.ndarray) -> None:
+                respond(self.model, self.axis, System(factors, b[:0]), stage.held, who, impulses, change)
+
+            exchanged = self.coupling.exchange(ask, alone, self.masses)
+            unused = np.empty_like(exchanged)
+            respond(self.model, self.axis, System(factors, b), stage.held, who, exchanged, unused)
+            self._room("received", alone)[:] += exchanged
+        return b
+
+    def _judge(self, here: Prediction, dtype: DTypeLike) -> np.ndarray:
+        """Mark the strands that an interaction wants to be solved again, (blocks, W)."""
+        again, lanes = np.zeros(len(here.points), np.bool_), np.zeros(self.axis.strands.shape, dtype)
+        for interaction in self.interactions:
+            interaction.judge(here, again)
+        lanes_with(self.axis, again, lanes)
+        return lanes
+
+    def _spread(self, contact_dv: np.ndarray, x: np.ndarray) -> np.ndarray | float:
+        """Spread what other strands did to points over particles."""
+        if not self.coupling:
+            return 0.0
+        lanes = np.zeros(x.shape, x.dtype)
+        scatter(self.axis, contact_dv, lanes)
+        return lanes
+
+    def _room(self, name: str, like: np.ndarray, numbers: int = 3, dtype: DTypeLike = None) -> np.ndarray:
+        """Give room for so many numbers a particle or a point, the same for every solve; zeros at first."""
+        if name not in self._memory:
+            self._memory[name] = np.zeros((like.shape[0], numbers, *like.shape[2:]), dtype or like.dtype)
+        return self._memory[name]

@@ -1,0 +1,167 @@
+"""Everything that acts on strands in a frame, as an integrator drives it: begin, solve stages, correct, bound the step.
+
+It knows interactions by the protocol alone, see `interactions.py`. They are called in the order in which they are
+given, but for what puts right at the end of a step, `end`, which goes backwards: the first has the last word.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hairpipe.data.hair import HairState
+from hairpipe.kernels.simd_arrays import copied
+from hairpipe.sim.axis import Axis, axis_of, gather, lanes_with, points_of
+from hairpipe.sim.filters.length_jump import mark_length_jumps
+from hairpipe.sim.interactions import Interaction, Start, StepEnd, points_at
+from hairpipe.sim.layout import Layout
+from hairpipe.sim.solve.stage import Iterate, Rule, Stage
+from hairpipe.sim.solve.stage_driver import StageDriver
+from hairpipe.sim.solve.strand_coupling import StrandCoupling
+from hairpipe.sim.state import State, Step
+from hairpipe.sim.strands.interface import StrandModel
+
+
+@dataclass(eq=False)
+class Surroundings:
+    """What acts on strands in a frame.
+
+    model, layout  of the strands
+    interactions   in order, see above
+    seconds        of the shot at the previous frame [s]
+    origin         about which positions of strands are [m], (3,); interactions see points in the world
+    """
+
+    model: StrandModel
+    layout: Layout
+    interactions: Sequence[Interaction] = ()
+    seconds: float = 0.0
+    origin: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    _axis: Axis = field(init=False)
+    _masses: np.ndarray = field(init=False)
+    _driver: StageDriver = field(init=False)
+    _jumped: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._axis = axis_of(self.layout)
+        everyone = np.ones(self.layout.strands.shape, self.layout.dtype)
+        masses = np.empty((self.layout.offsets[-1], 1))
+        gather(self._axis, everyone, self.model.mass[:, None, :], masses)
+        self._masses = masses[:, 0]
+        self._masses[self.layout.offsets[:-1]] = np.inf
+        acting = [interaction for interaction in self.interactions if interaction.in_solve]
+        coupling = StrandCoupling([interaction for interaction in acting if interaction.couples])
+        frame = self.origin, self.seconds
+        self._driver = StageDriver(self.model, self._axis, self._masses, acting, coupling, *frame)
+        self._jumped = np.zeros(self.layout.strands.shape, self.layout.dtype)
+
+    def begin(self, state: State, step: Step) -> None:
+        """Let interactions look around at the start of a step."""
+        self._hold_tips(step.held)
+        if self._driver.interactions:
+            points, velocities = points_at(self._axis, state.x), points_at(self._axis, state.v)
+            points += self.origin
+            start = Start(points, velocities, self._masses, step.time, self.seconds + step.time, step.dt)
+            for interaction in self._driver.interactions:
+                interaction.begin(start)
+            self._driver.coupling.begin(len(points))
+
+    def _hold_tips(self, held: np.ndarray) -> None:
+        """Let nothing move the last segments of strands whose tip is held, (blocks, W): all of a frame is."""
+        if len(held):
+            marked, last = np.empty(len(self._masses), np.bool_), self.layout.offsets[1:] - 1
+            points_of(self._axis, held, marked)
+            last = last[marked[last]]
+            self._masses[last] = self._masses[last - 1] = np.inf
+
+    def leave_to_corrections(self) -> None:
+        """Let interactions hold nothing in the solves of this step but what `correct` finds."""
+        for interaction in self.interactions:
+            interaction.leave_to_corrections()
+
+    def solve(
+        self, x: np.ndarray, v: np.ndarray, T: np.ndarray, stage: Stage, rule: Rule, who: np.ndarray | None = None
+    ) -> np.ndarray | float:
+        """Advance strands through a stage, in place, see `StageDriver.solve`; v is the guess."""
+        return self._driver.solve(Iterate(x, v, T), stage, rule, who)
+
+    def limit_velocity(self, x: np.ndarray, v: np.ndarray, step: Step) -> None:
+        """Change v so that x + dt v keeps all limits, in place; x, v (rows, 3, W)."""
+        target = x + step.dt * v
+        limited = target.copy()
+        for interaction in self.interactions:
+            interaction.limit(limited, step.held)
+        v += (limited - target) / step.dt
+
+    def repel(self, x: np.ndarray, v: np.ndarray, step: Step, *, elastic: bool) -> None:
+        """Let interactions change velocities by impulses, in place; x, v (rows, 3, W)."""
+        end = self._end_of(x, v, x, step)
+        for interaction in self.interactions:
+            interaction.repel(end, elastic=elastic)
+
+    def correct(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> None:
+        """Put hair right in order, in place.
+
+        x, v, before  positions and velocities now, positions at the start of the step, (rows, 3, W)
+        """
+        end = self._end_of(x, v, before, step)
+        for interaction in self.interactions:
+            interaction.correct(end)
+
+    def end(self, state: State, before: np.ndarray, step: Step) -> np.ndarray | float:
+        """Correct what the solves of a step found, in place; before is where it began [m], (rows, 3, W).
+
+        Velocities first, in order: what only held points is taken back, and what is near repels. Then positions, in
+        reverse order.
+
+        Returns how that changed velocities [m/s], (rows, 3, W), or 0.
+        """
+        self._jumped[:] = 0.0
+        if not self.interactions:
+            return 0.0
+        if self._driver.coupling:
+            self._driver.coupling.release()
+        end = self._end_of(state.x, state.v, before, step)
+        for interaction in self.interactions:
+            interaction.finish_solves(end)
+        for interaction in self.interactions:
+            interaction.repel(end, elastic=True)
+        solved = copied(state.x)
+        for interaction in reversed(self.interactions):
+            interaction.limit(state.x, step.held)
+            interaction.correct(end)
+        mark_length_jumps(self.model, solved, state.x, self._jumped)
+        return end.pushed()
+
+    def discontinuous(self, like: np.ndarray) -> np.ndarray:
+        """Mark the strands whose forces jumped in this step, (blocks, W), of the dtype of an array.
+
+        An interaction says so, or `end` stretched or relieved hairs.
+        """
+        marked, lanes = np.zeros(len(self._masses), np.bool_), np.zeros(self.layout.strands.shape, like.dtype)
+        for interaction in self.interactions:
+            interaction.mark_discontinuous(marked)
+        lanes_with(self._axis, marked, lanes)
+        return np.maximum(lanes, self._jumped)
+
+    def remember(self, state: HairState) -> HairState:
+        """Return the state with what interactions must know in the next frame; pure."""
+        for interaction in self.interactions:
+            state = interaction.remember(state)
+        return state
+
+    def fastest(self) -> float:
+        """Find a speed that nothing exceeds which hair may meet in this frame [m/s]."""
+        return max((interaction.speed for interaction in self.interactions), default=0.0)
+
+    def stiffness(self) -> float:
+        """Bound what interactions add to the square of the highest frequency [1/s^2]."""
+        return sum((interaction.stiffness(self._masses) for interaction in self.interactions), 0.0)
+
+    @property
+    def crossed(self) -> float:
+        """Pairs a segment that the last step had to keep from passing through each other."""
+        return max((interaction.crossed for interaction in self.interactions), default=0.0)
+
+    def _end_of(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> StepEnd:
+        return StepEnd(x, v, before, self._masses, self._axis, self.origin, step.time, step.dt)
