@@ -56,7 +56,19 @@ ROOMS = {
     "nodes": {*ORDER, "render", "chart", "io", "graph"},
     "graphs": {*ORDER, "io"},
     "tune": {*BASE, "api", *PURE},
-    "cli": {"api", "bench", "child", "errors", "io", "levelset.vdb_header", "plain_file", "tune", "graph.File", *PURE, *ASKED},
+    "cli": {
+        "api",
+        "bench",
+        "child",
+        "errors",
+        "io",
+        "levelset.vdb_header",
+        "plain_file",
+        "tune",
+        "graph.File",
+        *PURE,
+        *ASKED,
+    },
 }
 """Which other rooms the files of a room may import."""
 PLACES = {

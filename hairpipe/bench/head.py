@@ -15,7 +15,7 @@ from hairpipe.groom.grow.growing import grow
 from hairpipe.groom.grow.paint import Canvas
 from hairpipe.groom.grow.style import PaintedMetres, Style
 from hairpipe.levelset.bake.parts import bake_parts
-from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
@@ -61,7 +61,7 @@ class Head:
 
     def advance(self, frame: Frame) -> None:
         """Simulate the next frame, in place."""
-        body = moving_parts(*frame.parts, 1 / FPS)
+        body = build_collider_parts(*frame.parts, 1 / FPS)
         self.state = advance_frame(self.hair, self.state, frame.meshes, [body], 1 / FPS, everything(), frame.begins)
         self.frame += 1
 

@@ -1,4 +1,9 @@
-"""Compile options of small functions that kernels call millions of times."""
+"""Compile options of small functions that kernels call millions of times.
+
+Records (NamedTuples) of arrays may be arguments of any kernel, if they are read. In a loop over `prange` numba drops
+what is written to an array that is a member of a tuple, without a warning: arrays that are written are arguments of
+their own there.
+"""
 
 from numba import njit
 

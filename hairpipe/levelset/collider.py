@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 
-class Probe(NamedTuple):
+class SdfSample(NamedTuple):
     """Samples of the signed distance to a body at points; of several bodies, the nearest.
 
     distance  signed, negative inside [m], (P,) float64
@@ -18,12 +18,12 @@ class Probe(NamedTuple):
     velocity: np.ndarray
 
     @classmethod
-    def blank(cls, count: int, reach: float = np.inf) -> "Probe":
+    def blank(cls, count: int, reach: float = np.inf) -> "SdfSample":
         """Return samples at so many points without any body; bodies farther than reach [m] will not be written."""
         return cls(np.full(count, reach), np.zeros((count, 3)), np.zeros((count, 3)))
 
 
-class Sweep(NamedTuple):
+class FirstHit(NamedTuple):
     """When points that move first hit a body; of several bodies, the first hit.
 
     fraction  of the way from the old position to the new, 0 to 1; inf where there is no hit, (P,) float64
@@ -32,7 +32,7 @@ class Sweep(NamedTuple):
     fraction: np.ndarray
 
     @classmethod
-    def blank(cls, count: int) -> "Sweep":
+    def blank(cls, count: int) -> "FirstHit":
         """Return so many points without a hit."""
         return cls(np.full(count, np.inf))
 
@@ -49,7 +49,7 @@ class Walk(NamedTuple):
     thickness: np.ndarray
 
 
-class MovingSurface(Protocol):
+class Collider(Protocol):
     """A body between two frames. Times are counted from the first of them [s].
 
     Both queries write in place, only where this body is nearer, or hit sooner, than what is written already: the union
@@ -61,7 +61,7 @@ class MovingSurface(Protocol):
         """Speed that no point of the body exceeds [m/s]."""
         ...
 
-    def probe(self, points: np.ndarray, seconds: float, out: Probe) -> None:
+    def probe(self, points: np.ndarray, seconds: float, out: SdfSample) -> None:
         """Write distance, normal and velocity where the distance is smaller than out.distance.
 
         points   [m], (P, 3) float64
@@ -71,7 +71,7 @@ class MovingSurface(Protocol):
         ...
 
     def sweep(
-        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: Sweep
+        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: FirstHit
     ) -> None:
         """Write the fraction of the way at which the distance first is below the thickness, if below out.fraction.
 

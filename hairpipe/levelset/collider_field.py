@@ -9,7 +9,7 @@ from numba import njit, prange
 from hairpipe.data import LevelSet
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, length, minus, row, scaled
-from hairpipe.levelset.collider import Probe, Sweep, Walk
+from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.interpolation import Interpolation, distance_between, evaluate
 from hairpipe.levelset.sample import FAR_OUTSIDE, Field, brick_at, field_of, velocity
@@ -52,8 +52,8 @@ class Body(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class MovingField:
-    """A body between two frames, interpolated by one of the schemes; a MovingSurface."""
+class ColliderField:
+    """A body between two frames, interpolated by one of the schemes; a Collider."""
 
     body: Body
 
@@ -62,18 +62,18 @@ class MovingField:
         """Speed that no point of the body exceeds [m/s]."""
         return self.body.motion.speed
 
-    def probe(self, points: np.ndarray, seconds: float, out: Probe) -> None:
-        """Write what is nearer than out, in place; see MovingSurface."""
-        probe_field(*self.body, seconds, points, out)
+    def probe(self, points: np.ndarray, seconds: float, out: SdfSample) -> None:
+        """Write what is nearer than out, in place; see Collider."""
+        probe_field(*self.body, seconds, points, *out)
 
     def sweep(
-        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: Sweep
+        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: FirstHit
     ) -> None:
-        """Write hits that are sooner than out, in place; see MovingSurface."""
-        sweep_field(*self.body, Walk(before, after, thickness), start, end, out)
+        """Write hits that are sooner than out, in place; see Collider."""
+        sweep_field(*self.body, Walk(before, after, thickness), start, end, out.fraction)
 
 
-def moving_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interpolation) -> MovingField:
+def build_collider_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interpolation) -> ColliderField:
     """Build a body that moves from one level set to the next; their arrays are shared.
 
     frame  time between them [s]
@@ -83,7 +83,7 @@ def moving_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interp
     low = np.min([surface.origin for surface in both], axis=0)
     high = np.max([surface.origin + BRICK * surface.voxel * np.array(surface.bricks.shape) for surface in both], axis=0)
     motion = Motion(frame, int(scheme), float(speed), np.stack([low, high]))
-    return MovingField(Body(field_of(before), field_of(after), motion))
+    return ColliderField(Body(field_of(before), field_of(after), motion))
 
 
 @njit(cache=True)
@@ -151,27 +151,41 @@ def first_hit(body: Body, ray: SpaceTimeRay, thickness: float) -> float:
 
 
 @njit(cache=True, parallel=True)
-def probe_field(before: Field, after: Field, motion: Motion, seconds: float, points: np.ndarray, out: Probe) -> None:
-    """Write, in place, what a body is like where it is nearer than `out`; a Body, since loops take no nested tuple."""
+def probe_field(
+    before: Field,
+    after: Field,
+    motion: Motion,
+    seconds: float,
+    points: np.ndarray,
+    distance: np.ndarray,
+    normal: np.ndarray,
+    velocity: np.ndarray,
+) -> None:
+    """Write, in place, what a body is like where it is nearer than `distance`.
+
+    A Body and a SdfSample are unpacked: a parallel loop takes no nested tuple, and loses what is written to a member.
+    """
     scheme, frame = motion.scheme, motion.frame
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x, y, z = row(points, i)
             phi = distance_between(scheme, before, after, seconds / frame, frame, x, y, z)
-            if phi < out.distance[i] and phi < before.background:
+            if phi < distance[i] and phi < before.background:
                 _, nx, ny, nz, vx, vy, vz = evaluate(scheme, before, after, seconds / frame, frame, x, y, z)
-                out.distance[i] = phi
-                out.normal[i, 0], out.normal[i, 1], out.normal[i, 2] = nx, ny, nz
-                out.velocity[i, 0], out.velocity[i, 1], out.velocity[i, 2] = vx, vy, vz
+                distance[i] = phi
+                normal[i, 0], normal[i, 1], normal[i, 2] = nx, ny, nz
+                velocity[i, 0], velocity[i, 1], velocity[i, 2] = vx, vy, vz
 
 
 @njit(cache=True, parallel=True)
-def sweep_field(before: Field, after: Field, motion: Motion, walk: Walk, start: float, end: float, out: Sweep) -> None:
-    """Write, in place, hits that are sooner than `out`, of points that walk from a time start to end [s]."""
+def sweep_field(
+    before: Field, after: Field, motion: Motion, walk: Walk, start: float, end: float, fraction: np.ndarray
+) -> None:
+    """Write, in place, hits that are sooner than `fraction`, of points that walk from a time start to end [s]."""
     count = len(walk.thickness)
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         body = Body(before, after, motion)
         for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
             x = row(walk.before, i)
             ray = SpaceTimeRay(x, minus(row(walk.after, i), x), start / motion.frame, (end - start) / motion.frame)
-            out.fraction[i] = min(out.fraction[i], first_hit(body, ray, walk.thickness[i]))
+            fraction[i] = min(fraction[i], first_hit(body, ray, walk.thickness[i]))

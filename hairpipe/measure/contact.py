@@ -8,10 +8,10 @@ import numpy as np
 from hairpipe.data import BodyParts, LevelSet, Strands, Table
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.data.table import table_of_rows
-from hairpipe.levelset.collider import MovingSurface, Probe
-from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.collider import Collider, SdfSample
+from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.measure.pinching import is_pinched
 
 COLUMNS = (
@@ -72,20 +72,20 @@ def measure_contacts(
     return table_of_rows(COLUMNS, rows)
 
 
-def still(surface: LevelSet) -> MovingSurface:
+def still(surface: LevelSet) -> Collider:
     """Make a body that is at all times what it is at one frame."""
-    return moving_field(surface, surface, 1.0, Interpolation.linear)
+    return build_collider_field(surface, surface, 1.0, Interpolation.linear)
 
 
-def still_parts(parts: BodyParts) -> MovingSurface:
+def still_parts(parts: BodyParts) -> Collider:
     """Make a body in parts of which the time zero is a frame."""
-    return moving_parts(parts, parts, 1.0)
+    return build_collider_parts(parts, parts, 1.0)
 
 
-def depths(hair: Strands, bodies: Sequence[MovingSurface]) -> np.ndarray:
+def depths(hair: Strands, bodies: Sequence[Collider]) -> np.ndarray:
     """Return how deep all points but the roots are inside the union of bodies [m], (P - S,); 0 where outside."""
     free = free_points(hair)
-    probe = Probe.blank(len(free), 0.0)
+    probe = SdfSample.blank(len(free), 0.0)
     for body in bodies:
         body.probe(free, 0.0, probe)
     return 0.0 - probe.distance

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hairpipe.levelset.collider import MovingSurface, Probe
+from hairpipe.levelset.collider import Collider, SdfSample
 
 ROOM = 1e-3
 """How far a place is outside that counts as room: the thickness that hair keeps by default [m]."""
@@ -13,7 +13,7 @@ _ENOUGH = 0.5  # of the room; distances are not exact
 _FARTHEST = 2.0  # places looked at, over the depth and the room
 
 
-def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[MovingSurface]) -> np.ndarray:
+def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[Collider]) -> np.ndarray:
     """Tell for which points inside bodies there is no room, as where two bodies overlap, (P,); pure.
 
     points  [m], (P, 3); depths  how deep they are inside [m], (P,)
@@ -25,7 +25,7 @@ def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[MovingSu
     places, pinched = points.copy(), np.ones(len(points), bool)
     reach = _FARTHEST * (depths + ROOM)
     for _ in range(_STEPS):
-        probe = Probe.blank(len(points), 2.0 * ROOM)
+        probe = SdfSample.blank(len(points), 2.0 * ROOM)
         for body in bodies:
             body.probe(places, 0.0, probe)
         near = np.linalg.norm(places - points, axis=1) <= reach

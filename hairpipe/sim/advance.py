@@ -6,7 +6,7 @@ import numpy as np
 
 from hairpipe.data import Ends, Mesh, Strands
 from hairpipe.data.hair import HairState
-from hairpipe.levelset.collider import MovingSurface
+from hairpipe.levelset.collider import Collider
 from hairpipe.sim.boundary import ClampPath, about, clamp_at, follow, origin_of, place
 from hairpipe.sim.build import surroundings_of
 from hairpipe.sim.hair_model import HairModel
@@ -56,7 +56,7 @@ def advance_frame(
     hair: HairModel,
     state: HairState,
     leads: tuple[Lead, Lead],
-    bodies: Sequence[MovingSurface],
+    bodies: Sequence[Collider],
     frame: float,
     scene: Scene,
     began: float = 0.0,

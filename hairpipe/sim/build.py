@@ -7,10 +7,10 @@ import numpy as np
 from hairpipe.data import LevelSet
 from hairpipe.data.hair import HairState
 from hairpipe.data.parts import BodyParts
-from hairpipe.levelset.collider import MovingSurface
-from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.collider import Collider
+from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.sim.air.breeze import Breeze
 from hairpipe.sim.boundary import WORLD
 from hairpipe.sim.contact.body.body_contacts import BodyContacts, thicknesses
@@ -33,18 +33,18 @@ def bodies_of(
     parts: Sequence[tuple[BodyParts, BodyParts]],
     contact: BodyContact,
     frame: float,
-) -> list[MovingSurface]:
+) -> list[Collider]:
     """Make bodies of what they are at the previous and at this frame, which are frame [s] apart."""
     scheme = Interpolation[contact.interpolation]
-    whole = [moving_field(*surface, frame, scheme) for surface in surfaces]
-    return [*whole, *(moving_parts(*body, frame) for body in parts)]
+    whole = [build_collider_field(*surface, frame, scheme) for surface in surfaces]
+    return [*whole, *(build_collider_parts(*body, frame) for body in parts)]
 
 
 def surroundings_of(
     hair: HairModel,
     model: StrandModel,
     state: HairState,
-    bodies: Sequence[MovingSurface],
+    bodies: Sequence[Collider],
     scene: Scene,
     began: float,
     origin: np.ndarray = WORLD,
@@ -70,7 +70,7 @@ def surroundings_of(
 
 
 def _body_contacts(
-    hair: HairModel, model: StrandModel, bodies: Sequence[MovingSurface], contact: BodyContact
+    hair: HairModel, model: StrandModel, bodies: Sequence[Collider], contact: BodyContact
 ) -> BodyContacts:
     """Make what holds hair out of bodies."""
     points, offsets = hair.groom.points, hair.layout.offsets

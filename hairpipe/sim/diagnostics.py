@@ -7,7 +7,7 @@ import numpy as np
 
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.groom.binding import name_strands
-from hairpipe.levelset.collider import MovingSurface, Probe
+from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.sim.contact.body.length_projection import STRETCH
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.settings import Scene
@@ -20,14 +20,14 @@ _FREE = 0.1  # taken as the limit where a scene has none
 _EXACT = 0.005
 
 
-def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[MovingSurface]) -> None:
+def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[Collider]) -> None:
     """Name the strands whose roots are so deep inside bodies, as these are now, that their first segments end inside.
 
     positions  of the particles [m], (rows, 3, W)
     """
     offsets = hair.layout.offsets
     points = hair.layout.axis(positions).astype(float)[offsets[:-1]]
-    probe = Probe.blank(len(points), 0.0)
+    probe = SdfSample.blank(len(points), 0.0)
     for body in bodies:
         body.probe(points, 0.0, probe)
     first = hair.groom.points[offsets[:-1] + 1] - hair.groom.points[offsets[:-1]]

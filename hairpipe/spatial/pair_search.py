@@ -34,23 +34,6 @@ _GROUPS, _BUCKETS = 64, 1024
 """Parts of all pairs that are sorted at a time; parts by number of their first segment."""
 
 
-class Round(NamedTuple):
-    """A round of the search, by k chunks of segments.
-
-    chunks  their numbers, (k,) int64
-    begins  segment of the chunk that each goes on from, (k,) int64
-    found   pairs, (k, room, 2) int32
-    counts  of the pairs that each found, (k,) int64
-    ends    segment from which each goes on in the next round, CHUNK where it is done, (k,) int64
-    """
-
-    chunks: np.ndarray
-    begins: np.ndarray
-    found: np.ndarray
-    counts: np.ndarray
-    ends: np.ndarray
-
-
 class _Search(NamedTuple):
     """What is searched: segments of `few` for those of `many` near them, but for known pairs."""
 
@@ -69,7 +52,7 @@ def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
     begins, totals = np.zeros_like(chunks), np.zeros_like(chunks)
     while len(chunks):
         found, counts, ends = np.empty((len(chunks), room, 2), np.int32), np.zeros_like(chunks), np.empty_like(chunks)
-        _search(few, many, few is many, known, Round(chunks, begins, found, counts, ends))
+        _search(few, many, few is many, known, CHUNK * chunks + begins, found, counts, ends)
         rounds.append((totals[chunks], chunks, found, counts))
         totals[chunks] += counts
         chunks, begins, room = chunks[ends < CHUNK], ends[ends < CHUNK], _GROWTH * room
@@ -80,19 +63,24 @@ def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
 
 
 @njit(cache=True, parallel=True)
-def _search(few, many, same, known, out):
-    for k in prange(len(out.chunks)):
+def _search(few, many, same, known, begins, found, counts, ends):
+    """Search from segments on, (k,), to the ends of their chunks, or of the rows of found, (k, room, 2), in place.
+
+    counts  of the pairs that each found, (k,)
+    ends    segment of its chunk from which each goes on in the next round, CHUNK where it is done, (k,)
+    """
+    for k in prange(len(begins)):
         trees = _Search(few, many, same, known)
         scratch = np.empty(len(many.rows) + MOST_OPEN, np.int64), np.empty(LANES, np.int64)
-        first = np.int64(out.chunks[k]) * CHUNK
+        piece = begins[k]
+        first = piece // CHUNK * CHUNK
         last, count = min(first + CHUNK, len(few.segments)), 0
-        piece = first + out.begins[k]
         while piece < last:
-            more = _search_leaf(trees, piece // LANES, scratch, out.found[k], count)
-            if more > out.found.shape[1]:
+            more = _search_leaf(trees, piece // LANES, scratch, found[k], count)
+            if more > found.shape[1]:
                 break
             count, piece = more, piece + LANES
-        out.counts[k], out.ends[k] = count, piece - first if piece < last else CHUNK
+        counts[k], ends[k] = count, piece - first if piece < last else CHUNK
 
 
 @inlined

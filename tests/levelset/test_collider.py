@@ -9,10 +9,10 @@ import pytest
 from hairpipe.data import Mesh
 from hairpipe.levelset.bake.parts import gathered
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import MovingSurface, Probe, Sweep
-from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.collider import Collider, FirstHit, SdfSample
+from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.studies.interpolation.bodies import FRAME, outline_at, poses_at, surfaces_of
 from hairpipe.studies.interpolation.cases import CASES, Case, Way, moved
 from hairpipe.studies.interpolation.solids import ellipsoid
@@ -25,24 +25,24 @@ BOX = 0.3, 0.012, 0.3
 
 
 @pytest.fixture(scope="module")
-def travel() -> dict[str, MovingSurface]:
+def travel() -> dict[str, Collider]:
     return surfaces_of(TRAVEL, VOXEL, HALF_WIDTH)
 
 
 @pytest.fixture(scope="module", params=[None, 30.0], ids=["travels", "turns, too"])
-def plate(request, box) -> tuple[Callable[[float], np.ndarray], dict[str, MovingSurface]]:
+def plate(request, box) -> tuple[Callable[[float], np.ndarray], dict[str, Collider]]:
     """A thin plate that moves by 6 cm in a frame, its pose, and its surfaces; only parts follow where it turns."""
     way = Way(travel=(0.0, 0.06, 0.0), turn=(request.param or 0.0, 0.0, 0.0))
     case = Case("plate", (), lambda a: way.pose(a)[None], 1.0)
     mesh = box(-0.5 * np.array(BOX), 0.5 * np.array(BOX))
     shape = bake(mesh, 0.005, HALF_WIDTH)
-    found: dict[str, MovingSurface] = {
-        "parts": moving_parts(*(gathered(("plate",), *poses_at(case, a), [shape]) for a in (0.0, 1.0)), FRAME)
+    found: dict[str, Collider] = {
+        "parts": build_collider_parts(*(gathered(("plate",), *poses_at(case, a), [shape]) for a in (0.0, 1.0)), FRAME)
     }
     if request.param is None:
         speed = np.tile([0.0, 0.06 / FRAME, 0.0], (len(mesh.points), 1))
         whole = [bake(Mesh(mesh.points + way.pose(a)[:, 3], mesh.triangles, speed), 0.005, 8.0) for a in (0.0, 1.0)]
-        found |= {s: moving_field(*whole, FRAME, Interpolation[s]) for s in ("two_sided", "one_sided")}
+        found |= {s: build_collider_field(*whole, FRAME, Interpolation[s]) for s in ("two_sided", "one_sided")}
     return way.pose, found
 
 
@@ -63,7 +63,7 @@ def test_no_point_of_many_runs_through_a_thin_plate(plate):
     for name, surface in surfaces.items():
         if name != "parts":
             before, after = before[:20_000], after[:20_000]
-        sweep = Sweep.blank(len(before))
+        sweep = FirstHit.blank(len(before))
         surface.sweep(before, after, 0.25 * FRAME, 0.5 * FRAME, np.full(len(before), 1e-3), sweep)
         assert np.isfinite(sweep.fraction).all()
         met = before + sweep.fraction[:, None] * (after - before)
@@ -80,7 +80,7 @@ def test_what_passes_by_or_begins_inside_meets_nothing(plate):
     goal = np.array([[0.1, 0.12, 0.0], [0.3, -0.1, 0.0], [-5.0, 5.0, 5.0], [0.0, 0.3, 0.0], [0.0, 0.0, 0.0]])
     local = [x @ pose(a)[:, :3].T + pose(a)[:, 3] for x, a in ((apart, 0.5), (goal, 0.6))]
     for surface in surfaces.values():
-        sweep = Sweep.blank(len(apart))
+        sweep = FirstHit.blank(len(apart))
         surface.sweep(*local, 0.5 * FRAME, 0.6 * FRAME, np.full(len(apart), 1e-3), sweep)
         assert np.isinf(sweep.fraction).all()
 
@@ -91,7 +91,7 @@ def test_what_rests_on_a_body_is_caught_when_it_goes_through_and_free_to_leave(p
     goal = np.array([[0.0, -0.05, 0.0], [0.0, 0.05, 0.0]])
     before, after = rest @ pose(0.5)[:, :3].T + pose(0.5)[:, 3], goal @ pose(0.6)[:, :3].T + pose(0.6)[:, 3]
     for surface in surfaces.values():
-        sweep = Sweep.blank(2)
+        sweep = FirstHit.blank(2)
         surface.sweep(before, after, 0.5 * FRAME, 0.6 * FRAME, np.full(2, 1e-3), sweep)
         assert sweep.fraction[0] < 0.02 and np.isinf(sweep.fraction[1])
 
@@ -99,7 +99,7 @@ def test_what_rests_on_a_body_is_caught_when_it_goes_through_and_free_to_leave(p
 def test_a_point_that_explodes_is_followed_to_the_body_and_no_farther(travel):
     far = np.array([[1e9, 0.0, 0.0], [0.0, np.inf, 0.0], [-1e9, 1e9, 0.0]])
     for surface in travel.values():
-        sweep = Sweep.blank(3)
+        sweep = FirstHit.blank(3)
         surface.sweep(np.array([[-5.0, 0.0, 0.0]] * 3), far, 0.0, FRAME, np.zeros(3), sweep)
         assert sweep.fraction[0] == pytest.approx(4.4e-9, rel=1e-2) and np.isinf(sweep.fraction[1:]).all()
 
@@ -115,13 +115,13 @@ def test_results_do_not_depend_on_threads_and_a_union_is_one_after_the_other(tra
             (min(2, numba.config.NUMBA_NUM_THREADS), (other[name], surface)),
         ):
             numba.set_num_threads(threads)
-            probe, sweep = Probe.blank(len(points)), Sweep.blank(len(points))
+            probe, sweep = SdfSample.blank(len(points)), FirstHit.blank(len(points))
             for one in order:
                 one.probe(points, 0.3 * FRAME, probe)
                 one.sweep(points, goal, 0.3 * FRAME, 0.6 * FRAME, np.full(len(points), 1e-3), sweep)
             found.append([*probe, *sweep])
         assert all(np.array_equal(one, two) for one, two in zip(*found, strict=True))
-        alone = Probe.blank(len(points))
+        alone = SdfSample.blank(len(points))
         surface.probe(points, 0.3 * FRAME, alone)
         assert (found[0][0] <= alone.distance).all() and (found[0][0] < alone.distance).any()
 
@@ -129,11 +129,11 @@ def test_results_do_not_depend_on_threads_and_a_union_is_one_after_the_other(tra
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_beyond_its_reach_a_probe_stays_as_it_was(travel, scheme):
     points = np.array([[9.0, 0.0, 0.0], [0.6 + 0.3, 0.0, 0.0], [np.nan, 0.0, 0.0]])
-    probe = Probe.blank(3)
+    probe = SdfSample.blank(3)
     travel[scheme].probe(points, 0.5 * FRAME, probe)
     assert np.isfinite(probe.distance).tolist() == [False, True, False]
     assert not probe.normal[[0, 2]].any() and not probe.velocity[[0, 2]].any()
-    near = Probe.blank(3, reach=0.01)
+    near = SdfSample.blank(3, reach=0.01)
     travel[scheme].probe(points + np.array([0.05, 0.0, 0.0]), 0.5 * FRAME, near)
     assert (near.distance == 0.01).all()
 
@@ -150,7 +150,7 @@ def test_nothing_jumps_at_a_frame(scheme):
         )
     points = outline_at(moved("either", (ellipsoid((0.6, 0.45, 0.3)), way)), 1.0)[::7]
     points = points * np.random.default_rng(0).uniform(0.8, 1.2, (len(points), 1))
-    probes = [Probe.blank(len(points)) for _ in pairs]
+    probes = [SdfSample.blank(len(points)) for _ in pairs]
     for pair, seconds, probe in zip(pairs, (FRAME, 0.0), probes, strict=True):
         pair.probe(points, seconds, probe)
     assert np.isfinite(probes[0].distance).mean() > 0.9

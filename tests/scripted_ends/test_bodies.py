@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hairpipe.graph.plan.plan import plan
+from hairpipe.graph.run.run import run
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
@@ -13,8 +15,8 @@ from hairpipe.graph.run.events import Options
 from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import Probe
-from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.levelset.collider import SdfSample
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.scripted_ends.bodies import carried, carried_surface
 from hairpipe.scripted_ends.track import Track
 
@@ -69,12 +71,12 @@ def test_a_mesh_that_moves_by_itself_goes_on_doing_so(box):
 @pytest.mark.parametrize("begin", [0.2, 0.7])
 def test_between_frames_a_level_set_is_that_of_the_body_where_it_is_then(box, begin):
     surface = bake(box(), VOXEL, HALF_WIDTH)
-    moving = moving_parts(*(carried_surface(surface, TURNING, begin + t) for t in (0.0, FRAME)), FRAME)
+    moving = build_collider_parts(*(carried_surface(surface, TURNING, begin + t) for t in (0.0, FRAME)), FRAME)
     now = carried(box(), TURNING, begin + 0.4 * FRAME)
     corners = now.points[now.triangles]
     shares = np.random.default_rng(0).dirichlet(np.full(3, 4.0), (200, len(corners)))
     points = np.einsum("stc,tcx->stx", shares, corners).reshape(-1, 3)
-    probe = Probe.blank(len(points))
+    probe = SdfSample.blank(len(points))
     moving.probe(points, 0.4 * FRAME, probe)
     assert np.abs(probe.distance).max() < 1e-4
     assert now.velocities is not None

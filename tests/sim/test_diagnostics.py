@@ -5,7 +5,7 @@ import warnings
 import pytest
 
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_stretch
 
@@ -20,7 +20,7 @@ def shot(scene, straight):
 
 def test_roots_deeper_than_a_segment_are_named(shot, box):
     block = bake(box((-0.2, -0.2, -0.2), (0.2, 0.005, 0.2)), 0.01, 3.0)
-    body = [moving_field(block, block, 1 / 24, Interpolation.two_sided)]
+    body = [build_collider_field(block, block, 1 / 24, Interpolation.two_sided)]
     with pytest.warns(UserWarning, match=r"1 of 3 roots .* the deepest by 35 mm: strands 1 \(roots on the skin"):
         warn_of_deep_roots(shot.hair, shot.state.positions, body)
     shot.state.positions[:, 1, 1] += 0.03

@@ -16,7 +16,7 @@ from hairpipe.sim.settings import Air, BodyContact, Collisions, Scene, Scheme, S
 
 
 class Ball:
-    """A ball that goes along x from a place on that axis; a MovingSurface."""
+    """A ball that goes along x from a place on that axis; a Collider."""
 
     def __init__(self, speed, begins=0.05):
         self.speed, self.begins = speed, begins

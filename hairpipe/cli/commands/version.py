@@ -10,7 +10,6 @@ import click
 from hairpipe import __version__
 from hairpipe.api.formatting import table
 from hairpipe.cli import options
-from hairpipe.errors import BadInput
 
 DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "usd-core", "h5py": "h5py"}
 

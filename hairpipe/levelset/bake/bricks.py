@@ -29,11 +29,17 @@ class Bricks(NamedTuple):
     velocity: np.ndarray
 
 
-class Samples(NamedTuple):
-    """The samples of bricks: distance [m], (n, 9, 9, 9) float32, and velocity [m/s], (n, 9, 9, 9, 3) float32."""
+class Band(NamedTuple):
+    """Where samples are taken, and how far from the surface.
 
-    distance: np.ndarray
-    velocity: np.ndarray
+    first  index of the lattice's first sample, (3,) int64
+    voxel  spacing of the samples [m]
+    width  of the band [m]
+    """
+
+    first: np.ndarray
+    voxel: float
+    width: float
 
 
 def filled_bricks(tree: Tree, velocities: np.ndarray, lattice: Lattice, marks: np.ndarray, width: float) -> Bricks:
@@ -48,11 +54,11 @@ def filled_bricks(tree: Tree, velocities: np.ndarray, lattice: Lattice, marks: n
     """
     places = near_bricks(tree, lattice, width)
     refuse_if_huge(len(places) * SIDE**3, lattice.size, lattice.voxel, MOST_STORED)
-    shape = (len(places), SIDE, SIDE, SIDE)
-    distance, velocity = samples = Samples(np.empty(shape, np.float32), np.empty((*shape, 3), np.float32))
-    fill_bricks(tree, velocities, places, lattice.first, lattice.voxel, width, marks, samples)
+    distance = np.empty((len(places), SIDE, SIDE, SIDE), np.float32)
+    velocity = np.empty((*distance.shape, 3), np.float32)
+    fill_bricks(tree, velocities, places, Band(lattice.first, lattice.voxel, width), marks, distance, velocity)
     index = np.pad(brick_index(places, marks), (0, 1), constant_values=LevelSet.FAR_OUTSIDE)
-    share_samples(index, places, width, samples)
+    share_samples(index, places, width, distance, velocity)
     kept = (np.abs(distance) < np.float32(width)).any(axis=(1, 2, 3))
     return Bricks(brick_index(places[kept], marks), distance[kept], velocity[kept])
 
@@ -101,24 +107,20 @@ def fill_bricks(
     tree: Tree,
     velocities: np.ndarray,
     places: np.ndarray,
-    first: np.ndarray,
-    voxel: float,
-    width: float,
+    band: Band,
     marks: np.ndarray,
-    out: Samples,
+    distance: np.ndarray,
+    velocity: np.ndarray,
 ) -> None:
     """Fill, in place, the first 8 x 8 x 8 samples of every brick: distance, and velocity of the closest point.
 
     velocities  of the corners of the surface's triangles [m/s], (m, 3, 3) float64
     places      of the bricks along the axes, (n, 3) int64
-    first       index of the lattice's first sample, (3,) int64
-    voxel       spacing of the samples [m]
-    width       of the band [m]
-    marks       of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
-
-    Outside the distance is clamped to the width.
+    marks       of the lattice's samples, from flood_fill.marked_samples, (x, y, z) uint8
+    distance    clamped outside to the width [m], (n, 9, 9, 9) float32
+    velocity    [m/s], (n, 9, 9, 9, 3) float32
     """
-    distance, velocity = out
+    first, voxel, width = band.first, band.voxel, band.width
     for n in prange(len(places)):
         near = 0
         for i in range(BRICK):
@@ -136,7 +138,9 @@ def fill_bricks(
 
 
 @njit(cache=True)
-def share_samples(index: np.ndarray, places: np.ndarray, width: float, out: Samples) -> None:
+def share_samples(
+    index: np.ndarray, places: np.ndarray, width: float, distance: np.ndarray, velocity: np.ndarray
+) -> None:
     """Fill, in place, the last samples of every brick along each axis: they are the first of the brick beyond.
 
     index  of the brick at every place, negative where there is none, with one place more at the end of every axis,
@@ -145,7 +149,7 @@ def share_samples(index: np.ndarray, places: np.ndarray, width: float, out: Samp
     Where that brick is missing, the sample is beyond the band: it takes sign and velocity of the sample before it, in a
     brick that all who share the sample agree on. Inside, the distance goes on as it does before that.
     """
-    (distance, velocity), last = out, BRICK - 1
+    last = BRICK - 1
     for n in range(len(places)):
         a, b, c = places[n]
         for i in range(SIDE):

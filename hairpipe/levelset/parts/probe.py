@@ -1,11 +1,12 @@
 """Distance, normal and velocity of a body in parts at many points."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, length, row
-from hairpipe.levelset.collider import Probe
 from hairpipe.levelset.parts.field import PartField
 from hairpipe.levelset.parts.pose_path import Stances
 from hairpipe.levelset.parts.shape import (
@@ -46,29 +47,40 @@ def nearest_part(
     return found, nearest
 
 
+class Places(NamedTuple):
+    """What is known of G parts at one time.
+
+    changes  whether the parts have another shape in the second frame, (G,) bool
+    boxes    around the parts in the world [m], (G, 2, 3)
+    frame    time between the frames [s]
+    """
+
+    changes: np.ndarray
+    boxes: np.ndarray
+    frame: float
+
+
 @njit(cache=True, parallel=True)
 def probe_parts(
     before: PartField,
     after: PartField,
-    changes: np.ndarray,
     stances: Stances,
-    boxes: np.ndarray,
-    frame: float,
+    parts: Places,
     points: np.ndarray,
-    out: Probe,
+    distance: np.ndarray,
+    normal: np.ndarray,
+    velocity: np.ndarray,
 ) -> None:
-    """Write, in place, what the body is like where it is nearer than `out`.
+    """Write, in place, what the body is like where it is nearer than `distance`; a SdfSample, unpacked.
 
-    changes  whether the parts have another shape in the second frame, (G,)
     stances  of the parts at one time
-    boxes    around the parts in the world [m], (G, 2, 3)
-    frame    time between the frames [s]
     """
+    changes, boxes, frame = parts.changes, parts.boxes, parts.frame
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x = row(points, i)
             part, phi = nearest_part(before, after, changes, stances, boxes, x)
-            if part < 0 or not phi < out.distance[i]:
+            if part < 0 or not phi < distance[i]:
                 continue
             shape, X = Shape(before, after, changes, part), place_in(stances, 0, part, x)
             g = turned_out(stances, 0, part, shape_gradient(shape, stances.times[0], X))
@@ -76,7 +88,7 @@ def probe_parts(
             scale = 1.0 / steep if steep > 0.0 else 0.0
             swell = -shape_change(shape, X) / (frame * max(steep, STEEP)) * scale
             carried = velocity_of(stances, 0, part, x)
-            out.distance[i] = phi
+            distance[i] = phi
             for axis in range(3):
-                out.normal[i, axis] = scale * g[axis]
-                out.velocity[i, axis] = carried[axis] + swell * g[axis]
+                normal[i, axis] = scale * g[axis]
+                velocity[i, axis] = carried[axis] + swell * g[axis]

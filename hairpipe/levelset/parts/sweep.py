@@ -7,7 +7,7 @@ from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, length, minus, mix, row
-from hairpipe.levelset.collider import Sweep, Walk
+from hairpipe.levelset.collider import Walk
 from hairpipe.levelset.parts.field import PartField
 from hairpipe.levelset.parts.pose_path import Stances
 from hairpipe.levelset.parts.probe import nearest_part
@@ -125,9 +125,9 @@ def sweep_parts(
     stances: Stances,
     boxes: np.ndarray,
     walk: Walk,
-    out: Sweep,
+    fraction: np.ndarray,
 ) -> None:
-    """Write, in place, hits that are sooner than `out`, of points that walk from the first of the times to the last.
+    """Write, in place, hits sooner than `fraction` of points that walk from the first of the times to the last.
 
     stances  of the parts at even times
     boxes    around the parts in the world at all these times [m], (G, 2, 3)
@@ -146,4 +146,4 @@ def sweep_parts(
                     if phi <= 0.0:
                         break
                 shape = Shape(before, after, changes, part)
-                out.fraction[i] = first_hit_on_path(shape, outlines, stances, x, y, kept, out.fraction[i])
+                fraction[i] = first_hit_on_path(shape, outlines, stances, x, y, kept, fraction[i])

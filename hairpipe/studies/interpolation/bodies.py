@@ -5,10 +5,10 @@ import numpy as np
 from hairpipe.data import BodyParts, LevelSet, Mesh
 from hairpipe.levelset.bake.parts import gathered
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import MovingSurface
-from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.collider import Collider
+from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.studies.interpolation.cases import Case
 
 FRAME = 1.0 / 24.0
@@ -51,7 +51,7 @@ def parts_of(case: Case, shapes: list[LevelSet], a: float) -> BodyParts:
     return gathered(names, *poses_at(case, a), shapes)
 
 
-def surfaces_of(case: Case, voxel: float, half_width: float) -> dict[str, MovingSurface]:
+def surfaces_of(case: Case, voxel: float, half_width: float) -> dict[str, Collider]:
     """Return the body between the frames 0 and 1 by every interpolation, by name.
 
     voxel       spacing of the samples [m]
@@ -59,7 +59,7 @@ def surfaces_of(case: Case, voxel: float, half_width: float) -> dict[str, Moving
     """
     whole = [bake(skin_at(case, a), voxel, half_width) for a in (0.0, 1.0)]
     shapes = [bake(solid.mesh(), voxel, half_width) for solid in case.solids]
-    found: dict[str, MovingSurface] = {
-        name: moving_field(*whole, FRAME, Interpolation[name]) for name in ("linear", "one_sided", "two_sided")
+    found: dict[str, Collider] = {
+        name: build_collider_field(*whole, FRAME, Interpolation[name]) for name in ("linear", "one_sided", "two_sided")
     }
-    return found | {"parts": moving_parts(parts_of(case, shapes, 0.0), parts_of(case, shapes, 1.0), FRAME)}
+    return found | {"parts": build_collider_parts(parts_of(case, shapes, 0.0), parts_of(case, shapes, 1.0), FRAME)}

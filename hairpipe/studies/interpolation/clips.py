@@ -12,10 +12,10 @@ from hairpipe.data import BodyParts, LevelSet, Mesh, Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import MovingSurface
-from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.collider import Collider
+from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.spatial.triangles import Sites, area_vectors, site_points
 from hairpipe.studies.interpolation.surface_errors import misses
 
@@ -59,7 +59,7 @@ def clip_table(rest: Mesh, clip: Clip, stride: int, dt: float) -> Table:
         for number in numbers[begin : begin + stride + 1]:
             then, a = clip.surfaces[number], (number - first) / (last - first)
             points = site_points(clip.skins[number], sites)
-            baked = moving_field(then, then, 1.0, Interpolation.linear)
+            baked = build_collider_field(then, then, 1.0, Interpolation.linear)
             near = misses(baked, points, 0.0, np.inf)[0] < OUTER * then.voxel
             for name, surface in (surfaces | {"baked then": baked}).items():
                 band = then.voxel * then.half_width
@@ -76,13 +76,14 @@ def row(name: str, a: float, off: np.ndarray, lost: np.ndarray) -> tuple[str, fl
     return name.replace("_", "-"), a, off.mean(), float(np.percentile(off, 99)), off.max(), 100.0 * lost.mean()
 
 
-def surfaces_between(clip: Clip, first: int, last: int, seconds: float) -> dict[str, MovingSurface]:
+def surfaces_between(clip: Clip, first: int, last: int, seconds: float) -> dict[str, Collider]:
     """Return the body between two keys by every interpolation, by name."""
     whole, parts = (clip.surfaces[first], clip.surfaces[last]), (clip.parts[first], clip.parts[last])
-    found: dict[str, MovingSurface] = {
-        name: moving_field(*whole, seconds, Interpolation[name]) for name in ("linear", "one_sided", "two_sided")
+    found: dict[str, Collider] = {
+        name: build_collider_field(*whole, seconds, Interpolation[name])
+        for name in ("linear", "one_sided", "two_sided")
     }
-    return found | {"parts": moving_parts(*parts, seconds)}
+    return found | {"parts": build_collider_parts(*parts, seconds)}
 
 
 def outer_sites(rest: Mesh, like: LevelSet) -> Sites:
@@ -94,6 +95,6 @@ def outer_sites(rest: Mesh, like: LevelSet) -> Sites:
     root = np.sqrt(u)
     sites = Sites(triangles.astype(np.int32), np.stack([1.0 - root, root * (1.0 - v), root * v], axis=1))
     still = bake(rest, like.voxel, like.half_width)
-    surface = moving_field(still, still, 1.0, Interpolation.linear)
+    surface = build_collider_field(still, still, 1.0, Interpolation.linear)
     outer = misses(surface, site_points(rest, sites), 0.0, np.inf)[0] < OUTER * like.voxel
     return Sites(sites.triangles[outer], sites.barycentrics[outer])

@@ -7,8 +7,8 @@ import numpy as np
 
 from hairpipe.errors import BadInput
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import MovingSurface, Probe
-from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.levelset.collider import Collider, SdfSample
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.studies.interpolation.bodies import FRAME, outline_at, parts_of, surfaces_of
 from hairpipe.studies.interpolation.cases import CASES
 
@@ -46,12 +46,12 @@ def sections(name: str, fractions: Sequence[float], voxel: float, half_width: fl
     }
     shapes = [bake(solid.mesh(), voxel, half_width) for solid in case.solids]
     then = [parts_of(case, shapes, a) for a in fractions]
-    truth = [distances(moving_parts(parts, parts, FRAME), plane, 0.0) for parts in then]
+    truth = [distances(build_collider_parts(parts, parts, FRAME), plane, 0.0) for parts in then]
     return Sections((x[0], x[-1], y[0], y[-1]), shown, truth)
 
 
-def distances(surface: MovingSurface, plane: np.ndarray, seconds: float) -> np.ndarray:
+def distances(surface: Collider, plane: np.ndarray, seconds: float) -> np.ndarray:
     """Return the distances of points [m], (h, w, 3), (h, w)."""
-    probe = Probe.blank(plane.shape[0] * plane.shape[1])
+    probe = SdfSample.blank(plane.shape[0] * plane.shape[1])
     surface.probe(plane.reshape(-1, 3), seconds, probe)
     return probe.distance.reshape(plane.shape[:2])

@@ -7,8 +7,8 @@ import numpy as np
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import MovingSurface, Probe
-from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.collider import Collider, SdfSample
+from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.studies.interpolation.bodies import FRAME, outline_at, skin_at, surfaces_of
 from hairpipe.studies.interpolation.cases import CASES
@@ -32,7 +32,7 @@ def interpolation_table(fractions: Sequence[float], voxel: float, half_width: fl
         for a in fractions:
             points = outline_at(case, a)
             still = bake(skin_at(case, a), voxel, half_width)
-            floor = {"baked then": moving_field(still, still, FRAME, Interpolation.linear)}
+            floor = {"baked then": build_collider_field(still, still, FRAME, Interpolation.linear)}
             for name, surface in (surfaces | floor).items():
                 off, lost = misses(surface, points, a * FRAME, voxel * half_width)
                 figures = 100.0 * off.max() / case.radius, 100.0 * off.mean() / case.radius, 100.0 * lost.mean()
@@ -40,12 +40,12 @@ def interpolation_table(fractions: Sequence[float], voxel: float, half_width: fl
     return table_of_rows(COLUMNS, rows)
 
 
-def misses(surface: MovingSurface, points: np.ndarray, seconds: float, band: float) -> tuple[np.ndarray, np.ndarray]:
+def misses(surface: Collider, points: np.ndarray, seconds: float, band: float) -> tuple[np.ndarray, np.ndarray]:
     """Return how far a surface is off points that should be on it [m], (n,), and which it does not reach, (n,) bool.
 
     band  the farthest it reaches [m]
     """
-    probe = Probe.blank(len(points))
+    probe = SdfSample.blank(len(points))
     surface.probe(points, seconds, probe)
     lost = ~np.isfinite(probe.distance)
     return np.abs(np.where(lost, band, probe.distance)), lost

@@ -15,10 +15,10 @@ from hairpipe.errors import BadInput
 from hairpipe.levelset.bake.parts import bake_once, bake_parts
 from hairpipe.levelset.bake.split_parts import cut_skin
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import Probe
-from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.collider import SdfSample
+from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
 
 VOXEL, HALF_WIDTH, SMALLEST = 0.01, 6.0, 0.18
 
@@ -42,7 +42,7 @@ def nodding(body: Body, degrees: float, shift=(0.0, 0.0, 0.0)) -> Pose:
 
 
 def probed(surface, points: np.ndarray) -> np.ndarray:
-    probe = Probe.blank(len(points))
+    probe = SdfSample.blank(len(points))
     surface.probe(points, 0.0, probe)
     return probe.distance
 
@@ -55,10 +55,10 @@ def off_the_whole(body: Body, pose: Pose | None, smallest: float = SMALLEST) -> 
         still = bake(mesh, VOXEL, HALF_WIDTH)
     chance = np.random.default_rng(0)
     points = mesh.points + chance.uniform(-3, 3, mesh.points.shape) * VOXEL
-    whole = probed(moving_field(still, still, 1.0, Interpolation.linear), points)
+    whole = probed(build_collider_field(still, still, 1.0, Interpolation.linear), points)
     near = (whole > 0.0) & (whole < 3 * VOXEL)
     assert near.mean() > 0.2
-    return (probed(moving_parts(parts, parts, 1.0), points[near]) - whole[near]) / VOXEL
+    return (probed(build_collider_parts(parts, parts, 1.0), points[near]) - whole[near]) / VOXEL
 
 
 @pytest.mark.parametrize("degrees", [None, 12.0])
@@ -99,8 +99,8 @@ def test_what_is_rigid_in_its_frame_is_baked_once(bust):
     other = bake_parts(bust, nodding(bust, 14.0), VOXEL, HALF_WIDTH, SMALLEST)
     count = len(first.names)
     assert bake_once.cache_info().misses == 2 * count and bake_once.cache_info().hits == count
-    assert not moving_parts(first, again, 1.0).outlines.changes.any()
-    assert moving_parts(first, other, 1.0).outlines.changes.any()
+    assert not build_collider_parts(first, again, 1.0).outlines.changes.any()
+    assert build_collider_parts(first, other, 1.0).outlines.changes.any()
     assert np.allclose(again.poses[:, :, 3] - first.poses[:, :, 3], (0.7, -0.3, 0.1))
 
 
@@ -117,9 +117,9 @@ def test_patches_cover_the_skin_and_overlap(bust):
 def test_nothing_jumps_at_a_frame_while_parts_bend(bust):
     frames = [bake_parts(bust, nodding(bust, d), VOXEL, HALF_WIDTH, SMALLEST) for d in (4.0, 8.0, 16.0)]
     points = skin(bust, nodding(bust, 8.0)).points * 1.01
-    before, after = Probe.blank(len(points)), Probe.blank(len(points))
-    moving_parts(frames[0], frames[1], 0.04).probe(points, 0.04, before)
-    moving_parts(frames[1], frames[2], 0.04).probe(points, 0.0, after)
+    before, after = SdfSample.blank(len(points)), SdfSample.blank(len(points))
+    build_collider_parts(frames[0], frames[1], 0.04).probe(points, 0.04, before)
+    build_collider_parts(frames[1], frames[2], 0.04).probe(points, 0.0, after)
     assert np.allclose(before.distance, after.distance, atol=1e-6)
 
 
@@ -156,6 +156,6 @@ def test_a_part_is_as_fast_as_the_bones_that_move_in_it(sphere):
     moved[1, 0, 3] = 2.0 / 24.0
     poses = [Pose(transforms, np.zeros((2, 4, 4))) for transforms in (body.skeleton.rest, moved)]
     one, same, other = (bake_parts(body, pose, VOXEL, HALF_WIDTH, 10.0) for pose in (*poses[:1], *poses))
-    assert moving_parts(one, same, 1.0 / 24.0).speed == 0.0
-    assert moving_parts(one, other, 1.0 / 24.0).speed == pytest.approx(2.0, rel=0.01)
-    assert moving_parts(other, one, 1.0 / 24.0).speed == pytest.approx(2.0, rel=0.01)
+    assert build_collider_parts(one, same, 1.0 / 24.0).speed == 0.0
+    assert build_collider_parts(one, other, 1.0 / 24.0).speed == pytest.approx(2.0, rel=0.01)
+    assert build_collider_parts(other, one, 1.0 / 24.0).speed == pytest.approx(2.0, rel=0.01)

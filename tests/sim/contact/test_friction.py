@@ -11,7 +11,7 @@ from hairpipe.sim.settings import Air, BodyContact, Scene, Scheme, StepControl
 
 @dataclass
 class Floor:
-    """The half space below a height, its surface moving along x; a MovingSurface."""
+    """The half space below a height, its surface moving along x; a Collider."""
 
     height: float
     speed: float
@@ -29,7 +29,7 @@ class Floor:
 
 @dataclass
 class Post:
-    """A cylinder along z whose surface turns; a MovingSurface."""
+    """A cylinder along z whose surface turns; a Collider."""
 
     centre: tuple[float, float]
     radius: float
@@ -49,7 +49,7 @@ class Post:
 
 @dataclass
 class Slope:
-    """The half space below a plane through a point that falls towards +z; a MovingSurface."""
+    """The half space below a plane through a point that falls towards +z; a Collider."""
 
     point: np.ndarray
     slope: float

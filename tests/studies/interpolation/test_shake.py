@@ -11,10 +11,10 @@ from hairpipe.body.skinning import skin
 from hairpipe.io.mocap.bvh import recall_bvh
 from hairpipe.levelset.bake.parts import bake_parts
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import Probe
-from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.collider import SdfSample
+from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.studies.interpolation.clips import Clip, clip_table
 
 SHAKE = Path(__file__).resolve().parents[3] / "graphs" / "assets" / "shake.bvh"
@@ -58,8 +58,11 @@ def test_parts_leave_no_hollow_in_the_body(bust, poses, parts, whole):
     points = skin(bust, poses[0]).points
     chance = np.random.default_rng(0)
     points = points + chance.uniform(-4.0, 4.0, points.shape) * VOXEL
-    surfaces = moving_field(whole[0], whole[0], FRAME, Interpolation.linear), moving_parts(parts[0], parts[0], FRAME)
-    probes = [Probe.blank(len(points)) for _ in surfaces]
+    surfaces = (
+        build_collider_field(whole[0], whole[0], FRAME, Interpolation.linear),
+        build_collider_parts(parts[0], parts[0], FRAME),
+    )
+    probes = [SdfSample.blank(len(points)) for _ in surfaces]
     for surface, probe in zip(surfaces, probes, strict=True):
         surface.probe(points, 0.0, probe)
     inside = probes[0].distance < -VOXEL

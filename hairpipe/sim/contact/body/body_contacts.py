@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hairpipe.levelset.collider import MovingSurface, Probe, Sweep
+from hairpipe.levelset.collider import Collider, FirstHit, SdfSample
 from hairpipe.sim.contact.body.depenetration import pushes, rise, within_reach
 from hairpipe.sim.contact.body.fold_preservation import Turns, add_heights
 from hairpipe.sim.contact.body.implicit import (
@@ -50,7 +50,7 @@ class BodyContacts(Interaction):
     turns      of curls that keep their shape; None: they are pressed flat
     """
 
-    surfaces: list[MovingSurface]
+    surfaces: list[Collider]
     contact: BodyContact
     thickness: np.ndarray
     offsets: np.ndarray
@@ -73,7 +73,7 @@ class BodyContacts(Interaction):
         self._reach = np.full(len(self.thickness), np.inf)
         self._cache = ProbeCache(self.surfaces, len(self.thickness), far + _MARGIN, far + _NEAR)
 
-    def look(self, points: np.ndarray, time: float, active: np.ndarray) -> Probe:
+    def look(self, points: np.ndarray, time: float, active: np.ndarray) -> SdfSample:
         """Find how near the body is at a time since the previous frame [s], where it is, and what points keep there.
 
         active  points that are looked at, (P,) bool; of the others what was seen last
@@ -161,13 +161,13 @@ class BodyContacts(Interaction):
     def correct(self, end: StepEnd) -> None:
         """Move points out of the body, and slow them down, in place."""
         before, after, velocities, masses = end.points_before, end.points, end.velocities, end.masses
-        sweep = Sweep.blank(len(after))
+        sweep = FirstHit.blank(len(after))
         for surface in self.surfaces:
             surface.sweep(before, after, end.time, end.time + end.dt, self.thickness, sweep)
         met = np.flatnonzero((sweep.fraction <= 1.0) & np.isfinite(masses))
         parts = np.minimum((sweep.fraction[met] * _PARTS).astype(int), _PARTS - 1)
         meeting = self._meeting(end, before[met], after[met], parts)
-        ended, leaving = self.look(after, end.time + end.dt, self._everyone), Probe.blank(len(met))
+        ended, leaving = self.look(after, end.time + end.dt, self._everyone), SdfSample.blank(len(met))
         for surface in self.surfaces:
             surface.probe(after[met], end.time + end.dt, leaving)
         most = farthest(self._start_distance, end.dt)
@@ -181,23 +181,23 @@ class BodyContacts(Interaction):
         if self._is_left_to_corrections:
             self._hold_normals(touched, normals, masses, end.dt)
 
-    def _meeting(self, end: StepEnd, before: np.ndarray, after: np.ndarray, parts: np.ndarray) -> Probe:
+    def _meeting(self, end: StepEnd, before: np.ndarray, after: np.ndarray, parts: np.ndarray) -> SdfSample:
         """Find the body where and when points that run into it have not yet: after so many parts of the step, (n,)."""
-        meeting = Probe.blank(len(parts))
+        meeting = SdfSample.blank(len(parts))
         for part in np.unique(parts):
             chosen, share = parts == part, part / _PARTS
             at = before[chosen] + share * (after[chosen] - before[chosen])
-            found = Probe.blank(len(at))
+            found = SdfSample.blank(len(at))
             for surface in self.surfaces:
                 surface.probe(at, end.time + share * end.dt, found)
             for target, values in zip(meeting, found, strict=True):
                 target[chosen] = values
         return meeting
 
-    def _around(self, places: np.ndarray, which: np.ndarray, time: float) -> tuple[Probe, np.ndarray]:
+    def _around(self, places: np.ndarray, which: np.ndarray, time: float) -> tuple[SdfSample, np.ndarray]:
         """Find the body at places [m], (n, 3), of points (n,), and what these keep from it there [m], (n,)."""
         target_gap = self._target_gap[which]
-        probe = Probe.blank(len(places), float(target_gap.max(initial=0.0)) + _MARGIN)
+        probe = SdfSample.blank(len(places), float(target_gap.max(initial=0.0)) + _MARGIN)
         for surface in self.surfaces:
             surface.probe(places, time, probe)
         room = share_gap(places, time, self.surfaces, probe, self.thickness[which], target_gap)

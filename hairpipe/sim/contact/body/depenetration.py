@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.levelset.collider import Probe
+from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.body.implicit import DEEP, FREE, INSIDE, PUSH_OUT, ContactState
 
 STRAIN = 5e-3
@@ -55,7 +55,9 @@ def within_reach(start_distance: np.ndarray, segments: np.ndarray, offsets: np.n
 
 
 @njit(cache=True, parallel=True)
-def rise(contact: ContactState, probe: Probe, kept: np.ndarray, push: np.ndarray, mass: np.ndarray, dt: float) -> None:
+def rise(
+    contact: ContactState, probe: SdfSample, kept: np.ndarray, push: np.ndarray, mass: np.ndarray, dt: float
+) -> None:
     """Let points rise in a step of dt [s] that begin it deep inside, in place; those that do not any more are free.
 
     probe  of the body there

@@ -32,7 +32,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.levelset.collider import Probe
+from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.interactions import Prediction
 
 FREE, TOUCHES, NEW, INSIDE = 0, 1, 2, 3
@@ -79,7 +79,7 @@ class ContactState(NamedTuple):
 
 
 @njit(cache=True, parallel=True)
-def resume(contact: ContactState, probe: Probe, v: np.ndarray, thickness: np.ndarray, mass: np.ndarray) -> None:
+def resume(contact: ContactState, probe: SdfSample, v: np.ndarray, thickness: np.ndarray, mass: np.ndarray) -> None:
     """Let points touch that begin a step on the body, in place: what rests on it did so before.
 
     probe  of the body there; v  velocities [m/s], (P, 3); thickness  [m], (P,)
@@ -104,7 +104,12 @@ def _resume(contact, probe, i, v, thickness):
 
 @njit(cache=True, parallel=True)
 def hold(
-    contact: ContactState, probe: Probe, at: Prediction, thickness: np.ndarray, push: np.ndarray, damping: np.ndarray
+    contact: ContactState,
+    probe: SdfSample,
+    at: Prediction,
+    thickness: np.ndarray,
+    push: np.ndarray,
+    damping: np.ndarray,
 ) -> None:
     """Hold the points that touch: add their forces, push - damping v, in place.
 
@@ -177,7 +182,7 @@ def _add_hold(contact, i, push, damping):
 
 @njit(cache=True, parallel=True)
 def update_active_set(
-    contact: ContactState, probe: Probe, at: Prediction, thickness: np.ndarray, friction: float, changed: np.ndarray
+    contact: ContactState, probe: SdfSample, at: Prediction, thickness: np.ndarray, friction: float, changed: np.ndarray
 ) -> None:
     """Look at what a solve found: set changed, (P,) bool, where active points must be solved again, in place.
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numba import njit
 
-from hairpipe.levelset.collider import Probe
+from hairpipe.levelset.collider import SdfSample
 
 STRETCH = 0.1
 """How far a segment may be stretched by what puts its ends right, of its length."""
@@ -28,7 +28,7 @@ def drape(
     normals: np.ndarray,
     most: np.ndarray,
     masses: np.ndarray,
-    look: Callable[[np.ndarray, np.ndarray], tuple[Probe, np.ndarray]],
+    look: Callable[[np.ndarray, np.ndarray], tuple[SdfSample, np.ndarray]],
 ) -> None:
     """Change dx, (P, 3) [m], in place, until it neither stretches a segment nor leaves a point inside.
 

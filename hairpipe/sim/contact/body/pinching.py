@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hairpipe.levelset.collider import MovingSurface, Probe
+from hairpipe.levelset.collider import Collider, SdfSample
 
 _PUSHED = 1e-4  # [m]; points that are moved out by less are not looked at
 _AGAINST = -0.5  # cosine between normals
@@ -22,8 +22,8 @@ _AGAINST = -0.5  # cosine between normals
 def share_gap(
     points: np.ndarray,
     time: float,
-    surfaces: Sequence[MovingSurface],
-    probe: Probe,
+    surfaces: Sequence[Collider],
+    probe: SdfSample,
     thickness: np.ndarray,
     kept: np.ndarray,
 ) -> np.ndarray:
@@ -39,7 +39,7 @@ def share_gap(
     if not len(pushed):
         return kept
     target_gap, normals = kept[pushed], probe.normal[pushed]
-    ahead = Probe.blank(len(pushed), float(thickness.max(initial=0.0)))
+    ahead = SdfSample.blank(len(pushed), float(thickness.max(initial=0.0)))
     for surface in surfaces:
         surface.probe(points[pushed] + (target_gap - probe.distance[pushed])[:, None] * normals, time, ahead)
     against = np.einsum("pc,pc->p", ahead.normal, normals) < _AGAINST

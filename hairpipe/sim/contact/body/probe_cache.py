@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.levelset.collider import MovingSurface, Probe
+from hairpipe.levelset.collider import Collider, SdfSample
 
 STEEPEST = 2.0
 """Change of a distance over the way: of samples of a distance, as they are interpolated, at most the root of 3."""
@@ -26,16 +26,16 @@ class ProbeCache:
     probe   last answers: changed in place
     """
 
-    surfaces: Sequence[MovingSurface]
+    surfaces: Sequence[Collider]
     count: int
     reach: float
     far: float
-    probe: Probe = field(init=False)
+    probe: SdfSample = field(init=False)
     _places: np.ndarray = field(init=False)
     _time: float = field(default=np.nan, init=False)
 
     def __post_init__(self) -> None:
-        self.probe = Probe.blank(self.count, self.reach)
+        self.probe = SdfSample.blank(self.count, self.reach)
         self._places = np.full((self.count, 3), np.nan)
 
     def renew(self, points: np.ndarray, time: float, active: np.ndarray, bound: np.ndarray) -> None:
@@ -52,12 +52,12 @@ class ProbeCache:
             self._places[:] = points
             self._look(points, self.probe)
         elif len(again):
-            places, some = np.empty((len(again), 3)), Probe.blank(len(again), self.reach)
+            places, some = np.empty((len(again), 3)), SdfSample.blank(len(again), self.reach)
             _take(points, again, places, self._places)
             self._look(places, some)
             _put(some, again, *self.probe)
 
-    def _look(self, places: np.ndarray, out: Probe) -> None:
+    def _look(self, places: np.ndarray, out: SdfSample) -> None:
         out.distance[:], out.normal[:], out.velocity[:] = self.reach, 0.0, 0.0
         for surface in self.surfaces:
             surface.probe(places, self._time, out)
@@ -85,7 +85,7 @@ def _take(points, which, out, places):
 
 @njit(cache=True, parallel=True)
 def _put(some, which, distance, normal, velocity):
-    """Write the answers for some points, (n,), to those for all, a Probe, unpacked; in place."""
+    """Write the answers for some points, (n,), to those for all, a SdfSample, unpacked; in place."""
     for k in prange(len(which)):
         i = which[k]
         distance[i] = some.distance[k]

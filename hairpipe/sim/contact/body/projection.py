@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from hairpipe.levelset.collider import Probe
+from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.body.implicit import DEEP, PUSH_OUT
 
 
@@ -64,10 +64,10 @@ def farthest(start_distance: np.ndarray, dt: float) -> np.ndarray:
 @njit(cache=True)
 def project(
     motion: Motion,
-    ended: Probe,
+    ended: SdfSample,
     met: np.ndarray,
     shares: np.ndarray,
-    meeting: Probe,
+    meeting: SdfSample,
     leaving: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Find the changes of position [m] and of velocity [m/s], (P, 3), that put points right; pure.

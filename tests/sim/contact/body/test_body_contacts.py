@@ -9,7 +9,7 @@ from scipy.spatial import ConvexHull
 
 from hairpipe.data import Mesh
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.sim.contact.body.projection import slide
 from hairpipe.sim.settings import Scheme
@@ -30,7 +30,7 @@ def ball():
 
 
 def still(surface):
-    return [moving_field(surface, surface, 1 / 24, Interpolation.two_sided)]
+    return [build_collider_field(surface, surface, 1 / 24, Interpolation.two_sided)]
 
 
 def _depth(points):
@@ -80,7 +80,7 @@ def test_a_body_that_comes_carries_the_hair_away(scene, straight, ball):
     moved = [replace(ball, origin=ball.origin + np.array([-0.1 + k * speed[0] / 24, 0, 0])) for k in range(8)]
     moving = [replace(m, velocity=np.full(m.velocity.shape, speed, np.float32)) for m in moved]
     for k in range(7):
-        s.run(1 / 24, bodies=[moving_field(moving[k], moving[k + 1], 1 / 24, Interpolation.two_sided)])
+        s.run(1 / 24, bodies=[build_collider_field(moving[k], moving[k + 1], 1 / 24, Interpolation.two_sided)])
         centre = CENTRE + np.array([-0.1 + (k + 1) * speed[0] / 24, 0, 0])
         assert (RADIUS - np.linalg.norm(s.axis - centre, axis=1)).max() < 5e-4
 
@@ -98,7 +98,7 @@ def test_a_body_that_comes_before_the_first_frame_has_no_hair_in_it_there(scene,
         replace(m, velocity=np.full(m.velocity.shape, rate, np.float32)) for m, rate in zip(moved, rates, strict=True)
     ]
     for before, after in pairwise(moving):
-        led.run(1 / 24, bodies=[moving_field(before, after, 1 / 24, Interpolation.two_sided)])
+        led.run(1 / 24, bodies=[build_collider_field(before, after, 1 / 24, Interpolation.two_sided)])
     assert (_depth(led.axis) > 1e-3).sum() == 0
 
 

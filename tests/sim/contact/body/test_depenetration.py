@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 from hairpipe.data import Groom, Mesh
 from hairpipe.groom.binding import root_frames
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import Probe
-from hairpipe.levelset.collider_field import moving_field
+from hairpipe.levelset.collider import SdfSample
+from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.contact.body.depenetration import PUSH_OUT, STRAIN, pushes, within_reach
@@ -30,7 +30,7 @@ class Hull:
         points = np.ascontiguousarray(self.turn.apply(unit.points * RADII * scale))  # kernels are compiled for C order
         self.mesh = Mesh(points + self.place, unit.triangles)
         surface = bake(self.mesh, voxel * scale, 3.0)
-        self.bodies = [moving_field(surface, surface, 1 / 24, Interpolation.two_sided)]
+        self.bodies = [build_collider_field(surface, surface, 1 / 24, Interpolation.two_sided)]
         triangles = rng.choice(len(unit.triangles), 8, replace=False).astype(np.int32)
         corners = self.mesh.points[unit.triangles[triangles]]
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -57,7 +57,7 @@ class Hull:
 
     def distances(self, points):
         """From the body, as it is measured and as it is, but for the flatness of its triangles."""
-        probe = Probe.blank(len(points))
+        probe = SdfSample.blank(len(points))
         self.bodies[0].probe(np.ascontiguousarray(points), 0.0, probe)
         return probe.distance
 

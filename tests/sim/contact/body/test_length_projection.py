@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.levelset.collider import Probe
+from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.body.length_projection import STRETCH, drape, keep_lengths
 
 KEPT, SEGMENT, COUNT = 1e-3, 0.012, 26
@@ -38,7 +38,7 @@ def drop(body, points):
     def look(places, which):
         depth, normals = body(places)
         near = (depth < 2 * KEPT)[:, None]
-        return Probe(depth, np.where(near, normals, 0.0), 0 * normals), np.full(len(places), KEPT)
+        return SdfSample(depth, np.where(near, normals, 0.0), 0 * normals), np.full(len(places), KEPT)
 
     probe, _ = look(points, None)
     normals = np.where(((probe.distance < KEPT) & np.isfinite(masses))[:, None], probe.normal, 0.0)

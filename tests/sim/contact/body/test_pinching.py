@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.levelset.collider import Probe
+from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.body.pinching import share_gap
 
 THICK = 1e-3
@@ -31,7 +31,7 @@ def settle(gap, start, kept, rounds=50):
     points = np.column_stack([0 * start, start, 0 * start])
     thickness = np.full(len(start), THICK)
     for _ in range(rounds):
-        probe = Probe.blank(len(points), 0.1)
+        probe = SdfSample.blank(len(points), 0.1)
         for plate in plates:
             plate.probe(points, 0.0, probe)
         room = share_gap(points, 0.0, plates, probe, thickness, kept)
@@ -49,7 +49,7 @@ def test_points_come_to_rest_in_the_middle(gap):
 def test_where_there_is_room_nothing_changes():
     points = np.array([[0.0, y, 0.0] for y in (-2e-3, 2e-4, 1e-3, 9.5e-3, 5e-3)])
     plates, kept = [Plate(0.0, 1.0), Plate(1e-2, -1.0)], np.full(5, THICK)
-    probe = Probe.blank(5, 0.1)
+    probe = SdfSample.blank(5, 0.1)
     for plate in plates:
         plate.probe(points, 0.0, probe)
     np.testing.assert_array_equal(share_gap(points, 0.0, plates, probe, kept, kept), kept)
@@ -65,7 +65,7 @@ def test_points_that_keep_more_from_one_side_share_the_room():
 def test_held_roots_inside_a_body_are_no_trouble():
     points, nothing = np.array([[0.0, -1e-3, 0.0]]), np.zeros(1)
     plates = [Plate(0.0, 1.0), Plate(-1e-4, -1.0)]
-    probe = Probe.blank(1, 0.1)
+    probe = SdfSample.blank(1, 0.1)
     for plate in plates:
         plate.probe(points, 0.0, probe)
     assert np.isfinite(share_gap(points, 0.0, plates, probe, nothing, nothing)).all()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.levelset.collider import Probe
+from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.body.probe_cache import ProbeCache
 
 REACH, FAR = 0.3, 0.1
@@ -35,7 +35,7 @@ def around():
 
 
 def fresh(points, time):
-    probe = Probe.blank(len(points), REACH)
+    probe = SdfSample.blank(len(points), REACH)
     Ball().probe(points, time, probe)
     return probe
 

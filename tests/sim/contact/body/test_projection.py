@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.levelset.collider import Probe
+from hairpipe.levelset.collider import SdfSample
 from hairpipe.sim.contact.body.projection import Motion, farthest, project
 
 
@@ -12,12 +12,12 @@ def test_what_began_inside_is_left_alone_and_what_began_near_comes_out_slowly():
     points, mass = rng.normal(0.0, 0.1, (40, 3)), np.where(np.arange(40) % 20 == 0, np.inf, 1e-8)
     normals = np.zeros((40, 3))
     normals[:, 1] = np.where(np.arange(40) % 2 == 0, 1.0, -1.0)
-    ended = Probe(np.full(40, -4e-3), normals, np.zeros((40, 3)))
+    ended = SdfSample(np.full(40, -4e-3), normals, np.zeros((40, 3)))
     start_distance = np.repeat([-3.5e-3, 0.0, -9e-4, 0.1], 10)
     motion = Motion(
         points, points, np.zeros((40, 3)), farthest(start_distance, 1e-3), np.full(40, 1e-3), mass, 1e-3, 0.0
     )
-    dx = project(motion, ended, np.empty(0, np.int64), np.empty(0), Probe.blank(0), np.empty((0, 3)))[0]
+    dx = project(motion, ended, np.empty(0, np.int64), np.empty(0), SdfSample.blank(0), np.empty((0, 3)))[0]
     way = np.where(np.isinf(mass), 0.0, np.repeat([0.0, 4.5e-3, 3.6e-3, 5e-3], 10))
     np.testing.assert_allclose(dx, way[:, None] * normals, atol=1e-15)
 
@@ -27,9 +27,9 @@ def test_what_slid_around_a_body_stays_where_it_is_and_what_went_through_is_stop
     before = np.array([[-0.5, 1.0, 0.0], [-0.5, 1.0, 0.0]]) * 1.05
     after = np.array([[0.5, 1.0, 0.0], [0.5, -1.0, 0.0]]) * 1.05
     ends = after / np.linalg.norm(after, axis=1)[:, None]
-    far = Probe.blank(2)
+    far = SdfSample.blank(2)
     met, shares = np.arange(2), np.full(2, 0.25)
-    meeting = Probe(np.zeros(2), np.tile([0.0, 1.0, 0.0], (2, 1)), np.zeros((2, 3)))
+    meeting = SdfSample(np.zeros(2), np.tile([0.0, 1.0, 0.0], (2, 1)), np.zeros((2, 3)))
     kept = farthest(np.full(2, 0.05), 1.0), np.full(2, 1e-3)
     motion = Motion(before, after, after - before, *kept, np.full(2, 1e-8), 1.0, 0.0)
     for first in (0, 1):

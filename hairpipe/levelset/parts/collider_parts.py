@@ -17,11 +17,11 @@ from numba import njit
 
 from hairpipe.data import BodyParts
 from hairpipe.errors import BadInput
-from hairpipe.levelset.collider import Probe, Sweep, Walk
+from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.parts.field import PartField, part_field_of
 from hairpipe.levelset.parts.pose_path import PosePath, Stances, path_between, stances_at
-from hairpipe.levelset.parts.probe import probe_parts
+from hairpipe.levelset.parts.probe import Places, probe_parts
 from hairpipe.levelset.parts.shape import largest_changes
 from hairpipe.levelset.parts.sweep import Outlines, sweep_parts
 
@@ -33,8 +33,8 @@ _LOOKS = 5
 
 
 @dataclass(frozen=True, eq=False)
-class MovingParts:
-    """A body in parts between two frames; a MovingSurface.
+class ColliderParts:
+    """A body in parts between two frames; a Collider.
 
     before, after  the parts at the two frames
     outlines       of the parts in their own frames
@@ -65,20 +65,19 @@ class MovingParts:
         """Speed of the shape of every part in its own frame [m/s], |phi_1 - phi_0| / dt where that is largest, (G,)."""
         return largest_changes(self.before, self.after, self.outlines.changes) / self.path.frame
 
-    def probe(self, points: np.ndarray, seconds: float, out: Probe) -> None:
-        """Write what is nearer than out, in place; see MovingSurface."""
+    def probe(self, points: np.ndarray, seconds: float, out: SdfSample) -> None:
+        """Write what is nearer than out, in place; see Collider."""
         stances = stances_at(self.path, np.array([seconds]))
-        boxes = boxes_at(stances, self.outlines)
-        fields = (self.before, self.after, self.outlines.changes)
-        probe_parts(*fields, stances, boxes, self.path.frame, points, out)
+        parts = Places(self.outlines.changes, boxes_at(stances, self.outlines), self.path.frame)
+        probe_parts(self.before, self.after, stances, parts, points, *out)
 
     def sweep(
-        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: Sweep
+        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: FirstHit
     ) -> None:
-        """Write hits that are sooner than out, in place; see MovingSurface."""
+        """Write hits that are sooner than out, in place; see Collider."""
         stances = stances_at(self.path, self.looks(start, end))
         boxes, walk = boxes_at(stances, self.outlines), Walk(before, after, thickness)
-        sweep_parts(self.before, self.after, self.outlines, stances, boxes, walk, out)
+        sweep_parts(self.before, self.after, self.outlines, stances, boxes, walk, out.fraction)
 
     def looks(self, start: float, end: float) -> np.ndarray:
         """Return even times from start to end [s] between which no part turns much, (T,)."""
@@ -87,7 +86,7 @@ class MovingParts:
         return np.linspace(start, end, 1 + min(MOST_LOOKS, 1 + int(turn / FINE)))
 
 
-def moving_parts(before: BodyParts, after: BodyParts, frame: float) -> MovingParts:
+def build_collider_parts(before: BodyParts, after: BodyParts, frame: float) -> ColliderParts:
     """Build a body that moves from one frame to the next; the arrays are shared.
 
     frame  time between them [s]
@@ -102,7 +101,7 @@ def moving_parts(before: BodyParts, after: BodyParts, frame: float) -> MovingPar
     path = path_between(before.poses, before.rates, after.poses, after.rates, frame)
     changes = np.array([not is_same(before, after, part) for part in range(len(before.names))])
     outlines = Outlines(changes, low, np.maximum(*highs))
-    return MovingParts(part_field_of(before), part_field_of(after), outlines, path)
+    return ColliderParts(part_field_of(before), part_field_of(after), outlines, path)
 
 
 def is_same(before: BodyParts, after: BodyParts, part: int) -> bool:

@@ -7,8 +7,8 @@ from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.levelset.bake.parts import gathered
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import Probe, Sweep
-from hairpipe.levelset.parts.moving_parts import moving_parts
+from hairpipe.levelset.collider import FirstHit, SdfSample
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.studies.interpolation.bodies import FRAME, outline_at, parts_of, poses_at, surfaces_of
 from hairpipe.studies.interpolation.cases import CASES, Case
 from hairpipe.studies.interpolation.solids import ellipsoid
@@ -43,13 +43,13 @@ def test_normal_and_velocity_are_those_of_the_body(case):
     if last:
         other = case.solids[0]
         points = points[~other._replace(semi=1.3 * other.semi).contains(points)]
-    probe = Probe.blank(len(points))
+    probe = SdfSample.blank(len(points))
     surface.probe(points, 0.4 * FRAME, probe)
     exact = (points - poses[last][:, 3]) @ (rates[last][:, :3] @ poses[last][:, :3].T).T + rates[last][:, 3]
     fastest = np.linalg.norm(exact, axis=1).max()
     assert np.linalg.norm(probe.velocity - exact, axis=1).max() < 1e-6 * fastest
     assert fastest <= surface.speed < 3.0 * fastest  # that of corners of boxes
-    away = Probe.blank(len(points))
+    away = SdfSample.blank(len(points))
     surface.probe(points + 0.5 * VOXEL * probe.normal, 0.4 * FRAME, away)
     assert np.allclose(away.distance - probe.distance, 0.5 * VOXEL, rtol=0.1)
 
@@ -57,7 +57,7 @@ def test_normal_and_velocity_are_those_of_the_body(case):
 @pytest.fixture(scope="module")
 def swelling():
     """A ball that grows from 0.5 to 0.6 m in a frame, at rest."""
-    return moving_parts(
+    return build_collider_parts(
         *(gathered(("ball",), STILL, 0.0 * STILL, [bake(ball(r), VOXEL, HALF_WIDTH)]) for r in (0.5, 0.6)), FRAME
     )
 
@@ -68,7 +68,7 @@ def ball(radius: float) -> Mesh:
 
 def test_a_part_that_changes_its_shape_is_blended_and_pushes(swelling):
     points = ball(0.55).points[::11].copy()
-    probe = Probe.blank(len(points))
+    probe = SdfSample.blank(len(points))
     swelling.probe(points, 0.5 * FRAME, probe)
     outwards = points / 0.55
     assert np.allclose(probe.distance, 0.0, atol=0.05 * VOXEL)
@@ -83,7 +83,7 @@ def test_velocity_is_how_the_distance_changes(swelling):
     for surface, case_points in ((swelling, ball(0.56).points), (travel, outline_at(CASES[5], 0.5))):
         points = case_points[::13].copy()
         e = 1e-4 * FRAME
-        probes = [Probe.blank(len(points)) for _ in range(3)]
+        probes = [SdfSample.blank(len(points)) for _ in range(3)]
         for probe, seconds in zip(probes, (0.5 * FRAME - e, 0.5 * FRAME, 0.5 * FRAME + e), strict=True):
             surface.probe(points, seconds, probe)
         slope = (probes[2].distance - probes[0].distance) / (2 * e)
@@ -94,7 +94,7 @@ def test_velocity_is_how_the_distance_changes(swelling):
 
 def test_a_point_at_rest_is_met_by_a_part_that_swells(swelling):
     points = np.array([[0.57, 0.0, 0.0], [0.0, 0.64, 0.0]])
-    sweep = Sweep.blank(2)
+    sweep = FirstHit.blank(2)
     swelling.sweep(points, points, 0.0, FRAME, np.full(2, 0.01), sweep)
     assert sweep.fraction[0] == pytest.approx(0.6, abs=0.03) and np.isinf(sweep.fraction[1])
 
@@ -104,4 +104,4 @@ def test_frames_with_other_parts_are_refused():
     parts = parts_of(case, [bake(case.solids[0].mesh(), VOXEL, HALF_WIDTH)], 0.0)
     other = gathered(("other",), parts.poses, parts.rates, [bake(case.solids[0].mesh(), VOXEL, HALF_WIDTH)])
     with pytest.raises(BadInput, match="not the same at both frames"):
-        moving_parts(parts, other, FRAME)
+        build_collider_parts(parts, other, FRAME)
