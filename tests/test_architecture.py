@@ -17,13 +17,14 @@ PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name
 
 ORDER = (
     *("errors", "units", "plain_file", "child"),  # what everything may need
-    *("kernels", "data", "spatial", "body", "levelset", "groom", "scripted_ends", "sim", "table", "measure", "studies"),
+    *("kernels", "data", "spatial", "volume", "body", "levelset", "groom", "scripted_ends"),
+    *("sim", "table", "measure", "studies"),
 )
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 BASE = {"errors", "units", "plain_file", "child", "data"}
 ROOMS = {
     **{room: set(ORDER[:place]) for place, room in enumerate(ORDER)},
-    "render": {*BASE, "spatial", "groom"},
+    "render": {*BASE, "spatial", "volume", "groom"},
     "chart": BASE,
     "io": BASE,
     "graph": {"errors", "units", "child", "plain_file"},

@@ -16,8 +16,7 @@ from hairpipe.graph.results import fetch
 from hairpipe.graph.run.events import Options
 from hairpipe.graph.run.run import run
 from hairpipe.graph.store.store import Store
-from hairpipe.levelset.field import Field, field_of
-from hairpipe.levelset.sample import distance
+from hairpipe.levelset.sample import Field, distance, field_of
 
 HOME = Path(__file__).resolve().parents[1]
 OUT = HOME / "out"

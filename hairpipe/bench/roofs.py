@@ -38,7 +38,7 @@ def measure_roofs(dtypes: Iterable[str], threads: Iterable[int], count: int, sec
 
 
 @njit(cache=True)
-def _chain(start, factor, shift, rounds):  # noqa: ANN001, ANN202
+def _chain(start: np.ndarray, factor: float, shift: float, rounds: int) -> None:
     """Iterate y = factor y + shift in eight vectors, which never leave their registers, in place."""
     a, b, c, d = load(start, (0,)), load(start, (1,)), load(start, (2,)), load(start, (3,))
     e, f, g, h = load(start, (4,)), load(start, (5,)), load(start, (6,)), load(start, (7,))

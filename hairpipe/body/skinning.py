@@ -30,7 +30,7 @@ def skin(rest: Body, pose: Pose | None) -> Mesh:
 
 
 @njit(cache=True)
-def blend(x, joints, weights, M, out):  # noqa: ANN001, ANN201
+def blend(x: np.ndarray, joints: np.ndarray, weights: np.ndarray, M: np.ndarray, out: np.ndarray) -> None:
     """Write sum_k weights[i, k] M[joints[i, k]] (x[i], 1) to out (n, 3), in place; M (J, 4, 4)."""
     for i in range(x.shape[0]):
         for a in range(3):

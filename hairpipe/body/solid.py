@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.data import Mesh
-from hairpipe.kernels.vec3 import Vector, blend, dot, minus, row, times
+from hairpipe.kernels.vec3 import Vector, blend, dot, minus, row, scaled
 from hairpipe.spatial.closest import closest
 from hairpipe.spatial.triangle_tree import Tree, tree_over
 from hairpipe.spatial.triangles import normalized, twin_corners, unit_normals
@@ -81,4 +81,4 @@ def distance_and_normal(solid: Solid, p: Vector, guess: int) -> tuple[float, Vec
     corners = solid.tree.corners[place]
     off = minus(p, blend(weights, row(corners, 0), row(corners, 1), row(corners, 2)))
     side = 1.0 if dot(off, normal) >= 0.0 else -1.0
-    return side * distance, times(side / distance, off), place
+    return side * distance, scaled(side / distance, off), place

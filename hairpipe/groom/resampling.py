@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.vec3 import Vector, dot, length, minus, mix, plus, row, times, unit
+from hairpipe.kernels.vec3 import Vector, dot, length, minus, mix, plus, row, scaled, unit
 
 HALVINGS = 60  # of the interval that holds the chord: down to rounding
 PIECES = 8  # of a smooth span, as a polyline
@@ -51,7 +51,7 @@ def stride_on(curve: np.ndarray, chord: float, points: np.ndarray) -> None:
     reached, last = stride(curve, chord, points), len(curve) - 1
     ahead = unit(minus(row(curve, last), row(curve, last - 1)), (0.0, -1.0, 0.0))
     for i in range(reached, len(points)):
-        put(points, i, plus(row(points, i - 1), times(chord, ahead)))
+        put(points, i, plus(row(points, i - 1), scaled(chord, ahead)))
 
 
 @njit(cache=True)
@@ -90,8 +90,8 @@ def smooth(points: np.ndarray) -> np.ndarray:
     curve = np.empty((spans * PIECES + 1, 3))
     for i in range(spans):
         b, c = row(points, i), row(points, i + 1)
-        a = row(points, i - 1) if i > 0 else minus(times(2.0, b), c)
-        d = row(points, i + 2) if i + 2 <= spans else minus(times(2.0, c), b)
+        a = row(points, i - 1) if i > 0 else minus(scaled(2.0, b), c)
+        d = row(points, i + 2) if i + 2 <= spans else minus(scaled(2.0, c), b)
         for j in range(PIECES):
             put(curve, i * PIECES + j, catmull_rom(a, b, c, d, j / PIECES))
     put(curve, spans * PIECES, row(points, spans))
@@ -104,7 +104,7 @@ def catmull_rom(a: Vector, b: Vector, c: Vector, d: Vector, t: float) -> Vector:
     wa, wd = -0.5 * t * (1.0 - t) ** 2, -0.5 * t * t * (1.0 - t)
     wb = 1.0 - 2.5 * t * t + 1.5 * t**3
     wc = 1.0 - wa - wb - wd
-    return plus(plus(times(wa, a), times(wb, b)), plus(times(wc, c), times(wd, d)))
+    return plus(plus(scaled(wa, a), scaled(wb, b)), plus(scaled(wc, c), scaled(wd, d)))
 
 
 @njit(cache=True, parallel=True)

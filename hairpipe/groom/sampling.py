@@ -6,7 +6,7 @@ from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import TIPS
 from hairpipe.groom.importing import take_strands
-from hairpipe.groom.ordering import order_along_curve
+from hairpipe.spatial.morton import morton_order
 
 GOLDEN = 0.6180339887498949  # every further sample has its seeds where gaps are widest
 
@@ -33,7 +33,7 @@ def sample_patches(groom: Groom, strands: int, patches: int, number: int) -> Gro
 
 def choose_patches(roots: np.ndarray, size: int, patches: int, number: int) -> np.ndarray:
     """Return which of the roots [m], (S, 3), are in each patch of a sample, ascending, (patches, size) int64."""
-    order, free = order_along_curve(roots), np.ones(len(roots), bool)
+    order, free = morton_order(roots), np.ones(len(roots), bool)
     chosen = np.empty((patches, size), np.int64)
     for sample in range(number + 1):
         shift = (0.5 + sample * GOLDEN) % 1.0

@@ -17,7 +17,7 @@ import numpy as np
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, load_as, select, store
-from hairpipe.kernels.simd_vec3 import dot
+from hairpipe.kernels.vec3 import dot
 
 OFFSET = 6
 
@@ -36,13 +36,13 @@ def clear_row(A: np.ndarray, p: int) -> None:
 
 
 @inlined
-def add(A, p, c, value):  # noqa: ANN001, ANN201
+def add(A, p, c, value):
     """Add lanes to entry c of row p, in place."""
     store(A, (p, c), load(A, (p, c)) + value)
 
 
 @inlined
-def add_diagonal(A, p, xx, xy, xz, yy, yz, zz):  # noqa: ANN001, ANN201
+def add_diagonal(A, p, xx, xy, xz, yy, yz, zz):
     """Add a symmetric block to D_p, in place."""
     add(A, p, 0, xx)
     add(A, p, 1, xy)
@@ -53,7 +53,7 @@ def add_diagonal(A, p, xx, xy, xz, yy, yz, zz):  # noqa: ANN001, ANN201
 
 
 @inlined
-def add_coupling(A, p, offset, xx, xy, xz, yy, yz, zz):  # noqa: ANN001, ANN201
+def add_coupling(A, p, offset, xx, xy, xz, yy, yz, zz):
     """Add a symmetric block to U_p,offset, in place."""
     c = OFFSET + 9 * (offset - 1)
     add(A, p, c, xx)
@@ -68,7 +68,7 @@ def add_coupling(A, p, offset, xx, xy, xz, yy, yz, zz):  # noqa: ANN001, ANN201
 
 
 @inlined
-def fix_row(A, b, p):  # noqa: ANN001, ANN201
+def fix_row(A, b, p):
     """Make the unknown of particle p zero, in place: nothing of its row reaches later rows."""
     clear_row(A, p)
     for c in range(3):
@@ -76,7 +76,7 @@ def fix_row(A, b, p):  # noqa: ANN001, ANN201
 
 
 @inlined
-def fix_lanes(A, b, p, fixed):  # noqa: ANN001, ANN201
+def fix_lanes(A, b, p, fixed):
     """Make the unknown of particle p zero in the lanes of a mask, in place."""
     for c in range(A.shape[1]):
         unit = 1.0 if c == 0 or c == 3 or c == 5 else 0.0
@@ -86,7 +86,7 @@ def fix_lanes(A, b, p, fixed):  # noqa: ANN001, ANN201
 
 
 @inlined
-def _invert(A, p):  # noqa: ANN001, ANN202
+def _invert(A, p):
     """Replace D_p by its inverse, by cofactors, and return that."""
     xx, xy, xz = load(A, (p, 0)), load(A, (p, 1)), load(A, (p, 2))
     yy, yz, zz = load(A, (p, 3)), load(A, (p, 4)), load(A, (p, 5))
@@ -112,12 +112,12 @@ def _invert(A, p):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _times(rows, vector):  # noqa: ANN001, ANN202
+def _times(rows, vector):
     return dot(rows[0], vector), dot(rows[1], vector), dot(rows[2], vector)
 
 
 @inlined
-def _columns(A, p, offset):  # noqa: ANN001, ANN202
+def _columns(A, p, offset):
     """Columns of U_p,offset."""
     c = OFFSET + 9 * (offset - 1)
     return (
@@ -128,7 +128,7 @@ def _columns(A, p, offset):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _solve_columns(A, p, offset, inverse, u):  # noqa: ANN001, ANN202
+def _solve_columns(A, p, offset, inverse, u):
     """Replace U_p,offset by W = D_p^-1 U, and return its columns."""
     w = _times(inverse, u[0]), _times(inverse, u[1]), _times(inverse, u[2])
     c = OFFSET + 9 * (offset - 1)
@@ -140,12 +140,12 @@ def _solve_columns(A, p, offset, inverse, u):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _take_product(target, p, c, a, b):  # noqa: ANN001, ANN202
+def _take_product(target, p, c, a, b):
     store(target, (p, c), load(target, (p, c)) - dot(a, b))
 
 
 @inlined
-def _take_vector(b, p, u, x):  # noqa: ANN001, ANN202
+def _take_vector(b, p, u, x):
     """b_p -= U^T x."""
     _take_product(b, p, 0, u[0], x)
     _take_product(b, p, 1, u[1], x)
@@ -153,7 +153,7 @@ def _take_vector(b, p, u, x):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _take_diagonal(A, p, u, w):  # noqa: ANN001, ANN202
+def _take_diagonal(A, p, u, w):
     """D_p -= U^T W."""
     _take_product(A, p, 0, u[0], w[0])
     _take_product(A, p, 1, u[0], w[1])
@@ -164,7 +164,7 @@ def _take_diagonal(A, p, u, w):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _take_coupling(A, p, offset, u, w):  # noqa: ANN001, ANN202
+def _take_coupling(A, p, offset, u, w):
     """U_p,offset -= U^T W."""
     c = OFFSET + 9 * (offset - 1)
     for i in range(3):
@@ -174,7 +174,7 @@ def _take_coupling(A, p, offset, u, w):  # noqa: ANN001, ANN202
 
 
 @inlined
-def eliminate(A, b, p, count, reach):  # noqa: ANN001, ANN201
+def eliminate(A, b, p, count, reach):
     """Eliminate particle p from the rows after it, in place.
 
     A      (particles, 6 + 9 reach, W), complete up to row p
@@ -209,7 +209,7 @@ def eliminate(A, b, p, count, reach):  # noqa: ANN001, ANN201
 
 
 @inlined
-def forward(A, b, p, count, reach):  # noqa: ANN001, ANN201
+def forward(A, b, p, count, reach):
     """Do to particle p of another right-hand side what `eliminate` did to the first, in place.
 
     A  factors, which may be kept in less precision than b
@@ -229,12 +229,12 @@ def forward(A, b, p, count, reach):  # noqa: ANN001, ANN201
 
 
 @inlined
-def _kept(A, p, c, like):  # noqa: ANN001, ANN202
+def _kept(A, p, c, like):
     return load_as(A, (p, c), like)
 
 
 @inlined
-def substitute(A, b, count, reach):  # noqa: ANN001, ANN201
+def substitute(A, b, count, reach):
     """Replace b by the solution, in place, after every row has been eliminated; A may be kept in less precision."""
     for p in range(count - 1, -1, -1):
         x, y, z = load(b, (p, 0)), load(b, (p, 1)), load(b, (p, 2))

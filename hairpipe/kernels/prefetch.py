@@ -11,10 +11,10 @@ _READ, _ALL_CACHES, _DATA = _NUMBER(0), _NUMBER(3), _NUMBER(1)
 
 
 @intrinsic
-def fetch(typingctx, array, row):  # noqa: ANN001, ANN201
+def fetch(typingctx, array, row):
     """Ask the memory for the first number of array[row]."""
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         lists = context.make_array(sig.args[0])(context, builder, args[0])
         bytes_a_row = builder.extract_value(lists.strides, 0)
         row = context.cast(builder, args[1], sig.args[1], types.intp)

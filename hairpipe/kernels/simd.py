@@ -73,7 +73,7 @@ class _MaskModel(models.PrimitiveModel):
 
 @lower_cast(types.Float, LanesType)
 @lower_cast(types.Integer, LanesType)
-def _broadcast(context, builder, fromty, toty, value):  # noqa: ANN001, ANN202
+def _broadcast(context, builder, fromty, toty, value):
     number = context.cast(builder, value, fromty, toty.dtype)
     nothing = ir.Constant(toty.vector, ir.Undefined)
     seed = builder.insert_element(nothing, number, ir.Constant(ir.IntType(32), 0))
@@ -123,7 +123,7 @@ class _NegateTemplate(AbstractTemplate):
 
 
 @lower_builtin(operator.neg, LanesType)
-def _negate(context, builder, sig, args):  # noqa: ANN001, ANN202
+def _negate(context, builder, sig, args):
     return builder.fneg(args[0])
 
 
@@ -144,92 +144,92 @@ def _expect_masks(*args: types.Type) -> LanesType:
     return args[0].lanes
 
 
-def _llvm(builder, name, lanes, arguments):  # noqa: ANN001, ANN202
+def _llvm(builder, name, lanes, arguments):
     """Give LLVM's own function of this name, from so many lanes to lanes."""
     kind = ir.FunctionType(lanes.vector, [lanes.vector] * arguments)
     return cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{lanes.width}f{lanes.dtype.bitwidth}")
 
 
 @intrinsic
-def sqrt(typingctx, a):  # noqa: ANN001, ANN201
+def sqrt(typingctx, a):
     """Square root of every lane."""
     lanes = _expect_common(a)
     return signature(lanes, lanes), lambda c, builder, s, args: builder.call(_llvm(builder, "sqrt", lanes, 1), args)
 
 
 @intrinsic
-def multiply_add(typingctx, a, b, c):  # noqa: ANN001, ANN201
+def multiply_add(typingctx, a, b, c):
     """Compute a b + c in every lane, rounded once."""
     lanes = _expect_common(a, b, c)
     return signature(*[lanes] * 4), lambda c, builder, s, args: builder.call(_llvm(builder, "fma", lanes, 3), args)
 
 
 def _extreme(comparison: str) -> Callable:
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         return builder.select(builder.fcmp_ordered(comparison, *args), *args)
 
     return emit
 
 
 @intrinsic
-def maximum(typingctx, a, b):  # noqa: ANN001, ANN201
+def maximum(typingctx, a, b):
     """The larger of two numbers in every lane; b where a is NaN."""
     lanes = _expect_common(a, b)
     return signature(lanes, lanes, lanes), _extreme(">")
 
 
 @intrinsic
-def minimum(typingctx, a, b):  # noqa: ANN001, ANN201
+def minimum(typingctx, a, b):
     """The smaller of two numbers in every lane; b where a is NaN."""
     lanes = _expect_common(a, b)
     return signature(lanes, lanes, lanes), _extreme("<")
 
 
 @intrinsic
-def select(typingctx, condition, a, b):  # noqa: ANN001, ANN201
+def select(typingctx, condition, a, b):
     """In every lane a where the condition holds, else b; a and b may be numbers."""
     lanes = _expect_common(_expect_masks(condition), a, b)
     return signature(lanes, condition, lanes, lanes), lambda c, builder, s, args: builder.select(*args)
 
 
 @intrinsic
-def either(typingctx, a, b):  # noqa: ANN001, ANN201
+def either(typingctx, a, b):
     """In every lane a or b."""
     _expect_masks(a, b)
     return signature(a, a, a), lambda c, builder, s, args: builder.or_(*args)
 
 
 @intrinsic
-def both(typingctx, a, b):  # noqa: ANN001, ANN201
+def both(typingctx, a, b):
     """In every lane a and b."""
     _expect_masks(a, b)
     return signature(a, a, a), lambda c, builder, s, args: builder.and_(*args)
 
 
 @intrinsic
-def any_lane(typingctx, condition):  # noqa: ANN001, ANN201
+def any_lane(typingctx, condition):
     """Whether the condition holds in any lane."""
     bits = ir.IntType(_expect_masks(condition).width)
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         return builder.icmp_unsigned("!=", builder.bitcast(args[0], bits), ir.Constant(bits, 0))
 
     return signature(types.boolean, condition), emit
 
 
 @intrinsic
-def bits(typingctx, condition):  # noqa: ANN001, ANN201
+def bits(typingctx, condition):
     """The lanes in which the condition holds, as the bits of an int64, the first lane lowest."""
     lanes = ir.IntType(_expect_masks(condition).width)
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         return builder.zext(builder.bitcast(args[0], lanes), ir.IntType(64))
 
     return signature(types.int64, condition), emit
 
 
 @intrinsic
-def lowest(typingctx, a):  # noqa: ANN001, ANN201
+def lowest(typingctx, a):
     """The place of the lowest bit that is set in an int64 other than 0."""
     if a != types.int64:
         raise _refusal("an int64", a)
@@ -244,7 +244,7 @@ def _lanes_of(array: types.Type) -> LanesType:
     raise _refusal("an array of float32 or float64 in C order", array)
 
 
-def _row_pointer(context, builder, array_type, array, index_type, index, vector=None):  # noqa: ANN001, ANN202
+def _row_pointer(context, builder, array_type, array, index_type, index, vector=None):
     view = context.make_array(array_type)(context, builder, array)
     axes = zip(cgutils.unpack_tuple(builder, index), index_type, strict=True)
     position = [context.cast(builder, i, t, types.intp) for i, t in axes]
@@ -257,11 +257,11 @@ def _row_pointer(context, builder, array_type, array, index_type, index, vector=
 
 
 @intrinsic
-def load(typingctx, array, index):  # noqa: ANN001, ANN201
+def load(typingctx, array, index):
     """The lanes at array[index], index a tuple of all axes but the last; the array is in C order."""
     lanes = _lanes_of(array)
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1])
         return builder.load(pointer, align=lanes.dtype.bitwidth // 8, typ=lanes.vector)
 
@@ -269,12 +269,12 @@ def load(typingctx, array, index):  # noqa: ANN001, ANN201
 
 
 @intrinsic
-def load_as(typingctx, array, index, like):  # noqa: ANN001, ANN201
+def load_as(typingctx, array, index, like):
     """The row at array[index], which is as long as the lanes like and may be of another precision, as such lanes."""
     kept, lanes = _lanes_of(array), _expect_common(like)
     vector = ir.VectorType(kept.vector.element, lanes.width)
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1], vector)
         return _convert(builder, builder.load(pointer, align=kept.dtype.bitwidth // 8, typ=vector), kept, lanes)
 
@@ -282,12 +282,12 @@ def load_as(typingctx, array, index, like):  # noqa: ANN001, ANN201
 
 
 @intrinsic
-def store_as(typingctx, array, index, value):  # noqa: ANN001, ANN201
+def store_as(typingctx, array, index, value):
     """Write lanes to array[index], a row as long as they are, in its precision."""
     kept, lanes = _lanes_of(array), _expect_common(value)
     vector = ir.VectorType(kept.vector.element, lanes.width)
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1], vector)
         builder.store(_convert(builder, args[2], lanes, kept), pointer, align=kept.dtype.bitwidth // 8)
         return context.get_dummy_value()
@@ -295,7 +295,7 @@ def store_as(typingctx, array, index, value):  # noqa: ANN001, ANN201
     return signature(types.none, array, index, lanes), emit
 
 
-def _convert(builder, value, before, after):  # noqa: ANN001, ANN202
+def _convert(builder, value, before, after):
     """Change the precision of a vector from that of one type of lanes to that of another."""
     if before.dtype == after.dtype:
         return value
@@ -305,11 +305,11 @@ def _convert(builder, value, before, after):  # noqa: ANN001, ANN202
 
 
 @intrinsic
-def store(typingctx, array, index, value):  # noqa: ANN001, ANN201
+def store(typingctx, array, index, value):
     """Write lanes, or a number to all of them, to array[index], index a tuple of all axes but the last."""
     lanes = _expect_common(_lanes_of(array), value)
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         pointer = _row_pointer(context, builder, sig.args[0], args[0], sig.args[1], args[1])
         builder.store(args[2], pointer, align=lanes.dtype.bitwidth // 8)
         return context.get_dummy_value()

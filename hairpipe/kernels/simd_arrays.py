@@ -14,7 +14,13 @@ _CHUNK = 64
 
 
 @inlined
-def combine(out, a, x, b, y):  # noqa: ANN001, ANN201
+def difference(x, p, q):
+    """Return the vector of lanes x_q - x_p from an array x (rows, 3, W)."""
+    return load(x, (q, 0)) - load(x, (p, 0)), load(x, (q, 1)) - load(x, (p, 1)), load(x, (q, 2)) - load(x, (p, 2))
+
+
+@inlined
+def combine(out, a, x, b, y):
     """Set out to a x + b y, in place; a and b numbers, the others (particles, components, W)."""
     for p in range(out.shape[0]):
         for c in range(out.shape[1]):
@@ -22,7 +28,7 @@ def combine(out, a, x, b, y):  # noqa: ANN001, ANN201
 
 
 @inlined
-def fill(out, value):  # noqa: ANN001, ANN201
+def fill(out, value):
     """Set all of out, (particles, components, W), to a number, in place."""
     for p in range(out.shape[0]):
         for c in range(out.shape[1]):
@@ -30,7 +36,7 @@ def fill(out, value):  # noqa: ANN001, ANN201
 
 
 @inlined
-def copy(out, x):  # noqa: ANN001, ANN201
+def copy(out, x):
     """Set out to x, in place; both (particles, components, W)."""
     for p in range(out.shape[0]):
         for c in range(out.shape[1]):
@@ -45,14 +51,14 @@ def copied(x: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, parallel=True)
-def _copy_all(out, x):  # noqa: ANN001, ANN202
+def _copy_all(out, x):
     for n in prange((out.shape[0] + _CHUNK - 1) // _CHUNK):
         rows = slice(np.int64(n) * _CHUNK, (np.int64(n) + 1) * _CHUNK)
         copy(out[rows], x[rows])
 
 
 @njit(cache=True, parallel=True)
-def combine_all(out, a, x, b, y):  # noqa: ANN001, ANN201
+def combine_all(out, a, x, b, y):
     """Set out, which may be x or y, to a x + b y for all strands, in place; a and b numbers, the others
     (rows, components, W).
     """

@@ -17,26 +17,26 @@ WHOLE = 32767.0
 _INDEX = ir.IntType(32)
 
 
-def _shuffled(builder, a, b, places):  # noqa: ANN001, ANN202
+def _shuffled(builder, a, b, places):
     """Choose from the eight numbers of two vectors."""
     return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_INDEX, 4), places))
 
 
 @intrinsic
-def zeros(typingctx):  # noqa: ANN001, ANN201
+def zeros(typingctx):
     """Four zeros."""
     return FOUR(), lambda context, builder, sig, args: ir.Constant(FOUR.vector, [0.0] * 4)
 
 
 @intrinsic
-def load_four(typingctx, array, place):  # noqa: ANN001, ANN201
+def load_four(typingctx, array, place):
     """The four numbers of float32 that begin at array[place]; the array has one axis, and is in C order."""
     if not (
         isinstance(array, types.Array) and array.layout == "C" and array.ndim == 1 and array.dtype == types.float32
     ):
         raise TypingError(f"expected an array of float32 with one axis in C order, not {array}")
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         data = context.make_array(sig.args[0])(context, builder, args[0]).data
         pointer = builder.gep(data, [context.cast(builder, args[1], sig.args[1], types.intp)], inbounds=True)
         return builder.load(builder.bitcast(pointer, FOUR.vector.as_pointer()), align=4, typ=FOUR.vector)
@@ -45,13 +45,13 @@ def load_four(typingctx, array, place):  # noqa: ANN001, ANN201
 
 
 @intrinsic
-def load_short_four(typingctx, array, place):  # noqa: ANN001, ANN201
+def load_short_four(typingctx, array, place):
     """The four numbers of int16 that begin at array[place], over `WHOLE`; the array has one axis, and is in C order."""
     if not (isinstance(array, types.Array) and array.layout == "C" and array.ndim == 1 and array.dtype == types.int16):
         raise TypingError(f"expected an array of int16 with one axis in C order, not {array}")
     kind, part = ir.VectorType(ir.IntType(16), 4), ir.Constant(FOUR.vector, [1.0 / WHOLE] * 4)
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         data = context.make_array(sig.args[0])(context, builder, args[0]).data
         pointer = builder.gep(data, [context.cast(builder, args[1], sig.args[1], types.intp)], inbounds=True)
         parts = builder.load(builder.bitcast(pointer, kind.as_pointer()), align=2, typ=kind)
@@ -61,26 +61,26 @@ def load_short_four(typingctx, array, place):  # noqa: ANN001, ANN201
 
 
 @intrinsic
-def without_first(typingctx, four):  # noqa: ANN001, ANN201
+def without_first(typingctx, four):
     """The last three numbers of four: a vector, where there is nothing behind it to be loaded."""
     return FOUR(four), lambda context, builder, sig, args: _shuffled(builder, *args, *args, [1, 2, 3, 3])
 
 
 @intrinsic
-def item(typingctx, four, place):  # noqa: ANN001, ANN201
+def item(typingctx, four, place):
     """A number of four."""
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         return builder.extract_element(args[0], context.cast(builder, args[1], sig.args[1], types.int32))
 
     return types.float32(FOUR, place), emit
 
 
 @intrinsic
-def dot(typingctx, a, b):  # noqa: ANN001, ANN201
+def dot(typingctx, a, b):
     """The scalar product of two vectors."""
 
-    def emit(context, builder, sig, args):  # noqa: ANN001, ANN202
+    def emit(context, builder, sig, args):
         products = builder.fmul(*args)
         x, y, z = (builder.extract_element(products, _INDEX(place)) for place in range(3))
         return builder.fadd(builder.fadd(x, y), z)

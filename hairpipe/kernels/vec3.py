@@ -1,79 +1,85 @@
-"""Vectors of three as tuples: inside kernels they live in registers, where small arrays would be allocated."""
+"""Vectors of three as tuples, of floats or of lanes: in registers, where a small array would be allocated.
+
+One definition serves a kernel that follows a list and one that computes a strand per lane (`kernels/simd.py`): numba
+compiles it for either kind of number.
+"""
 
 import numpy as np
-from numba import njit
+
+from hairpipe.kernels.compile import inlined
 
 Vector = tuple[float, float, float]
+"""Three floats; where lanes are computed, three lanes. `row`, `length`, `unit` and `any_across` take floats alone."""
 
 
-@njit(cache=True)
+@inlined
 def row(array: np.ndarray, i: int) -> Vector:
     """Return row i of an array (n, 3)."""
     return array[i, 0], array[i, 1], array[i, 2]
 
 
-@njit(cache=True)
+@inlined
 def plus(a: Vector, b: Vector) -> Vector:
     """Return a + b."""
     return a[0] + b[0], a[1] + b[1], a[2] + b[2]
 
 
-@njit(cache=True)
+@inlined
 def minus(a: Vector, b: Vector) -> Vector:
     """Return a - b."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@njit(cache=True)
-def times(s: float, a: Vector) -> Vector:
+@inlined
+def scaled(s: float, a: Vector) -> Vector:
     """Return s a."""
     return s * a[0], s * a[1], s * a[2]
 
 
-@njit(cache=True)
+@inlined
 def dot(a: Vector, b: Vector) -> float:
     """Return a . b."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@njit(cache=True)
+@inlined
 def cross(a: Vector, b: Vector) -> Vector:
     """Return a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True)
+@inlined
 def length(a: Vector) -> float:
     """Return |a|."""
     return np.sqrt(dot(a, a))
 
 
-@njit(cache=True)
+@inlined
 def unit(a: Vector, otherwise: Vector) -> Vector:
     """Return a / |a|, or another vector where a is zero."""
     size = length(a)
-    return times(1.0 / size, a) if size > 0.0 else otherwise
+    return scaled(1.0 / size, a) if size > 0.0 else otherwise
 
 
-@njit(cache=True)
+@inlined
 def mix(a: Vector, b: Vector, t: float) -> Vector:
     """Return a + t (b - a)."""
-    return plus(a, times(t, minus(b, a)))
+    return plus(a, scaled(t, minus(b, a)))
 
 
-@njit(cache=True)
+@inlined
 def blend(weights: Vector, a: Vector, b: Vector, c: Vector) -> Vector:
     """Return the sum of a, b and c, each times its weight."""
-    return plus(plus(times(weights[0], a), times(weights[1], b)), times(weights[2], c))
+    return plus(plus(scaled(weights[0], a), scaled(weights[1], b)), scaled(weights[2], c))
 
 
-@njit(cache=True)
+@inlined
 def flattened(a: Vector, normal: Vector) -> Vector:
     """Return the part of a across a unit normal."""
-    return minus(a, times(dot(a, normal), normal))
+    return minus(a, scaled(dot(a, normal), normal))
 
 
-@njit(cache=True)
+@inlined
 def any_across(a: Vector) -> Vector:
     """Return a vector across a, and across the axis that is least along it; zero where a is."""
     x, y, z = np.abs(a[0]), np.abs(a[1]), np.abs(a[2])

@@ -37,6 +37,18 @@ class Sweep(NamedTuple):
         return cls(np.full(count, np.inf))
 
 
+class Walk(NamedTuple):
+    """Points that move straight from one place to another, as kernels take them.
+
+    before, after  where from, and where to [m], (P, 3) float64
+    thickness      distance from a body at which each has hit it [m], (P,) float64
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    thickness: np.ndarray
+
+
 class MovingSurface(Protocol):
     """A body between two frames. Times are counted from the first of them [s].
 

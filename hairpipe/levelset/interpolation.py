@@ -1,16 +1,18 @@
-"""The level set of a moving body at a time between two frames."""
+"""The level set of a moving body at a time between two frames, by one of three schemes.
+
+A scheme decides where to read either frame, the points of departure of semi-Lagrangian advection, and how to weigh what
+is read:
+
+    phi(x, a) = (1 - weight) phi0(x0) + weight phi1(x1),   0 <= a <= 1
+"""
 
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.levelset.departure_points import Places
-from hairpipe.levelset.field import Field
-from hairpipe.levelset.linear import linear_places
-from hairpipe.levelset.one_sided import one_sided_places
-from hairpipe.levelset.sample import FAR_OUTSIDE, brick_at, distance, gradient, velocity
-from hairpipe.levelset.two_sided import two_sided_places
+from hairpipe.levelset.sample import FAR_OUTSIDE, Field, brick_at, distance, gradient, velocity
 
 
 class Interpolation(IntEnum):
@@ -26,15 +28,73 @@ ONE_SIDED = int(Interpolation.one_sided)
 TINY = 1e-300
 
 
+class DeparturePoints(NamedTuple):
+    """Where to read the two frames, and how to weigh them.
+
+    weight      of the second frame, 0 to 1
+    x0, y0, z0  where to read the first frame [m]
+    x1, y1, z1  where to read the second frame [m]
+    """
+
+    weight: float
+    x0: float
+    y0: float
+    z0: float
+    x1: float
+    y1: float
+    z1: float
+
+
 @inlined
-def places(scheme: int, field0: Field, field1: Field, a: float, dt: float, x: float, y: float, z: float) -> Places:
-    """Return where a scheme reads the two frames."""
+def linear(a: float, x: float, y: float, z: float) -> DeparturePoints:
+    """Read both frames at the point itself: phi(x, a) = (1 - a) phi0(x) + a phi1(x).
+
+    A body that moves by more than its own radius fades out at one place and in at the other.
+    """
+    return DeparturePoints(a, x, y, z, x, y, z)
+
+
+@inlined
+def one_sided(field0: Field, a: float, dt: float, x: float, y: float, z: float) -> DeparturePoints:
+    """Advect the first frame by its own velocity: phi(x, a) = phi0(x - dt a v0(x)).
+
+    The second frame is not read (Kim and Ko, after Selle et al. 2008), so that the body is discontinuous there, where
+    the next pair of frames begins.
+    """
+    vx, vy, vz = velocity(field0, x, y, z)
+    s = dt * a
+    return DeparturePoints(0.0, x - s * vx, y - s * vy, z - s * vz, x, y, z)
+
+
+@inlined
+def two_sided(field0: Field, field1: Field, a: float, dt: float, x: float, y: float, z: float) -> DeparturePoints:
+    """Advect both frames to the time between them by their mean velocity, and blend them.
+
+    phi(x, a) = (1 - a) phi0(x - dt a v) + a phi1(x + dt (1 - a) v),  v = (v0(x) + v1(x)) / 2   (Selle et al. 2008, 5)
+
+    We differ from the paper: where only one frame has a velocity at x, it stands for both, instead of its half. An
+    ellipsoid that moves by its radius in a frame is then off by 0.26 % of it instead of 4.1 %.
+    """
+    ux, uy, uz = velocity(field0, x, y, z)
+    vx, vy, vz = velocity(field1, x, y, z)
+    known = (brick_at(field0, x, y, z) != FAR_OUTSIDE) + (brick_at(field1, x, y, z) != FAR_OUTSIDE)
+    share = 1.0 / max(known, 1)
+    mx, my, mz = share * (ux + vx), share * (uy + vy), share * (uz + vz)
+    s, r = dt * a, dt * (1 - a)
+    return DeparturePoints(a, x - s * mx, y - s * my, z - s * mz, x + r * mx, y + r * my, z + r * mz)
+
+
+@inlined
+def departure_points(
+    scheme: int, field0: Field, field1: Field, a: float, dt: float, x: float, y: float, z: float
+) -> DeparturePoints:
+    """Return where a scheme reads the two frames; arguments are those of `distance_between`."""
     if scheme == LINEAR:
-        found = linear_places(field0, field1, a, dt, x, y, z)
+        found = linear(a, x, y, z)
     elif scheme == ONE_SIDED:
-        found = one_sided_places(field0, field1, a, dt, x, y, z)
+        found = one_sided(field0, a, dt, x, y, z)
     else:
-        found = two_sided_places(field0, field1, a, dt, x, y, z)
+        found = two_sided(field0, field1, a, dt, x, y, z)
     return found
 
 
@@ -58,7 +118,7 @@ def distance_between(
     """
     phi = field0.background
     if not is_far(field0, field1, x, y, z):
-        at = places(scheme, field0, field1, a, dt, x, y, z)
+        at = departure_points(scheme, field0, field1, a, dt, x, y, z)
         before, after = distance(field0, at.x0, at.y0, at.z0), distance(field1, at.x1, at.y1, at.z1)
         phi = (1 - at.weight) * before + at.weight * after
     return phi
@@ -79,7 +139,7 @@ def evaluate(
     phi = field0.background
     nx = ny = nz = vx = vy = vz = 0.0
     if not is_far(field0, field1, x, y, z):
-        at = places(scheme, field0, field1, a, dt, x, y, z)
+        at = departure_points(scheme, field0, field1, a, dt, x, y, z)
         before, after = distance(field0, at.x0, at.y0, at.z0), distance(field1, at.x1, at.y1, at.z1)
         phi = (1 - at.weight) * before + at.weight * after
         nx, ny, nz = normal_at(field0, field1, at)
@@ -88,7 +148,7 @@ def evaluate(
 
 
 @inlined
-def normal_at(field0: Field, field1: Field, at: Places) -> tuple[float, float, float]:
+def normal_at(field0: Field, field1: Field, at: DeparturePoints) -> tuple[float, float, float]:
     """Return the unit outward normal, that of the blended gradients; 0 where both are."""
     px, py, pz = gradient(field0, at.x0, at.y0, at.z0)
     qx, qy, qz = gradient(field1, at.x1, at.y1, at.z1)
@@ -99,7 +159,7 @@ def normal_at(field0: Field, field1: Field, at: Places) -> tuple[float, float, f
 
 
 @inlined
-def velocity_at(field0: Field, field1: Field, at: Places) -> tuple[float, float, float]:
+def velocity_at(field0: Field, field1: Field, at: DeparturePoints) -> tuple[float, float, float]:
     """Return the blended velocity [m/s]; where one frame has none, that of the other."""
     w0, w1 = 1 - at.weight, at.weight
     if brick_at(field0, at.x0, at.y0, at.z0) == FAR_OUTSIDE:

@@ -1,13 +1,51 @@
-"""Read a level set at a point: distance, gradient, velocity, by trilinear interpolation."""
+"""Read a level set at a point: distance, gradient, velocity, by trilinear interpolation.
+
+The reader is not that of dense grids (`volume/trilinear.py`): bricks lie in any order, each with all the samples that
+its voxels need, and the samples are subtracted in their single precision.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 
 from hairpipe.data import LevelSet
 from hairpipe.kernels.compile import inlined
-from hairpipe.levelset.field import Field
+from hairpipe.kernels.vec3 import Vector
 from hairpipe.levelset.grid_layout import BRICK
 
 FAR_OUTSIDE, FAR_INSIDE = LevelSet.FAR_OUTSIDE, LevelSet.FAR_INSIDE
+
+
+class Field(NamedTuple):
+    """The arrays and numbers of a level set, in a form that compiled functions take.
+
+    bricks      index of the brick at every block of space, or LevelSet.FAR_OUTSIDE, FAR_INSIDE, (na, nb, nc) int32
+    distance    signed distance [m], (B, 9, 9, 9) float32
+    velocity    of the nearest point of the surface [m/s], (B, 9, 9, 9, 3) float32
+    inner       distance and velocity at the corners of blocks far inside, (na + 1, nb + 1, nc + 1, 4) float32
+    x, y, z     position of the first sample [m]
+    per_metre   samples in a metre [1/m]
+    background  distance beyond the band, outside [m]
+    """
+
+    bricks: np.ndarray
+    distance: np.ndarray
+    velocity: np.ndarray
+    inner: np.ndarray
+    x: float
+    y: float
+    z: float
+    per_metre: float
+    background: float
+
+
+def field_of(surface: LevelSet) -> Field:
+    """Return the level set for use in kernels; its arrays are shared, not copied."""
+    x, y, z = (float(value) for value in surface.origin)
+    # Rounded as the samples are, so that the distance does not jump where the bricks end.
+    background = float(np.float32(surface.voxel * surface.half_width))
+    arrays = (surface.bricks, surface.distance, surface.velocity, surface.inner)
+    return Field(*arrays, x, y, z, 1 / surface.voxel, background)
 
 
 @inlined
@@ -79,9 +117,9 @@ def velocity(field: Field, x: float, y: float, z: float) -> tuple[float, float, 
     n, i, j, k, f, g, h = locate(field, x, y, z)
     vx = vy = vz = 0.0
     if n >= 0:
-        vx = component(field.velocity, n, i, j, k, 0, f, g, h)
-        vy = component(field.velocity, n, i, j, k, 1, f, g, h)
-        vz = component(field.velocity, n, i, j, k, 2, f, g, h)
+        vx = component(field.velocity, 0, n, (i, j, k), (f, g, h))
+        vy = component(field.velocity, 1, n, (i, j, k), (f, g, h))
+        vz = component(field.velocity, 2, n, (i, j, k), (f, g, h))
     elif n == FAR_INSIDE:
         vx, vy, vz = between(field, 1, x, y, z), between(field, 2, x, y, z), between(field, 3, x, y, z)
     return vx, vy, vz
@@ -105,8 +143,9 @@ def between(field: Field, number: int, x: float, y: float, z: float) -> float:
 
 
 @inlined
-def component(v: np.ndarray, n: int, i: int, j: int, k: int, axis: int, f: float, g: float, h: float) -> float:
-    """Return one component of the vectors v of brick n in voxel (i, j, k) at the fractions (f, g, h)."""
+def component(v: np.ndarray, axis: int, n: int, voxel: tuple[int, int, int], fractions: Vector) -> float:
+    """Return one component of the vectors v of brick n, blended in a voxel at fractions of its edges."""
+    (i, j, k), (f, g, h) = voxel, fractions
     c00 = v[n, i, j, k, axis] + f * (v[n, i + 1, j, k, axis] - v[n, i, j, k, axis])
     c01 = v[n, i, j, k + 1, axis] + f * (v[n, i + 1, j, k + 1, axis] - v[n, i, j, k + 1, axis])
     c10 = v[n, i, j + 1, k, axis] + f * (v[n, i + 1, j + 1, k, axis] - v[n, i, j + 1, k, axis])

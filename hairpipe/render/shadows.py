@@ -15,6 +15,7 @@ from numba import njit
 from hairpipe.data import Mesh
 from hairpipe.render.lights import Light
 from hairpipe.render.raster.triangles import rasterise
+from hairpipe.volume.trilinear import sample, splat, voxel_at
 
 CELLS = 160
 """Along an edge of the cube."""
@@ -95,12 +96,7 @@ def add(depth: np.ndarray, x: float, y: float, z: float, area: float) -> None:
     top = CELLS - 1.5
     if not (0.5 <= x < top and 0.5 <= y < top and 0.5 <= z < top):
         return
-    i, j, k = int(x - 0.5), int(y - 0.5), int(z - 0.5)
-    u, v, w = x - 0.5 - i, y - 0.5 - j, z - 0.5 - k
-    for di, p in ((0, 1.0 - u), (1, u)):
-        for dj, q in ((0, 1.0 - v), (1, v)):
-            depth[i + di, j + dj, k] += area * p * q * (1.0 - w)
-            depth[i + di, j + dj, k + 1] += area * p * q * w
+    splat(depth, voxel_at(depth, x - 0.5, y - 0.5, z - 0.5), area)
 
 
 @njit(cache=True, nogil=True)
@@ -127,11 +123,4 @@ def look_up(depth: np.ndarray, to_cells: np.ndarray, px: float, py: float, pz: f
     z = to_cells[2, 0] * px + to_cells[2, 1] * py + to_cells[2, 2] * pz + to_cells[2, 3] - 0.5
     if not (0.0 <= x < CELLS - 1 and 0.0 <= y < CELLS - 1):
         return 0.0
-    z = min(max(z, 0.0), CELLS - 1.001)
-    i, j, k = int(x), int(y), int(z)
-    u, v, w = x - i, y - j, z - k
-    total = 0.0
-    for di, p in ((0, 1.0 - u), (1, u)):
-        for dj, q in ((0, 1.0 - v), (1, v)):
-            total += p * q * ((1.0 - w) * depth[i + di, j + dj, k] + w * depth[i + di, j + dj, k + 1])
-    return total
+    return sample(depth, voxel_at(depth, x, y, min(max(z, 0.0), CELLS - 1.001)))

@@ -38,14 +38,14 @@ def axis_of(layout: Layout) -> Axis:
 
 
 @njit(cache=True, parallel=True)
-def gather(axis: Axis, who: np.ndarray, lanes: np.ndarray, out: np.ndarray) -> None:
-    """Copy what particles on the axis of strands who have, (rows, k, W), to the points of the groom, (P, k), in place.
+def gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) -> None:
+    """Copy values on the axes of active strands, (rows, k, W), to the points of the groom, (P, k), in place.
 
-    who  not 0 for strands that are copied, (blocks, W)
+    active  not 0 for strands that are copied, (blocks, W)
     """
     for block in prange(len(axis.first) - 1):
         for lane in range(axis.strands.shape[1]):
-            if who[block, lane] != 0.0 and not axis.idle[block, lane]:
+            if active[block, lane] != 0.0 and not axis.idle[block, lane]:
                 strand = axis.strands[block, lane]
                 for n in range(axis.offsets[strand + 1] - axis.offsets[strand]):
                     row, point = axis.first[block] + axis.root + axis.stride * n, axis.offsets[strand] + n

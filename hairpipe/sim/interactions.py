@@ -18,11 +18,11 @@ from hairpipe.sim.axis import Axis, axis_of, follow, gather, lanes_with, points_
 from hairpipe.sim.contact.body.body_contacts import BodyContacts
 from hairpipe.sim.contact.hair.hair_contacts import HairContacts
 from hairpipe.sim.contact.hair.stiction import stiffest
-from hairpipe.sim.filters.length_jump import mark_jolted
+from hairpipe.sim.filters.length_jump import mark_length_jumps
 from hairpipe.sim.filters.limit_strain import limit_all
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.settings import StrainLimit
-from hairpipe.sim.solve.external_terms import ROWS, ROWS_WITH_NEXT, clear, kicked, lay_out
+from hairpipe.sim.solve.external_terms import ROWS, ROWS_WITH_NEXT, clear, lay_out, velocity_changes
 from hairpipe.sim.solve.implicit_stage import Rule, factor_stages, guess_stages, run_stages, update_stages
 from hairpipe.sim.solve.strand_inverse import respond
 from hairpipe.sim.state import State, Step
@@ -80,7 +80,7 @@ class Surroundings:
     _everyone: np.ndarray = field(init=False)
     _masses: np.ndarray = field(init=False)
     _weights: np.ndarray = field(init=False)
-    _jolted: np.ndarray = field(init=False)
+    _jumped: np.ndarray = field(init=False)
     _memory: dict[str, np.ndarray] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
@@ -91,7 +91,7 @@ class Surroundings:
         self._masses = self._masses[:, 0]
         self._masses[self.layout.offsets[:-1]] = np.inf
         self._weights = np.empty_like(self._masses)
-        self._jolted = np.zeros(self.layout.strands.shape, self.layout.dtype)
+        self._jumped = np.zeros(self.layout.strands.shape, self.layout.dtype)
 
     def begin(self, motion: State, step: Step) -> None:
         """Look around at the start of a step."""
@@ -114,66 +114,66 @@ class Surroundings:
             self._masses[last] = self._masses[last - 1] = np.inf
 
     def solve(
-        self, x: np.ndarray, v: np.ndarray, T: np.ndarray, stage: Stage, rule: Rule, who: np.ndarray | None = None
+        self, x: np.ndarray, v: np.ndarray, T: np.ndarray, stage: Stage, rule: Rule, active: np.ndarray | None = None
     ) -> np.ndarray | float:
         """Advance strands through a stage, in place; v is the guess.
 
         x, v, T  out: at the end of the stage, see `run_stage`
-        who      1 for strands that are solved, each for itself, (blocks, W); None: all, together
+        active      1 for strands that are solved, each for itself, (blocks, W); None: all, together
 
         Returns the change of velocity that other strands made, no part of the acceleration [m/s], (rows, 3, W), or 0.
         """
-        if self.wind is None and self.body is None and self.hair is None and who is None:
+        if self.wind is None and self.body is None and self.hair is None and active is None:
             run_stages(self.model, x, v, T, stage.xh, stage.vh, stage.before, stage.ends, stage.held, stage.h, rule)
             return 0.0
         guess_stages(
             self.model, x, v, T, stage.xh, stage.before, stage.began, stage.ends, stage.held, stage.h, stage.span, rule
         )
-        together = who is None
-        who = np.ones(self.layout.strands.shape, x.dtype) if who is None else who
-        again, marked = who, np.empty(len(self._masses), np.bool_)
-        points_of(self._axis, who, marked)
-        points, speeds, kick = self._places(x), self._points(v), np.zeros((len(self._masses), 3))
-        felt = speeds if stage.began is v else self._points(stage.began)
+        together = active is None
+        active = np.ones(self.layout.strands.shape, x.dtype) if active is None else active
+        again, marked = active, np.empty(len(self._masses), np.bool_)
+        points_of(self._axis, active, marked)
+        points, speeds, contact_dv = self._places(x), self._points(v), np.zeros((len(self._masses), 3))
+        lagged_velocity = speeds if stage.began is v else self._points(stage.began)
         if self.body is not None and not stage.held_normals:
             self.body.foresee(points, stage.time, marked)
         for left in reversed(range(rule.iterations + _PASSES)):
             newton = left >= _PASSES
             points_of(self._axis, again, marked)
-            outer = self._surround(points, speeds, felt, stage, again, marked, x, anew=newton)
+            outer = self._surround(points, speeds, lagged_velocity, stage, again, marked, x, anew=newton)
             b = self._solve_once(x, v, T, stage, rule, outer, again, coupled=newton and together)
             if self.hair is not None:
                 change = self._room("change", points)
                 gather(self._axis, again, b, change)
                 self.hair.follow(change, marked, self._room("received", points))
-                kicked(marked, self._room("received", points), self._masses, kick)
+                velocity_changes(marked, self._room("received", points), self._masses, contact_dv)
             update_stages(self.model, x, v, T, b, again, stage.h, rule)
             gather(self._axis, again, x, points)
             np.add(points, self.origin, out=points, where=marked[:, None])
             gather(self._axis, again, v, speeds)
-            felt = speeds
-            wrong = self._judge(points, speeds, stage, marked) * who
-            again = who if left > _PASSES else wrong
+            lagged_velocity = speeds
+            wrong = self._judge(points, speeds, stage, marked) * active
+            again = active if left > _PASSES else wrong
             if not again.any():
                 break
-        return self._kick(kick, x)
+        return self._contact_dv(contact_dv, x)
 
     def _surround(
         self,
         points: np.ndarray,
         speeds: np.ndarray,
-        felt: np.ndarray,
+        lagged_velocity: np.ndarray,
         stage: Stage,
-        who: np.ndarray,
+        active: np.ndarray,
         marked: np.ndarray,
         like: np.ndarray,
         *,
         anew: bool,
     ) -> np.ndarray:
-        """Return what acts on particles of strands who, (blocks, W), and their points marked; see `external_terms.py`.
+        """Return what acts on active strands, (blocks, W), and their points marked; see `external_terms.py`.
 
         points, speeds  where that is linearised [m], [m/s], (P, 3)
-        felt            velocities that drag and contact between hairs go by [m/s], (P, 3)
+        lagged_velocity            velocities that drag and contact between hairs go by [m/s], (P, 3)
         anew            what strands do to each other, too; else it is what solves since then have made of it
         """
         push, damping = self._room("push", points), self._room("damping", points, 6)
@@ -182,18 +182,20 @@ class Surroundings:
         received = push[:0] if self.hair is None else self._room("received", points)
         clear(marked, push, damping)
         if self.wind is not None:
-            self.wind.forces(points, felt, self.layout.offsets, self.began + stage.time, marked, push, damping)
+            self.wind.forces(
+                points, lagged_velocity, self.layout.offsets, self.began + stage.time, marked, push, damping
+            )
         if self.body is not None:
             held = np.zeros_like(marked) if stage.held_normals else marked
             self.body.hold(points, speeds, self._masses, weights, held, push, damping)
         own = np.empty((0, 6), np.float32), np.empty((0, 6), np.float32)
         if self.hair is not None:
             if anew:
-                self.hair.linearise(points, speeds, felt, self._masses, weights, stage.span, marked)
+                self.hair.linearise(points, speeds, lagged_velocity, self._masses, weights, stage.span, marked)
             self.hair.impulses(marked, received)
             own = self.hair.own
         outer = self._room("outer", like[:: self._axis.stride], self._rows)
-        lay_out(self._axis, who, push, damping, speeds, stage.h, received, *own, outer)
+        lay_out(self._axis, active, push, damping, speeds, stage.h, received, *own, outer)
         return outer
 
     def _solve_once(
@@ -204,11 +206,11 @@ class Surroundings:
         stage: Stage,
         rule: Rule,
         outer: np.ndarray,
-        who: np.ndarray,
+        active: np.ndarray,
         *,
         coupled: bool,
     ) -> np.ndarray:
-        """Return the change of velocity of strands who, (blocks, W) [m/s], (rows, 3, W).
+        """Return the change of velocity of active strands, (blocks, W) [m/s], (rows, 3, W).
 
         coupled  in one system; else every strand sees the others where they are
         """
@@ -217,15 +219,15 @@ class Surroundings:
         if coupled:
             factors = self._room("factors", x, row_size(self.model.shape.reach), np.float32)
         b = self._room("b", x)
-        factor_stages(self.model, factors, b, x, v, stage.vh, T, outer, stage.held, who, stage.h, rule)
+        factor_stages(self.model, factors, b, x, v, stage.vh, T, outer, stage.held, active, stage.h, rule)
         if self.hair is not None and coupled:
             alone = self._points(b)
 
             def ask(impulses: np.ndarray, change: np.ndarray) -> None:
-                respond(self.model, self._axis, factors, stage.held, who, impulses, change, b[:0])
+                respond(self.model, self._axis, factors, stage.held, active, impulses, change, b[:0])
 
             exchanged = self.hair.exchange(ask, alone, self._masses)
-            respond(self.model, self._axis, factors, stage.held, who, exchanged, np.empty_like(exchanged), b)
+            respond(self.model, self._axis, factors, stage.held, active, exchanged, np.empty_like(exchanged), b)
             self._room("received", alone)[:] += exchanged
         return b
 
@@ -233,15 +235,15 @@ class Surroundings:
         """Mark the strands whose contact with the body was judged wrongly, (blocks, W)."""
         wrong = np.zeros(self.layout.strands.shape, self.layout.dtype)
         if self.body is not None and not stage.held_normals:
-            lanes_with(self._axis, self.body.judge(points, speeds, self._masses, stage.time, marked), wrong)
+            lanes_with(self._axis, self.body.update_active_set(points, speeds, self._masses, stage.time, marked), wrong)
         return wrong
 
-    def _kick(self, kick: np.ndarray, x: np.ndarray) -> np.ndarray | float:
+    def _contact_dv(self, contact_dv: np.ndarray, x: np.ndarray) -> np.ndarray | float:
         """Spread what other strands did to points over particles."""
         if self.hair is None:
             return 0.0
         lanes = np.zeros(x.shape, x.dtype)
-        scatter(self._axis, kick, lanes)
+        scatter(self._axis, contact_dv, lanes)
         return lanes
 
     def limit_velocity(self, x: np.ndarray, v: np.ndarray, step: Step) -> None:
@@ -276,7 +278,7 @@ class Surroundings:
 
         Returns how that changed velocities [m/s], (rows, 3, W), or 0.
         """
-        self._jolted[:] = 0.0
+        self._jumped[:] = 0.0
         if self.hair is None and self.strain is None and self.body is None:
             return 0.0
         if self.hair is not None:
@@ -291,12 +293,12 @@ class Surroundings:
             self._limit(motion.x, self.strain, step)
         if self.body is not None:
             self._put_right(motion.x, motion.v, before, step)
-        mark_jolted(self.model, solved, motion.x, self._jolted)
+        mark_length_jumps(self.model, solved, motion.x, self._jumped)
         if isinstance(found, np.ndarray):
             combine_all(found, 1.0, motion.v, -1.0, found)
         return found
 
-    def shocked(self, like: np.ndarray) -> np.ndarray:
+    def discontinuous(self, like: np.ndarray) -> np.ndarray:
         """Mark the strands whose forces jumped in this step, (blocks, W), of the dtype of an array.
 
         Contact with the body began or ended there, or moved a point out, or what `end` put right stretched or relieved
@@ -304,8 +306,8 @@ class Surroundings:
         """
         lanes = np.zeros(self.layout.strands.shape, like.dtype)
         if self.body is not None:
-            lanes_with(self._axis, self.body.shocked, lanes)
-        return np.maximum(lanes, self._jolted)
+            lanes_with(self._axis, self.body.discontinuous, lanes)
+        return np.maximum(lanes, self._jumped)
 
     def cross(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> None:
         """Bring back hair that passed through hair in a step, in place; arguments as for `collide`."""

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, dot, minus, row, times
+from hairpipe.kernels.vec3 import Vector, dot, minus, row, scaled
 from hairpipe.spatial.triangle_tree import Tree
 from hairpipe.spatial.triangles import Sites
 
@@ -84,7 +84,7 @@ def closest_on_triangle(corners: np.ndarray, t: int, p: Vector) -> tuple[float, 
         q, s = 0.0, 1.0 - r
     else:
         q, s, r = va / (va + vb + vc), vb / (va + vb + vc), vc / (va + vb + vc)
-    off = minus(minus(x, times(s, u)), times(r, v))
+    off = minus(minus(x, scaled(s, u)), scaled(r, v))
     return dot(off, off), (q, s, r)
 
 

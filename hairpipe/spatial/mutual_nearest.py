@@ -33,7 +33,7 @@ def closest_pairs(
 
 
 @njit(cache=True, parallel=True)
-def _have_room(segments, among, limits):  # noqa: ANN001, ANN202
+def _have_room(segments, among, limits):
     """Mark the pairs among some both of whose segments have a place left, (n,) bool."""
     have = np.empty(len(segments), np.bool_)
     for k in prange(len(segments)):
@@ -42,7 +42,7 @@ def _have_room(segments, among, limits):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _rank(points, segments, distances, limits, closest):  # noqa: ANN001, ANN202
+def _rank(points, segments, distances, limits, closest):
     """List for every segment the pairs in which it is closest to others, as many as its limit, the closest first.
 
     In lexicographic order pairs with one segment come by the number of the other.
@@ -56,7 +56,7 @@ def _rank(points, segments, distances, limits, closest):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _enter(pair, points, segments, distances, row):  # noqa: ANN001, ANN202
+def _enter(pair, points, segments, distances, row):
     """Enter a pair into a row of pairs, behind those that are as close, if there is a place."""
     place = len(row)
     while place > 0 and (row[place - 1] < 0 or _is_closer(pair, row[place - 1], points, segments, distances)):
@@ -68,7 +68,7 @@ def _enter(pair, points, segments, distances, row):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _is_closer(pair, other, points, segments, distances):  # noqa: ANN001, ANN202
+def _is_closer(pair, other, points, segments, distances):
     """Whether one pair is closer than another, by squares where their roots are the same."""
     if distances[pair] != distances[other]:
         return distances[pair] < distances[other]
@@ -76,12 +76,12 @@ def _is_closer(pair, other, points, segments, distances):  # noqa: ANN001, ANN20
 
 
 @inlined
-def _squared(points, segments, pair):  # noqa: ANN001, ANN202
+def _squared(points, segments, pair):
     return closest_of(points, segments[pair, 0], segments[pair, 1])[2]
 
 
 @njit(cache=True, parallel=True)
-def _find_mutual(segments, closest, mutual):  # noqa: ANN001, ANN202
+def _find_mutual(segments, closest, mutual):
     """Mark the pairs that both of their segments list."""
     for pair in prange(len(segments)):
         mutual[pair] = _lists(closest[segments[pair, 0]], pair) and _lists(closest[segments[pair, 1]], pair)

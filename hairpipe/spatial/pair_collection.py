@@ -53,7 +53,7 @@ def note(i: int, j: int, known: Known, found: np.ndarray, count: int) -> int:
 
 
 @njit(cache=True, parallel=True)
-def _collect(found, counts, starts, pairs):  # noqa: ANN001, ANN202
+def _collect(found, counts, starts, pairs):
     for c in prange(len(counts)):
         for k in range(counts[c]):
             pairs[starts[c] + k, 0], pairs[starts[c] + k, 1] = found[c, k, 0], found[c, k, 1]
@@ -74,7 +74,7 @@ def in_order(pairs: np.ndarray, points: int) -> np.ndarray:
 
 
 @njit(cache=True, parallel=True)
-def _count(pairs, shift, places):  # noqa: ANN001, ANN202
+def _count(pairs, shift, places):
     groups = len(places)
     for g in prange(groups):
         for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
@@ -82,7 +82,7 @@ def _count(pairs, shift, places):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _distribute(pairs, shift, places, buckets):  # noqa: ANN001, ANN202
+def _distribute(pairs, shift, places, buckets):
     groups = len(places)
     for g in prange(groups):
         for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
@@ -93,7 +93,7 @@ def _distribute(pairs, shift, places, buckets):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _sort_buckets(buckets, shift, starts, order):  # noqa: ANN001, ANN202
+def _sort_buckets(buckets, shift, starts, order):
     for b in prange(len(starts) - 1):
         start, end, lowest = starts[b], starts[b + 1], np.int64(b) << shift
         rows = np.zeros((1 << shift) + 1, np.int64)
@@ -114,7 +114,7 @@ def _sort_buckets(buckets, shift, starts, order):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _sort(row):  # noqa: ANN001, ANN202
+def _sort(row):
     """Sort a few numbers, or many, in place."""
     if len(row) > 32:
         row.sort()

@@ -32,7 +32,7 @@ def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
 
 
 @njit(cache=True, parallel=True)
-def _search(few, many, same, known, chunks, begins, found, counts, ends):  # noqa: ANN001, ANN202
+def _search(few, many, same, known, chunks, begins, found, counts, ends):
     for k in prange(len(chunks)):
         room, near = np.empty(len(many.rows) + MOST_OPEN, np.int64), np.empty(LANES, np.int64)
         first = np.int64(chunks[k]) * CHUNK
@@ -47,7 +47,7 @@ def _search(few, many, same, known, chunks, begins, found, counts, ends):  # noq
 
 
 @inlined
-def _search_leaf(few, many, same, known, leaf, room, near, found, count):  # noqa: ANN001, ANN202
+def _search_leaf(few, many, same, known, leaf, room, near, found, count):
     """Write what a leaf may meet, in the same tree at it or after it, to found behind `count` others; count on."""
     for k in range(find_leaves(many, few.boxes, box_of(few, leaf), leaf if same else 0, room)):
         _compare(few, leaf, many, room[k], same and leaf == room[k], near)
@@ -61,7 +61,7 @@ def _search_leaf(few, many, same, known, leaf, room, near, found, count):  # noq
 
 
 @inlined
-def _compare(few, leaf, many, other, same, near):  # noqa: ANN001, ANN202
+def _compare(few, leaf, many, other, same, near):
     """Find which segments of one leaf may get within reach of those of another: for each of these the bits of those.
 
     Of one leaf and itself those behind each. What is found is looked at later, so that comparisons need not wait.
@@ -79,7 +79,7 @@ def _compare(few, leaf, many, other, same, near):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _reached(rows, leaf, few, mine, lane, reach):  # noqa: ANN001, ANN202
+def _reached(rows, leaf, few, mine, lane, reach):
     """Return which segments of a leaf may get within reach of one, a bit for each.
 
     They come nearer than at half time by no more than the largest displacement of their ends relative to each other.

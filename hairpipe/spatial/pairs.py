@@ -38,7 +38,7 @@ def chosen(pairs: Pairs, keep: np.ndarray) -> Pairs:
 
 
 @njit(cache=True, parallel=True)
-def _copy(pairs, where, segments, fractions, distances):  # noqa: ANN001, ANN202
+def _copy(pairs, where, segments, fractions, distances):
     for k in prange(len(where)):
         for j in range(2):
             segments[k, j], fractions[k, j] = pairs.segments[where[k], j], pairs.fractions[where[k], j]
@@ -54,7 +54,7 @@ def picked(pairs: np.ndarray, keep: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, parallel=True)
-def _pick(pairs, where, out):  # noqa: ANN001, ANN202
+def _pick(pairs, where, out):
     for k in prange(len(where)):
         out[k, 0], out[k, 1] = pairs[where[k], 0], pairs[where[k], 1]
 
@@ -73,7 +73,7 @@ def measure(points: np.ndarray, segments: np.ndarray) -> Pairs:
 
 
 @njit(cache=True, parallel=True)
-def _measure(points, segments, fractions, distances):  # noqa: ANN001, ANN202
+def _measure(points, segments, fractions, distances):
     for k in prange(len(segments)):
         s, t, squared = closest_of(points, segments[k, 0], segments[k, 1])
         fractions[k, 0], fractions[k, 1], distances[k] = s, t, np.sqrt(squared)
@@ -97,7 +97,7 @@ def known_pairs(keys: np.ndarray | None, points: int) -> Known:
 
 
 @njit(cache=True)
-def _known(keys, points):  # noqa: ANN001, ANN202
+def _known(keys, points):
     starts, seconds = np.zeros(points + 1, np.int64), np.empty(len(keys), np.int32)
     for k in range(len(keys)):
         starts[(keys[k] >> 32) + 1] += 1
@@ -127,7 +127,7 @@ def within(pairs: Pairs, points: int, reach: float, ignored: np.ndarray) -> np.n
 
 
 @njit(cache=True, parallel=True)
-def _within(segments, distances, reach, known):  # noqa: ANN001, ANN202
+def _within(segments, distances, reach, known):
     keep = np.empty(len(distances), np.bool_)
     for k in prange(len(distances)):
         keep[k] = distances[k] <= reach and not is_known(known, segments[k, 0], segments[k, 1])

@@ -45,7 +45,7 @@ def approaches(pairs: Pairs, among: np.ndarray) -> Pairs:
 
 
 @njit(cache=True, parallel=True)
-def _nearest(segments, distances, among):  # noqa: ANN001, ANN202
+def _nearest(segments, distances, among):
     """Mark pairs among some whose second segment is not farther from the first than the one before or after it."""
     count = len(distances)
     keep = np.empty(count, np.bool_)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, cross, dot, minus, plus, row, times
+from hairpipe.kernels.vec3 import Vector, cross, dot, minus, plus, row, scaled
 
 PARALLEL = 1e-13
 """Sine of the angle below which two segments count as parallel: what rounding makes of exactly parallel ones."""
@@ -38,7 +38,7 @@ def closest_on_segments(
     t = within(free)
     if t != free:
         s = within((uv * t - uw) / uu) if uu > 0.0 else 0.0
-    gap = minus(plus(w, times(s, u)), times(t, v))
+    gap = minus(plus(w, scaled(s, u)), scaled(t, v))
     return s, t, dot(gap, gap)
 
 

@@ -54,7 +54,7 @@ def blur_of(rows: np.ndarray, leaf: int, lane: int) -> float:
 
 
 @inlined
-def shortest_ways(rows, leaf, few, mine, lane):  # noqa: ANN001, ANN201
+def shortest_ways(rows, leaf, few, mine, lane):
     """Return the shortest ways from the segments of a leaf to one in the rows of another, few, x y z as lanes.
 
     As `closest_on_segments`, but s of the lines is (b f - c e) / (a e - b^2). With u the rounding of single precision
@@ -83,7 +83,7 @@ def shortest_ways(rows, leaf, few, mine, lane):  # noqa: ANN001, ANN201
 
 
 @inlined
-def farthest(rows, leaf, few, mine, lane, distance):  # noqa: ANN001, ANN201
+def farthest(rows, leaf, few, mine, lane, distance):
     """Return up to which square the segments of a leaf may be within a distance of one in other rows, as lanes.
 
     distance  with what `blur_of` the one is, a number or lanes
@@ -96,7 +96,7 @@ def farthest(rows, leaf, few, mine, lane, distance):  # noqa: ANN001, ANN201
 
 
 @inlined
-def fastest_squared(rows, leaf, few, mine, lane):  # noqa: ANN001, ANN201
+def fastest_squared(rows, leaf, few, mine, lane):
     """Return the largest squared displacement of an end relative to an end of one in the rows of another, as lanes."""
     ux, uy, uz = few[mine, _DRIFT, lane], few[mine, _DRIFT + 1, lane], few[mine, _DRIFT + 2, lane]
     vx, vy, vz = few[mine, _DRIFT + 3, lane], few[mine, _DRIFT + 4, lane], few[mine, _DRIFT + 5, lane]
@@ -108,7 +108,7 @@ def fastest_squared(rows, leaf, few, mine, lane):  # noqa: ANN001, ANN201
 
 
 @inlined
-def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):  # noqa: ANN001, ANN201
+def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):
     """Return which segments of a leaf stay farther than a distance from one in other rows all the time, as lanes.
 
     way       between them at half time, of `shortest_ways`
@@ -141,11 +141,11 @@ def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):  # noqa: ANN0
 
 
 @inlined
-def _dot(ax, ay, az, bx, by, bz):  # noqa: ANN001, ANN202
+def _dot(ax, ay, az, bx, by, bz):
     return multiply_add(ax, bx, multiply_add(ay, by, az * bz))
 
 
 @inlined
-def length_squared(x, y, z):  # noqa: ANN001, ANN201
+def length_squared(x, y, z):
     """Return x^2 + y^2 + z^2, as lanes."""
     return multiply_add(x, x, multiply_add(y, y, z * z))

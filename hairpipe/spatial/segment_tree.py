@@ -18,8 +18,8 @@ from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import bits, both, either, load, lowest, width
-from hairpipe.kernels.vec3 import Vector, length, minus, mix, row, times
-from hairpipe.spatial.morton import along_curve
+from hairpipe.kernels.vec3 import Vector, length, minus, mix, row, scaled
+from hairpipe.spatial.morton import morton_order_in_cube
 from hairpipe.spatial.segment_distance_simd import MOVING, RESTING, ULP, enter_drift, enter_segment
 from hairpipe.spatial.segments import TOUCHING
 
@@ -92,7 +92,7 @@ def build_tree(before: np.ndarray, after: np.ndarray | None, segments: np.ndarra
     firsts = np.cumsum([0, *counts])
     middles = np.empty((len(segments), 3))
     _find_middles(before, after, segments, middles)
-    order = along_curve(middles, frame.centre, frame.extent)
+    order = morton_order_in_cube(middles, frame.centre, frame.extent)
     rows = np.zeros((counts[0], MOVING if moving else RESTING, LANES), SINGLE)
     boxes = np.empty((firsts[-1], 2 * _SIDES if moving else _SIDES, LANES), SINGLE)
     boxes.reshape(-1, 2, 3, LANES)[:] = np.array([np.inf, -np.inf], SINGLE)[:, None, None]
@@ -105,7 +105,7 @@ def build_tree(before: np.ndarray, after: np.ndarray | None, segments: np.ndarra
 
 
 @njit(cache=True, parallel=True)
-def _find_middles(before, after, segments, middles):  # noqa: ANN001, ANN202
+def _find_middles(before, after, segments, middles):
     for k in prange(len(segments)):
         i = segments[k]
         for x in range(3):
@@ -113,7 +113,7 @@ def _find_middles(before, after, segments, middles):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _fill_leaves(before, after, segments, count, centre, unit, margin, moving, rows, boxes):  # noqa: ANN001, ANN202
+def _fill_leaves(before, after, segments, count, centre, unit, margin, moving, rows, boxes):
     for leaf in prange(len(rows)):
         for lane in range(min(LANES, count - leaf * LANES)):
             i = segments[leaf * LANES + lane]
@@ -124,16 +124,16 @@ def _fill_leaves(before, after, segments, count, centre, unit, margin, moving, r
             enter_segment(rows, leaf, lane, mix(p, a, 0.5), mix(q, b, 0.5))
             if moving:
                 _enter_box(boxes, leaf, _SIDES, lane, a, b, around)
-                enter_drift(rows, leaf, lane, times(0.5, minus(a, p)), times(0.5, minus(b, q)))
+                enter_drift(rows, leaf, lane, scaled(0.5, minus(a, p)), scaled(0.5, minus(b, q)))
 
 
 @inlined
 def _in_frame(points: np.ndarray, i: int, centre: np.ndarray, unit: float) -> Vector:
-    return times(1.0 / unit, minus(row(points, i), (centre[0], centre[1], centre[2])))
+    return scaled(1.0 / unit, minus(row(points, i), (centre[0], centre[1], centre[2])))
 
 
 @inlined
-def _enter_box(boxes, group, side, lane, p, q, margin):  # noqa: ANN001, ANN202
+def _enter_box(boxes, group, side, lane, p, q, margin):
     """Write the box round a segment from p to q, grown by a margin and rounded outwards."""
     for x in range(3):
         low, high = min(p[x], q[x]) - margin, max(p[x], q[x]) + margin
@@ -142,7 +142,7 @@ def _enter_box(boxes, group, side, lane, p, q, margin):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _enclose(boxes, firsts, children, ends):  # noqa: ANN001, ANN202
+def _enclose(boxes, firsts, children, ends):
     """Fill the groups above the leaves, level by level, with the boxes round those below; firsts of all levels."""
     for level in range(1, len(firsts) - 1):
         for group in range(firsts[level], firsts[level + 1]):
@@ -200,7 +200,7 @@ def overlapping(boxes: np.ndarray, group: int, others: np.ndarray, box: tuple[in
 
 
 @inlined
-def _apart(boxes, group, others, box, x):  # noqa: ANN001, ANN202
+def _apart(boxes, group, others, box, x):
     """Whether boxes are apart along an axis all the time, as lanes."""
     other, lane = box
     end = boxes.shape[1] - _SIDES

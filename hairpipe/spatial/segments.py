@@ -36,7 +36,7 @@ def refuse_lost(points: np.ndarray) -> None:
 
 
 @njit(cache=True, parallel=True)
-def _find_lost(points, lost):  # noqa: ANN001, ANN202
+def _find_lost(points, lost):
     for k in prange(len(points)):
         x, y, z = row(points, k)
         lost[k] = not max(abs(x), max(abs(y), abs(z))) <= FARTHEST or x != x or y != y or z != z

@@ -7,9 +7,8 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.data import LevelSet, Mesh
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.field import Field, field_of
 from hairpipe.levelset.interpolation import Interpolation, distance_between, evaluate
-from hairpipe.levelset.sample import distance
+from hairpipe.levelset.sample import Field, distance, field_of
 
 DT = 1 / 24
 VOXEL = 0.05

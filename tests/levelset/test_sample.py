@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from scipy.interpolate import RegularGridInterpolator
 
 from hairpipe.data import LevelSet
-from hairpipe.levelset.field import field_of
-from hairpipe.levelset.sample import distance, gradient, sample, velocity
+from hairpipe.levelset.sample import distance, field_of, gradient, sample, velocity
 
 VOXEL = 0.25
 ORIGIN = np.array([-2.0, 4.0, 0.0])

@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.groom.resampling import put
-from hairpipe.kernels.vec3 import Vector, cross, flattened, minus, plus, row, times, unit
+from hairpipe.kernels.vec3 import Vector, cross, flattened, minus, plus, row, scaled, unit
 
 
 @njit(cache=True)
@@ -33,5 +33,5 @@ def wind(axis: np.ndarray, step: float, radius: float, pitch: float, onset: floa
         t = min(k * step / onset, 1.0)
         angle = 2.0 * np.pi * k * step / pitch + phase
         reach = radius * t * t * (3.0 - 2.0 * t)
-        around = plus(times(np.cos(angle), normal), times(np.sin(angle), cross(tangent, normal)))
-        put(axis, k, plus(here, times(reach, around)))
+        around = plus(scaled(np.cos(angle), normal), scaled(np.sin(angle), cross(tangent, normal)))
+        put(axis, k, plus(here, scaled(reach, around)))

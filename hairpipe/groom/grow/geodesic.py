@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.data import Mesh
-from hairpipe.kernels.vec3 import Vector, dot, flattened, plus, row, times, unit
+from hairpipe.kernels.vec3 import Vector, dot, flattened, plus, row, scaled, unit
 from hairpipe.spatial.triangles import area_vectors, twin_corners
 
 MOST_CROSSINGS = 256  # a walk that circles a vertex for ever ends where it is
@@ -59,13 +59,13 @@ def walk(twins: np.ndarray, gradients: np.ndarray, t: int, b: np.ndarray, v: Vec
             break
         b[k] = 0.0
         inward = unit(row(slopes, k), v)
-        out = times(1.0 - fraction, v)
+        out = scaled(1.0 - fraction, v)
         v = flattened(out, inward)
         twin = twins[t, k]
         if twin >= 0:  # fold what leads out over the edge into the triangle beyond; at a border it is lost: slide on
             t, j = twin // 3, twin % 3
             b[(j + 1) % 3], b[(j + 2) % 3], b[j] = b[(k + 2) % 3], b[(k + 1) % 3], 0.0
-            v = plus(v, times(-dot(out, inward), unit(row(gradients[t], j), v)))
+            v = plus(v, scaled(-dot(out, inward), unit(row(gradients[t], j), v)))
     total = b[0] + b[1] + b[2]
     for j in range(3):
         b[j] /= total

@@ -18,10 +18,10 @@ from hairpipe.groom.grow.strand_axis import keep_out, lay, lift_off
 from hairpipe.groom.grow.strand_layout import GAP, Layout, lay_out
 from hairpipe.groom.grow.style import Paint, Style
 from hairpipe.groom.importing import offsets_of, warn_of_fewer
-from hairpipe.groom.ordering import order_along_curve
 from hairpipe.groom.random_streams import stream
 from hairpipe.groom.resampling import put, stride_on
 from hairpipe.kernels.vec3 import row
+from hairpipe.spatial.morton import morton_order
 from hairpipe.spatial.triangle_tree import Tree
 from hairpipe.spatial.triangles import Sites, site_points, site_uv
 
@@ -42,7 +42,7 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
     """
     mesh = canvas.body.mesh
     sites = seed_roots(mesh, scalp_density(canvas, density), strands, stream(canvas.seed, "roots"))
-    order = order_along_curve(site_points(mesh, sites))
+    order = morton_order(site_points(mesh, sites))
     sites = Sites(*(array[order] for array in sites))
     frames = root_frames(mesh.points, mesh.triangles, *sites)
     layout = lay_out(canvas, style, sites, frames)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.vec3 import Vector, dot, flattened, length, minus, plus, row, times
+from hairpipe.kernels.vec3 import Vector, dot, flattened, length, minus, plus, row, scaled
 
 
 class Cells(NamedTuple):
@@ -47,7 +47,7 @@ def push(i: int, j: int, points: np.ndarray, normals: np.ndarray, reach: np.ndar
     away = minus(row(points, i), row(points, j))
     d, r = length(away), min(reach[i], reach[j])
     if 0.0 < d < r and dot(row(normals, i), row(normals, j)) > 0.0:
-        return times((r - d) / d, away)
+        return scaled((r - d) / d, away)
     return 0.0, 0.0, 0.0
 
 

@@ -5,7 +5,7 @@ from numba import njit
 
 from hairpipe.body.solid import Solid, distance_and_normal
 from hairpipe.groom.resampling import put
-from hairpipe.kernels.vec3 import Vector, dot, flattened, length, minus, mix, plus, row, times, unit
+from hairpipe.kernels.vec3 import Vector, dot, flattened, length, minus, mix, plus, row, scaled, unit
 
 DOWN = (0.0, -1.0, 0.0)
 FADE = 0.01  # above the layer it lies in, over which a strand leaves the comb to gravity [m]
@@ -19,8 +19,8 @@ RISE = 0.03  # from the root, over which a strand rises to its layer, and clears
 @njit(cache=True)
 def pull(comb: Vector, touch: float, normal: Vector) -> Vector:
     """Return the direction a strand is pulled: gravity, and where it touches the body the comb; never into the body."""
-    direction = unit(plus(DOWN, times(touch, flattened(comb, normal))), DOWN)
-    return minus(direction, times(touch * min(dot(direction, normal), 0.0), normal))
+    direction = unit(plus(DOWN, scaled(touch, flattened(comb, normal))), DOWN)
+    return minus(direction, scaled(touch * min(dot(direction, normal), 0.0), normal))
 
 
 @njit(cache=True)
@@ -38,15 +38,15 @@ def lay(solid: Solid, axis: np.ndarray, ahead: Vector, comb: Vector, layer: floa
     for k in range(1, len(axis)):
         touch = min(max(1.0 - (gap - need) / FADE, 0.0), 1.0)
         ahead = unit(mix(ahead, pull(comb, touch, normal), min(step / bend, 1.0)), ahead)
-        there = plus(here, times(step, ahead))
+        there = plus(here, scaled(step, ahead))
         need = layer * (1.0 - np.exp(-k * step / RISE))
         free -= step
         if free <= 0.0:
             gap, normal, place = distance_and_normal(solid, there, place)
             free = gap - layer - FADE
         if gap < need:
-            ahead = unit(minus(plus(there, times(need - gap, normal)), here), ahead)
-            there, gap = plus(here, times(step, ahead)), need
+            ahead = unit(minus(plus(there, scaled(need - gap, normal)), here), ahead)
+            there, gap = plus(here, scaled(step, ahead)), need
         put(axis, k, there)
         here = there
 
@@ -65,7 +65,7 @@ def lift_off(solid: Solid, curve: np.ndarray, gap: float) -> None:
             free = d - gap
             need = gap * min(way / RISE, 1.0)
             if d < need:
-                put(curve, k, plus(here, times(need - d, normal)))
+                put(curve, k, plus(here, scaled(need - d, normal)))
 
 
 @njit(cache=True)
@@ -98,13 +98,13 @@ def turned_out(solid: Solid, here: Vector, there: Vector, need: float, place: in
         _, lack, normal, place = clearance(solid, here, end, need, place)
         if lack <= TOUCHED:
             return end
-        end = plus(here, times(way, unit(minus(plus(end, times(lack, normal)), here), normal)))
+        end = plus(here, scaled(way, unit(minus(plus(end, scaled(lack, normal)), here), normal)))
     best, least, nearest = end, np.inf, -np.inf
     for i in range(WAYS):
         height, turn = 1.0 - (2.0 * i + 1.0) / WAYS, i * GOLDEN
         across = np.sqrt(1.0 - height * height)
         aside = (across * np.cos(turn), height, across * np.sin(turn))
-        end = plus(here, times(way, aside))
+        end = plus(here, scaled(way, aside))
         _, lack, _, _ = clearance(solid, here, end, LEAST * need, place)
         along = dot(aside, minus(there, here)) if lack <= 0.0 else -np.inf
         if along > nearest or (nearest == -np.inf and lack < least):

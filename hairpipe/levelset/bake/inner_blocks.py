@@ -29,7 +29,9 @@ def inner_corners(tree: Tree, velocities: np.ndarray, lattice: Lattice, places: 
 
 
 @njit(cache=True, parallel=True)
-def _fill(tree, velocities, which, first, voxel, corners):  # noqa: ANN001, ANN202
+def _fill(
+    tree: Tree, velocities: np.ndarray, which: np.ndarray, first: np.ndarray, voxel: float, corners: np.ndarray
+) -> None:
     """Fill the corners which, (n, 3) int64, in place."""
     for n in prange(len(which)):
         a, b, c = which[n]

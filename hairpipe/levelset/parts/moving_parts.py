@@ -17,13 +17,13 @@ from numba import njit
 
 from hairpipe.data import BodyParts
 from hairpipe.errors import BadInput
-from hairpipe.levelset.collider import Probe, Sweep
+from hairpipe.levelset.collider import Probe, Sweep, Walk
 from hairpipe.levelset.grid_layout import BRICK
-from hairpipe.levelset.parts.part_field import PartField, part_field_of
-from hairpipe.levelset.parts.part_probe import probe_parts
-from hairpipe.levelset.parts.part_sweep import sweep_parts
+from hairpipe.levelset.parts.field import PartField, part_field_of
 from hairpipe.levelset.parts.pose_path import PosePath, Stances, path_between, stances_at
-from hairpipe.levelset.parts.shape_change import largest_changes
+from hairpipe.levelset.parts.probe import probe_parts
+from hairpipe.levelset.parts.shape import largest_changes
+from hairpipe.levelset.parts.sweep import Outlines, sweep_parts
 
 # A part turns by no more than this from one look at its pose to the next [rad]; between them its points go straight.
 FINE = 0.02
@@ -37,16 +37,13 @@ class MovingParts:
     """A body in parts between two frames; a MovingSurface.
 
     before, after  the parts at the two frames
-    changes        whether a part has another shape in the second than in the first, (G,) bool
-    low, high      corners of the box around a part in its frame [m], (G, 3) float64
+    outlines       of the parts in their own frames
     path           of the poses
     """
 
     before: PartField
     after: PartField
-    changes: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    outlines: Outlines
     path: PosePath
 
     @property
@@ -57,31 +54,31 @@ class MovingParts:
         """
         stances = stances_at(self.path, np.linspace(0.0, self.path.frame, _LOOKS))
         corners = np.stack(np.meshgrid(*3 * [[False, True]], indexing="ij"), axis=-1).reshape(-1, 3)
-        arms = np.einsum("tkxy,cky->ctkx", stances.turns, np.where(corners[:, None], self.high, self.low))
+        arms = np.einsum(
+            "tkxy,cky->ctkx", stances.turns, np.where(corners[:, None], self.outlines.high, self.outlines.low)
+        )
         carried = np.linalg.norm(stances.drifts + np.cross(stances.spins, arms), axis=-1)
         return float((carried + self.swelling).max(initial=0.0))
 
     @cached_property
     def swelling(self) -> np.ndarray:
         """Speed of the shape of every part in its own frame [m/s], |phi_1 - phi_0| / dt where that is largest, (G,)."""
-        return largest_changes(self.before, self.after, self.changes) / self.path.frame
+        return largest_changes(self.before, self.after, self.outlines.changes) / self.path.frame
 
     def probe(self, points: np.ndarray, seconds: float, out: Probe) -> None:
         """Write what is nearer than out, in place; see MovingSurface."""
         stances = stances_at(self.path, np.array([seconds]))
-        boxes = boxes_at(stances, self.low, self.high)
-        frame = self.path.frame
-        probe_parts(self.before, self.after, self.changes, stances, boxes, seconds / frame, frame, points, *out)
+        boxes = boxes_at(stances, self.outlines)
+        fields = (self.before, self.after, self.outlines.changes)
+        probe_parts(*fields, stances, boxes, self.path.frame, points, out)
 
     def sweep(
         self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: Sweep
     ) -> None:
-        """Write meetings that are sooner than out, in place; see MovingSurface."""
-        times = self.looks(start, end)
-        stances = stances_at(self.path, times)
-        boxes = boxes_at(stances, self.low, self.high)
-        fields = (self.before, self.after, self.changes, self.low, self.high)
-        sweep_parts(*fields, stances, boxes, times / self.path.frame, before, after, thickness, out.fraction)
+        """Write hits that are sooner than out, in place; see MovingSurface."""
+        stances = stances_at(self.path, self.looks(start, end))
+        boxes, walk = boxes_at(stances, self.outlines), Walk(before, after, thickness)
+        sweep_parts(self.before, self.after, self.outlines, stances, boxes, walk, out)
 
     def looks(self, start: float, end: float) -> np.ndarray:
         """Return even times from start to end [s] between which no part turns much, (T,)."""
@@ -91,7 +88,7 @@ class MovingParts:
 
 
 def moving_parts(before: BodyParts, after: BodyParts, frame: float) -> MovingParts:
-    """Make a body that moves from one frame to the next; the arrays are shared.
+    """Build a body that moves from one frame to the next; the arrays are shared.
 
     frame  time between them [s]
 
@@ -104,7 +101,8 @@ def moving_parts(before: BodyParts, after: BodyParts, frame: float) -> MovingPar
     highs = [parts.origins + BRICK * parts.voxel * parts.shapes for parts in (before, after)]
     path = path_between(before.poses, before.rates, after.poses, after.rates, frame)
     changes = np.array([not is_same(before, after, part) for part in range(len(before.names))])
-    return MovingParts(part_field_of(before), part_field_of(after), changes, low, np.maximum(*highs), path)
+    outlines = Outlines(changes, low, np.maximum(*highs))
+    return MovingParts(part_field_of(before), part_field_of(after), outlines, path)
 
 
 def is_same(before: BodyParts, after: BodyParts, part: int) -> bool:
@@ -126,8 +124,9 @@ def samples_of(parts: BodyParts, part: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @njit(cache=True)
-def boxes_at(stances: Stances, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+def boxes_at(stances: Stances, outlines: Outlines) -> np.ndarray:
     """Return low and high corner, in the world, of the box around every part at all times together [m], (G, 2, 3)."""
+    low, high = outlines.low, outlines.high
     boxes = np.empty((len(low), 2, 3))
     boxes[:, 0], boxes[:, 1] = np.inf, -np.inf
     for t in range(len(stances.turns)):

@@ -36,12 +36,14 @@ class PosePath(NamedTuple):
 class Stances(NamedTuple):
     """Where G parts are, and how they move, at T times.
 
+    times   since the first frame [frames], (T,)
     turns   R, (T, G, 3, 3)
     places  p [m], (T, G, 3)
     spins   angular velocity in the world [rad/s], (T, G, 3)
     drifts  velocity of p [m/s], (T, G, 3)
     """
 
+    times: np.ndarray
     turns: np.ndarray
     places: np.ndarray
     spins: np.ndarray
@@ -79,6 +81,7 @@ def stances_at(path: PosePath, times: np.ndarray) -> Stances:
     """Return the parts at times since the first frame [s], (T,); pure."""
     count, parts = len(times), len(path.places)
     found = Stances(
+        np.empty(count),
         np.empty((count, parts, 3, 3)),
         np.empty((count, parts, 3)),
         np.empty((count, parts, 3)),
@@ -86,6 +89,7 @@ def stances_at(path: PosePath, times: np.ndarray) -> Stances:
     )
     for t in range(count):
         a = times[t] / path.frame
+        found.times[t] = a
         h = (a * (1.0 - a) ** 2, a * a * (3.0 - 2.0 * a), a * a * (a - 1.0))
         d = ((1.0 - a) * (1.0 - 3.0 * a), 6.0 * a * (1.0 - a), a * (3.0 * a - 2.0))
         for k in range(parts):

@@ -37,17 +37,17 @@ class Breeze:
         velocities: np.ndarray,
         offsets: np.ndarray,
         seconds: float,
-        who: np.ndarray,
+        active: np.ndarray,
         push: np.ndarray,
         damping: np.ndarray,
     ) -> None:
-        """Add the force push - damping v of the air on points who, in place; arrays as for `add_drag`.
+        """Add the force push - damping v of the air on active points, in place; arrays as for `add_drag`.
 
         seconds  absolute time of the shot, so that a run that is resumed meets the same gusts
         """
-        air, some = np.empty_like(points), slice(None) if who.all() else who
+        air, some = np.empty_like(points), slice(None) if active.all() else active
         air[some] = self._air(points[some], self._counted(points, offsets), seconds)
-        add_drag(points, velocities, air, offsets, self.law, who, push, damping)
+        add_drag(points, velocities, air, offsets, self.law, active, push, damping)
 
     def _counted(self, points: np.ndarray, offsets: np.ndarray) -> Shield | None:
         """Return the hair that shields."""

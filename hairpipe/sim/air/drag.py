@@ -22,7 +22,7 @@ def add_drag(
     air: np.ndarray,
     offsets: np.ndarray,
     law: Law,
-    who: np.ndarray,
+    active: np.ndarray,
     push: np.ndarray,
     damping: np.ndarray,
 ) -> None:
@@ -31,17 +31,17 @@ def add_drag(
     points, velocities  of the axes [m, m/s], (P, 3)
     air                 velocity of the air at every point [m/s], (P, 3)
     offsets             strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
-    who                 points of these strands, (P,) bool; what the others have is not looked at
+    active                 points of these strands, (P,) bool; what the others have is not looked at
     push                [N], (P, 3); damping  symmetric xx xy xz yy yz zz [kg/s], (P, 6)
     """
     for strand in prange(len(offsets) - 1):
-        end = offsets[strand + 1] if who[offsets[strand]] else offsets[strand]
+        end = offsets[strand + 1] if active[offsets[strand]] else offsets[strand]
         for k in range(offsets[strand], end - 1):
             _add_segment(points, velocities, air, k, law, push, damping)
 
 
 @inlined
-def _add_segment(points, velocities, air, k, law, push, damping):  # noqa: ANN001, ANN202
+def _add_segment(points, velocities, air, k, law, push, damping):
     """Add the drag of the segment from point k to the next."""
     dx, dy, dz = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1], points[k + 1, 2] - points[k, 2]
     length = np.sqrt(dx * dx + dy * dy + dz * dz)

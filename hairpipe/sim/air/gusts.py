@@ -69,7 +69,7 @@ def add_gusts(modes: Modes, wind: np.ndarray, points: np.ndarray, seconds: float
 
 
 @njit(cache=True, parallel=True)
-def _add_waves(waves, phases, amplitudes, points, air):  # noqa: ANN001, ANN202
+def _add_waves(waves, phases, amplitudes, points, air):
     """Add sum_m a_m cos(2 pi (k_m . x + p_m)) at every point, in place."""
     chunks = (len(points) + CHUNK - 1) // CHUNK
     for chunk in prange(chunks):
@@ -79,7 +79,7 @@ def _add_waves(waves, phases, amplitudes, points, air):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _add_to_chunk(waves, phases, amplitudes, points, air):  # noqa: ANN001, ANN202
+def _add_to_chunk(waves, phases, amplitudes, points, air):
     """Add all modes to a few points; the loop over points is the inner one, for the compiler to vectorise."""
     x, y, z = points[:, 0].copy(), points[:, 1].copy(), points[:, 2].copy()
     u, v, w = np.zeros_like(x), np.zeros_like(x), np.zeros_like(x)

@@ -22,6 +22,7 @@ from hairpipe.body.rigid import frame_along
 from hairpipe.kernels.compile import inlined
 from hairpipe.sim.air.cylinder import Law, normal_drag
 from hairpipe.sim.air.wind import Wind
+from hairpipe.volume.trilinear import sample, splat, voxel_at
 
 MOST_NODES = 1 << 22
 """Of the grid: 32 MB. Its cells are doubled until it is no larger."""
@@ -70,7 +71,7 @@ def shield_of(points: np.ndarray, offsets: np.ndarray, wind: Wind, law: Law, dia
 
 
 @njit(cache=True)
-def _bounds(points, axes):  # noqa: ANN001, ANN202
+def _bounds(points, axes):
     """Return the least and the greatest coordinates along the axes [m], (2, 3), of points that are finite."""
     least, greatest = np.full(3, np.inf), np.full(3, -np.inf)
     for p in range(len(points)):
@@ -89,7 +90,7 @@ def _nodes_around(bounds: np.ndarray, cell: float) -> tuple[np.ndarray, np.ndarr
 
 
 @inlined
-def _coordinates(axes, low, cell, x, y, z):  # noqa: ANN001, ANN202
+def _coordinates(axes, low, cell, x, y, z):
     """Return the coordinates of a place [m] in the grid, in cells from its first node."""
     u = (axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z) / cell - low[0]
     v = (axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z) / cell - low[1]
@@ -97,16 +98,8 @@ def _coordinates(axes, low, cell, x, y, z):  # noqa: ANN001, ANN202
     return u, v, w
 
 
-@inlined
-def _voxel(place, count):  # noqa: ANN001, ANN202
-    """Return the node before a coordinate and how far beyond it that is, in cells, within a grid of so many nodes."""
-    place = min(place, count - 1.0) if place > 0.0 else 0.0  # what is not a number, too, is read somewhere
-    i = min(int(place), count - 2)
-    return i, place - i
-
-
 @njit(cache=True, error_model="numpy")
-def _count(points, offsets, axes, low, cell, width, area):  # noqa: ANN001, ANN202
+def _count(points, offsets, axes, low, cell, width, area):
     """Add L width sin^2 q of every segment to the eight nodes around it [m^2], in place; long ones piece by piece."""
     for strand in range(len(offsets) - 1):
         for k in range(offsets[strand], offsets[strand + 1] - 1):
@@ -120,25 +113,12 @@ def _count(points, offsets, axes, low, cell, width, area):  # noqa: ANN001, ANN2
                 facing = width * (squared - along * along) / length / pieces
                 for piece in range(pieces):
                     s = (piece + 0.5) / pieces
-                    place = _coordinates(axes, low, cell, x + s * dx, y + s * dy, z + s * dz)
-                    _spread(area, place, facing)
-
-
-@inlined
-def _spread(area, place, amount):  # noqa: ANN001, ANN202
-    """Share an amount among the nodes around a place, by trilinear weights."""
-    i, f = _voxel(place[0], area.shape[0])
-    j, g = _voxel(place[1], area.shape[1])
-    k, h = _voxel(place[2], area.shape[2])
-    for a in range(2):
-        for b in range(2):
-            for c in range(2):
-                share = (f if a else 1.0 - f) * (g if b else 1.0 - g) * (h if c else 1.0 - h)
-                area[i + a, j + b, k + c] += share * amount
+                    u, v, w = _coordinates(axes, low, cell, x + s * dx, y + s * dy, z + s * dz)
+                    splat(area, voxel_at(area, u, v, w), facing)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _march(density, law, line, speed, cell, left):  # noqa: ANN001, ANN202
+def _march(density, law, line, speed, cell, left):
     """Lead the wind along the first axis: dU/ds = -c_n(U) a / (rho d), from cell to cell by the midpoint rule for ln U.
 
     density  a at the nodes [1/m]; line  rho d [kg/m^2]; left  U at the nodes over the undisturbed speed
@@ -156,7 +136,7 @@ def _march(density, law, line, speed, cell, left):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _rate(law, speed):  # noqa: ANN001, ANN202
+def _rate(law, speed):
     """Drag of a metre of hair over its speed squared [N s^2/m^3]."""
     return normal_drag(law, speed) / speed
 
@@ -174,14 +154,4 @@ def weaken(shield: Shield, points: np.ndarray, air: np.ndarray) -> None:
 def fraction(shield: Shield, x: float, y: float, z: float) -> float:
     """Return the share of the wind that is left at a place [m]; beyond the grid, that at its border."""
     u, v, w = _coordinates(shield.axes, shield.low, shield.cell, x, y, z)
-    left = shield.left
-    i, f = _voxel(u, left.shape[0])
-    j, g = _voxel(v, left.shape[1])
-    k, h = _voxel(w, left.shape[2])
-    share = 0.0
-    for a in range(2):
-        for b in range(2):
-            for c in range(2):
-                weight = (f if a else 1.0 - f) * (g if b else 1.0 - g) * (h if c else 1.0 - h)
-                share += weight * left[i + a, j + b, k + c]
-    return share
+    return sample(shield.left, voxel_at(shield.left, u, v, w))

@@ -14,8 +14,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd_vec3 import cross, dot, minus, scaled
-from hairpipe.kernels.vec3 import any_across, unit
+from hairpipe.kernels.vec3 import any_across, cross, dot, minus, scaled, unit
 from hairpipe.sim.settings import Collisions
 from hairpipe.spatial.pairs import Pairs
 
@@ -61,14 +60,14 @@ def find_contacts(pairs: Pairs, points: np.ndarray, velocities: np.ndarray, coll
 
 
 @inlined
-def on_segment(x, k, s):  # noqa: ANN001, ANN201
+def on_segment(x, k, s):
     """(1 - s) x_k + s x_(k+1)."""
     r = 1.0 - s
     return r * x[k, 0] + s * x[k + 1, 0], r * x[k, 1] + s * x[k + 1, 1], r * x[k, 2] + s * x[k + 1, 2]
 
 
 @inlined
-def between(x, segments, fractions, i):  # noqa: ANN001, ANN201
+def between(x, segments, fractions, i):
     """First point of pair i minus its second one, (J x)_i."""
     return minus(
         on_segment(x, segments[i, 0], fractions[i, 0]),
@@ -77,7 +76,7 @@ def between(x, segments, fractions, i):  # noqa: ANN001, ANN201
 
 
 @inlined
-def inverse_mass(masses, segments, fractions, i):  # noqa: ANN001, ANN201
+def inverse_mass(masses, segments, fractions, i):
     """1/M = sum w^2 / m over the four points of pair i [1/kg]: change of the relative velocity for a unit impulse."""
     total = 0.0
     for j in range(2):
@@ -87,7 +86,7 @@ def inverse_mass(masses, segments, fractions, i):  # noqa: ANN001, ANN201
 
 
 @inlined
-def apply(v, masses, segments, fractions, i, impulse):  # noqa: ANN001, ANN201
+def apply(v, masses, segments, fractions, i, impulse):
     """Give an impulse [N s] to the first point of pair i and the opposite to its second, in place; held points stay."""
     for j in range(2):
         k, s, sign = segments[i, j], fractions[i, j], 1.0 - 2.0 * j
@@ -97,7 +96,7 @@ def apply(v, masses, segments, fractions, i, impulse):  # noqa: ANN001, ANN201
 
 
 @inlined
-def impulse(u, n, dv, friction, mass):  # noqa: ANN001, ANN201
+def impulse(u, n, dv, friction, mass):
     """Impulse that changes n.u by dv > 0 and slows down the sliding u_t by at most friction dv [N s].
 
     u  relative velocity of first and second point; mass  M of the pair
@@ -109,13 +108,13 @@ def impulse(u, n, dv, friction, mass):  # noqa: ANN001, ANN201
 
 
 @inlined
-def along(x, k):  # noqa: ANN001, ANN201
+def along(x, k):
     """x_(k+1) - x_k."""
     return x[k + 1, 0] - x[k, 0], x[k + 1, 1] - x[k, 1], x[k + 1, 2] - x[k, 2]
 
 
 @inlined
-def normal_of(x, v, segments, fractions, i):  # noqa: ANN001, ANN201
+def normal_of(x, v, segments, fractions, i):
     """Unit vector from the second point of pair i to the first.
 
     Where the two coincide, normal to both segments and against the relative velocity; where these are parallel too,
@@ -141,7 +140,7 @@ def normal_of(x, v, segments, fractions, i):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _find(normals, loads, pairs, points, velocities, thickness, stiffness, viscosity):  # noqa: ANN001, ANN202
+def _find(normals, loads, pairs, points, velocities, thickness, stiffness, viscosity):
     for i in prange(len(loads)):
         n = normal_of(points, velocities, pairs.segments, pairs.fractions, i)
         gap = dot(n, between(points, pairs.segments, pairs.fractions, i))

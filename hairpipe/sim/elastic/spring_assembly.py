@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.kernels.simd import load, maximum, store
-from hairpipe.kernels.simd_vec3 import dot
+from hairpipe.kernels.vec3 import dot
 from hairpipe.sim.elastic.spring_mesh import Springs
 from hairpipe.sim.strands.forces.altitude import altitude_along, area_vectors, shortest_altitude
 
@@ -32,14 +32,14 @@ def _gather(corners: np.ndarray, x: np.ndarray, fours: np.ndarray, block: int) -
 
 
 @njit(cache=True)
-def _side(corners, i):  # noqa: ANN001, ANN202
+def _side(corners, i):
     x = load(corners, (i, 0)) - load(corners, (0, 0))
     y = load(corners, (i, 1)) - load(corners, (0, 1))
     return x, y, load(corners, (i, 2)) - load(corners, (0, 2))
 
 
 @njit(cache=True)
-def _write(found, row, weights, n, height, rest, press, least):  # noqa: ANN001, ANN202
+def _write(found, row, weights, n, height, rest, press, least):
     """Write what one altitude does: force -k (h - h0) / max(|h0|, least)."""
     stiffness = press / maximum(maximum(rest, -rest), least)
     store(found, (row, 0), weights[0])
@@ -90,7 +90,7 @@ def find_altitudes(found: np.ndarray, x: np.ndarray, springs: Springs) -> None:
 
 
 @njit(cache=True)
-def add_altitudes(A, b, x, v, springs, h, damping):  # noqa: ANN001, ANN201
+def add_altitudes(A, b, x, v, springs, h, damping):
     """Add h f to b and (h^2 + h damping) K to A, in place.
 
     A        blocks of the matrix, (blocks, 3, 3); b  (n, 3)
@@ -129,7 +129,7 @@ def add_altitudes(A, b, x, v, springs, h, damping):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True)
-def _direction(x, p, q):  # noqa: ANN001, ANN202
+def _direction(x, p, q):
     dx, dy, dz = x[q, 0] - x[p, 0], x[q, 1] - x[p, 1], x[q, 2] - x[p, 2]
     length = math.sqrt(dx * dx + dy * dy + dz * dz)
     inverse = 1.0 / max(length, _SMALLEST)
@@ -137,7 +137,7 @@ def _direction(x, p, q):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def add_linear(A, b, x, v, T, springs, h, damping):  # noqa: ANN001, ANN201
+def add_linear(A, b, x, v, T, springs, h, damping):
     """Add h f to b and h^2 K + h D to A for the linear springs, in place; T  their multipliers [N], (e,)."""
     block = np.empty((3, 3))
     d = np.empty(3)
@@ -163,7 +163,7 @@ def add_linear(A, b, x, v, T, springs, h, damping):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True)
-def find_forces(f, x, springs):  # noqa: ANN001, ANN201
+def find_forces(f, x, springs):
     """Add the force of every spring [N] at positions x [m] to f, both (n, 3), in place."""
     A, still, T = np.zeros((len(springs.pattern.column), 3, 3)), np.zeros_like(x), np.zeros(len(springs.pairs))
     add_linear(A, f, x, still, T, springs, 1.0, 0.0)
@@ -171,7 +171,7 @@ def find_forces(f, x, springs):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True)
-def find_tensions(T, x, dx, springs):  # noqa: ANN001, ANN201
+def find_tensions(T, x, dx, springs):
     """Set the multipliers to those of a solution dx [m] linearised at x [m], in place."""
     for e in range(len(springs.pairs)):
         p, q = springs.pairs[e]
@@ -181,7 +181,7 @@ def find_tensions(T, x, dx, springs):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True)
-def spring_energy(x, springs):  # noqa: ANN001, ANN201
+def spring_energy(x, springs):
     """Energy of all springs [J] at x (n, 3): k (l - l0)^2 / (2 l0) and k (h - h0)^2 / (2 max(|h0|, least))."""
     total = 0.0
     for e in range(len(springs.pairs)):

@@ -10,13 +10,13 @@ from numba import njit, prange
 from hairpipe.kernels.simd import any_lane, either, load, select, sqrt, store
 from hairpipe.sim.strands.interface import shape_of
 
-JOLT = 5e-3
+LENGTH_JUMP = 5e-3
 """Change of a segment's length, over its length at rest."""
 
 
 @njit(cache=True, parallel=True)
-def mark_jolted(model, before, after, out):  # noqa: ANN001, ANN201
-    """Set out, (blocks, W), to 1 for strands of which a segment's length was changed by more than `JOLT`, in place.
+def mark_length_jumps(model, before, after, out):
+    """Set out, (blocks, W), to 1 for strands with a segment whose length jumped by more than `LENGTH_JUMP`, in place.
 
     before, after  positions [m], (rows, 3, W)
     """
@@ -26,18 +26,18 @@ def mark_jolted(model, before, after, out):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, error_model="numpy")
-def _mark_block(model, block, before, after, out):  # noqa: ANN001, ANN202
+def _mark_block(model, block, before, after, out):
     first, stride = model.first[block], shape_of(model).stride
-    jolted = load(before, (0, 0)) < load(before, (0, 0))
+    jumped = load(before, (0, 0)) < load(before, (0, 0))
     for p in range(0, before.shape[0] - stride, stride):
         inverse_rest = load(model.inverse_lengths, (first + p, stride - 1))
         change = (_length(after, p, p + stride) - _length(before, p, p + stride)) * inverse_rest
-        jolted = either(jolted, either(change > JOLT, change < -JOLT))
-    if any_lane(jolted):
-        store(out, (block,), select(jolted, 0.0 * load(out, (block,)) + 1.0, load(out, (block,))))
+        jumped = either(jumped, either(change > LENGTH_JUMP, change < -LENGTH_JUMP))
+    if any_lane(jumped):
+        store(out, (block,), select(jumped, 0.0 * load(out, (block,)) + 1.0, load(out, (block,))))
 
 
 @njit(cache=True)
-def _length(x, p, q):  # noqa: ANN001, ANN202
+def _length(x, p, q):
     dx, dy, dz = load(x, (q, 0)) - load(x, (p, 0)), load(x, (q, 1)) - load(x, (p, 1)), load(x, (q, 2)) - load(x, (p, 2))
     return sqrt(dx * dx + dy * dy + dz * dz)

@@ -22,7 +22,7 @@ from hairpipe.sim.strands.interface import shape_of
 
 
 @njit(cache=True)
-def _draw_in(x, p, parent, inverse_rest, limit):  # noqa: ANN001, ANN202
+def _draw_in(x, p, parent, inverse_rest, limit):
     """Move particle p towards its parent until their distance is at most limit times the rest length."""
     px, py, pz = load(x, (parent, 0)), load(x, (parent, 1)), load(x, (parent, 2))
     dx, dy, dz = load(x, (p, 0)) - px, load(x, (p, 1)) - py, load(x, (p, 2)) - pz
@@ -47,7 +47,7 @@ def limit_strain(x: np.ndarray, inverse_lengths: np.ndarray, shape: Shape, limit
 
 
 @njit(cache=True, parallel=True)
-def limit_all(model, x, limits):  # noqa: ANN001, ANN201
+def limit_all(model, x, limits):
     """Limit the strain of all hair, in place.
 
     x       positions [m], (rows, 3, W)

@@ -43,5 +43,5 @@ class Bdf2:
             kick = around.solve(state.x, state.v, state.T, stage, self.rule)
             np.divide(state.v - vh - kick, rows_of(model, weights), out=state.a)
             kick = kick + around.end(state, x0, step)
-        forget(model, state.a, around.shocked(state.x))
+        forget(model, state.a, around.discontinuous(state.x))
         self._before = x0, v0 + kick, step.dt

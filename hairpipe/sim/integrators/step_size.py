@@ -238,7 +238,7 @@ def _farthest(way: np.ndarray) -> tuple[float, int, int]:
 
 
 @njit(cache=True)
-def _strain_rate(first, inverse_lengths, stride, x, v):  # noqa: ANN001, ANN202
+def _strain_rate(first, inverse_lengths, stride, x, v):
     """Find the largest rate of strain of an edge on the axis [1/s], its block and lane."""
     fastest, where, which = 0.0, 0, 0
     for block in range(len(first) - 1):

@@ -78,7 +78,7 @@ class TrBdf2:
             _take_kick(model, first, 0.0, lost)
             _take_kick(model, second, kick, lost)
         changed = around.end(state, x0, step)
-        forget(model, state.a, around.shocked(x))
+        forget(model, state.a, around.discontinuous(x))
         return _sum(_sum(first, second), changed)
 
     def _do_again(

@@ -18,28 +18,28 @@ _CHUNK = 4096
 
 
 @njit(cache=True, parallel=True)
-def clear(who: np.ndarray, push: np.ndarray, damping: np.ndarray) -> None:
-    """Set push (P, 3) and damping (P, 6) of points who, (P,) bool, to zero, in place."""
-    for chunk in prange(-(-len(who) // _CHUNK)):
-        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(who))):
-            if who[k]:
+def clear(active: np.ndarray, push: np.ndarray, damping: np.ndarray) -> None:
+    """Set push (P, 3) and damping (P, 6) of active points, (P,) bool, to zero, in place."""
+    for chunk in prange(-(-len(active) // _CHUNK)):
+        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(active))):
+            if active[k]:
                 push[k] = 0.0
                 damping[k] = 0.0
 
 
 @njit(cache=True, parallel=True)
-def kicked(who: np.ndarray, impulses: np.ndarray, masses: np.ndarray, out: np.ndarray) -> None:
-    """Set out, (P, 3) [m/s], of points who, (P,) bool, to impulses [N s] over masses [kg], (P,), in place."""
-    for chunk in prange(-(-len(who) // _CHUNK)):
-        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(who))):
-            if who[k]:
+def velocity_changes(active: np.ndarray, impulses: np.ndarray, masses: np.ndarray, out: np.ndarray) -> None:
+    """Set out, (P, 3) [m/s], of active points, (P,) bool, to impulses [N s] over masses [kg], (P,), in place."""
+    for chunk in prange(-(-len(active) // _CHUNK)):
+        for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(active))):
+            if active[k]:
                 for c in range(3):
                     out[k, c] = impulses[k, c] / masses[k]
 
 
 @njit(cache=True, parallel=True)
-def lay_out(axis: Axis, who, push, damping, speeds, weights, received, diagonal, following, outer) -> None:  # noqa: ANN001
-    """Write the rows of strands who, (blocks, W), in place.
+def lay_out(axis: Axis, active, push, damping, speeds, weights, received, diagonal, following, outer) -> None:
+    """Write the rows of active strands, (blocks, W), in place.
 
     push [N], (P, 3); damping [kg/s], symmetric, (P, 6); speeds  v [m/s], (P, 3)
     weights  h, of the end of the stage, for every strand [s], (blocks, W)
@@ -47,12 +47,12 @@ def lay_out(axis: Axis, who, push, damping, speeds, weights, received, diagonal,
     outer    (rows / stride, 9 or 15, W)
     """
     for block in prange(len(axis.first) - 1):
-        if who[block].any():
+        if active[block].any():
             _lay_out_block(axis, np.int64(block), push, damping, speeds, weights, received, diagonal, following, outer)
 
 
 @njit(cache=True)
-def _lay_out_block(axis, block, push, damping, speeds, weights, received, diagonal, following, outer):  # noqa: ANN001, ANN202
+def _lay_out_block(axis, block, push, damping, speeds, weights, received, diagonal, following, outer):
     touching = len(received) > 0
     for lane in range(axis.strands.shape[1]):
         strand = axis.strands[block, lane]

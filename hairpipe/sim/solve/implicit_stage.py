@@ -59,7 +59,7 @@ class Rule(NamedTuple):
 
 
 @inlined
-def _start_row(A, b, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
+def _start_row(A, b, mass, vh, v, p, h, rule):
     """Inertia, weight and air drag of particle p."""
     clear_row(A, p)
     m = load(mass, (p,))
@@ -73,7 +73,7 @@ def _start_row(A, b, mass, vh, v, p, h, rule):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _add_outer(A, b, outer, p, n, stride, count):  # noqa: ANN001, ANN202
+def _add_outer(A, b, outer, p, n, stride, count):
     """Add what acts from outside on particle p, the point n of its axis."""
     for c in range(3):
         add(b, p, c, load(outer, (n, c)))
@@ -86,7 +86,7 @@ def _add_outer(A, b, outer, p, n, stride, count):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _assemble(model, A, b, x, v, vh, T, outer, block, held, h, rule):  # noqa: ANN001, ANN202
+def _assemble(model, A, b, x, v, vh, T, outer, block, held, h, rule):
     """Leave the factors in A, and in b what is left to substitute for the change of velocity [m/s]."""
     count, reach = x.shape[0], shape_of(model).reach
     clamped, stride = shape_of(model).clamped, shape_of(model).stride
@@ -110,7 +110,7 @@ def _assemble(model, A, b, x, v, vh, T, outer, block, held, h, rule):  # noqa: A
 
 
 @inlined
-def _update(model, x, v, T, dx, b, bad, only_bad, block, h, rule):  # noqa: ANN001, ANN202
+def _update(model, x, v, T, dx, b, bad, only_bad, block, h, rule):
     """Move to the solution; with only_bad, in the flagged lanes only."""
     count, first = x.shape[0], model.first[block]
     for p in range(count):
@@ -134,7 +134,7 @@ def _update(model, x, v, T, dx, b, bad, only_bad, block, h, rule):  # noqa: ANN0
 
 
 @inlined
-def overstrained(model, x, block, limit):  # noqa: ANN001, ANN201
+def overstrained(model, x, block, limit):
     """Lanes with an axis edge whose strain is beyond +-limit."""
     first, stride = model.first[block], shape_of(model).stride
     worst = load(x, (0, 0)) < load(x, (0, 0))
@@ -149,7 +149,7 @@ def overstrained(model, x, block, limit):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, error_model="numpy")
-def set_tensions(model, block, x, T):  # noqa: ANN001, ANN201
+def set_tensions(model, block, x, T):
     """Set T to the tensions of the present stretch of a block [N], in place.
 
     x  (particles, 3, W); T  (particles, springs, W)
@@ -162,7 +162,7 @@ def set_tensions(model, block, x, T):  # noqa: ANN001, ANN201
 
 
 @inlined
-def _place_ends(x, v, xh, ends, held, block, clamped, h):  # noqa: ANN001, ANN202
+def _place_ends(x, v, xh, ends, held, block, clamped, h):
     """Put the particles that are held where they end, with the velocity that takes them there."""
     count = x.shape[0]
     for p in range(clamped):
@@ -181,7 +181,7 @@ def _place_ends(x, v, xh, ends, held, block, clamped, h):  # noqa: ANN001, ANN20
 
 
 @inlined
-def _guess(model, block, x, v, xh, ends, held, h, guard):  # noqa: ANN001, ANN202
+def _guess(model, block, x, v, xh, ends, held, h, guard):
     """Place a block where its guess leads; return the lanes that are strained too much there."""
     for p in range(x.shape[0]):
         for c in range(3):
@@ -191,7 +191,7 @@ def _guess(model, block, x, v, xh, ends, held, h, guard):  # noqa: ANN001, ANN20
 
 
 @inlined
-def _restart(model, block, x, v, xh, before, ends, held, h, bad):  # noqa: ANN001, ANN202
+def _restart(model, block, x, v, xh, before, ends, held, h, bad):
     """Place the lanes that are bad as the stage began, along with their roots."""
     clamped = shape_of(model).clamped
     for p in range(clamped, x.shape[0]):
@@ -203,7 +203,7 @@ def _restart(model, block, x, v, xh, before, ends, held, h, bad):  # noqa: ANN00
 
 
 @njit(cache=True, error_model="numpy")
-def run_stage(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):  # noqa: ANN001, ANN201
+def run_stage(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):
     """Advance one block of strands through a stage that nothing from outside takes part in, in place.
 
     x, v     out: positions [m] and velocities [m/s] at the end, (particles, 3, W); in: v is the guess
@@ -228,7 +228,7 @@ def run_stage(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):
 
 
 @inlined
-def set_form(model, block, x, T, rule):  # noqa: ANN001, ANN201
+def set_form(model, block, x, T, rule):
     """Give T, in place, what the spring form wants in the matrix: nothing, the present tension, or what it has."""
     if rule.form <= _PRINTED:
         fill(T, 0.0)
@@ -237,7 +237,7 @@ def set_form(model, block, x, T, rule):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, parallel=True)
-def run_stages(model, x, v, T, xh, vh, before, ends, held, weights, rule):  # noqa: ANN001, ANN201
+def run_stages(model, x, v, T, xh, vh, before, ends, held, weights, rule):
     """Advance all strands through a stage, in place; see `run_stage`.
 
     x, v, T, xh, vh, before  of all rows; ends  (blocks, 2 clamped, 3, W)
@@ -248,14 +248,14 @@ def run_stages(model, x, v, T, xh, vh, before, ends, held, weights, rule):  # no
 
 
 @njit(cache=True)
-def _run_block(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):  # noqa: ANN001, ANN202
+def _run_block(model, block, x, v, T, xh, vh, before, ends, held, weights, rule):
     rows = slice(model.first[block], model.first[block + 1])
     parts = x[rows], v[rows], T[rows], xh[rows], vh[rows], before[rows]
     run_stage(model, block, *parts, ends[block], held, weights, rule)
 
 
 @njit(cache=True, parallel=True)
-def guess_stages(model, x, v, T, xh, before, began, ends, held, weights, span, rule):  # noqa: ANN001, ANN201
+def guess_stages(model, x, v, T, xh, before, began, ends, held, weights, span, rule):
     """Begin a stage: place all strands where their guess leads, in place; see `run_stage`.
 
     began  velocities where the stage began [m/s], (rows, 3, W), which may be v itself
@@ -269,7 +269,7 @@ def guess_stages(model, x, v, T, xh, before, began, ends, held, weights, span, r
 
 
 @njit(cache=True, error_model="numpy")
-def _guess_block(model, block, x, v, T, xh, before, began, ends, held, weights, span, rule):  # noqa: ANN001, ANN202
+def _guess_block(model, block, x, v, T, xh, before, began, ends, held, weights, span, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     xs, vs = x[rows], v[rows]
     bad = _guess(model, block, xs, vs, xh[rows], ends[block], held, h, rule.guard)
@@ -279,7 +279,7 @@ def _guess_block(model, block, x, v, T, xh, before, began, ends, held, weights, 
 
 
 @njit(cache=True, error_model="numpy")
-def _carry(model, block, x, v, T, xh, before, began, ends, held, h, span, bad, rule):  # noqa: ANN001, ANN202
+def _carry(model, block, x, v, T, xh, before, began, ends, held, h, span, bad, rule):
     """Carry the lanes that are bad by backward Euler, in place; span of every lane."""
     count, reach = x.shape[0], shape_of(model).reach
     A, b = np.empty((count, row_size(reach), x.shape[2]), x.dtype), np.empty(x.shape, x.dtype)
@@ -306,23 +306,23 @@ def _carry(model, block, x, v, T, xh, before, began, ends, held, h, span, bad, r
 
 
 @njit(cache=True, parallel=True)
-def factor_stages(model, A, b, x, v, vh, T, outer, held, who, weights, rule):  # noqa: ANN001, ANN201
+def factor_stages(model, A, b, x, v, vh, T, outer, held, active, weights, rule):
     """Solve every strand's own system, in place.
 
     A      out: its factors, (rows, row_size, W), which may have less precision; not kept where it has no rows
     b      out: change of velocity [m/s], (rows, 3, W)
     outer  what acts from outside, see above
-    who    1 for strands that are solved, (blocks, W); the others have 0 in b
+    active    1 for strands that are solved, (blocks, W); the others have 0 in b
     """
     for block in prange(len(model.first) - 1):
-        if who[block].any():
-            _factor_block(model, np.int64(block), A, b, x, v, vh, T, outer, held, who, weights, rule)
+        if active[block].any():
+            _factor_block(model, np.int64(block), A, b, x, v, vh, T, outer, held, active, weights, rule)
         else:
             fill(b[model.first[block] : model.first[block + 1]], 0.0)
 
 
 @njit(cache=True, error_model="numpy")
-def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, weights, rule):  # noqa: ANN001, ANN202
+def _factor_block(model, block, A, b, x, v, vh, T, outer, held, active, weights, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     bs, xs, Ts = b[rows], x[rows], T[rows]
     reach = shape_of(model).reach
@@ -333,7 +333,7 @@ def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, weights, ru
     substitute(As, bs, xs.shape[0], reach)
     for p in range(bs.shape[0]):
         for c in range(3):
-            store(bs, (p, c), select(load(who, (block,)) > 0.0, load(bs, (p, c)), 0.0))
+            store(bs, (p, c), select(load(active, (block,)) > 0.0, load(bs, (p, c)), 0.0))
     if A.shape[0] > 0:
         kept = A[rows]
         for p in range(kept.shape[0]):
@@ -342,22 +342,22 @@ def _factor_block(model, block, A, b, x, v, vh, T, outer, held, who, weights, ru
 
 
 @njit(cache=True, parallel=True)
-def update_stages(model, x, v, T, b, who, weights, rule):  # noqa: ANN001, ANN201
-    """Move the strands who, (blocks, W), to the solution b, in place."""
+def update_stages(model, x, v, T, b, active, weights, rule):
+    """Move the active strands, (blocks, W), to the solution b, in place."""
     for block in prange(len(model.first) - 1):
-        if who[block].any():
-            _update_block(model, np.int64(block), x, v, T, b, who, weights, rule)
+        if active[block].any():
+            _update_block(model, np.int64(block), x, v, T, b, active, weights, rule)
 
 
 @njit(cache=True, error_model="numpy")
-def _update_block(model, block, x, v, T, b, who, weights, rule):  # noqa: ANN001, ANN202
+def _update_block(model, block, x, v, T, b, active, weights, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     dx = np.empty(x[rows].shape, x.dtype)
-    _update(model, x[rows], v[rows], T[rows], dx, b[rows], load(who, (block,)) > 0.0, True, block, h, rule)
+    _update(model, x[rows], v[rows], T[rows], dx, b[rows], load(active, (block,)) > 0.0, True, block, h, rule)
 
 
 @njit(cache=True, parallel=True)
-def overstrained_lanes(model, x, limit, out):  # noqa: ANN001, ANN201
+def overstrained_lanes(model, x, limit, out):
     """Set out, (blocks, W), to 1 for strands with an edge strained beyond +-limit, in place; tell whether any is."""
     for block in prange(len(model.first) - 1):
         _overstrained_block(model, np.int64(block), x, limit, out)
@@ -365,14 +365,14 @@ def overstrained_lanes(model, x, limit, out):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, error_model="numpy")
-def _overstrained_block(model, block, x, limit, out):  # noqa: ANN001, ANN202
+def _overstrained_block(model, block, x, limit, out):
     rows = slice(model.first[block], model.first[block + 1])
     lanes = overstrained(model, x[rows], block, limit)
     store(out, (block,), select(lanes, 0.0 * load(out, (block,)) + 1.0, 0.0))
 
 
 @njit(cache=True, parallel=True)
-def set_all_tensions(model, x, T):  # noqa: ANN001, ANN201
+def set_all_tensions(model, x, T):
     """Set T to the tensions of the present stretch of all strands [N], in place."""
     for block in prange(len(model.first) - 1):
         rows = slice(model.first[block], model.first[block + 1])

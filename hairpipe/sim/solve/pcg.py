@@ -97,7 +97,7 @@ def solve(
 
 
 @njit(cache=True, parallel=True)
-def _take_finite(x, out):  # noqa: ANN001, ANN202
+def _take_finite(x, out):
     """Set out to x, and to 0 where that is not finite, in place."""
     for k in prange(len(x)):
         for c in range(3):
@@ -105,7 +105,7 @@ def _take_finite(x, out):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _size(masses, x):  # noqa: ANN001, ANN202
+def _size(masses, x):
     """Square of the mass norm [J], in a fixed order."""
     chunks = -(-len(x) // _CHUNK)
     moving, still = np.zeros(chunks), np.zeros(chunks)
@@ -122,7 +122,7 @@ def _size(masses, x):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _turn(before, r, z, p, q):  # noqa: ANN001, ANN202
+def _turn(before, r, z, p, q):
     """Give r . z, and turn to the next direction, in place: p = z + beta p, q = P p."""
     chunks = -(-len(r) // _CHUNK)
     sums = np.empty((chunks, _WIDTH), _SINGLE)
@@ -136,7 +136,7 @@ def _turn(before, r, z, p, q):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _advance(rz, p, q, w, s, r, x):  # noqa: ANN001, ANN202
+def _advance(rz, p, q, w, s, r, x):
     """Go along p to the least error, in place: x += step p, s and r with it; tell whether there is one."""
     chunks = -(-len(r) // _CHUNK)
     sums = np.empty((chunks, _WIDTH), _SINGLE)
@@ -152,7 +152,7 @@ def _advance(rz, p, q, w, s, r, x):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _total(sums):  # noqa: ANN001, ANN202
+def _total(sums):
     total = 0.0
     for chunk in range(sums.shape[0]):
         for lane in range(sums.shape[1]):
@@ -161,7 +161,7 @@ def _total(sums):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _sum_finite(sums, chunk, r, z):  # noqa: ANN001, ANN202
+def _sum_finite(sums, chunk, r, z):
     """Sum r z over a chunk; where that is not a number the unknown is held, in place."""
     for row in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(r))):
         for lane in range(_WIDTH):
@@ -171,7 +171,7 @@ def _sum_finite(sums, chunk, r, z):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _sum(sums, chunk, x, y):  # noqa: ANN001, ANN202
+def _sum(sums, chunk, x, y):
     begin = chunk * _CHUNK
     total = load(x, (begin,)) * load(y, (begin,))
     for row in range(begin + 1, min(begin + _CHUNK, len(x))):
@@ -180,14 +180,14 @@ def _sum(sums, chunk, x, y):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _turn_some(begin, beta, r, z, p, q):  # noqa: ANN001, ANN202
+def _turn_some(begin, beta, r, z, p, q):
     for row in range(begin, min(begin + _CHUNK, len(r))):
         store(p, (row,), load(z, (row,)) + beta * load(p, (row,)))
         store(q, (row,), load(r, (row,)) + beta * load(q, (row,)))
 
 
 @njit(cache=True)
-def _advance_some(begin, step, p, q, w, s, r, x):  # noqa: ANN001, ANN202
+def _advance_some(begin, step, p, q, w, s, r, x):
     for row in range(begin, min(begin + _CHUNK, len(r))):
         store(x, (row,), load(x, (row,)) + step * load(p, (row,)))
         store(s, (row,), load(s, (row,)) + step * load(q, (row,)))

@@ -12,33 +12,33 @@ from hairpipe.sim.strands.interface import shape_of
 
 
 @njit(cache=True, parallel=True)
-def respond(model, axis: Axis, A, held, who, impulses, change, b) -> None:  # noqa: ANN001
+def respond(model, axis: Axis, A, held, active, impulses, change, b) -> None:
     """Solve every strand's own system for impulses on its axis, in place.
 
     A         factors, of `factor_stages`; they are all that it reads from memory, and so kept in single precision
-    held      see `Step`; who  1 for strands that are solved, (blocks, W); the others do not move
+    held      see `Step`; active  1 for strands that are solved, (blocks, W); the others do not move
     impulses  [N s], (P, 3)
     change    out: of the velocity of points [m/s], (P, 3)
     b         that of all particles is added to it, (rows, 3, W); nowhere where it has no rows
     """
     for block in prange(len(axis.first) - 1):
-        _respond_block(model, axis, np.int64(block), A, held, who, impulses, change, b)
+        _respond_block(model, axis, np.int64(block), A, held, active, impulses, change, b)
 
 
 @njit(cache=True, error_model="numpy")
-def _respond_block(model, axis, block, A, held, who, impulses, change, b):  # noqa: ANN001, ANN202
+def _respond_block(model, axis, block, A, held, active, impulses, change, b):
     rows = slice(axis.first[block], axis.first[block + 1])
     As = A[rows]
-    x = np.empty((As.shape[0], 3, As.shape[2]), who.dtype)
+    x = np.empty((As.shape[0], 3, As.shape[2]), active.dtype)
     count, clamped, reach = x.shape[0], shape_of(model).clamped, shape_of(model).reach
     fill(x, 0.0)
-    if who[block].any():
+    if active[block].any():
         _take(axis, block, impulses, x)
         for p in range(clamped):
             for c in range(3):
                 store(x, (p, c), 0.0)
         for p in range(clamped, count):
-            free = load(who, (block,)) > 0.0
+            free = load(active, (block,)) > 0.0
             if len(held) > 0 and p >= count - clamped:
                 free = both(free, load(held, (block,)) < 0.5)
             for c in range(3):
@@ -54,7 +54,7 @@ def _respond_block(model, axis, block, A, held, who, impulses, change, b):  # no
 
 
 @inlined
-def _take(axis, block, points, x):  # noqa: ANN001, ANN202
+def _take(axis, block, points, x):
     """Copy what points of a block have to its particles."""
     for lane in range(axis.strands.shape[1]):
         first, row = axis.offsets[axis.strands[block, lane]], axis.root
@@ -65,7 +65,7 @@ def _take(axis, block, points, x):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _give(axis, block, x, points):  # noqa: ANN001, ANN202
+def _give(axis, block, x, points):
     """Copy what particles of a block have to its points."""
     for lane in range(axis.strands.shape[1]):
         if not axis.idle[block, lane]:

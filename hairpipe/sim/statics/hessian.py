@@ -22,7 +22,7 @@ _WEIGHTS = np.array([3 / 4, -3 / 20, 1 / 60])
 
 
 @njit(cache=True)
-def _set_forces(model, block, A, b, x, still, slack):  # noqa: ANN001, ANN202
+def _set_forces(model, block, A, b, x, still, slack):
     """Set b to the forces of a block's springs; still and slack are zero, and nothing but zeros is added to A."""
     fill(b, 0.0)
     for p in range(x.shape[0]):
@@ -30,7 +30,7 @@ def _set_forces(model, block, A, b, x, still, slack):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def spring_forces(model, block, x) -> np.ndarray:  # noqa: ANN001
+def spring_forces(model, block, x) -> np.ndarray:
     """Find the forces of all springs of a block [N], (particles, 3, W), at positions x [m] of the same shape."""
     A = np.zeros((x.shape[0], row_size(shape_of(model).reach), x.shape[2]), x.dtype)
     b = np.empty_like(x)
@@ -39,7 +39,7 @@ def spring_forces(model, block, x) -> np.ndarray:  # noqa: ANN001
 
 
 @inlined
-def _add_column(H, slope, p, c, reach):  # noqa: ANN001, ANN202
+def _add_column(H, slope, p, c, reach):
     """Add what the forces lose as particle p moves along c: half to each of the two places an entry stands for."""
     i = 3 * p + c
     for j in range(3 * max(0, p - reach), 3 * min(slope.shape[0], p + reach + 1)):
@@ -48,7 +48,7 @@ def _add_column(H, slope, p, c, reach):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def tangent(model, block, x, steps) -> np.ndarray:  # noqa: ANN001
+def tangent(model, block, x, steps) -> np.ndarray:
     """Differentiate the energy of a block twice [N/m], (3 particles, 3 reach + 3, W): H[i, k] couples i and i + k.
 
     x      positions [m], (particles, 3, W)
@@ -79,7 +79,7 @@ def tangent(model, block, x, steps) -> np.ndarray:  # noqa: ANN001
 
 
 @njit(cache=True, parallel=True)
-def find_stable(model, x, steps, stable) -> None:  # noqa: ANN001
+def find_stable(model, x, steps, stable) -> None:
     """Set stable to 1 where a strand is stiff against every motion of its free particles, else to 0, in place.
 
     x       positions of all rows [m]
@@ -92,7 +92,7 @@ def find_stable(model, x, steps, stable) -> None:  # noqa: ANN001
 
 
 @njit(cache=True, error_model="numpy")
-def _find_stable(model, block, x, steps, stable):  # noqa: ANN001, ANN202
+def _find_stable(model, block, x, steps, stable):
     """Eliminate one unknown after the other: H is positive definite where all that is left on its diagonal is."""
     rows, clamped = x[model.first[block] : model.first[block + 1]], shape_of(model).clamped
     H = tangent(model, block, rows, steps)

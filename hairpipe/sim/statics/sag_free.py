@@ -23,7 +23,7 @@ from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, maximum, sqrt, store
-from hairpipe.kernels.simd_vec3 import cross, dot, minus, scaled
+from hairpipe.kernels.vec3 import cross, dot, minus, scaled
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.settings import SagFree
 from hairpipe.sim.statics.hessian import find_stable
@@ -125,7 +125,7 @@ def _report(able: np.ndarray, layout: Layout, ids: np.ndarray, unstable: str) ->
 
 
 @inlined
-def _direction(x, p, q):  # noqa: ANN001, ANN202
+def _direction(x, p, q):
     """Unit vector from particle p to q, and the inverse of its length [1/m]."""
     span = minus(
         (load(x, (q, 0)), load(x, (q, 1)), load(x, (q, 2))), (load(x, (p, 0)), load(x, (p, 1)), load(x, (p, 2)))
@@ -135,7 +135,7 @@ def _direction(x, p, q):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _carry(x, b, T, q):  # noqa: ANN001, ANN202
+def _carry(x, b, T, q):
     """Find the three tensions that carry b_q [N], and hand them on to the particles they pull at, in place."""
     d1, d2, d3 = _direction(x, q - 1, q)[0], _direction(x, q - 2, q)[0], _direction(x, q - 3, q)[0]
     f = load(b, (q, 0)), load(b, (q, 1)), load(b, (q, 2))
@@ -149,7 +149,7 @@ def _carry(x, b, T, q):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, error_model="numpy")
-def _carry_block(model, block, x, gravity, T, lengths, strains):  # noqa: ANN001, ANN202
+def _carry_block(model, block, x, gravity, T, lengths, strains):
     first, count = model.first[block], x.shape[0]
     b = np.empty_like(x)
     for p in range(count):
@@ -168,7 +168,7 @@ def _carry_block(model, block, x, gravity, T, lengths, strains):  # noqa: ANN001
 
 
 @njit(cache=True, parallel=True)
-def _carry_all(model, x, gravity, T, lengths, strains):  # noqa: ANN001, ANN202
+def _carry_all(model, x, gravity, T, lengths, strains):
     """Fill tensions, inverse rest lengths and strains of all strands, in place."""
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
@@ -176,6 +176,6 @@ def _carry_all(model, x, gravity, T, lengths, strains):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _carry_some(model, block, x, gravity, T, lengths, strains):  # noqa: ANN001, ANN202
+def _carry_some(model, block, x, gravity, T, lengths, strains):
     rows = slice(model.first[block], model.first[block + 1])
     _carry_block(model, block, x[rows], gravity, T[rows], lengths[rows], strains)

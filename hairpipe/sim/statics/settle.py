@@ -69,7 +69,7 @@ def settle(
 
 
 @njit(cache=True, parallel=True)
-def settle_all(model, x, T, gravity, who, left):  # noqa: ANN001, ANN201
+def settle_all(model, x, T, gravity, who, left):
     """Bring the strands who, (blocks, W), to rest, in place; arguments as in `Settled`."""
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
@@ -77,13 +77,13 @@ def settle_all(model, x, T, gravity, who, left):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True)
-def _settle_some(model, block, x, T, gravity, who, left):  # noqa: ANN001, ANN202
+def _settle_some(model, block, x, T, gravity, who, left):
     rows = slice(model.first[block], model.first[block + 1])
     _settle(model, block, x[rows], T[rows], gravity, who, left)
 
 
 @inlined
-def _assemble(model, block, A, b, x, still, T, gravity):  # noqa: ANN001, ANN202
+def _assemble(model, block, A, b, x, still, T, gravity):
     """Set A to the stiffness of a block and b to the forces on its particles; return the largest on a free one."""
     fill(A, 0.0)
     for p in range(x.shape[0]):
@@ -96,7 +96,7 @@ def _assemble(model, block, A, b, x, still, T, gravity):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _largest(b, first):  # noqa: ANN001, ANN202
+def _largest(b, first):
     """Largest component from a particle on; not a number stays one."""
     largest = nothing = 0.0 * load(b, (first, 0))
     for p in range(first, b.shape[0]):
@@ -108,7 +108,7 @@ def _largest(b, first):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, error_model="numpy")
-def _settle(model, block, x, T, gravity, who, left):  # noqa: ANN001, ANN202
+def _settle(model, block, x, T, gravity, who, left):
     count, clamped, reach, stride = x.shape[0], shape_of(model).clamped, shape_of(model).reach, shape_of(model).stride
     A = np.empty((count, row_size(reach), x.shape[2]), x.dtype)
     b, still = np.empty_like(x), np.zeros_like(x)

@@ -23,8 +23,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.simd_vec3 import cross, dot, minus, plus, scaled
-from hairpipe.kernels.vec3 import row
+from hairpipe.kernels.vec3 import cross, dot, minus, plus, row, scaled
 from hairpipe.sim.material import Material
 from hairpipe.sim.strands import lattice
 
@@ -141,13 +140,13 @@ def tip_of_network(particles: np.ndarray, constants: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, parallel=True)
-def _tips(particles, constants, out):  # noqa: ANN001, ANN202
+def _tips(particles, constants, out):
     for s in prange(len(particles)):
         _tip(particles[s], constants[:, s], out[s])
 
 
 @njit(cache=True)
-def _tip(x, constants, out):  # noqa: ANN001, ANN202
+def _tip(x, constants, out):
     """Eliminate all free particles but the last: what is left is the stiffness of that one."""
     count = len(x)
     A = np.zeros((3 * count, _BAND))
@@ -176,7 +175,7 @@ def _tip(x, constants, out):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _altitude(x, p):  # noqa: ANN001, ANN202
+def _altitude(x, p):
     """The shortest altitude of the tetrahedron from particle p on: weights, direction, length [m]."""
     a = row(x, p)
     b, c, d = minus(row(x, p + 1), a), minus(row(x, p + 2), a), minus(row(x, p + 3), a)
@@ -192,7 +191,7 @@ def _altitude(x, p):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _add(A, p, step, weights, d, k):  # noqa: ANN001, ANN202
+def _add(A, p, step, weights, d, k):
     """Add k w_i w_j d d^T for particles p, p + step ... with weights w along a direction d, in place."""
     for i in range(len(weights)):
         for j in range(i, len(weights)):

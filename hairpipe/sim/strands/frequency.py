@@ -18,7 +18,7 @@ def highest_frequency(model: StrandModel) -> float:
 
 
 @njit(cache=True)
-def stiffest_springs(model):  # noqa: ANN001, ANN201
+def stiffest_springs(model):
     """Find the largest sum of 4 k / (m l0) over the springs at a free particle [1/s^2], its block and lane."""
     stiffest, where, which = 0.0, 0, 0
     for block in range(len(model.first) - 1):

@@ -125,7 +125,7 @@ def _inverse(values: np.ndarray) -> np.ndarray:
 
 
 @inlined
-def _constant(model, block, p, offset):  # noqa: ANN001, ANN202
+def _constant(model, block, p, offset):
     """Constant of the spring from particle p to p + offset: edge, bending or torsion, see the lattice."""
     if offset == 3:
         return _at_root(p) * load(model.constants, (block, 2))
@@ -146,7 +146,7 @@ def _springs(p: int, count: int) -> int:
 
 
 @inlined
-def _spring(model, x, v, T, p, block, offset, h, hh, damping):  # noqa: ANN001, ANN202
+def _spring(model, x, v, T, p, block, offset, h, hh, damping):
     """Linearise the spring from particle p to p + offset."""
     first = model.first[block]
     k, inverse_rest = _constant(model, block, p, offset), load(model.inverse_lengths, (first + p, offset - 1))
@@ -157,7 +157,7 @@ def _spring(model, x, v, T, p, block, offset, h, hh, damping):  # noqa: ANN001, 
 
 
 @inlined
-def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):  # noqa: ANN001, ANN202
+def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):
     count = x.shape[0]
     if p + 3 < count:
         heights = model.inverse_heights[model.first[block] : model.first[block + 1]]

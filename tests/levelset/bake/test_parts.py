@@ -99,8 +99,8 @@ def test_what_is_rigid_in_its_frame_is_baked_once(bust):
     other = bake_parts(bust, nodding(bust, 14.0), VOXEL, HALF_WIDTH, SMALLEST)
     count = len(first.names)
     assert bake_once.cache_info().misses == 2 * count and bake_once.cache_info().hits == count
-    assert not moving_parts(first, again, 1.0).changes.any()
-    assert moving_parts(first, other, 1.0).changes.any()
+    assert not moving_parts(first, again, 1.0).outlines.changes.any()
+    assert moving_parts(first, other, 1.0).outlines.changes.any()
     assert np.allclose(again.poses[:, :, 3] - first.poses[:, :, 3], (0.7, -0.3, 0.1))
 
 

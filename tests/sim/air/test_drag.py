@@ -20,11 +20,11 @@ def matrices(damping):
     return damping[:, [[0, 1, 2], [1, 3, 4], [2, 4, 5]]]
 
 
-def forces(wind, points=POINTS, velocities=VELOCITIES, offsets=OFFSETS, seconds=0.0, who=None):
+def forces(wind, points=POINTS, velocities=VELOCITIES, offsets=OFFSETS, seconds=0.0, active=None):
     """Push, damping as matrices, and the force of both."""
     push, damping = np.zeros_like(points), np.zeros((len(points), 6))
-    who = np.ones(len(points), bool) if who is None else who
-    Breeze(wind, DIAMETER).forces(points, velocities, offsets, seconds, who, push, damping)
+    active = np.ones(len(points), bool) if active is None else active
+    Breeze(wind, DIAMETER).forces(points, velocities, offsets, seconds, active, push, damping)
     full = matrices(damping)
     return push, full, push - np.einsum("pij,pj->pi", full, velocities)
 
@@ -113,10 +113,10 @@ def test_segments_join_no_strands_and_forces_add_up():
 
 
 def test_strands_that_are_not_asked_for_get_nothing_and_change_nothing():
-    wind, who = Wind((2.0, 0.3, -1.0), gusts=Gusts(), shielding=Shielding(0.02, 50.0)), np.arange(12) >= 7
-    for some, whole in zip(forces(wind, who=who), forces(wind), strict=True):
-        np.testing.assert_array_equal(some[who], whole[who])
-        assert whole[~who].any() and not some[~who].any()
+    wind, active = Wind((2.0, 0.3, -1.0), gusts=Gusts(), shielding=Shielding(0.02, 50.0)), np.arange(12) >= 7
+    for some, whole in zip(forces(wind, active=active), forces(wind), strict=True):
+        np.testing.assert_array_equal(some[active], whole[active])
+        assert whole[~active].any() and not some[~active].any()
 
 
 def test_it_does_not_depend_on_threads_and_spares_the_neighbours_of_what_is_not_finite(threads):

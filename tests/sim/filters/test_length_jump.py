@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.boundary import ClampPath, clamp_at
-from hairpipe.sim.filters.length_jump import JOLT, mark_jolted
+from hairpipe.sim.filters.length_jump import LENGTH_JUMP, mark_length_jumps
 from hairpipe.sim.integrators.choice import integrator_of
 from hairpipe.sim.interactions import Surroundings
 from hairpipe.sim.settings import Scheme, StrainLimit
@@ -30,10 +30,10 @@ def _pull(shot, x, lane, part):
 def test_strands_of_which_a_segment_changed_its_length_are_marked(scene, straight, model, sign):
     shot = _two(scene, straight, model=model)
     before, after = shot.state.positions, shot.state.positions.copy()
-    _pull(shot, after, 0, 0.9 * sign * JOLT)
-    _pull(shot, after, 1, 1.1 * sign * JOLT)
+    _pull(shot, after, 0, 0.9 * sign * LENGTH_JUMP)
+    _pull(shot, after, 1, 1.1 * sign * LENGTH_JUMP)
     marks = np.zeros(shot.hair.layout.strands.shape, shot.hair.layout.dtype)
-    mark_jolted(shot.hair.model, before, after, marks)
+    mark_length_jumps(shot.hair.model, before, after, marks)
     np.testing.assert_array_equal(marks[0, :2], [0.0, 1.0])
 
 
@@ -42,7 +42,7 @@ def test_to_be_turned_about_is_no_jolt(scene, straight):
     turn = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
     before = shot.state.positions
     marks = np.zeros(shot.hair.layout.strands.shape, shot.hair.layout.dtype)
-    mark_jolted(shot.hair.model, before, np.einsum("ij,pjw->piw", turn, before), marks)
+    mark_length_jumps(shot.hair.model, before, np.einsum("ij,pjw->piw", turn, before), marks)
     assert not marks.any()
 
 

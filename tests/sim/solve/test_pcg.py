@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hairpipe.kernels.simd_vec4 import WHOLE
-from hairpipe.sim.contact.hair.coupling_operator import multiply_across, sides_of
+from hairpipe.sim.contact.hair.coupling_operator import coupling_rows, multiply_across
 from hairpipe.sim.contact.hair.couplings import Couplings, find_incidence
 from hairpipe.sim.solve.pcg import MOST, solve
 
@@ -95,7 +95,7 @@ def bundle(dense):
         acts = np.full(len(pairs), stiffness > 0.0)
         exerted = np.concatenate([np.zeros((len(pairs), 3)), n, strength], axis=1)
         couplings = Couplings(pairs, fractions, acts, exerted)
-        sides = sides_of(couplings, find_incidence(pairs, total))
+        sides = coupling_rows(couplings, find_incidence(pairs, total))
         own = own_matrix(sides.diagonal, sides.following)
         forces = np.repeat(rng.normal(size=(STRANDS, 1, 3)), POINTS, axis=1).ravel() * MASS * 300.0 * h
         held = np.zeros((STRANDS, POINTS, 3), bool)
@@ -187,7 +187,7 @@ def test_a_matrix_that_is_none_ends_finite(bundle, bad):
 def test_threads_change_no_bit(offsets, random_couplings, threads):
     points = int(offsets[-1]) * 4
     couplings = random_couplings(np.array([0, points], np.int32), 9000)
-    sides = sides_of(couplings, find_incidence(couplings.segments, points))
+    sides = coupling_rows(couplings, find_incidence(couplings.segments, points))
     heavy = 2.0 * sides.diagonal.sum(axis=1)[:, None] + 1.0
 
     def respond(r, z):

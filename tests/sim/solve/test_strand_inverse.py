@@ -24,7 +24,7 @@ def test_it_is_the_change_of_a_solve(tips_held):
     axis, count, nothing = axis_of(layout), layout.offsets[-1], np.empty((0, 6))
     everyone = np.ones(layout.strands.shape)
     weights = H * everyone
-    who, held = everyone * (layout.strands % 3 != 0), everyone if tips_held else everyone[:0]
+    active, held = everyone * (layout.strands % 3 != 0), everyone if tips_held else everyone[:0]
     x, v, T = hair.rest, layout.empty(3), np.zeros_like(hair.model.inverse_lengths)
     v[:] = 0.0
     found = []
@@ -33,12 +33,12 @@ def test_it_is_the_change_of_a_solve(tips_held):
     for push in (none, impulses):
         outer, b, change = np.zeros((len(x) // axis.stride, ROWS, layout.width)), layout.empty(3), np.zeros((count, 3))
         lay_out(axis, everyone, push / H, np.zeros((count, 6)), none, weights, none[:0], nothing, nothing, outer)
-        factor_stages(hair.model, A, b, x, v, v, T, outer, held, who, weights, rule)
+        factor_stages(hair.model, A, b, x, v, v, T, outer, held, active, weights, rule)
         gather(axis, everyone, b, change)
         found.append((b, change))
     whole, change = layout.empty(3), np.empty((count, 3))
     whole[:] = found[0][0]
-    respond(hair.model, axis, A, held, who, impulses, change, whole)
+    respond(hair.model, axis, A, held, active, impulses, change, whole)
     np.testing.assert_allclose(change, found[1][1] - found[0][1], atol=1e-6 * np.abs(change).max())
     np.testing.assert_allclose(whole, found[1][0], atol=1e-6 * np.abs(whole).max())
     assert np.abs(change).max() > 1e-4

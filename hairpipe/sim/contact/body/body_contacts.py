@@ -7,10 +7,20 @@ import numpy as np
 from hairpipe.levelset.collider import MovingSurface, Probe, Sweep
 from hairpipe.sim.contact.body.depenetration import pushes, rise, within_reach
 from hairpipe.sim.contact.body.fold_preservation import Turns, add_heights
-from hairpipe.sim.contact.body.implicit import FREE, INSIDE, STIFF, TOUCHES, Touch, hold, judge, resume, stop_normals
+from hairpipe.sim.contact.body.implicit import (
+    FREE,
+    INSIDE,
+    STIFF,
+    TOUCHES,
+    ContactState,
+    hold,
+    resume,
+    stop_normals,
+    update_active_set,
+)
 from hairpipe.sim.contact.body.length_projection import drape
-from hairpipe.sim.contact.body.pinching import give_way
-from hairpipe.sim.contact.body.probe_cache import Sight
+from hairpipe.sim.contact.body.pinching import share_gap
+from hairpipe.sim.contact.body.probe_cache import ProbeCache
 from hairpipe.sim.contact.body.projection import Motion, farthest, project
 from hairpipe.sim.settings import BodyContact
 
@@ -46,49 +56,49 @@ class BodyContacts:
     segments: np.ndarray
     axial: np.ndarray
     turns: Turns | None = None
-    _touch: Touch = field(init=False)
-    _sight: Sight = field(init=False)
+    _state: ContactState = field(init=False)
+    _cache: ProbeCache = field(init=False)
     _everyone: np.ndarray = field(init=False)
-    _begun: np.ndarray = field(init=False)
-    _wanted: np.ndarray = field(init=False)
+    _start_distance: np.ndarray = field(init=False)
+    _target_gap: np.ndarray = field(init=False)
     _kept: np.ndarray = field(init=False)
     _reach: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
-        self._touch, self._everyone = Touch.none(len(self.thickness)), np.ones(len(self.thickness), np.bool_)
+        self._state, self._everyone = ContactState.none(len(self.thickness)), np.ones(len(self.thickness), np.bool_)
         highest = 2.0 * self.turns.radii.max(initial=0.0) if self.turns is not None else 0.0
         far = float(self.thickness.max(initial=0.0) + highest)
         self._reach = np.full(len(self.thickness), np.inf)
-        self._sight = Sight(self.surfaces, len(self.thickness), far + _MARGIN, far + _NEAR)
+        self._cache = ProbeCache(self.surfaces, len(self.thickness), far + _MARGIN, far + _NEAR)
 
-    def look(self, points: np.ndarray, time: float, who: np.ndarray) -> Probe:
+    def look(self, points: np.ndarray, time: float, active: np.ndarray) -> Probe:
         """Find how near the body is at a time since the previous frame [s], where it is, and what points keep there.
 
-        who  points that are looked at, (P,) bool; of the others what was seen last
+        active  points that are looked at, (P,) bool; of the others what was seen last
         """
-        self._sight.renew(points, time, who, self._touch.state != FREE)
-        probe, self._wanted = self._sight.probe, self.thickness
+        self._cache.renew(points, time, active, self._state.state != FREE)
+        probe, self._target_gap = self._cache.probe, self.thickness
         if self.turns is not None and self.contact.folds is not None:
-            self._wanted = self.thickness.copy()
-            add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._wanted)
-        room = give_way(points, time, self.surfaces, probe, self.thickness, self._wanted)
+            self._target_gap = self.thickness.copy()
+            add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._target_gap)
+        room = share_gap(points, time, self.surfaces, probe, self.thickness, self._target_gap)
         self._kept = np.minimum(room, self._reach)
         return probe
 
     def begin(self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, dt: float) -> None:
         """Note where points begin a step of dt [s], and how fast."""
         probe = self.look(points, time, self._everyone)
-        self._begun = probe.distance.copy()
-        self._reach = within_reach(self._begun, self.segments, self.offsets)
+        self._start_distance = probe.distance.copy()
+        self._reach = within_reach(self._start_distance, self.segments, self.offsets)
         self._kept = np.minimum(self._kept, self._reach)
-        self._touch.shocked[:] = False
-        rise(self._touch, probe, self._kept, pushes(self.axial, masses, self.offsets), masses, dt)
-        resume(self._touch, probe, speeds, self._kept, masses)
+        self._state.discontinuous[:] = False
+        rise(self._state, probe, self._kept, pushes(self.axial, masses, self.offsets), masses, dt)
+        resume(self._state, probe, speeds, self._kept, masses)
 
-    def foresee(self, points: np.ndarray, time: float, who: np.ndarray) -> None:
-        """Look where a prediction leads points who, (P,) bool, at the end of a stage."""
-        self.look(points, time, who)
-        self._touch.freed[:] = False
+    def foresee(self, points: np.ndarray, time: float, active: np.ndarray) -> None:
+        """Look where a prediction leads active points, (P,) bool, at the end of a stage."""
+        self.look(points, time, active)
+        self._state.freed[:] = False
 
     def hold(
         self,
@@ -96,26 +106,26 @@ class BodyContacts:
         speeds: np.ndarray,
         masses: np.ndarray,
         weights: np.ndarray,
-        who: np.ndarray,
+        active: np.ndarray,
         push: np.ndarray,
         damping: np.ndarray,
     ) -> None:
         """Add the forces that hold points, push - damping v, in place; see `hold`."""
-        hold(self._touch, self._sight.probe, points, speeds, self._kept, masses, weights, who, push, damping)
+        hold(self._state, self._cache.probe, points, speeds, self._kept, masses, weights, active, push, damping)
 
-    def judge(
-        self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, who: np.ndarray
+    def update_active_set(
+        self, points: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, active: np.ndarray
     ) -> np.ndarray:
         """Look at what a solve found; mark the points that must be solved again, (P,) bool."""
-        probe, changed = self.look(points, time, who), np.empty(len(points), np.bool_)
-        rest = (self._kept, masses, self.contact.friction, who, changed)
-        judge(self._touch, probe, speeds, *rest)
+        probe, changed = self.look(points, time, active), np.empty(len(points), np.bool_)
+        rest = (self._kept, masses, self.contact.friction, active, changed)
+        update_active_set(self._state, probe, speeds, *rest)
         return changed
 
     @property
-    def shocked(self) -> np.ndarray:
+    def discontinuous(self) -> np.ndarray:
         """Points whose contact with the body jumped in this step, or that it moved out at the end, (P,) bool."""
-        return self._touch.shocked
+        return self._state.discontinuous
 
     @property
     def speed(self) -> float:
@@ -125,25 +135,25 @@ class BodyContacts:
     def stop(self, speeds: np.ndarray) -> np.ndarray:
         """Return the change of velocity [m/s], (P, 3), after which what is held goes with the body along the normal."""
         change = np.empty_like(speeds)
-        stop_normals(self._touch, speeds, self._sight.probe.distance, change)
+        stop_normals(self._state, speeds, self._cache.probe.distance, change)
         return change
 
-    def hold_normals(self, who: np.ndarray, normals: np.ndarray, masses: np.ndarray, dt: float) -> None:
-        """Give points who, (P,) bool, the body's velocity along normals in the next solves, and let go of the others.
+    def hold_normals(self, active: np.ndarray, normals: np.ndarray, masses: np.ndarray, dt: float) -> None:
+        """Give active points, (P,) bool, the body's normal velocity in the next solves, and let go of the others.
 
         This is how the paper's velocity solve has it, in a step of dt [s]; friction has acted before.
         """
-        touch = self._touch
-        others = touch.state != INSIDE
-        touch.state[others] = np.where(who & np.isfinite(masses), TOUCHES, FREE)[others]
-        touch.grip[others] = 0.0
-        touch.normal[others] = normals[others]
-        touch.target[others] = self._sight.probe.velocity[others]
-        touch.rate[others] = np.where(touch.state == TOUCHES, STIFF * masses / dt, 0.0)[others]
+        contact = self._state
+        others = contact.state != INSIDE
+        contact.state[others] = np.where(active & np.isfinite(masses), TOUCHES, FREE)[others]
+        contact.c_t[others] = 0.0
+        contact.normal[others] = normals[others]
+        contact.target[others] = self._cache.probe.velocity[others]
+        contact.c_n[others] = np.where(contact.state == TOUCHES, STIFF * masses / dt, 0.0)[others]
 
     def let_go(self) -> None:
         """Hold nothing but what rises, until points are looked at again."""
-        self._touch.state[self._touch.state != INSIDE] = FREE
+        self._state.state[self._state.state != INSIDE] = FREE
 
     def correct(
         self, before: np.ndarray, after: np.ndarray, speeds: np.ndarray, masses: np.ndarray, time: float, dt: float
@@ -170,20 +180,20 @@ class BodyContacts:
         ended, leaving = self.look(after, time + dt, self._everyone), Probe.blank(len(met))
         for surface in self.surfaces:
             surface.probe(after[met], time + dt, leaving)
-        most = farthest(self._begun, dt)
+        most = farthest(self._start_distance, dt)
         motion = Motion(before, after, speeds, most, self._kept, masses)
         found = project(motion, ended, met, parts / _PARTS, meeting, leaving.normal, dt, self.contact.friction)
         dx, dv, touched, normals = found
         # What is pressed on the body sinks in and is moved out in every step: with the forces found before it trembles.
-        np.logical_or(self._touch.shocked, touched, out=self._touch.shocked)
+        np.logical_or(self._state.discontinuous, touched, out=self._state.discontinuous)
         drape(after, dx, normals, most, masses, lambda places, which: self._around(places, which, time + dt))
         return dx, dv, touched, normals
 
     def _around(self, places: np.ndarray, which: np.ndarray, time: float) -> tuple[Probe, np.ndarray]:
         """Find the body at places [m], (n, 3), of points (n,), and what these keep from it there [m], (n,)."""
-        wanted = self._wanted[which]
-        probe = Probe.blank(len(places), float(wanted.max(initial=0.0)) + _MARGIN)
+        target_gap = self._target_gap[which]
+        probe = Probe.blank(len(places), float(target_gap.max(initial=0.0)) + _MARGIN)
         for surface in self.surfaces:
             surface.probe(places, time, probe)
-        room = give_way(places, time, self.surfaces, probe, self.thickness[which], wanted)
+        room = share_gap(places, time, self.surfaces, probe, self.thickness[which], target_gap)
         return probe, np.minimum(room, self._reach[which])

@@ -19,7 +19,7 @@ from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.levelset.collider import Probe
-from hairpipe.sim.contact.body.implicit import DEEP, FREE, INSIDE, PUSH_OUT, Touch
+from hairpipe.sim.contact.body.implicit import DEEP, FREE, INSIDE, PUSH_OUT, ContactState
 
 STRAIN = 5e-3
 """Of a strand that the push on all its points would stretch at most."""
@@ -42,20 +42,20 @@ def pushes(axial: np.ndarray, masses: np.ndarray, offsets: np.ndarray) -> np.nda
     return np.repeat(np.maximum(push, LEAST), np.diff(offsets))
 
 
-def within_reach(begun: np.ndarray, segments: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+def within_reach(start_distance: np.ndarray, segments: np.ndarray, offsets: np.ndarray) -> np.ndarray:
     """Return how far from the body points may be kept in a step, where the ones before them began it [m], (P,); pure.
 
-    begun     distances from the body there [m], (P,)
-    segments  from the points to those before them [m], (P,); of roots anything
-    offsets   of the points of strands, (S+1,) int32
+    start_distance  distances from the body there [m], (P,)
+    segments        from the points to those before them [m], (P,); of roots anything
+    offsets         of the points of strands, (S+1,) int32
     """
-    reach = np.roll(begun, 1) + _REACH * segments
+    reach = np.roll(start_distance, 1) + _REACH * segments
     reach[offsets[:-1]] = np.inf
     return reach
 
 
 @njit(cache=True, parallel=True)
-def rise(touch: Touch, probe: Probe, kept: np.ndarray, push: np.ndarray, mass: np.ndarray, dt: float) -> None:
+def rise(contact: ContactState, probe: Probe, kept: np.ndarray, push: np.ndarray, mass: np.ndarray, dt: float) -> None:
     """Let points rise in a step of dt [s] that begin it deep inside, in place; those that do not any more are free.
 
     probe  of the body there
@@ -65,20 +65,20 @@ def rise(touch: Touch, probe: Probe, kept: np.ndarray, push: np.ndarray, mass: n
     for chunk in prange((len(push) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(push))):
             if probe.distance[i] < -DEEP and mass[i] < np.inf:
-                _rise(touch, probe, i, kept[i], push[i] / PUSH_OUT * mass[i], dt)
-            elif touch.state[i] == INSIDE:
-                touch.shocked[i] = True
-                touch.state[i] = FREE
+                _rise(contact, probe, i, kept[i], push[i] / PUSH_OUT * mass[i], dt)
+            elif contact.state[i] == INSIDE:
+                contact.discontinuous[i] = True
+                contact.state[i] = FREE
 
 
 @inlined
-def _rise(touch, probe, i, kept, rate, dt):  # noqa: ANN001, ANN202
+def _rise(contact, probe, i, kept, damping, dt):
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     vx, vy, vz = probe.velocity[i, 0], probe.velocity[i, 1], probe.velocity[i, 2]
     speed = min(PUSH_OUT, max(kept - probe.distance[i], 0.0) / dt)
-    touch.shocked[i] |= touch.state[i] != INSIDE
-    touch.state[i] = INSIDE
-    touch.grip[i] = touch.rate[i] = rate
-    touch.body[i] = vx * nx + vy * ny + vz * nz
-    touch.normal[i, 0], touch.normal[i, 1], touch.normal[i, 2] = nx, ny, nz
-    touch.target[i, 0], touch.target[i, 1], touch.target[i, 2] = vx + speed * nx, vy + speed * ny, vz + speed * nz
+    contact.discontinuous[i] |= contact.state[i] != INSIDE
+    contact.state[i] = INSIDE
+    contact.c_t[i] = contact.c_n[i] = damping
+    contact.body[i] = vx * nx + vy * ny + vz * nz
+    contact.normal[i, 0], contact.normal[i, 1], contact.normal[i, 2] = nx, ny, nz
+    contact.target[i, 0], contact.target[i, 1], contact.target[i, 2] = vx + speed * nx, vy + speed * ny, vz + speed * nz

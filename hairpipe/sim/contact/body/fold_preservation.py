@@ -54,7 +54,7 @@ def turns_of(points: np.ndarray, offsets: np.ndarray) -> Turns:
 
 
 @njit(cache=True)
-def _find_turns(points, offsets, found):  # noqa: ANN001, ANN202
+def _find_turns(points, offsets, found):
     for strand in range(len(found)):
         begin, end = offsets[strand], offsets[strand + 1]
         sines, cosines, bend, count = 0.0, 0.0, 0.0, 0

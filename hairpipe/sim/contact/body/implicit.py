@@ -34,7 +34,7 @@ from numba import njit, prange
 from hairpipe.kernels.compile import inlined
 from hairpipe.levelset.collider import Probe
 
-FREE, TOUCHES, MET, INSIDE = 0, 1, 2, 3
+FREE, TOUCHES, NEW, INSIDE = 0, 1, 2, 3
 STIFF = 1e4  # a hair that is pulled onto the body with 1 mN sinks in by less than 5 um in a step of 1/240 s
 _NEAR = 1e-5  # [m]; what touches is held up to this far outside, and what is free is caught from this far inside
 _ROUGH = 1.5  # friction that comes out so many times too great is solved again; what is less is mended by and by
@@ -47,123 +47,125 @@ DEEP = 1e-3
 _CHUNK = 512
 
 
-class Touch(NamedTuple):
+class ContactState(NamedTuple):
     """How points touch the body; arrays that a stage changes in place.
 
-    state     FREE, TOUCHES, MET: began to touch, and knows no friction yet, or INSIDE: rises, (P,) int8
-    grip      c_t, (P,) [kg/s]
-    freed     let go of in this stage, (P,) bool
-    shocked   began or ceased to touch in this step, or were turned about: forces jumped, (P,) bool
-    normal    (P, 3); rate  c_n, (P,) [kg/s]; target  w [m/s], (P, 3)
-    body      speed of the body along the normal [m/s], (P,)
+    state          FREE, TOUCHES, NEW: began to touch, without friction yet, or INSIDE: rises, (P,) int8
+    c_t            tangential damping [kg/s], (P,)
+    freed          let go of in this stage, (P,) bool
+    discontinuous  began or ceased to touch in this step, or were turned about: forces jumped, (P,) bool
+    normal         (P, 3)
+    c_n            normal damping [kg/s], (P,)
+    target         w [m/s], (P, 3)
+    body           speed of the body along the normal [m/s], (P,)
     """
 
     state: np.ndarray
-    grip: np.ndarray
+    c_t: np.ndarray
     freed: np.ndarray
-    shocked: np.ndarray
+    discontinuous: np.ndarray
     normal: np.ndarray
-    rate: np.ndarray
+    c_n: np.ndarray
     target: np.ndarray
     body: np.ndarray
 
     @classmethod
-    def none(cls, count: int) -> "Touch":
+    def none(cls, count: int) -> "ContactState":
         """Make points that touch nothing."""
         vectors, numbers = [np.zeros((count, 3)) for _ in range(2)], [np.zeros(count) for _ in range(3)]
-        state, freed, shocked = np.zeros(count, np.int8), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
-        return cls(state, numbers[0], freed, shocked, vectors[0], numbers[1], vectors[1], numbers[2])
+        state, freed, discontinuous = np.zeros(count, np.int8), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+        return cls(state, numbers[0], freed, discontinuous, vectors[0], numbers[1], vectors[1], numbers[2])
 
 
 @njit(cache=True, parallel=True)
-def resume(touch: Touch, probe: Probe, v: np.ndarray, thickness: np.ndarray, mass: np.ndarray) -> None:
+def resume(contact: ContactState, probe: Probe, v: np.ndarray, thickness: np.ndarray, mass: np.ndarray) -> None:
     """Let points touch that begin a step on the body, in place: what rests on it did so before.
 
     probe  of the body there; v  velocities [m/s], (P, 3); the others as for `hold`
     """
     for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(v))):
-            if touch.state[i] == FREE and mass[i] < np.inf:
-                _resume(touch, probe, i, v, thickness[i])
+            if contact.state[i] == FREE and mass[i] < np.inf:
+                _resume(contact, probe, i, v, thickness[i])
 
 
 @inlined
-def _resume(touch, probe, i, v, thickness):  # noqa: ANN001, ANN202
+def _resume(contact, probe, i, v, thickness):
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     if probe.distance[i] < thickness + _NEAR and nx * nx + ny * ny + nz * nz > 0.5:
         sticks = _slip(probe, i, v) < _STILL
-        touch.state[i] = TOUCHES if sticks else MET
+        contact.state[i] = TOUCHES if sticks else NEW
         # As strong as what holds the normal: `_aim` makes it the c_n of the stage.
-        touch.grip[i] = touch.rate[i] = 1.0 if sticks else 0.0
-        touch.normal[i, 0], touch.normal[i, 1], touch.normal[i, 2] = nx, ny, nz
+        contact.c_t[i] = contact.c_n[i] = 1.0 if sticks else 0.0
+        contact.normal[i, 0], contact.normal[i, 1], contact.normal[i, 2] = nx, ny, nz
 
 
 @njit(cache=True, parallel=True)
-def hold(touch: Touch, probe: Probe, x, v, thickness, mass, weights, who, push, damping) -> None:  # noqa: ANN001
+def hold(contact: ContactState, probe: Probe, x, v, thickness, mass, weights, active, push, damping) -> None:
     """Hold the points that touch: add their forces, push - damping v, in place.
 
     probe      of the body at x
     x, v       where the stage is linearised [m], [m/s], (P, 3)
     thickness  [m], (P,); mass [kg], (P,); inf: held by the root
     weights    h, of the stage's end [s], (P,)
-    who        points that are solved now, (P,) bool; the others are held as before
+    active        points that are solved now, (P,) bool; the others are held as before
     push       [N], (P, 3); damping [kg/s], (P, 6)
     """
     for chunk in prange((len(x) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(x))):
-            if who[i] and touch.state[i] != INSIDE:
-                _aim(touch, probe, i, v, thickness[i], mass[i], weights[i])
-            if touch.state[i] != FREE:
-                _add_hold(touch, i, push, damping)
+            if active[i] and contact.state[i] != INSIDE:
+                _aim(contact, probe, i, v, thickness[i], mass[i], weights[i])
+            if contact.state[i] != FREE:
+                _add_hold(contact, i, push, damping)
 
 
 @inlined
-def _aim(touch, probe, i, v, thickness, mass, h):  # noqa: ANN001, ANN202
+def _aim(contact, probe, i, v, thickness, mass, h):
     """Decide whether point i touches, and where it is to go."""
     phi = probe.distance[i]
-    near = _lead(probe, i, v, h) if touch.state[i] != FREE else (-_NEAR if touch.freed[i] else 0.0)
+    near = _lead(probe, i, v, h) if contact.state[i] != FREE else (-_NEAR if contact.freed[i] else 0.0)
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     if not (phi < thickness + near and mass < np.inf and nx * nx + ny * ny + nz * nz > 0.5):
-        touch.shocked[i] |= touch.state[i] != FREE
-        touch.state[i] = FREE
+        contact.discontinuous[i] |= contact.state[i] != FREE
+        contact.state[i] = FREE
         return
-    old = touch.normal[i]
-    touch.shocked[i] |= touch.state[i] == FREE or old[0] * nx + old[1] * ny + old[2] * nz < _TURNED
-    rate = STIFF * mass / h
-    if touch.state[i] == FREE:
-        touch.state[i] = MET
-        touch.grip[i] = 0.0
+    old = contact.normal[i]
+    contact.discontinuous[i] |= contact.state[i] == FREE or old[0] * nx + old[1] * ny + old[2] * nz < _TURNED
+    c_n = STIFF * mass / h
+    if contact.state[i] == FREE:
+        contact.state[i] = NEW
+        contact.c_t[i] = 0.0
     bx, by, bz = probe.velocity[i, 0], probe.velocity[i, 1], probe.velocity[i, 2]
     body = bx * nx + by * ny + bz * nz
-    wanted = v[i, 0] * nx + v[i, 1] * ny + v[i, 2] * nz + (thickness - phi) / h
-    extra = min(wanted - body, PUSH_OUT)
-    touch.grip[i] = rate if touch.grip[i] >= touch.rate[i] > 0.0 else min(touch.grip[i], rate)
-    touch.rate[i] = rate
-    touch.body[i] = body
-    touch.normal[i, 0], touch.normal[i, 1], touch.normal[i, 2] = nx, ny, nz
-    touch.target[i, 0], touch.target[i, 1], touch.target[i, 2] = bx + extra * nx, by + extra * ny, bz + extra * nz
+    speed = v[i, 0] * nx + v[i, 1] * ny + v[i, 2] * nz + (thickness - phi) / h
+    extra = min(speed - body, PUSH_OUT)
+    contact.c_t[i] = c_n if contact.c_t[i] >= contact.c_n[i] > 0.0 else min(contact.c_t[i], c_n)
+    contact.c_n[i] = c_n
+    contact.body[i] = body
+    contact.normal[i, 0], contact.normal[i, 1], contact.normal[i, 2] = nx, ny, nz
+    contact.target[i, 0], contact.target[i, 1], contact.target[i, 2] = bx + extra * nx, by + extra * ny, bz + extra * nz
 
 
 @inlined
-def _lead(probe, i, v, h):  # noqa: ANN001, ANN202
+def _lead(probe, i, v, h):
     """Return how far outside point i is still held: a straight way leads it off a body that it slides around."""
     return _NEAR + h * _slip(probe, i, v)
 
 
 @inlined
-def _slip(probe, i, v):  # noqa: ANN001, ANN202
+def _slip(probe, i, v):
     """Return how fast point i goes against the body [m/s]."""
     ux, uy, uz = v[i, 0] - probe.velocity[i, 0], v[i, 1] - probe.velocity[i, 1], v[i, 2] - probe.velocity[i, 2]
     return np.sqrt(ux * ux + uy * uy + uz * uz)
 
 
 @inlined
-def _add_hold(touch, i, push, damping):  # noqa: ANN001, ANN202
-    c, n, w = touch.grip[i], touch.normal[i], touch.target[i]
-    more = touch.rate[i] - c
-    wanted = more * (w[0] * n[0] + w[1] * n[1] + w[2] * n[2])
+def _add_hold(contact, i, push, damping):
+    c, n, w = contact.c_t[i], contact.normal[i], contact.target[i]
+    more = contact.c_n[i] - c
+    pull = more * (w[0] * n[0] + w[1] * n[1] + w[2] * n[2])
     for a in range(3):
-        push[i, a] += c * w[a] + wanted * n[a]
+        push[i, a] += c * w[a] + pull * n[a]
     damping[i, 0] += c + more * n[0] * n[0]
     damping[i, 1] += more * n[0] * n[1]
     damping[i, 2] += more * n[0] * n[2]
@@ -173,7 +175,7 @@ def _add_hold(touch, i, push, damping):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def judge(touch: Touch, probe: Probe, v, thickness, mass, friction, who, changed) -> None:  # noqa: ANN001
+def update_active_set(contact: ContactState, probe: Probe, v, thickness, mass, friction, active, changed) -> None:
     """Look at what a solve found: set changed, (P,) bool, where points must be solved again, in place.
 
     probe  of the body where points are now; v  their velocities [m/s], (P, 3); the others as for `hold`
@@ -181,45 +183,45 @@ def judge(touch: Touch, probe: Probe, v, thickness, mass, friction, who, changed
     for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(v))):
             changed[i] = False
-            if who[i] and mass[i] < np.inf:
-                if touch.state[i] == FREE:
+            if active[i] and mass[i] < np.inf:
+                if contact.state[i] == FREE:
                     phi = probe.distance[i]
                     moved = probe.normal[i, 0] != 0.0 or probe.normal[i, 1] != 0.0 or probe.normal[i, 2] != 0.0
-                    changed[i] = moved and phi < thickness[i] - (2 * _NEAR if touch.freed[i] else _NEAR)
-                elif touch.state[i] != INSIDE:
-                    changed[i] = _judge_touch(touch, i, v, friction)
+                    changed[i] = moved and phi < thickness[i] - (2 * _NEAR if contact.freed[i] else _NEAR)
+                elif contact.state[i] != INSIDE:
+                    changed[i] = _update_touching(contact, i, v, friction)
 
 
 @inlined
-def _judge_touch(touch, i, v, friction):  # noqa: ANN001, ANN202
-    """Renew the grip of point i, or let it go; tell whether it must be solved again."""
-    c, n, w = touch.rate[i], touch.normal[i], touch.target[i]
+def _update_touching(contact, i, v, friction):
+    """Update the friction of point i, or let it go; tell whether it must be solved again."""
+    c, n, w = contact.c_n[i], contact.normal[i], contact.target[i]
     ux, uy, uz = v[i, 0] - w[0], v[i, 1] - w[1], v[i, 2] - w[2]
     normal = ux * n[0] + uy * n[1] + uz * n[2]
     if normal > 0.0:
-        touch.state[i] = FREE
-        touch.freed[i] = touch.shocked[i] = True
+        contact.state[i] = FREE
+        contact.freed[i] = contact.discontinuous[i] = True
         return True
-    limit, met = -friction * c * normal, touch.state[i] == MET
-    touch.state[i] = TOUCHES
+    limit, is_new = -friction * c * normal, contact.state[i] == NEW
+    contact.state[i] = TOUCHES
     if limit <= 0.0:
-        held = touch.grip[i] > 0.0
-        touch.grip[i] = 0.0
+        held = contact.c_t[i] > 0.0
+        contact.c_t[i] = 0.0
         return held
     tx, ty, tz = ux - normal * n[0], uy - normal * n[1], uz - normal * n[2]
     speed = np.sqrt(tx * tx + ty * ty + tz * tz)
-    force = touch.grip[i] * speed
-    if touch.grip[i] >= c:
+    force = contact.c_t[i] * speed
+    if contact.c_t[i] >= c:
         if force <= limit:
             return False
-        touch.grip[i] = min(c, limit * c / (STIFF * (force - limit)))
+        contact.c_t[i] = min(c, limit * c / (STIFF * (force - limit)))
         return True
-    touch.grip[i] = min(c, limit / speed) if speed > 0.0 else c
-    return met or force > _ROUGH * limit
+    contact.c_t[i] = min(c, limit / speed) if speed > 0.0 else c
+    return is_new or force > _ROUGH * limit
 
 
 @njit(cache=True, parallel=True)
-def stop_normals(touch: Touch, v, distance, change) -> None:  # noqa: ANN001
+def stop_normals(contact: ContactState, v, distance, change) -> None:
     """Set change, (P, 3), to what takes from v the speed that only put points in their place [m/s], in place.
 
     A contact gives nothing back. What rises goes on until it is out.
@@ -229,8 +231,8 @@ def stop_normals(touch: Touch, v, distance, change) -> None:  # noqa: ANN001
     for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(v))):
             change[i] = 0.0
-            if touch.state[i] != FREE and not (touch.state[i] == INSIDE and distance[i] < -DEEP):
-                n = touch.normal[i]
-                excess = v[i, 0] * n[0] + v[i, 1] * n[1] + v[i, 2] * n[2] - touch.body[i]
+            if contact.state[i] != FREE and not (contact.state[i] == INSIDE and distance[i] < -DEEP):
+                n = contact.normal[i]
+                excess = v[i, 0] * n[0] + v[i, 1] * n[1] + v[i, 2] * n[2] - contact.body[i]
                 for a in range(3):
                     change[i, a] = -excess * n[a]

@@ -19,7 +19,7 @@ _PUSHED = 1e-4  # [m]; points that are moved out by less are not looked at
 _AGAINST = -0.5  # cosine between normals
 
 
-def give_way(
+def share_gap(
     points: np.ndarray,
     time: float,
     surfaces: Sequence[MovingSurface],
@@ -38,13 +38,13 @@ def give_way(
     pushed = pushed[probe.normal[pushed].any(axis=1)]
     if not len(pushed):
         return kept
-    wanted, normals = kept[pushed], probe.normal[pushed]
+    target_gap, normals = kept[pushed], probe.normal[pushed]
     ahead = Probe.blank(len(pushed), float(thickness.max(initial=0.0)))
     for surface in surfaces:
-        surface.probe(points[pushed] + (wanted - probe.distance[pushed])[:, None] * normals, time, ahead)
+        surface.probe(points[pushed] + (target_gap - probe.distance[pushed])[:, None] * normals, time, ahead)
     against = np.einsum("pc,pc->p", ahead.normal, normals) < _AGAINST
-    room = wanted + np.minimum(ahead.distance, thickness[pushed])
+    room = target_gap + np.minimum(ahead.distance, thickness[pushed])
     out = kept.copy()
-    share = wanted / np.maximum(wanted + thickness[pushed], _PUSHED)
+    share = target_gap / np.maximum(target_gap + thickness[pushed], _PUSHED)
     out[pushed[against]] = (share * room)[against]
     return out

@@ -1,9 +1,9 @@
-"""What points saw of the bodies around them, so that only those look again that may see something else.
+"""A cache of distances to bodies: only points whose answer may have changed are queried again.
 
-Within a step points are looked at many times: where they begin, where a stage is foreseen to end, where it ends, where
-the step does. At one time nobody sees anything new who stays in place, nor does a point that is free and so far from
-all bodies that it cannot have come near: distances change by at most STEEPEST times the way. Of those the distance may
-be off by that; nothing reads it where it is so great.
+Within a step points are queried many times: where they begin, where a stage is predicted to end, where it ends, where
+the step does. Within one time, a point that has not moved need not be
+queried again, nor a free point so far from all bodies that it cannot have come near: distances change by at most
+STEEPEST times the way. Of such points the cached distance may be off by that; nothing reads it where it is so great.
 """
 
 from collections.abc import Sequence
@@ -19,11 +19,11 @@ STEEPEST = 2.0
 
 
 @dataclass(eq=False)
-class Sight:
-    """What so many points saw of bodies that are one.
+class ProbeCache:
+    """The last answer for every point, of bodies taken as one.
 
-    reach   beyond which bodies do not show [m]; far  distance beyond which it does not matter what is seen [m]
-    probe   what was seen last: changed in place
+    reach   beyond which bodies are not found [m]; far  distance beyond which the answer does not matter [m]
+    probe   last answers: changed in place
     """
 
     surfaces: Sequence[MovingSurface]
@@ -38,16 +38,16 @@ class Sight:
         self.probe = Probe.blank(self.count, self.reach)
         self._places = np.full((self.count, 3), np.nan)
 
-    def renew(self, points: np.ndarray, time: float, who: np.ndarray, bound: np.ndarray) -> None:
-        """Look from points [m], (P, 3), at a time since the previous frame [s].
+    def renew(self, points: np.ndarray, time: float, active: np.ndarray, bound: np.ndarray) -> None:
+        """Query the bodies at points [m], (P, 3), at a time since the previous frame [s].
 
-        who    points that do, (P,) bool; the others keep what they saw last, wherever and whenever that was
-        bound  to a body, whatever its distance: these look unless they did from the same place, (P,) bool
+        active  points that are queried, (P,) bool; the others keep their last answers, from wherever and whenever
+        bound   to a body, whatever its distance: queried unless they have not moved, (P,) bool
         """
         if time != self._time:
             self._places[:] = np.nan
             self._time = time
-        again = np.flatnonzero(_unsure(points, self._places, self.probe.distance, who, bound, self.far))
+        again = np.flatnonzero(_unsure(points, self._places, self.probe.distance, active, bound, self.far))
         if len(again) == self.count:
             self._places[:] = points
             self._look(points, self.probe)
@@ -64,19 +64,19 @@ class Sight:
 
 
 @njit(cache=True, parallel=True)
-def _unsure(points, places, distance, who, bound, far):  # noqa: ANN001, ANN202
-    """Mark the points, (P,) bool, of those who look, that may see another body than they did from places, (P, 3)."""
+def _unsure(points, places, distance, active, bound, far):
+    """Mark the active points, (P,) bool, whose answers may differ from those at places, (P, 3)."""
     unsure = np.empty(len(points), np.bool_)
     for i in prange(len(points)):
         x, y, z = points[i, 0] - places[i, 0], points[i, 1] - places[i, 1], points[i, 2] - places[i, 2]
         way = np.sqrt(x * x + y * y + z * z)
         known = way == 0.0 or (not bound[i] and distance[i] - STEEPEST * way > far)
-        unsure[i] = who[i] and not known
+        unsure[i] = active[i] and not known
     return unsure
 
 
 @njit(cache=True, parallel=True)
-def _take(points, which, out, places):  # noqa: ANN001, ANN202
+def _take(points, which, out, places):
     """Set out, (n, 3), and the places of points to where those which, (n,), are, in place."""
     for k in prange(len(which)):
         for c in range(3):
@@ -84,8 +84,8 @@ def _take(points, which, out, places):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _put(some, which, distance, normal, velocity):  # noqa: ANN001, ANN202
-    """Write what some points, (n,), saw to what all have seen, a Probe, unpacked; in place."""
+def _put(some, which, distance, normal, velocity):
+    """Write the answers for some points, (n,), to those for all, a Probe, unpacked; in place."""
     for k in prange(len(which)):
         i = which[k]
         distance[i] = some.distance[k]

@@ -42,7 +42,7 @@ class Motion(NamedTuple):
 
 
 @njit(cache=True)
-def slide(u, n, push, friction):  # noqa: ANN001, ANN201
+def slide(u, n, push, friction):
     """Return relative motion u after a normal push >= 0 and the friction it causes; all (3,) tuples."""
     normal = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
     tx, ty, tz = u[0] - normal * n[0], u[1] - normal * n[1], u[2] - normal * n[2]
@@ -52,9 +52,9 @@ def slide(u, n, push, friction):  # noqa: ANN001, ANN201
     return normal * n[0] + keep * tx, normal * n[1] + keep * ty, normal * n[2] + keep * tz
 
 
-def farthest(begun: np.ndarray, dt: float) -> np.ndarray:
+def farthest(start_distance: np.ndarray, dt: float) -> np.ndarray:
     """Return the distances [m] up to which points that began a step of dt [s] at others are moved out, (P,); pure."""
-    return np.where(begun < -DEEP, -np.inf, begun + PUSH_OUT * dt)
+    return np.where(start_distance < -DEEP, -np.inf, start_distance + PUSH_OUT * dt)
 
 
 @njit(cache=True)
@@ -111,7 +111,7 @@ def project(
 
 
 @njit(cache=True)
-def _slow(motion, i, n, b, friction, dv):  # noqa: ANN001, ANN202
+def _slow(motion, i, n, b, friction, dv):
     """Take from the velocity what points into the body, with its friction."""
     v = motion.speeds[i]
     u = (v[0] - b[0], v[1] - b[1], v[2] - b[2])
@@ -120,7 +120,7 @@ def _slow(motion, i, n, b, friction, dv):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _meet(motion, i, n, b, push, dt, friction, dx, dv):  # noqa: ANN001, ANN202
+def _meet(motion, i, n, b, push, dt, friction, dx, dv):
     """Move a point that is too near out, friction acting on what it moved in the step."""
     p, q = motion.after[i], motion.before[i]
     u = (p[0] - q[0] - dt * b[0], p[1] - q[1] - dt * b[1], p[2] - q[2] - dt * b[2])
@@ -130,7 +130,7 @@ def _meet(motion, i, n, b, push, dt, friction, dx, dv):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _stop(motion, i, share, n, b, dt, friction, dx, dv):  # noqa: ANN001, ANN202
+def _stop(motion, i, share, n, b, dt, friction, dx, dv):
     """Let a point that went through go on along the surface from where it met it."""
     p, q = motion.after[i], motion.before[i]
     w = ((p[0] - q[0]) / dt - b[0], (p[1] - q[1]) / dt - b[1], (p[2] - q[2]) / dt - b[2])

@@ -1,5 +1,11 @@
-"""Pairs of segments that may come near each other within a step."""
+"""Broad phase: pairs of segments that may come near each other within a step, also while where it ends is changed.
 
+All pairs that come within reach are listed once. As long as no point ends farther than half of that from where it did
+when its pairs were listed, none is missed. The pairs of what ends farther are listed anew, or those of all hair, where
+that is cheaper.
+"""
+
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +15,9 @@ from hairpipe.spatial.pair_search import search
 from hairpipe.spatial.pairs import known_pairs, picked
 from hairpipe.spatial.segment_tree import Frame, Tree, build_tree, find_frame
 from hairpipe.spatial.segments import all_segments, refuse_lost
+
+_MANY = 0.125
+"""Part of all points; the pairs of more segments than that are listed with all others, which lasts longer."""
 
 
 class Neighbourhood(NamedTuple):
@@ -76,9 +85,86 @@ def swept_pairs_of(
 
 
 @njit(cache=True, parallel=True)
-def _lack(pairs, marked):  # noqa: ANN001, ANN202
+def _lack(pairs, marked):
     """Mark the pairs, (n, 2), of which one is not marked, (n,) bool."""
     lack = np.empty(len(pairs), np.bool_)
     for k in prange(len(pairs)):
         lack[k] = not (marked[pairs[k, 0]] and marked[pairs[k, 1]])
     return lack
+
+
+@dataclass(eq=False)
+class Candidates:
+    """Pairs of segments that may cross in a step.
+
+    before, after  positions [m], (P, 3) float64
+    offsets        of the strands, (strands+1,) int32
+    reach          [m]; the longer, the more pairs, and the less often
+    ignored        keys of pairs that may cross, sorted; or None
+    pairs          that may cross on the way to where points end now, and some others, (n, 2) int32
+    """
+
+    before: np.ndarray
+    after: np.ndarray
+    offsets: np.ndarray
+    reach: float
+    ignored: np.ndarray | None
+    pairs: np.ndarray = field(init=False)
+    _around: Neighbourhood = field(init=False)
+    _all: np.ndarray = field(init=False)
+    _sorted: np.ndarray = field(init=False)
+    _listed: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._list_all(self.after)
+
+    def renew(self, ends: np.ndarray) -> None:
+        """Let points end elsewhere [m], (P, 3)."""
+        if not _apart(ends, self._listed, 0.5 * self.reach).any():
+            return
+        far = _apart(ends, self._sorted, 0.5 * self.reach)
+        touched = touched_by(far, self.offsets)
+        segments = np.flatnonzero(touched).astype(np.int32)
+        if len(segments) > _MANY * len(ends):
+            self._list_all(ends)
+        else:
+            # An end that is not far is where it was: else it might go on by half the reach, again and again.
+            self._listed = np.where(far[:, None], ends, self._sorted)
+            fresh = swept_pairs_of(self._around, segments, self.before, self._listed, self.ignored)
+            self.pairs = np.concatenate([picked(self._all, ~_among(self._all, touched)), fresh])
+
+    def of(self, points: np.ndarray) -> np.ndarray:
+        """Give the pairs with one of the points that are marked, (P,) bool."""
+        return picked(self.pairs, _among(self.pairs, touched_by(points, self.offsets)))
+
+    def _list_all(self, ends: np.ndarray) -> None:
+        self._around = neighbourhood(self.before, ends, self.offsets, self.reach)
+        self._all = self.pairs = swept_pairs(self._around, self.ignored)
+        self._sorted = self._listed = ends.copy()
+
+
+def touched_by(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Mark the segments, by where they begin, of which an end is marked, (P,) bool; pure."""
+    touched = points.copy()
+    touched[:-1] |= points[1:]
+    touched[offsets[1:] - 1] = False
+    return touched
+
+
+@njit(cache=True, parallel=True)
+def _apart(x, y, distance):
+    """Mark the points that are farther than a distance apart, (P,) bool; those that are lost, too."""
+    apart = np.empty(len(x), np.bool_)
+    for k in prange(len(x)):
+        a, b, c = x[k, 0] - y[k, 0], x[k, 1] - y[k, 1], x[k, 2] - y[k, 2]
+        apart[k] = not a * a + b * b + c * c <= distance * distance
+    return apart
+
+
+@njit(cache=True, parallel=True)
+def _among(pairs, marked):
+    """Mark the pairs, (n, 2), of which one is marked, (n,) bool."""
+    among = np.empty(len(pairs), np.bool_)
+    for k in prange(len(pairs)):
+        among[k] = marked[pairs[k, 0]] or marked[pairs[k, 1]]
+    return among

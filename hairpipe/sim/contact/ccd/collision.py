@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.simd_vec3 import dot, minus, plus, scaled
-from hairpipe.sim.contact.ccd.candidates import Candidates
+from hairpipe.kernels.vec3 import dot, minus, plus, scaled
+from hairpipe.sim.contact.ccd.broad_phase import Candidates
 from hairpipe.sim.contact.ccd.crossings import Crossings, crossings
 from hairpipe.sim.contact.contact_points import apply, between, impulse, inverse_mass
 from hairpipe.sim.settings import Collisions
@@ -87,7 +87,7 @@ def _in_time(*known: Crossings) -> Crossings:
 
 
 @njit(cache=True, parallel=True)
-def _end(after, previous, change, dt, ends, struck):  # noqa: ANN001, ANN202
+def _end(after, previous, change, dt, ends, struck):
     """Find where points end, (P, 3), and mark those whose change of velocity was another before, (P,) bool."""
     for k in prange(len(after)):
         struck[k] = False
@@ -97,7 +97,7 @@ def _end(after, previous, change, dt, ends, struck):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _passages(before, after, masses, met, thickness, dt):  # noqa: ANN001, ANN202
+def _passages(before, after, masses, met, thickness, dt):
     """What every crossing is without impulses: n, u [m/s], n.u wanted [m/s], mass of the pair [kg] or 0, (n, 8)."""
     segments, fractions, normals = met.segments, met.fractions, met.normals
     passages = np.empty((len(segments), 8))
@@ -114,7 +114,7 @@ def _passages(before, after, masses, met, thickness, dt):  # noqa: ANN001, ANN20
 
 
 @njit(cache=True, error_model="numpy")
-def _solve(change, passages, masses, segments, fractions, friction):  # noqa: ANN001, ANN202
+def _solve(change, passages, masses, segments, fractions, friction):
     """Add the effect of impulses to the change of velocity, crossing by crossing, in place."""
     for _ in range(_SWEEPS):
         for i in range(len(segments)):

@@ -5,20 +5,29 @@ f(t) = (A x C) . P = 0, Bridson et al. 2002 Sec. 6. As a product of linear funct
 
     b0 = N0.P0,  b1 = (N01.P0 + N0.P1) / 3,  b2 = (N01.P1 + N1.P0) / 3,  b3 = N1.P1,   N01 = A0 x C1 + A1 x C0
 
-of which no difference is taken; where all have one sign there is no root. Between its extremes f is monotone.
+of which no difference is taken; where all have one sign there is no root. `may_cross` finds that for eight pairs at
+once, and most pairs are done with it. Between its extremes f is monotone.
+
+Of segments that lie in one plane all the time, or are nearly parallel, the cubic says nothing. These meet where an end
+comes to the other's line: with E from the start of a segment A to an end of the other, E x A = 0, a quadratic in time,
+solved where its largest component is zero.
 """
 
 import numpy as np
 from numba import njit
 
 from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import WIDTH, bits, either, load, maximum, minimum, sqrt
 from hairpipe.kernels.vec3 import Vector, cross, dot, length, minus, mix, plus
-from hairpipe.sim.contact.ccd.grazing import first_graze, quadratic_roots
 from hairpipe.sim.contact.ccd.moving_segments import NEARLY_PARALLEL, Encounter, lengths, meet, touch_inside
 from hairpipe.spatial.segments import TOUCHING
 
 Cubic = tuple[float, float, float, float]
-ROUNDING = 32 * 2.0**-52
+Path = tuple[Vector, Vector]
+"""Of a point, from the start of the step to its end [m]."""
+ROWS = 18
+"""Rows of lanes that `may_cross` computes in."""
+_ROUNDING = 32 * 2.0**-52
 _LOOSEST = 1e-4
 """Distance over the lengths of both segments at a root that rounding blurs."""
 _EXACTLY = 1e-9
@@ -33,7 +42,7 @@ def coplanar_time(pair: Encounter) -> float:
     N0, N1, N01 = cross(A0, C0), cross(A1, C1), plus(cross(A0, C1), cross(A1, C0))
     b = (dot(N0, P0), (dot(N01, P0) + dot(N0, P1)) / 3.0, (dot(N01, P1) + dot(N1, P0)) / 3.0, dot(N1, P1))
     area = max(length(A0), length(A1)) * max(length(C0), length(C1))
-    noise = ROUNDING * area * max(length(P0), length(P1))
+    noise = _ROUNDING * area * max(length(P0), length(P1))
     if min(min(b[0], b[1]), min(b[2], b[3])) > noise or max(max(b[0], b[1]), max(b[2], b[3])) < -noise:
         return np.inf
     time = _first_root(pair, b, noise)
@@ -123,3 +132,81 @@ def _pass(pair: Encounter, time: float, noise: float) -> bool:
         blur = noise / area if area > 0.0 else np.inf
         allowed = max(TOUCHING * size, min(blur, _LOOSEST * size))
     return squared <= allowed * allowed
+
+
+@njit(cache=True)
+def first_graze(pair: Encounter) -> float:
+    """Return the first fraction of the step at which an end is on the other's line and they touch, else inf."""
+    a, b, c, d = pair
+    first = np.inf
+    for end, start, stop in ((a, c, d), (b, c, d), (c, a, b), (d, a, b)):
+        for time in _times_on_line(end, start, stop):
+            if time < first and touch_inside(pair, time):
+                first = time
+    return first
+
+
+@njit(cache=True)
+def _times_on_line(end: Path, start: Path, stop: Path) -> tuple[float, float]:
+    E0, E1 = minus(end[0], start[0]), minus(end[1], start[1])
+    A0, A1 = minus(stop[0], start[0]), minus(stop[1], start[1])
+    q0, q1, q2 = cross(E0, A0), plus(cross(E0, A1), cross(E1, A0)), cross(E1, A1)
+    largest, times = -1.0, (1.0, 1.0)
+    for first, doubled, last in zip(q0, q1, q2):  # noqa: B905, numba has no strict
+        size = max(abs(first), abs(0.5 * doubled), abs(last))
+        if size > largest:
+            largest, times = size, quadratic_roots(first, 0.5 * doubled, last)
+    return times
+
+
+@inlined
+def quadratic_roots(first: float, middle: float, last: float) -> tuple[float, float]:
+    """Return the roots of first u^2 + 2 middle u t + last t^2, u = 1 - t, in 0 < t < 1, in order, and 1 for others.
+
+    Of one without roots that is twice where it comes closest to zero: rounding may have taken a double root away.
+    """
+    square, half = first - 2.0 * middle + last, middle - first
+    q = -(half + np.copysign(np.sqrt(max(half * half - square * first, 0.0)), half))
+    x = q / square if square != 0.0 else 1.0
+    y = first / q if q != 0.0 else 1.0
+    x, y = x if 0.0 < x < 1.0 else 1.0, y if 0.0 < y < 1.0 else 1.0
+    return min(x, y), max(x, y)
+
+
+@inlined
+def may_cross(before, after, pairs, start, room):
+    """Return which of the pairs from `start` on may have a root, as bits of an int64, eight of them or to the end.
+
+    room  to compute in, (ROWS, WIDTH) float64
+    """
+    count = min(len(pairs) - start, WIDTH)
+    for lane in range(WIDTH):
+        i, j = pairs[start + min(lane, count - 1), 0], pairs[start + min(lane, count - 1), 1]
+        for x in range(3):
+            room[x, lane] = before[i + 1, x] - before[i, x]
+            room[3 + x, lane] = after[i + 1, x] - after[i, x]
+            room[6 + x, lane] = before[j + 1, x] - before[j, x]
+            room[9 + x, lane] = after[j + 1, x] - after[j, x]
+            room[12 + x, lane] = before[j, x] - before[i, x]
+            room[15 + x, lane] = after[j, x] - after[i, x]
+    A0, A1, C0, C1, P0, P1 = (
+        _row(room, 0),
+        _row(room, 3),
+        _row(room, 6),
+        _row(room, 9),
+        _row(room, 12),
+        _row(room, 15),
+    )
+    N0, N1, X, Y = cross(A0, C0), cross(A1, C1), cross(A0, C1), cross(A1, C0)
+    N01 = (X[0] + Y[0], X[1] + Y[1], X[2] + Y[2])
+    b0, b3 = dot(N0, P0), dot(N1, P1)
+    b1, b2 = (dot(N01, P0) + dot(N0, P1)) / 3.0, (dot(N01, P1) + dot(N1, P0)) / 3.0
+    sizes = maximum(dot(A0, A0), dot(A1, A1)) * maximum(dot(C0, C0), dot(C1, C1))
+    noise = _ROUNDING * sqrt(sizes * maximum(dot(P0, P0), dot(P1, P1)))
+    low, high = minimum(minimum(b0, b1), minimum(b2, b3)), maximum(maximum(b0, b1), maximum(b2, b3))
+    return ((1 << count) - 1) & ~bits(either(low > noise, high < -noise))
+
+
+@inlined
+def _row(room, r):
+    return load(room, (r,)), load(room, (r + 1,)), load(room, (r + 2,))

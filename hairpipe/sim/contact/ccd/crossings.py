@@ -6,10 +6,8 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.simd import WIDTH, lowest
-from hairpipe.sim.contact.ccd.coplanarity import coplanar_time
-from hairpipe.sim.contact.ccd.crossing_normal import crossing_normal
-from hairpipe.sim.contact.ccd.cubic_signs import ROWS, may_cross
-from hairpipe.sim.contact.ccd.moving_segments import encounter, meet
+from hairpipe.sim.contact.ccd.coplanarity import ROWS, coplanar_time, may_cross
+from hairpipe.sim.contact.ccd.moving_segments import crossing_normal, encounter, meet
 from hairpipe.spatial.pairs import key_of
 
 _CHUNK = 1024
@@ -50,7 +48,7 @@ def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Cross
 
 
 @njit(cache=True, parallel=True)
-def _find_times(before, after, pairs, times):  # noqa: ANN001, ANN202
+def _find_times(before, after, pairs, times):
     for chunk in prange(-(-len(pairs) // _CHUNK)):
         room = np.empty((ROWS, WIDTH))
         for start in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(pairs)), WIDTH):
@@ -63,7 +61,7 @@ def _find_times(before, after, pairs, times):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _describe(before, after, segments, times, fractions, normals):  # noqa: ANN001, ANN202
+def _describe(before, after, segments, times, fractions, normals):
     for k in prange(len(segments)):
         pair = encounter(before, after, segments[k, 0], segments[k, 1])
         fractions[k, 0], fractions[k, 1], _ = meet(pair, times[k])

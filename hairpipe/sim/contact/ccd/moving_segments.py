@@ -1,16 +1,30 @@
-"""Two segments that move linearly through a step."""
+"""Two segments that move linearly through a step: where they are closest, and how they are kept apart."""
 
 from typing import NamedTuple
 
 import numpy as np
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, length, minus, mix, row
+from hairpipe.kernels.vec3 import (
+    Vector,
+    any_across,
+    cross,
+    dot,
+    flattened,
+    length,
+    minus,
+    mix,
+    row,
+    times,
+    unit,
+)
 from hairpipe.spatial.segment_distance import closest_on_segments
 from hairpipe.spatial.segments import TOUCHING
 
 NEARLY_PARALLEL = 1e-6
 """Sine of an angle: what lies farther apart anywhere on the two for that is still touching."""
+_PARALLEL = 1e-8
+"""Sine of the angle below which the normal of the plane of both is rounding."""
 
 
 class Encounter(NamedTuple):
@@ -57,3 +71,27 @@ def touch_inside(pair: Encounter, time: float) -> bool:
     """Whether the segments touch at a fraction of the step, neither with an end."""
     s, t, squared = meet(pair, time)
     return 0.0 < s < 1.0 and 0.0 < t < 1.0 and squared <= (TOUCHING * lengths(pair)) ** 2
+
+
+@inlined
+def crossing_normal(pair: Encounter, time: float, s: float, t: float) -> Vector:
+    """Return the unit normal against which the first segment's point approaches the second's.
+
+    s, t  fractions of the segments where they meet, at a fraction of the step
+
+    The normal of both; of parallel ones the direction of approach, across them. Where they meet without approaching it
+    is some direction across the first.
+    """
+    A = minus(mix(pair.b[0], pair.b[1], time), mix(pair.a[0], pair.a[1], time))
+    C = minus(mix(pair.d[0], pair.d[1], time), mix(pair.c[0], pair.c[1], time))
+    first = mix(minus(pair.a[1], pair.a[0]), minus(pair.b[1], pair.b[0]), s)
+    second = mix(minus(pair.c[1], pair.c[0]), minus(pair.d[1], pair.d[0]), t)
+    approach = minus(second, first)
+    normal = cross(A, C)
+    if length(normal) <= _PARALLEL * length(A) * length(C):
+        along = A if dot(A, A) >= dot(C, C) else C
+        normal = flattened(approach, unit(along, (0.0, 0.0, 0.0)))
+        if length(normal) <= _PARALLEL * length(approach) or length(normal) == 0.0:
+            normal = any_across(along)
+    normal = unit(normal, (0.0, 0.0, 1.0))
+    return normal if dot(normal, approach) >= 0.0 else times(-1.0, normal)

@@ -12,9 +12,9 @@ from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.prefetch import AHEAD, fetch
-from hairpipe.kernels.simd_vec3 import plus, scaled
 from hairpipe.kernels.simd_vec4 import WHOLE, dot, item, load_four, load_short_four, without_first, zeros
 from hairpipe.kernels.sym3 import outer
+from hairpipe.kernels.vec3 import plus, scaled
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings, Incidence
 
 _CHUNK = 2048
@@ -22,7 +22,7 @@ _CHUNK = 2048
 _NO_BLOCK, _NO_PUSH = (0.0,) * 6, (0.0,) * 3
 
 
-class Sides(NamedTuple):
+class CouplingRows(NamedTuple):
     """Couplings that act as segment after segment sees them, and what each point has of them for itself.
 
     first      those of segment k are first[k] : first[k+1], (points+1,) int32
@@ -43,7 +43,7 @@ class Sides(NamedTuple):
     following: np.ndarray
 
 
-def sides_of(couplings: Couplings, incidence: Incidence) -> Sides:
+def coupling_rows(couplings: Couplings, incidence: Incidence) -> CouplingRows:
     """Sort couplings that act by the segments that they touch, and sum up what points have of them; pure."""
     first = np.zeros_like(incidence.first)
     _count_acting(couplings.acts, incidence, first)
@@ -51,13 +51,13 @@ def sides_of(couplings: Couplings, incidence: Incidence) -> Sides:
     # Memory from numpy, in huge pages: all of it is read in every iteration.
     others, places = np.empty(count, np.int32), np.empty((count, 4), np.int16)
     own = (np.empty((points, size), dtype) for size, dtype in ((3, np.float64), (6, np.float32), (6, np.float32)))
-    out = Sides(first, others, places, np.empty((count, 3), np.float32), *own)
+    out = CouplingRows(first, others, places, np.empty((count, 3), np.float32), *own)
     _gather(couplings, incidence, out)
     return out
 
 
 @njit(cache=True, parallel=True)
-def _count_acting(acts, incidence, first):  # noqa: ANN001, ANN202
+def _count_acting(acts, incidence, first):
     for chunk in prange(-(-(len(first) - 1) // _CHUNK)):
         for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(first) - 1)):
             for e in range(incidence.first[k], incidence.first[k + 1]):
@@ -67,13 +67,13 @@ def _count_acting(acts, incidence, first):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, parallel=True)
-def _gather(couplings, incidence, out):  # noqa: ANN001, ANN202
+def _gather(couplings, incidence, out):
     for chunk in prange(-(-len(out.push) // _CHUNK)):
         _gather_some(couplings, incidence, out, np.int64(chunk) * _CHUNK)
 
 
 @njit(cache=True)
-def _gather_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
+def _gather_some(couplings, incidence, out, begin):
     """Walk along the segments of a chunk: each gives the part of its own point, and carries that of the next.
 
     The segment before the chunk, which carries something into it, is walked twice, and entered twice alike.
@@ -110,24 +110,24 @@ def _gather_some(couplings, incidence, out, begin):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _enter(couplings, i, j, sides, place):  # noqa: ANN001, ANN202
+def _enter(couplings, i, j, rows, place):
     """Write down coupling i as its segment j sees it; return its matrix, xx to zz, and where it is, as written down."""
-    sides.others[place] = couplings.segments[i, 1 - j]
+    rows.others[place] = couplings.segments[i, 1 - j]
     # Towards zero: a direction that is longer than 1 would make a matrix that is not positive.
     for c in range(3):
-        sides.places[place, c] = np.int16(WHOLE * couplings.exerted[i, DIRECTION + c])
-    sides.places[place, 3] = _rounded(couplings.fractions[i, 1 - j])
-    sides.numbers[place, 0] = couplings.exerted[i, ACROSS]
-    sides.numbers[place, 1] = couplings.exerted[i, ALONG] - couplings.exerted[i, ACROSS]
-    sides.numbers[place, 2] = _rounded(couplings.fractions[i, j]) / WHOLE
-    across, more = np.float64(sides.numbers[place, 0]), np.float64(sides.numbers[place, 1])
-    x, y, z = sides.places[place, 0] / WHOLE, sides.places[place, 1] / WHOLE, sides.places[place, 2] / WHOLE
+        rows.places[place, c] = np.int16(WHOLE * couplings.exerted[i, DIRECTION + c])
+    rows.places[place, 3] = _rounded(couplings.fractions[i, 1 - j])
+    rows.numbers[place, 0] = couplings.exerted[i, ACROSS]
+    rows.numbers[place, 1] = couplings.exerted[i, ALONG] - couplings.exerted[i, ACROSS]
+    rows.numbers[place, 2] = _rounded(couplings.fractions[i, j]) / WHOLE
+    across, more = np.float64(rows.numbers[place, 0]), np.float64(rows.numbers[place, 1])
+    x, y, z = rows.places[place, 0] / WHOLE, rows.places[place, 1] / WHOLE, rows.places[place, 2] / WHOLE
     xx, xy, xz, yy, yz, zz = outer(more, (x, y, z))
-    return (across + xx, xy, xz, across + yy, yz, across + zz), np.float64(sides.numbers[place, 2])
+    return (across + xx, xy, xz, across + yy, yz, across + zz), np.float64(rows.numbers[place, 2])
 
 
 @inlined
-def _more_block(sums, weight, M):  # noqa: ANN001, ANN202
+def _more_block(sums, weight, M):
     return (
         sums[0] + weight * M[0],
         sums[1] + weight * M[1],
@@ -139,30 +139,30 @@ def _more_block(sums, weight, M):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _rounded(fraction):  # noqa: ANN001, ANN202
+def _rounded(fraction):
     return np.int16(WHOLE * fraction + 0.5)
 
 
 @inlined
-def _acts(matrix, i):  # noqa: ANN001, ANN202
+def _acts(matrix, i):
     """Whether a matrix, positive semidefinite, is not zero."""
     return matrix[i, 0] + matrix[i, 3] + matrix[i, 5] > 0.0
 
 
 @njit(cache=True, parallel=True)
-def multiply_across(sides: Sides, v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
+def multiply_across(rows: CouplingRows, v: np.ndarray, start: np.ndarray, out: np.ndarray) -> None:
     """Set out to start + O v, O being the terms between points of different sides of a coupling, in place.
 
     v           [m/s], (points, 3) float32
     start, out  [N s], (points, 3) float32
     """
-    places, speeds = sides.places.reshape(-1), v.reshape(-1)
+    places, speeds = rows.places.reshape(-1), v.reshape(-1)
     for chunk in prange(-(-len(out) // _CHUNK)):
-        _multiply_some(sides, places, speeds, start, out, np.int64(chunk) * _CHUNK)
+        _multiply_some(rows, places, speeds, start, out, np.int64(chunk) * _CHUNK)
 
 
 @njit(cache=True, parallel=True)
-def rounded_speeds(v):  # noqa: ANN001, ANN201
+def rounded_speeds(v):
     """Copy vectors, (points, 3), one behind the other in single precision, (3 points,)."""
     out = np.empty(3 * len(v), np.float32)
     for chunk in prange(-(-len(v) // _CHUNK)):
@@ -173,38 +173,38 @@ def rounded_speeds(v):  # noqa: ANN001, ANN201
 
 
 @njit(cache=True, parallel=True)
-def impulses_after(sides: Sides, change: np.ndarray, who: np.ndarray, out: np.ndarray) -> None:
+def impulses_after(rows: CouplingRows, change: np.ndarray, active: np.ndarray, out: np.ndarray) -> None:
     """Set out to what points get after velocities have changed, J^T (push - M J dv), where asked for, in place.
 
     change  dv [m/s], (points, 3)
-    who     points that are asked for, (points,) bool
+    active     points that are asked for, (points,) bool
     out     [N s], (points, 3)
     """
-    places, rounded = sides.places.reshape(-1), rounded_speeds(change)
+    places, rounded = rows.places.reshape(-1), rounded_speeds(change)
     for chunk in prange(-(-len(out) // _CHUNK)):
         begin = np.int64(chunk) * _CHUNK
         for k in range(begin, min(begin + _CHUNK, len(out))):
-            if who[k]:
-                total, far = _across(sides, places, k, rounded)
+            if active[k]:
+                total, far = _across(rows, places, k, rounded)
                 near = total - far
                 if k > 0:
-                    near = near + _across(sides, places, k - 1, rounded)[1]
-                own = _own_part(sides, change, k)
+                    near = near + _across(rows, places, k - 1, rounded)[1]
+                own = _own_part(rows, change, k)
                 for c in range(3):
-                    out[k, c] = sides.push[k, c] - own[c] + item(near, c)
+                    out[k, c] = rows.push[k, c] - own[c] + item(near, c)
 
 
 @njit(cache=True, parallel=True)
-def follow(sides: Sides, change: np.ndarray, who: np.ndarray, total: np.ndarray, out: np.ndarray) -> None:
-    """Take note that velocities of points who have changed, in place; arguments as for `impulses_after`.
+def follow(rows: CouplingRows, change: np.ndarray, active: np.ndarray, total: np.ndarray, out: np.ndarray) -> None:
+    """Take note that velocities of active points have changed, in place; arguments as for `impulses_after`.
 
     total  of all changes, to which this one is added; what is not finite does not move for others [m/s], (points, 3)
     out    impulses, from which is subtracted what the own strand's change makes of them [N s], (points, 3)
     """
     for chunk in prange(-(-len(out) // _CHUNK)):
         for k in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(out))):
-            if who[k]:
-                own = _own_part(sides, change, k)
+            if active[k]:
+                own = _own_part(rows, change, k)
                 for c in range(3):
                     out[k, c] -= own[c]
                     if abs(change[k, c]) < np.inf:
@@ -212,9 +212,9 @@ def follow(sides: Sides, change: np.ndarray, who: np.ndarray, total: np.ndarray,
 
 
 @inlined
-def _own_part(sides, v, k):  # noqa: ANN001, ANN202
+def _own_part(rows, v, k):
     """What own blocks make of velocities at point k [N s]."""
-    diagonal, following = sides.diagonal, sides.following
+    diagonal, following = rows.diagonal, rows.following
     y = _times(diagonal, k, v, k)
     # Where nothing acts, the next point may be another strand's, and lost.
     if _acts(following, k):
@@ -225,7 +225,7 @@ def _own_part(sides, v, k):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _times(M, m, v, k):  # noqa: ANN001, ANN202
+def _times(M, m, v, k):
     a, b, c = v[k, 0], v[k, 1], v[k, 2]
     return (
         M[m, 0] * a + M[m, 1] * b + M[m, 2] * c,
@@ -235,9 +235,9 @@ def _times(M, m, v, k):  # noqa: ANN001, ANN202
 
 
 @inlined
-def _across(sides, places, k, v):  # noqa: ANN001, ANN202
+def _across(rows, places, k, v):
     """What moves on the other sides gives to segment k in all, and to its next point: -O v [N s]."""
-    first, others, numbers = sides.first, sides.others, sides.numbers
+    first, others, numbers = rows.first, rows.others, rows.numbers
     total, far = zeros(), zeros()
     for e in range(first[k], first[k + 1]):
         ahead = np.int64(others[min(e + AHEAD, len(others) - 1)])
@@ -253,11 +253,11 @@ def _across(sides, places, k, v):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True)
-def _multiply_some(sides, places, v, start, out, begin):  # noqa: ANN001, ANN202
+def _multiply_some(rows, places, v, start, out, begin):
     """Walk as `_gather_some` does."""
-    carried = _across(sides, places, begin - 1, v)[1] if begin > 0 else zeros()
+    carried = _across(rows, places, begin - 1, v)[1] if begin > 0 else zeros()
     for k in range(begin, min(begin + _CHUNK, len(out))):
-        total, far = _across(sides, places, k, v)
+        total, far = _across(rows, places, k, v)
         near = total - far + carried
         for c in range(3):
             out[k, c] = start[k, c] - item(near, c)

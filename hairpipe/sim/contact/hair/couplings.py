@@ -18,7 +18,7 @@ P + O is the matrix of the whole system:
 
 The right-hand side of the strands gets J^T push. Rows of held particles (roots) are fixed after all of that. Which
 couplings touch a point is found once, by `find_incidence`, and holds as long as `segments` stay what they are; every
-point gathers from its own list, in the order of the couplings, so that no result depends on threads: `sides_of` in
+point gathers from its own list, in the order of the couplings, so that no result depends on threads: `coupling_rows` in
 `sim/contact/hair/coupling_operator.py`.
 """
 

@@ -10,19 +10,19 @@ REST = 1.5
 """Pairs that the groom has within so many thicknesses are ignored for ever, as in the authors' code."""
 
 
-def united(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def union(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the union of two sets of pairs, (n,) and (m,) int64; pure."""
     out = np.empty(len(a) + len(b), np.int64)
     return out[: _unite(a, b, out)]
 
 
-def common(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def intersection(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Return the pairs that are in both of two sets, (n,) and (m,) int64; pure."""
     return np.intersect1d(a, b, assume_unique=True)
 
 
 @njit(cache=True)
-def _unite(a, b, out):  # noqa: ANN001, ANN202
+def _unite(a, b, out):
     i, j, count = 0, 0, 0
     while i < len(a) and j < len(b):
         out[count] = min(a[i], b[j])

@@ -8,7 +8,13 @@ import numpy as np
 
 from hairpipe.sim.contact.ccd.collision import collide
 from hairpipe.sim.contact.contact_points import REACH, Contacts, find_contacts
-from hairpipe.sim.contact.hair.coupling_operator import Sides, follow, impulses_after, multiply_across, sides_of
+from hairpipe.sim.contact.hair.coupling_operator import (
+    CouplingRows,
+    coupling_rows,
+    follow,
+    impulses_after,
+    multiply_across,
+)
 from hairpipe.sim.contact.hair.couplings import (
     Incidence,
     Joined,
@@ -17,7 +23,7 @@ from hairpipe.sim.contact.hair.couplings import (
     join,
     part_of,
 )
-from hairpipe.sim.contact.hair.exclusions import common, united
+from hairpipe.sim.contact.hair.exclusions import intersection, union
 from hairpipe.sim.contact.hair.impulses import sweep
 from hairpipe.sim.contact.hair.repulsion import linearise as linearise_contacts
 from hairpipe.sim.contact.hair.stiction import Connections, connect, no_connections, release, room
@@ -56,7 +62,7 @@ class HairContacts:
     _contacts: Contacts | None = field(default=None, init=False)
     _places: Joined = field(init=False)
     _incidence: Incidence = field(init=False)
-    _sides: Sides = field(init=False)
+    _sides: CouplingRows = field(init=False)
     _change: np.ndarray | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
@@ -67,7 +73,7 @@ class HairContacts:
             sought.append((REACH * self._coupled.thickness, self.at_rest[1]))
         # One search finds both: what is within the longer reach, and not left out by either.
         self._reach = max((reach for reach, _ in sought), default=0.0)
-        self._never = reduce(common, [keys for _, keys in sought]) if sought else np.empty(0, np.int64)
+        self._never = reduce(intersection, [keys for _, keys in sought]) if sought else np.empty(0, np.int64)
 
     def begin(self, points: np.ndarray, speeds: np.ndarray) -> None:
         """Look around at the start of a step: connections break and are made, contacts are found."""
@@ -75,7 +81,7 @@ class HairContacts:
             self.connections = release(self.connections, points, self.stiction.release)
         pairs = self._meet(points)
         if self.collisions is not None:
-            self._ignored = united(self.at_rest[1], key_of(self.connections.segments))
+            self._ignored = union(self.at_rest[1], key_of(self.connections.segments))
         if self._coupled is not None:
             self._contacts = find_contacts(pairs, points, speeds, self._coupled)
         self._places = join(self.connections, *([] if self._contacts is None else [self._contacts]))
@@ -91,51 +97,53 @@ class HairContacts:
         if not self._reach:
             return empty_pairs()
         count, stuck = len(points), key_of(self.connections.segments)
-        near, fresh = pairs_about(points, self.offsets, self._reach, united(self._never, stuck)), empty_pairs()
+        near, fresh = pairs_about(points, self.offsets, self._reach, union(self._never, stuck)), empty_pairs()
         if self.stiction is not None:
             may, most = within(near, count, self.stiction.reach, self.at_rest[0]), self.stiction.closest
             fresh = closest_pairs(points, near, may, most, room(self.connections, count, most))
             self.connections = connect(self.connections, fresh)
         if self._coupled is None:
             return empty_pairs()
-        aside = united(self.at_rest[1], key_of(fresh.segments))
+        aside = union(self.at_rest[1], key_of(fresh.segments))
         return approaches(near, within(near, count, REACH * self._coupled.thickness, aside))
 
     def linearise(
         self,
         points: np.ndarray,
         speeds: np.ndarray,
-        felt: np.ndarray,
+        lagged_velocity: np.ndarray,
         masses: np.ndarray,
         weights: np.ndarray,
         span: float,
-        who: np.ndarray,
+        active: np.ndarray,
     ) -> None:
         """Linearise what strands do to each other at a prediction; see `couplings.py` for weights, (P,), and span.
 
-        felt  velocities that contacts and their friction go by [m/s], (P, 3); see `repulsion.py`
-        who  points of strands that are solved, (P,) bool; what the others do to each other is left out
+        lagged_velocity  velocities that contacts and their friction go by [m/s], (P, 3); see `repulsion.py`
+        active  points of strands that are solved, (P,) bool; what the others do to each other is left out
         """
         couplings, stuck = couplings_at(self._places), len(self.connections.segments)
         if self.stiction is not None:
             rest = part_of(couplings, 0, stuck)
-            linearise_connections(self.connections, points, speeds, masses, self.stiction, weights, span, who, rest)
+            linearise_connections(self.connections, points, speeds, masses, self.stiction, weights, span, active, rest)
         if self._contacts is not None and self._coupled is not None:
             rest = part_of(couplings, stuck, len(couplings.acts))
-            linearise_contacts(self._contacts, points, speeds, felt, masses, self._coupled, weights, span, who, rest)
-        self._sides, self._change = sides_of(couplings, self._incidence), None
+            linearise_contacts(
+                self._contacts, points, speeds, lagged_velocity, masses, self._coupled, weights, span, active, rest
+            )
+        self._sides, self._change = coupling_rows(couplings, self._incidence), None
 
     @property
     def own(self) -> tuple[np.ndarray, np.ndarray]:
-        """Blocks by which impulses change with the strand's own velocities [kg], two of (P, 6) float32: `Sides`."""
+        """Blocks by which impulses change with the strand's own velocities [kg], two of (P, 6) float32."""
         return self._sides.diagonal, self._sides.following
 
-    def impulses(self, who: np.ndarray, out: np.ndarray) -> None:
-        """Set out, (P, 3) [N s], to what points who, (P,) bool, get where solves have left all of them, in place."""
+    def impulses(self, active: np.ndarray, out: np.ndarray) -> None:
+        """Set out, (P, 3) [N s], to what active points, (P,) bool, get where solves have left all of them, in place."""
         if self._change is None:
-            np.copyto(out, self._sides.push, where=who[:, None])
+            np.copyto(out, self._sides.push, where=active[:, None])
         else:
-            impulses_after(self._sides, self._change, who, out)
+            impulses_after(self._sides, self._change, active, out)
 
     def exchange(
         self, respond: Callable[[np.ndarray, np.ndarray], None], alone: np.ndarray, masses: np.ndarray
@@ -147,8 +155,8 @@ class HairContacts:
 
         return pcg.solve(respond, multiply, alone, masses, _TOLERANCE).impulses
 
-    def follow(self, change: np.ndarray, who: np.ndarray, received: np.ndarray) -> None:
-        """Take note that a solve changed velocities of points who, (P,) bool, by so much [m/s], (P, 3).
+    def follow(self, change: np.ndarray, active: np.ndarray, received: np.ndarray) -> None:
+        """Take note that a solve changed velocities of active points, (P,) bool, by so much [m/s], (P, 3).
 
         received  what they got at first, with what was exchanged; out: what they got in the end [N s], (P, 3)
 
@@ -157,13 +165,13 @@ class HairContacts:
         """
         if self._change is None:
             self._change = np.zeros(change.shape)
-        follow(self._sides, change, who, self._change, received)
+        follow(self._sides, change, active, self._change, received)
 
     def let_go(self) -> None:
         """Free what only the solves of a step need."""
         self._places, self._contacts = join(no_connections()), None
         self._incidence = find_incidence(self._places.segments, 0)
-        self._sides = sides_of(couplings_at(self._places), self._incidence)
+        self._sides = coupling_rows(couplings_at(self._places), self._incidence)
 
     def collide(self, before: np.ndarray, after: np.ndarray, masses: np.ndarray, dt: float) -> np.ndarray | None:
         """Return by how much velocities change so that nothing passes through in a step of dt [s], or None.

@@ -21,7 +21,7 @@ Bridson et al. it comes with each impulse, so that Coulomb's law holds for each.
 import numpy as np
 from numba import njit
 
-from hairpipe.kernels.simd_vec3 import dot
+from hairpipe.kernels.vec3 import dot
 from hairpipe.sim.contact.contact_points import apply, between, find_contacts, impulse, inverse_mass
 from hairpipe.sim.settings import Collisions
 from hairpipe.spatial.pairs import Pairs
@@ -53,7 +53,7 @@ def sweep(
 
 
 @njit(cache=True, error_model="numpy")
-def _sweep(v, pairs, normals, masses, rule, sweeps, elastic):  # noqa: ANN001, ANN202
+def _sweep(v, pairs, normals, masses, rule, sweeps, elastic):
     """One pair after the other: each sees what those before it did."""
     thickness, friction, stiffness, dt = rule
     segments, fractions = pairs.segments, pairs.fractions

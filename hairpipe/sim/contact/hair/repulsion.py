@@ -16,7 +16,7 @@ or, if that is more, what would stop the two segments if they were alone: the fi
 second ignores the stack above, and the second for impacts.
 
 Where the solve is linearised at rest (backward Euler, the paper's half steps) that says nothing of how fast hair is,
-and u_t in b, N and what begins to act go by where the velocity felt so far would lead.
+and u_t in b, N and what begins to act go by where the velocity lagged_velocity so far would lead.
 
 A contact acts if it would push at the prediction, or did so in the step before: it is let go one step late. Decided by
 the prediction alone, which does not know the forces to come, a contact at rest that trembles falls by h^2 g before it
@@ -33,7 +33,7 @@ that ends, both pairs share a contact and both springs act; Coulomb's law does n
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.simd_vec3 import dot, minus, scaled
+from hairpipe.kernels.vec3 import dot, minus, scaled
 from hairpipe.sim.contact.contact_points import RELAXATION, Contacts, between, inverse_mass
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.sim.settings import Collisions
@@ -48,43 +48,43 @@ def linearise(
     contacts: Contacts,
     points: np.ndarray,
     velocities: np.ndarray,
-    felt: np.ndarray,
+    lagged_velocity: np.ndarray,
     masses: np.ndarray,
     collisions: Collisions,
     weights: np.ndarray,
     span: float,
-    who: np.ndarray,
+    active: np.ndarray,
     out: Couplings,
 ) -> None:
     """Linearise what contacts exert at the prediction of a stage. Those of hair that is not finite do not act, nor do
     those between hairs that are not asked for.
 
     points, velocities  at the prediction [m], [m/s], (points, 3)
-    felt                velocities that friction, loads and what begins to act go by [m/s], same shape
+    lagged_velocity                velocities that friction, loads and what begins to act go by [m/s], same shape
     masses              of the points, inf where they are held [kg], (points,)
     weights             h, of the end of the stage [s], (points,)
     span                t, of time, that the stage covers [s]
-    who                 points of strands that are solved, (points,) bool
+    active                 points of strands that are solved, (points,) bool
     out                 all but segments and fractions is set, in place
     """
     stiffness, viscosity = collisions.stiffness, collisions.stiffness * RELAXATION
     law = (collisions.thickness, stiffness, viscosity, collisions.friction)
-    _linearise(out, contacts, points, velocities, felt, masses, law, weights, span, who)
+    _linearise(out, contacts, points, velocities, lagged_velocity, masses, law, weights, span, active)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, contacts, points, velocities, felt, masses, law, weights, span, who):  # noqa: ANN001, ANN202
+def _linearise(out, contacts, points, velocities, lagged_velocity, masses, law, weights, span, active):
     thickness, stiffness, viscosity, friction = law
     segments, fractions = contacts.segments, contacts.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
     acts, exerted = out.acts, out.exerted
     for i in prange(len(acts)):
         acts[i] = False
-        if not (who[segments[i, 0]] or who[segments[i, 1]]):
+        if not (active[segments[i, 0]] or active[segments[i, 1]]):
             continue
         n = (contacts.normals[i, 0], contacts.normals[i, 1], contacts.normals[i, 2])
         overlap = thickness - dot(n, between(points, segments, fractions, i))
-        u, coming = between(velocities, segments, fractions, i), between(felt, segments, fractions, i)
+        u, coming = between(velocities, segments, fractions, i), between(lagged_velocity, segments, fractions, i)
         un, closing = dot(n, u), dot(n, coming)
         h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
         ahead = overlap - h * (closing - un)

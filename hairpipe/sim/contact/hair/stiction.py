@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.errors import BadInput
-from hairpipe.kernels.simd_vec3 import dot
+from hairpipe.kernels.vec3 import dot
 from hairpipe.sim.contact.contact_points import between, inverse_mass, normal_of
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.sim.settings import Stiction
@@ -88,7 +88,7 @@ def linearise(
     stiction: Stiction,
     weights: np.ndarray,
     span: float,
-    who: np.ndarray,
+    active: np.ndarray,
     out: Couplings,
 ) -> None:
     """Linearise what connections exert at the prediction of a stage. Those of hair that is not finite do not act, nor
@@ -98,11 +98,11 @@ def linearise(
     masses              of the points, inf where they are held [kg], (points,)
     weights             h, of the end of the stage [s], (points,)
     span                of time, that the stage covers [s]
-    who                 points of strands that are solved, (points,) bool
+    active                 points of strands that are solved, (points,) bool
     out                 all but segments and fractions is set, in place
     """
     law = (stiffness_of(stiction), stiction.reach, stiction.release, stiction.damping)
-    _linearise(out, connections, points, velocities, masses, law, weights, span, who)
+    _linearise(out, connections, points, velocities, masses, law, weights, span, active)
 
 
 def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.ndarray:
@@ -130,21 +130,21 @@ def stiffest(connections: Connections, masses: np.ndarray, stiction: Stiction) -
 
 
 @njit(cache=True, parallel=True)
-def _hold_on(kept, connections, points, distance):  # noqa: ANN001, ANN202
+def _hold_on(kept, connections, points, distance):
     for i in prange(len(kept)):
         span = between(points, connections.segments, connections.fractions, i)
         kept[i] = dot(span, span) <= distance * distance
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, connections, points, velocities, masses, law, weights, span, who):  # noqa: ANN001, ANN202
+def _linearise(out, connections, points, velocities, masses, law, weights, span, active):
     stiffness, reach, far, fraction = law
     segments, fractions = connections.segments, connections.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
     acts, exerted = out.acts, out.exerted
     for i in prange(len(acts)):
         acts[i] = False
-        if not (who[segments[i, 0]] or who[segments[i, 1]]):
+        if not (active[segments[i, 0]] or active[segments[i, 1]]):
             continue
         apart, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
         length, speed = np.sqrt(dot(apart, apart)), np.sqrt(dot(u, u))

@@ -20,13 +20,14 @@ from numba import njit
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import any_lane, load, maximum, select, sqrt
-from hairpipe.kernels.simd_vec3 import cross, difference, dot, plus, scaled
+from hairpipe.kernels.simd_arrays import difference
 from hairpipe.kernels.sym3 import outer
+from hairpipe.kernels.vec3 import cross, dot, plus, scaled
 from hairpipe.sim.strands.forces.collinear import collinear, nothing, off_the_line
 
 
 @inlined
-def _larger(best, candidate, rest):  # noqa: ANN001, ANN202
+def _larger(best, candidate, rest):
     """Keep the candidate with the larger |N|^2; the earlier one wins a tie."""
     size, (x, y, z), kept = best
     s = dot(candidate, candidate)
@@ -36,14 +37,14 @@ def _larger(best, candidate, rest):  # noqa: ANN001, ANN202
 
 
 @inlined
-def area_vectors(u, v, w):  # noqa: ANN001, ANN201
+def area_vectors(u, v, w):
     """N_0 ... N_3 [m^2] of the particles a, a + u, a + v, a + w; tuples of three lanes [m]."""
     n1, n2, n3 = cross(v, w), cross(w, u), cross(u, v)
     return (-(n1[0] + n2[0] + n3[0]), -(n1[1] + n2[1] + n3[1]), -(n1[2] + n2[2] + n3[2])), n1, n2, n3
 
 
 @inlined
-def altitude_along(areas, chosen, size, u):  # noqa: ANN001, ANN201
+def altitude_along(areas, chosen, size, u):
     """Weights g, direction n and signed height h [m] of one altitude: (g_0, g_1, g_2, g_3), (n_x, n_y, n_z), h.
 
     areas  N_0 ... N_3; chosen  N of this altitude; size  |N|^2 [m^4]; u  from particle 0 to 1 [m]
@@ -56,7 +57,7 @@ def altitude_along(areas, chosen, size, u):  # noqa: ANN001, ANN201
 
 
 @inlined
-def _shortest(u, v, w, rest):  # noqa: ANN001, ANN202
+def _shortest(u, v, w, rest):
     """Area vectors, the largest |N|^2 of the candidates, their N, and what `rest` holds for it."""
     n0, n1, n2, n3 = area_vectors(u, v, w)
     best = dot(n0, n0), n0, rest[0]
@@ -69,7 +70,7 @@ def _shortest(u, v, w, rest):  # noqa: ANN001, ANN202
 
 
 @njit(cache=True, error_model="numpy", _nrt=False)
-def _shortest_off_the_line(u, v, w, rest, size, thin):  # noqa: ANN001, ANN202
+def _shortest_off_the_line(u, v, w, rest, size, thin):
     """Choose for particles on a line, as _shortest; not copied into the loop, since it is rare and long."""
     u, v = off_the_line(u, v, w, size, thin)
     areas, best = _shortest(u, v, w, rest)
@@ -77,7 +78,7 @@ def _shortest_off_the_line(u, v, w, rest, size, thin):  # noqa: ANN001, ANN202
 
 
 @inlined
-def shortest_altitude(u, v, w, rest):  # noqa: ANN001, ANN201
+def shortest_altitude(u, v, w, rest):
     """Weights, direction and height of the altitude that acts, as in altitude_along, and what `rest` holds for it.
 
     u, v, w  from particle 0 to the others [m], tuples of three lanes
@@ -93,13 +94,13 @@ def shortest_altitude(u, v, w, rest):  # noqa: ANN001, ANN201
 
 
 @inlined
-def _candidates(values, p):  # noqa: ANN001, ANN202
+def _candidates(values, p):
     first = load(values, (p, 0)), load(values, (p, 1)), load(values, (p, 2)), load(values, (p, 3))
     return (*first, load(values, (p, 4)), load(values, (p, 5)), load(values, (p, 6)))
 
 
 @inlined
-def linearise_altitude(x, p, k, inverse_heights, h, hh):  # noqa: ANN001, ANN201
+def linearise_altitude(x, p, k, inverse_heights, h, hh):
     """Give weights g_0 ... g_3, h f and hh K of the tetrahedron of particles p to p + 3.
 
     Particle i feels g_i h f, and particles i and j are coupled by g_i g_j hh K.

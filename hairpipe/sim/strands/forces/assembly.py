@@ -6,11 +6,11 @@ A number that several forces touch is read and written once: this, not arithmeti
 from hairpipe.kernels import sym3
 from hairpipe.kernels.banded import add, add_coupling, add_diagonal
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd_vec3 import minus, plus, scaled
+from hairpipe.kernels.vec3 import minus, plus, scaled
 
 
 @inlined
-def add_vector(b, p, f):  # noqa: ANN001, ANN201
+def add_vector(b, p, f):
     """Add a vector to the right-hand side of particle p, in place."""
     add(b, p, 0, f[0])
     add(b, p, 1, f[1])
@@ -18,7 +18,7 @@ def add_vector(b, p, f):  # noqa: ANN001, ANN201
 
 
 @inlined
-def add_spring(A, b, p, offset, spring):  # noqa: ANN001, ANN201
+def add_spring(A, b, p, offset, spring):
     """Add what `linearise_spring` gives for particles p and p + offset, in place."""
     f, K = spring
     add_vector(b, p, f)
@@ -29,7 +29,7 @@ def add_spring(A, b, p, offset, spring):  # noqa: ANN001, ANN201
 
 
 @inlined
-def add_tetrahedron(A, b, p, altitude, spring1, spring2, spring3):  # noqa: ANN001, ANN201
+def add_tetrahedron(A, b, p, altitude, spring1, spring2, spring3):
     """Add an altitude of particles p to p + 3, and the springs from p to each of the others, in place.
 
     altitude  of `linearise_altitude`; springs  of `linearise_spring`

@@ -15,7 +15,7 @@ from hairpipe.kernels.simd import load, store
 
 
 @inlined
-def add_bending(A, b, x, p, stiffness, h, hh):  # noqa: ANN001, ANN201
+def add_bending(A, b, x, p, stiffness, h, hh):
     """Add h f to b and hh K to A for particles p, p + 1 and p + 2, in place.
 
     x          positions [m], (particles, 3, W)
@@ -37,6 +37,6 @@ def add_bending(A, b, x, p, stiffness, h, hh):  # noqa: ANN001, ANN201
 
 
 @inlined
-def _add_isotropic(A, p, s):  # noqa: ANN001, ANN202
+def _add_isotropic(A, p, s):
     zero = 0.0 * s
     add_diagonal(A, p, s, zero, zero, s, zero, s)

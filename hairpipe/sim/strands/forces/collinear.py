@@ -19,7 +19,7 @@ from numba.core.extending import overload
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import maximum, minimum, select, sqrt
-from hairpipe.kernels.simd_vec3 import cross, dot, plus, scaled
+from hairpipe.kernels.vec3 import cross, dot, plus, scaled
 
 
 def nothing(x: Any) -> Any:
@@ -43,13 +43,13 @@ def _limits_of(x: Any) -> Callable:
 
 
 @inlined
-def _limit(u, v, w):  # noqa: ANN001, ANN202
+def _limit(u, v, w):
     extent = dot(u, u) + dot(v, v) + dot(w, w)
     return _limits(extent)[1] * extent * extent
 
 
 @inlined
-def collinear(u, v, w, size):  # noqa: ANN001, ANN201
+def collinear(u, v, w, size):
     """Where particles are so close to a line that rounding blurs their altitude.
 
     u, v, w  from particle 0 to the others [m], tuples of three lanes; size  the largest |N|^2 there is [m^4]
@@ -58,7 +58,7 @@ def collinear(u, v, w, size):  # noqa: ANN001, ANN201
 
 
 @inlined
-def off_the_line(u, v, w, size, where):  # noqa: ANN001, ANN201
+def off_the_line(u, v, w, size, where):
     """Give u and v [m] back, displaced where the particles are collinear."""
     along = _longer(u, _longer(v, w))
     aside = cross(along, _least_axis(along))
@@ -70,23 +70,23 @@ def off_the_line(u, v, w, size, where):  # noqa: ANN001, ANN201
 
 
 @inlined
-def _where(condition, a, b):  # noqa: ANN001, ANN202
+def _where(condition, a, b):
     return select(condition, a[0], b[0]), select(condition, a[1], b[1]), select(condition, a[2], b[2])
 
 
 @inlined
-def _longer(a, b):  # noqa: ANN001, ANN202
+def _longer(a, b):
     return _where(dot(b, b) > dot(a, a), b, a)
 
 
 @inlined
-def _unit(a):  # noqa: ANN001, ANN202
+def _unit(a):
     """Vector of length 1, or 0."""
     return scaled(1.0 / sqrt(maximum(dot(a, a), nothing(a[0]))), a)
 
 
 @inlined
-def _least_axis(a):  # noqa: ANN001, ANN202
+def _least_axis(a):
     """Coordinate axis that a vector is least along."""
     xx, yy, zz = a[0] * a[0], a[1] * a[1], a[2] * a[2]
     x = select(minimum(yy, zz) < xx, 0.0 * xx, 1.0 + 0.0 * xx)

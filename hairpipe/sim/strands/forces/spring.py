@@ -13,14 +13,15 @@ above a few milliseconds.
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, maximum, sqrt
-from hairpipe.kernels.simd_vec3 import difference, dot, scaled
+from hairpipe.kernels.simd_arrays import difference
 from hairpipe.kernels.sym3 import outer
+from hairpipe.kernels.vec3 import dot, scaled
 
 _SMALLEST = 1e-12  # [m]; a segment shorter than this has no direction and gets no force
 
 
 @inlined
-def _direction(x, p, q):  # noqa: ANN001, ANN202
+def _direction(x, p, q):
     """Unit vector from p to q, length [m] and its inverse."""
     span = difference(x, p, q)
     length = maximum(sqrt(dot(span, span)), _SMALLEST)
@@ -29,14 +30,14 @@ def _direction(x, p, q):  # noqa: ANN001, ANN202
 
 
 @inlined
-def critical_damping(k, inverse_rest, mass, p, q):  # noqa: ANN001, ANN201
+def critical_damping(k, inverse_rest, mass, p, q):
     """Critical damping of a spring between particles p and q [kg/s]: 2 sqrt(k m / l0)."""
     mp, mq = load(mass, (p,)), load(mass, (q,))
     return 2.0 * sqrt(k * inverse_rest * mp * mq / (mp + mq))
 
 
 @inlined
-def linearise_spring(x, v, T, p, offset, k, inverse_rest, c, h, hh):  # noqa: ANN001, ANN201
+def linearise_spring(x, v, T, p, offset, k, inverse_rest, c, h, hh):
     """Give h f on particle p and hh K + h D for the spring from there to p + offset.
 
     x, v          positions [m] and velocities [m/s], (particles, 3, W)
@@ -53,7 +54,7 @@ def linearise_spring(x, v, T, p, offset, k, inverse_rest, c, h, hh):  # noqa: AN
 
 
 @inlined
-def multiplier(x, dx, p, offset, k, inverse_rest):  # noqa: ANN001, ANN201
+def multiplier(x, dx, p, offset, k, inverse_rest):
     """Tension that the linear system gave a spring: k (d . (x_q + dx_q - x_p - dx_p) / l0 - 1) [N].
 
     x   where the system was linearised [m]; dx  what it was moved by [m]; both (particles, 3, W)
@@ -63,6 +64,6 @@ def multiplier(x, dx, p, offset, k, inverse_rest):  # noqa: ANN001, ANN201
 
 
 @inlined
-def tension(x, p, offset, k, inverse_rest):  # noqa: ANN001, ANN201
+def tension(x, p, offset, k, inverse_rest):
     """Tension of a spring as it is stretched: k (l / l0 - 1) [N]."""
     return k * (inverse_rest * _direction(x, p, p + offset)[1] - 1.0)

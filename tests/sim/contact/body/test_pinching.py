@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.levelset.collider import Probe
-from hairpipe.sim.contact.body.pinching import give_way
+from hairpipe.sim.contact.body.pinching import share_gap
 
 THICK = 1e-3
 
@@ -34,7 +34,7 @@ def settle(gap, start, kept, rounds=50):
         probe = Probe.blank(len(points), 0.1)
         for plate in plates:
             plate.probe(points, 0.0, probe)
-        room = give_way(points, 0.0, plates, probe, thickness, kept)
+        room = share_gap(points, 0.0, plates, probe, thickness, kept)
         points[:, 1] += np.maximum(room - probe.distance, 0.0) * probe.normal[:, 1]
     return points[:, 1]
 
@@ -52,7 +52,7 @@ def test_where_there_is_room_nothing_changes():
     probe = Probe.blank(5, 0.1)
     for plate in plates:
         plate.probe(points, 0.0, probe)
-    np.testing.assert_array_equal(give_way(points, 0.0, plates, probe, kept, kept), kept)
+    np.testing.assert_array_equal(share_gap(points, 0.0, plates, probe, kept, kept), kept)
 
 
 def test_points_that_keep_more_from_one_side_share_the_room():
@@ -68,4 +68,4 @@ def test_held_roots_inside_a_body_are_no_trouble():
     probe = Probe.blank(1, 0.1)
     for plate in plates:
         plate.probe(points, 0.0, probe)
-    assert np.isfinite(give_way(points, 0.0, plates, probe, nothing, nothing)).all()
+    assert np.isfinite(share_gap(points, 0.0, plates, probe, nothing, nothing)).all()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.levelset.collider import Probe
-from hairpipe.sim.contact.body.probe_cache import Sight
+from hairpipe.sim.contact.body.probe_cache import ProbeCache
 
 REACH, FAR = 0.3, 0.1
 
@@ -40,52 +40,52 @@ def fresh(points, time):
     return probe
 
 
-def assert_same_where_it_matters(sight, points, time, bound):
+def assert_same_where_it_matters(cache, points, time, bound):
     truth = fresh(points, time)
     near = bound | (truth.distance <= FAR)
-    for seen, is_there in zip(sight.probe, truth, strict=True):
+    for seen, is_there in zip(cache.probe, truth, strict=True):
         np.testing.assert_array_equal(seen[near], is_there[near])
-    assert (sight.probe.distance[~near] > FAR).all()
+    assert (cache.probe.distance[~near] > FAR).all()
 
 
 @pytest.mark.parametrize("step", [0.0, 1e-3, 0.03, 0.3])
 def test_points_that_wander_see_what_there_is(around, step):
     points, bound, rng = around
     ball, everyone = Ball(), np.ones(len(points), bool)
-    sight = Sight([ball], len(points), REACH, FAR)
+    cache = ProbeCache([ball], len(points), REACH, FAR)
     for time in (0.0, 0.0, 0.0, 0.0, 0.7, 0.7):
-        sight.renew(points, time, everyone, bound)
-        assert_same_where_it_matters(sight, points, time, bound)
+        cache.renew(points, time, everyone, bound)
+        assert_same_where_it_matters(cache, points, time, bound)
         points = points + step * rng.normal(size=points.shape)
     assert ball.looks == 2 * len(points) if step == 0.0 else 2 * len(points) < ball.looks <= 6 * len(points)
 
 
 def test_many_small_ways_are_not_taken_for_none(around):
     points, bound, _ = around
-    sight, everyone = Sight([Ball()], len(points), REACH, FAR), np.ones(len(points), bool)
+    cache, everyone = ProbeCache([Ball()], len(points), REACH, FAR), np.ones(len(points), bool)
     inwards = points / np.linalg.norm(points, axis=1)[:, None]
     for k in range(100):
-        sight.renew(points - 1e-2 * k * inwards, 0.0, everyone, bound)
-        assert_same_where_it_matters(sight, points - 1e-2 * k * inwards, 0.0, bound)
+        cache.renew(points - 1e-2 * k * inwards, 0.0, everyone, bound)
+        assert_same_where_it_matters(cache, points - 1e-2 * k * inwards, 0.0, bound)
 
 
 def test_who_does_not_look_keeps_what_was_seen_and_looks_later(around):
     points, bound, rng = around
-    sight, everyone = Sight([Ball()], len(points), REACH, FAR), np.ones(len(points), bool)
-    sight.renew(points, 0.0, everyone, bound)
-    before = sight.probe.distance.copy()
+    cache, everyone = ProbeCache([Ball()], len(points), REACH, FAR), np.ones(len(points), bool)
+    cache.renew(points, 0.0, everyone, bound)
+    before = cache.probe.distance.copy()
     some = rng.random(len(points)) < 0.5
     moved = points + 0.2
-    sight.renew(moved, 0.5, some, bound)
-    np.testing.assert_array_equal(sight.probe.distance[~some], before[~some])
-    sight.renew(moved, 0.5, everyone, bound)
-    assert_same_where_it_matters(sight, moved, 0.5, bound)
+    cache.renew(moved, 0.5, some, bound)
+    np.testing.assert_array_equal(cache.probe.distance[~some], before[~some])
+    cache.renew(moved, 0.5, everyone, bound)
+    assert_same_where_it_matters(cache, moved, 0.5, bound)
 
 
 def test_points_that_are_lost_always_look(around):
     points, bound, _ = around
     ball, lost = Ball(), np.full_like(points[:3], np.nan)
-    sight = Sight([ball], 3, REACH, FAR)
+    cache = ProbeCache([ball], 3, REACH, FAR)
     for _ in range(2):
-        sight.renew(lost, 0.0, np.ones(3, bool), bound[:3])
+        cache.renew(lost, 0.0, np.ones(3, bool), bound[:3])
     assert ball.looks == 6

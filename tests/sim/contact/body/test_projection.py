@@ -13,8 +13,8 @@ def test_what_began_inside_is_left_alone_and_what_began_near_comes_out_slowly():
     normals = np.zeros((40, 3))
     normals[:, 1] = np.where(np.arange(40) % 2 == 0, 1.0, -1.0)
     ended = Probe(np.full(40, -4e-3), normals, np.zeros((40, 3)))
-    begun = np.repeat([-3.5e-3, 0.0, -9e-4, 0.1], 10)
-    motion = Motion(points, points, np.zeros((40, 3)), farthest(begun, 1e-3), np.full(40, 1e-3), mass)
+    start_distance = np.repeat([-3.5e-3, 0.0, -9e-4, 0.1], 10)
+    motion = Motion(points, points, np.zeros((40, 3)), farthest(start_distance, 1e-3), np.full(40, 1e-3), mass)
     dx = project(motion, ended, np.empty(0, np.int64), np.empty(0), Probe.blank(0), np.empty((0, 3)), 1e-3, 0.0)[0]
     way = np.where(np.isinf(mass), 0.0, np.repeat([0.0, 4.5e-3, 3.6e-3, 5e-3], 10))
     np.testing.assert_allclose(dx, way[:, None] * normals, atol=1e-15)
@@ -30,9 +30,9 @@ def test_what_slid_around_a_body_stays_where_it_is_and_what_went_through_is_stop
     meeting = Probe(np.zeros(2), np.tile([0.0, 1.0, 0.0], (2, 1)), np.zeros((2, 3)))
     motion = Motion(before, after, after - before, farthest(np.full(2, 0.05), 1.0), np.full(2, 1e-3), np.full(2, 1e-8))
     for first in (0, 1):
-        who = [first, 1]
-        moved = motion._replace(before=before[who], after=after[who])
-        dx, _, touched, _ = project(moved, far, met, shares, meeting, ends[who], 1.0, 0.0)
+        active = [first, 1]
+        moved = motion._replace(before=before[active], after=after[active])
+        dx, _, touched, _ = project(moved, far, met, shares, meeting, ends[active], 1.0, 0.0)
         assert touched.tolist() == [first == 1, True]
         assert first == 1 or not dx[0].any()
         np.testing.assert_allclose(dx[1, 1], 0.75 * 2.1, rtol=1e-12)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.ccd import candidates as module
-from hairpipe.sim.contact.ccd.candidates import Candidates, touched_by
+from hairpipe.sim.contact.ccd import broad_phase as module
+from hairpipe.sim.contact.ccd.broad_phase import Candidates, touched_by
 from hairpipe.sim.contact.ccd.crossings import crossings
 from hairpipe.spatial.pairs import key_of
 

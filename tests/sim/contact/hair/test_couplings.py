@@ -3,7 +3,7 @@
 import numba
 import numpy as np
 
-from hairpipe.sim.contact.hair.coupling_operator import follow, impulses_after, multiply_across, sides_of
+from hairpipe.sim.contact.hair.coupling_operator import coupling_rows, follow, impulses_after, multiply_across
 from hairpipe.sim.contact.hair.couplings import Couplings, find_incidence, join, part_of
 
 SINGLE = 1e-6
@@ -11,7 +11,7 @@ SINGLE = 1e-6
 
 
 def sorted_sides(couplings, points):
-    return sides_of(couplings, find_incidence(couplings.segments, points))
+    return coupling_rows(couplings, find_incidence(couplings.segments, points))
 
 
 def multiply(couplings, points, v):
@@ -89,27 +89,27 @@ def test_what_is_not_a_number_stays_where_it_is_coupled(offsets, random_coupling
 def test_impulses_after_a_change_are_those_of_the_whole_matrix(random_couplings, dense):
     """J^T (push - M J dv), in one go, and bit by bit: the other strands' part, then the own one."""
     offsets = np.array([0, 2, 7, 16, 19], np.int32)
-    points, who = 19, np.ones(19, bool)
+    points, active = 19, np.ones(19, bool)
     couplings = random_couplings(offsets, 60)
     sides = sorted_sides(couplings, points)
     dv = np.random.default_rng(4).normal(size=(points, 3))
     push = sides.push.copy()
     expected = push - (dense[0](couplings, points) @ dv.ravel()).reshape(-1, 3)
     out, total = np.empty_like(push), np.zeros_like(push)
-    impulses_after(sides, dv, who, out)
+    impulses_after(sides, dv, active, out)
     np.testing.assert_allclose(out, expected, atol=SINGLE * np.abs(expected).max())
-    follow(sides, dv, who, total, push)
+    follow(sides, dv, active, total, push)
     np.testing.assert_allclose(push - multiply(couplings, points, dv), expected, atol=SINGLE * np.abs(expected).max())
     np.testing.assert_array_equal(total, dv)
 
 
 def test_a_lost_strand_takes_no_other_along(offsets, random_couplings):
-    points, who = int(offsets[-1]), np.ones(offsets[-1], bool)
+    points, active = int(offsets[-1]), np.ones(offsets[-1], bool)
     couplings = random_couplings(offsets, 400)
     sides = sorted_sides(couplings, points)
     dv, total, received = np.ones((points, 3)), np.zeros((points, 3)), np.zeros((points, 3))
     lost = slice(offsets[1], offsets[2])
     dv[lost] = np.nan
-    follow(sides, dv, who, total, received)
+    follow(sides, dv, active, total, received)
     assert not total[lost].any() and np.isfinite(total).all()
     assert np.isfinite(np.delete(received, np.r_[lost], axis=0)).all()

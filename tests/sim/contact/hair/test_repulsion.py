@@ -20,13 +20,13 @@ def couplings_of(pairs, points, velocities, law=LAW, h=H, at=None):
     return exerted(contacts, points if at is None else at, velocities, law, h)
 
 
-def exerted(contacts, points, velocities, law=LAW, h=H, who=None, felt=None):
+def exerted(contacts, points, velocities, law=LAW, h=H, active=None, lagged_velocity=None):
     # In double precision, of which a step keeps half.
     count, pairs = len(points), len(contacts.loads)
     couplings = Couplings(contacts.segments, contacts.fractions, np.empty(pairs, np.bool_), np.zeros((pairs, 8)))
-    masses, who = np.full(count, MASS), np.ones(count, np.bool_) if who is None else who
-    felt = velocities if felt is None else felt
-    linearise(contacts, points, velocities, felt, masses, law, np.full(count, h), h, who, couplings)
+    masses, active = np.full(count, MASS), np.ones(count, np.bool_) if active is None else active
+    lagged_velocity = velocities if lagged_velocity is None else lagged_velocity
+    linearise(contacts, points, velocities, lagged_velocity, masses, law, np.full(count, h), h, active, couplings)
     return couplings
 
 
@@ -98,7 +98,7 @@ def test_what_will_meet_is_pushed_where_the_solve_is_linearised_at_rest(cross):
     velocities = np.outer([1, 1, 0, 0], [0.0, -0.3, 0.0])
     contacts = find_contacts(pairs, points, velocities, LAW)
     there = exerted(contacts, points + H * velocities, velocities)
-    rest = exerted(contacts, points, 0 * velocities, felt=velocities)
+    rest = exerted(contacts, points, 0 * velocities, lagged_velocity=velocities)
     assert there.acts.all() and rest.acts.all()
     gained = there.push - rest.push + matrices(rest)[0] @ [0.0, -0.3, 0.0]
     np.testing.assert_allclose(gained, 0.0, atol=1e-9 * np.abs(there.push).max())
@@ -111,7 +111,7 @@ def test_a_lone_contact_slides_by_coulombs_law_or_stops(cross, jacobian_of, spee
     points, pairs = cross(2.9e-4)
     velocities = np.outer([1, 1, 0, 0], [speed, 0.0, 0.0])
     guess = share * velocities
-    couplings = exerted(find_contacts(pairs, points, velocities, LAW), points, guess, felt=velocities)
+    couplings = exerted(find_contacts(pairs, points, velocities, LAW), points, guess, lagged_velocity=velocities)
     J = jacobian_of(pairs, 4)
     A = np.kron(np.eye(4), MASS * np.eye(3)) + J.T @ matrices(couplings)[0] @ J
     dv = np.linalg.solve(A, MASS * (velocities - guess).ravel() + J.T @ couplings.push[0])
@@ -163,9 +163,9 @@ def test_what_hairs_that_are_not_solved_do_to_each_other_is_left_out(heap):
     points, velocities, pairs = heap
     contacts = find_contacts(pairs, points, velocities, LAW)
     everyone = exerted(contacts, points, velocities)
-    who = np.random.default_rng(2).random(len(points)) < 0.3
-    some = exerted(contacts, points, velocities, who=who)
-    asked = who[pairs.segments].any(axis=1)
+    active = np.random.default_rng(2).random(len(points)) < 0.3
+    some = exerted(contacts, points, velocities, active=active)
+    asked = active[pairs.segments].any(axis=1)
     assert everyone.acts[asked].any() and everyone.acts[~asked].any()
     np.testing.assert_array_equal(some.acts, everyone.acts & asked)
     for one, all_of_them in zip(some[3:], everyone[3:], strict=True):

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from hairpipe.sim.contact.hair.coupling_operator import sides_of
+from hairpipe.sim.contact.hair.coupling_operator import coupling_rows
 from hairpipe.sim.contact.hair.couplings import Couplings, find_incidence, matrices
 from hairpipe.sim.contact.hair.stiction import (
     Connections,
@@ -66,19 +66,19 @@ def energy(connections, x):
     return 0.5 * STIFFNESS * ((gaps(connections, x) - STICTION.reach) ** 2).sum()
 
 
-def exerted(connections, x, v, masses, stiction, h, who=None):
+def exerted(connections, x, v, masses, stiction, h, active=None):
     # In double precision, of which a step keeps half.
     count = len(connections.segments)
     couplings = Couplings(*connections, np.empty(count, np.bool_), np.zeros((count, 8)))
-    who = np.ones(len(x), np.bool_) if who is None else who
-    linearise(connections, x, v, masses, stiction, np.full(len(x), h), h, who, couplings)
+    active = np.ones(len(x), np.bool_) if active is None else active
+    linearise(connections, x, v, masses, stiction, np.full(len(x), h), h, active, couplings)
     return couplings
 
 
 def forces(web, x, v=0.0, h=1.0, stiction=STICTION):
     """Force on every point [N]."""
     couplings = exerted(web.connections, x, np.broadcast_to(v, x.shape) + 0.0, web.masses, stiction, h)
-    return sides_of(couplings, find_incidence(couplings.segments, len(x))).push / h
+    return coupling_rows(couplings, find_incidence(couplings.segments, len(x))).push / h
 
 
 def test_the_force_is_the_slope_of_the_energy(web):
@@ -261,9 +261,9 @@ def test_the_bound_on_the_frequency_holds(web, dense):
 def test_what_hairs_that_are_not_solved_do_to_each_other_is_left_out(web):
     case = web()
     everyone = exerted(case.connections, case.x, case.v, case.masses, STICTION, 1e-3)
-    who = np.arange(len(case.x)) < 20
-    some = exerted(case.connections, case.x, case.v, case.masses, STICTION, 1e-3, who)
-    asked = who[case.connections.segments].any(axis=1)
+    active = np.arange(len(case.x)) < 20
+    some = exerted(case.connections, case.x, case.v, case.masses, STICTION, 1e-3, active)
+    asked = active[case.connections.segments].any(axis=1)
     assert everyone.acts[asked].all() and everyone.acts[~asked].all()
     np.testing.assert_array_equal(some.acts, asked)
     np.testing.assert_array_equal(some.exerted[asked], everyone.exerted[asked])

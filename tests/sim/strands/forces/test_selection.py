@@ -5,7 +5,7 @@ import pytest
 from numba import njit
 
 from hairpipe.kernels.simd import load, store, width
-from hairpipe.kernels.simd_vec3 import dot, plus
+from hairpipe.kernels.vec3 import dot, plus
 from hairpipe.sim.strands.forces.altitude import altitude_along, area_vectors, shortest_altitude
 
 REST = np.linspace(1.0, 1.6, 7)

@@ -4,9 +4,12 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector
-from hairpipe.levelset.parts.part_field import PartField
-from hairpipe.levelset.parts.part_shape import (
+from hairpipe.kernels.vec3 import Vector, length, row
+from hairpipe.levelset.collider import Probe
+from hairpipe.levelset.parts.field import PartField
+from hairpipe.levelset.parts.pose_path import Stances
+from hairpipe.levelset.parts.shape import (
+    Shape,
     place_in,
     shape_change,
     shape_distance,
@@ -14,7 +17,6 @@ from hairpipe.levelset.parts.part_shape import (
     turned_out,
     velocity_of,
 )
-from hairpipe.levelset.parts.pose_path import Stances
 
 CHUNK = 512
 """Points that a thread takes at a time."""
@@ -31,20 +33,14 @@ def is_within(boxes: np.ndarray, part: int, x: Vector) -> bool:
 
 @inlined
 def nearest_part(
-    before: PartField,
-    after: PartField,
-    changes: np.ndarray,
-    stances: Stances,
-    t: int,
-    boxes: np.ndarray,
-    a: float,
-    x: Vector,
+    before: PartField, after: PartField, changes: np.ndarray, stances: Stances, boxes: np.ndarray, x: Vector
 ) -> tuple[int, float]:
-    """Return the part nearest to a point, -1 where none is in reach, and its signed distance [m]."""
+    """Return the part nearest to a point at the first of the times, -1 where none is in reach, and its distance [m]."""
     found, nearest = -1, before.background
     for part in range(len(changes)):
         if is_within(boxes, part, x):
-            phi = shape_distance(before, after, changes, part, a, place_in(stances, t, part, x))
+            shape = Shape(before, after, changes, part)
+            phi = shape_distance(shape, stances.times[0], place_in(stances, 0, part, x))
             if phi < nearest:
                 found, nearest = part, phi
     return found, nearest
@@ -57,32 +53,30 @@ def probe_parts(
     changes: np.ndarray,
     stances: Stances,
     boxes: np.ndarray,
-    a: float,
     frame: float,
     points: np.ndarray,
-    distance: np.ndarray,
-    normal: np.ndarray,
-    velocity: np.ndarray,
+    out: Probe,
 ) -> None:
-    """Write, in place, what the body is like where it is nearer than `distance`; a Probe, unpacked.
+    """Write, in place, what the body is like where it is nearer than `out`.
 
     changes  whether the parts have another shape in the second frame, (G,)
-    stances  of the parts at one time, a frames after the first
+    stances  of the parts at one time
     boxes    around the parts in the world [m], (G, 2, 3)
+    frame    time between the frames [s]
     """
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
-            x = (points[i, 0], points[i, 1], points[i, 2])
-            part, phi = nearest_part(before, after, changes, stances, 0, boxes, a, x)
-            if part < 0 or not phi < distance[i]:
+            x = row(points, i)
+            part, phi = nearest_part(before, after, changes, stances, boxes, x)
+            if part < 0 or not phi < out.distance[i]:
                 continue
-            X = place_in(stances, 0, part, x)
-            g = turned_out(stances, 0, part, shape_gradient(before, after, changes, part, a, X))
-            steep = np.sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2])
+            shape, X = Shape(before, after, changes, part), place_in(stances, 0, part, x)
+            g = turned_out(stances, 0, part, shape_gradient(shape, stances.times[0], X))
+            steep = length(g)
             scale = 1.0 / steep if steep > 0.0 else 0.0
-            swell = -shape_change(before, after, changes, part, X) / (frame * max(steep, STEEP)) * scale
+            swell = -shape_change(shape, X) / (frame * max(steep, STEEP)) * scale
             carried = velocity_of(stances, 0, part, x)
-            distance[i] = phi
+            out.distance[i] = phi
             for axis in range(3):
-                normal[i, axis] = scale * g[axis]
-                velocity[i, axis] = carried[axis] + swell * g[axis]
+                out.normal[i, axis] = scale * g[axis]
+                out.velocity[i, axis] = carried[axis] + swell * g[axis]

@@ -6,6 +6,7 @@ import numpy as np
 
 from hairpipe.data import BodyParts, LevelSet
 from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.vec3 import Vector
 
 FAR_OUTSIDE = LevelSet.FAR_OUTSIDE
 
@@ -40,18 +41,18 @@ def part_field_of(parts: BodyParts) -> PartField:
 
 
 @inlined
-def part_distance(field: PartField, part: int, x: float, y: float, z: float) -> float:
+def part_distance(field: PartField, part: int, X: Vector) -> float:
     """Return the signed distance to a part [m] at a point in its frame [m]; far outside that of the band's border."""
     na, nb, nc = field.shapes[part, 0], field.shapes[part, 1], field.shapes[part, 2]
-    u = (x - field.origins[part, 0]) * field.per_metre
-    v = (y - field.origins[part, 1]) * field.per_metre
-    w = (z - field.origins[part, 2]) * field.per_metre
+    u = (X[0] - field.origins[part, 0]) * field.per_metre
+    v = (X[1] - field.origins[part, 1]) * field.per_metre
+    w = (X[2] - field.origins[part, 2]) * field.per_metre
     phi = field.background
     if 0.0 <= u < 8.0 * na and 0.0 <= v < 8.0 * nb and 0.0 <= w < 8.0 * nc:
         i, j, k = int(u), int(v), int(w)
         n = field.bricks[field.starts[part] + ((i >> 3) * nb + (j >> 3)) * nc + (k >> 3)]
         if n >= 0:
-            phi = between_samples(field.distance, n, i & 7, j & 7, k & 7, u - i, v - j, w - k)
+            phi = between_samples(field.distance, n, (i & 7, j & 7, k & 7), (u - i, v - j, w - k))
         elif n != FAR_OUTSIDE:
             phi = between_corners(field, part, u, v, w)
     return phi
@@ -72,8 +73,9 @@ def between_corners(field: PartField, part: int, u: float, v: float, w: float) -
 
 
 @inlined
-def between_samples(d: np.ndarray, n: int, i: int, j: int, k: int, f: float, g: float, h: float) -> float:
-    """Return the samples d of brick n in voxel (i, j, k), blended at the fractions (f, g, h)."""
+def between_samples(d: np.ndarray, n: int, voxel: tuple[int, int, int], fractions: Vector) -> float:
+    """Return the samples d of brick n, blended in a voxel at fractions of its edges."""
+    (i, j, k), (f, g, h) = voxel, fractions
     c00 = d[n, i, j, k] + f * (d[n, i + 1, j, k] - d[n, i, j, k])
     c01 = d[n, i, j, k + 1] + f * (d[n, i + 1, j, k + 1] - d[n, i, j, k + 1])
     c10 = d[n, i, j + 1, k] + f * (d[n, i + 1, j + 1, k] - d[n, i, j + 1, k])

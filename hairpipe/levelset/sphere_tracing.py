@@ -1,0 +1,102 @@
+"""When a point that moves first gets near a body: sphere tracing along its way.
+
+The distance at a place tells how far on the body cannot be. Along a ray over which the distance changes by at most L, a
+step of d / L from where it is d does not pass the surface; the last step is bisected.
+
+Source: J. C. Hart, Sphere tracing: a geometric method for the antialiased ray tracing of implicit surfaces, 1996. We
+differ from the paper: the body moves while the ray is walked, and L is estimated at the ends of the ray (`MARGIN`).
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.vec3 import Vector, plus, scaled
+
+MARGIN = 1.25
+"""Factor by which the distance may change faster between the ends of a ray than it is known to there."""
+STILL = 1e-12
+"""A ray as short as this is a point [m]."""
+# Of the spacing of samples: the shortest step, and how exactly a hit is known.
+_LEAST, _SHARP = 1e-2, 1e-5
+
+
+class SpaceTimeRay(NamedTuple):
+    """A straight line through space and time; a fraction 0 to 1 names a place on it.
+
+    start  where it begins [m]
+    way    from there to where it ends [m]
+    a      when it begins, since the first frame [frames]
+    da     how long it takes [frames]
+    """
+
+    start: Vector
+    way: Vector
+    a: float
+    da: float
+
+
+class Span(NamedTuple):
+    """The part of a ray on which a body may be hit, and what is known of the distance there.
+
+    first, last  fractions of the ray
+    gap          distance at the first, less the distance looked for [m]
+    change       by how much the distance may change over the whole ray [m]
+    voxel        spacing of the samples that the distance is read from [m]
+    """
+
+    first: float
+    last: float
+    gap: float
+    change: float
+    voxel: float
+
+
+@inlined
+def point_on(ray: SpaceTimeRay, s: float) -> Vector:
+    """Return the place of a fraction of a ray [m]."""
+    return plus(ray.start, scaled(s, ray.way))
+
+
+@inlined
+def time_on(ray: SpaceTimeRay, s: float) -> float:
+    """Return the time of a fraction of a ray, since the first frame [frames]."""
+    return ray.a + s * ray.da
+
+
+@inlined
+def crossed_box(low: Vector, high: Vector, ray: SpaceTimeRay) -> tuple[float, float]:
+    """Return the fractions at which a ray enters and leaves a box along the axes; the first is larger if it misses."""
+    first, last = 0.0, 1.0
+    for axis in range(3):
+        near, far, step = low[axis] - ray.start[axis], high[axis] - ray.start[axis], ray.way[axis]
+        if step != 0.0:
+            first, last = max(first, min(near / step, far / step)), min(last, max(near / step, far / step))
+        elif not near <= 0.0 <= far:
+            last = -1.0
+    return first, last
+
+
+@inlined
+def first_below(distance: Callable[..., float], body: Any, ray: SpaceTimeRay, kept: float, span: Span) -> float:
+    """Return the fraction of a ray at which the distance first is below `kept` [m], inf where it nowhere is.
+
+    distance  distance(body, ray, s) at a fraction of the ray [m], a compiled function
+
+    At the fraction returned the distance is not yet below `kept`, unless it is so at the first.
+    """
+    near, far, gap = span.first, span.first, span.gap
+    while gap >= 0.0:
+        if far == span.last:
+            return np.inf
+        near, far = far, min(span.last, far + max(gap, _LEAST * span.voxel) / span.change)
+        gap = distance(body, ray, far) - kept
+    while (far - near) * span.change > _SHARP * span.voxel:
+        middle = 0.5 * (near + far)
+        if distance(body, ray, middle) < kept:
+            far = middle
+        else:
+            near = middle
+    return near

@@ -1,0 +1,40 @@
+"""The order along a Morton curve keeps neighbours together."""
+
+import numpy as np
+
+from hairpipe.spatial.morton import morton_order, morton_order_in_cube
+
+
+def test_it_is_an_order_and_follows_octants():
+    points = np.random.default_rng(0).random((5000, 3))
+    order = morton_order(points)
+    assert np.array_equal(np.sort(order), np.arange(5000))
+    low, high = points.min(axis=0), np.ptp(points, axis=0).max()
+    octants = (((points - low) / high >= 0.5) * [1, 2, 4]).sum(axis=1)
+    assert np.all(np.diff(octants[order]) >= 0)
+
+
+def test_neighbours_in_space_are_near_in_the_order():
+    points = np.random.default_rng(1).random((4096, 3)) * [1.0, 1.0, 0.0]
+    place = np.argsort(morton_order(points))
+    apart = np.linalg.norm(points[:, None] - points[None], axis=2)
+    np.fill_diagonal(apart, np.inf)
+    closest = apart.argmin(axis=1)
+    assert np.median(np.abs(place - place[closest])) <= 4
+
+
+def test_none_one_and_many_in_one_place():
+    assert len(morton_order(np.empty((0, 3)))) == 0
+    assert morton_order(np.ones((1, 3))).tolist() == [0]
+    assert morton_order(np.ones((4, 3))).tolist() == [0, 1, 2, 3]
+
+
+def test_the_order_in_a_given_cube_is_the_same_curve_with_the_axes_reversed():
+    cells = np.stack(np.meshgrid(*[np.arange(8)] * 3, indexing="ij"), axis=-1).reshape(-1, 3) + 0.5
+    cells = np.random.default_rng(2).permutation(cells)
+    in_cube = morton_order_in_cube(cells, np.full(3, 4.0), 4.0)
+    assert np.array_equal(cells[in_cube], cells[morton_order(cells[:, ::-1])])
+
+
+def test_points_outside_the_cube_and_in_one_cell_keep_their_order():
+    assert morton_order_in_cube(np.full((5, 3), 9.0), np.zeros(3), 1.0).tolist() == [0, 1, 2, 3, 4]
