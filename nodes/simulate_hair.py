@@ -66,16 +66,16 @@ def simulate_hair(
     wind          moving air; without, it is still
     cuts          frames at which a shot begins anew: hair is carried over with its roots, without the way there
     """
-    from hairpipe.sim.advance import strands_of
     from hairpipe.sim.boundary import lead_of
     from hairpipe.sim.hair_model import remembered_models
     from hairpipe.sim.precision import choose_precision
-    from hairpipe.sim.simulate import next_state
+    from hairpipe.sim.simulate import Frame, next_state, strands_of
 
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
     solid, leads = bool(surface or parts), lead_of(body, ends) or (None, None)
     models = remembered_models(groom, material, model, construction)
     hair = choose_precision(precision, models, scene, bodies=solid, first=previous is None)
     began, cut = (time.frame - 1) * time.dt, time.frame in cuts
-    state = next_state(hair, previous, leads, (surface or (), parts or ()), scene, began, time.dt, cut)
+    frame = Frame(leads, surface or (), parts or (), began, time.dt, cut)
+    state = next_state(hair, previous, frame, scene)
     return Hair(strands_of(hair, state), state)

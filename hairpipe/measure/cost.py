@@ -15,7 +15,7 @@ from hairpipe.errors import BadInput
 from hairpipe.sim.boundary import lead_of
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.settings import Scene
-from hairpipe.sim.simulate import next_state
+from hairpipe.sim.simulate import Frame, next_state
 
 COLUMNS = ("seconds per frame", "fastest frame [s]", "slowest frame [s]", "frames timed", "particles")
 
@@ -80,10 +80,11 @@ def _seconds(
         pair = before, now
         leads = lead_of(_at(around.body, pair), _at(around.ends, pair)) or (None, None)
         bodies = [_pair(some, pair) for some in around.surfaces], [_pair(some, pair) for some in around.parts]
+        frame = Frame(leads, *bodies, (now - 1) * dt, dt, now in cuts)
         begun = time.process_time()
         try:
             with np.errstate(all="ignore"):
-                after = next_state(hair, state, leads, bodies, scene, (now - 1) * dt, dt, now in cuts)
+                after = next_state(hair, state, frame, scene)
         except ArithmeticError:  # where hair touches hair, what is not finite is found within a frame
             return
         passed = time.process_time() - begun

@@ -47,6 +47,7 @@ class NineSteps(ABC):
         around.let_go()
         around.repel(state.x, state.v, step, elastic=False)  # 9
         np.divide(state.v - before, dt, out=state.a)
+        state.fresh[:] = False
 
     @abstractmethod
     def velocity(self, state: State, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:
