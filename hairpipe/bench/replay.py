@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass, field
 from typing import Any
+from warnings import warn
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.node.frames import Time
 from hairpipe.graph.plan.arguments import build_arguments, name_inputs
+from hairpipe.graph.plan.preparation import Preparations
 from hairpipe.graph.plan.tasks import Source, Task, inputs_of
 from hairpipe.graph.results import fetch
 from hairpipe.graph.run.events import CODEC
@@ -28,6 +30,7 @@ class Replay:
     codec: str = CODEC
     frame: int = field(init=False)
     _state: Any = field(default=None, init=False)
+    _preparations: Preparations = field(default_factory=Preparations, init=False)
 
     def __post_init__(self) -> None:
         keep_freed()
@@ -46,11 +49,15 @@ class Replay:
             raise BadInput(f"'{self.name}' cannot be measured: {outcome.failures[0]}", where=self.graph.path)
 
     def arguments(self) -> dict[str, Any]:
-        """Build what the node is given at this frame."""
+        """Build what the node is given at this frame, what it is prepared with included."""
         node, frames = self.graph.nodes[self.name], tuple(self.graph.all_frames)
         sources = name_inputs(node.type, inputs_of(self.graph, Task(self.name, self.frame), frames), frames, itself)
         when = Time(self.frame, self.graph.fps)
-        return build_arguments(node.type, sources, self.graph.settings(node), when, None, self._load)
+        settings = self.graph.settings(node)
+        prepared = self._preparations.prepare(node.type, sources, settings, self._load)
+        for message in prepared.warnings:
+            warn(message, stacklevel=2)
+        return build_arguments(node.type, sources, settings, when, None, self._load) | prepared.arguments
 
     def advance(self, arguments: dict[str, Any]) -> Any:
         """Evaluate the node at this frame with its arguments, and go on to the next."""

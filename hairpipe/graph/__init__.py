@@ -1,6 +1,9 @@
 """The engine: graph files, node declarations, keys, store, plan and run. It knows nothing of hair.
 
 What node types use is named here; everything else is imported from the module that defines it.
+
+`@node(frames="scan", prepare=FUNCTION)`: FUNCTION takes inputs that are the same at all frames, and settings, by the
+names that the node gives them; its result is the node's parameter `prepared`. A worker calls it once for all frames.
 """
 
 from hairpipe.graph.node.declare import node

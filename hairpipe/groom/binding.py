@@ -1,4 +1,7 @@
-"""Roots bound to the body: a place in a triangle, and the frame that the triangle carries along."""
+"""Roots bound to the body, Sec. 6 of Selle, Lentine, Fedkiw 2008: a place in a triangle, and the triangle's frame.
+
+We differ from the paper, which embeds the first points of a hair in tetrahedra of a head that deforms.
+"""
 
 import warnings
 from dataclasses import replace

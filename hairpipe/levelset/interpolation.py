@@ -1,5 +1,7 @@
 """The level set of a moving body at a time between two frames, by one of three schemes.
 
+Sec. 5.1 and Fig. 15 of Selle, Lentine, Fedkiw 2008.
+
 A scheme decides where to read either frame, the points of departure of semi-Lagrangian advection, and how to weigh what
 is read:
 

@@ -51,6 +51,33 @@ def test_files_and_frames_reached_are_what_they_are_in_a_run(shot):
     assert replayed == [fetch(shot.load(), shot.store, Task("learn", frame)).value for frame in (1, 2)]
 
 
+DOUBLE = '''"""A fold that is prepared."""
+from numeral import Numeral
+from tally import numeral, tally
+from hairpipe.graph import node
+
+def make_double(seed: Numeral) -> float:
+    """Double."""
+    tally("make_double")
+    return 2.0 * seed.value
+
+@node(frames="scan", prepare=make_double)
+def double(seed: Numeral, previous: Numeral | None, prepared: float) -> Numeral:
+    """Add up doubles."""
+    return numeral(prepared + (previous.value if previous else 0.0))
+'''
+
+
+def test_what_is_prepared_is_prepared_once(shot):
+    (shot.nodes / "double.py").write_text(DOUBLE)
+    graph = shot.path.read_text().partition("[move]")[0]
+    shot.path.write_text(graph + '[double]\ntype = "double"\nin.seed = "seed"\n')
+    replay = Replay(shot.load(), shot.store, "double")
+    replay.prepare(3)
+    assert [replay.advance(replay.arguments()).value for _ in range(3)] == [6.0, 12.0, 18.0]
+    assert shot.tally() == {"make_seed": 1, "make_double": 1}
+
+
 def test_what_does_not_go_from_frame_to_frame_is_refused(shot):
     with pytest.raises(BadInput, match="does not go from frame to frame"):
         Replay(shot.load(), shot.store, "move")

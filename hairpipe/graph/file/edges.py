@@ -71,4 +71,7 @@ def check_edge(node: Node, plug: str, edge: Edge, source: Node, where: str) -> E
     if source.per_frame and not node.per_frame and socket.view not in ("frames", "reached"):
         what = f"in.{plug}: '{source.name}' gives a value per frame, '{node.name}' takes one for the shot"
         raise BadInput(what, where=where, right=f"{node.type.name} would have to take Frames[{socket.type.__name__}]")
+    if source.per_frame and node.type.prepare and socket.name in node.type.prepare.sockets:
+        what = f"in.{plug}: '{source.name}' gives a value per frame, '{node.name}' is prepared with it for all frames"
+        raise BadInput(what, where=where, right=f"a node that gives one {socket.type.__name__} for the shot")
     return Edge(source.name, edge.output or fitting[0])

@@ -4,8 +4,9 @@ import inspect
 import re
 import types
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from typing import Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
+from dataclasses import dataclass, replace
+from types import SimpleNamespace
+from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.files import Workspace
@@ -18,6 +19,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 RESERVED = frozenset({"type", "in", "publish", "checkpoint", "like", "without"})
 SINGLE = ""
 """Name of the output of a node that has only one."""
+PREPARED = "prepared"
+"""Parameter of a node that takes what its `prepare` function returns."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,19 @@ class SettingField:
     default: Any
 
 
+@dataclass(frozen=True)
+class Preparation:
+    """A function whose result a node takes at every frame, and which is called once for many frames.
+
+    sockets   that it takes the values of, the same at all frames
+    settings  that it takes
+    """
+
+    function: Callable[..., Any]
+    sockets: tuple[str, ...]
+    settings: tuple[str, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class NodeType:
     """All that a signature declares.
@@ -55,6 +71,7 @@ class NodeType:
     state           output that a scan receives back as `previous`
     asks_time       names of its parameters that take the time, and
     asks_workspace  a folder to write in
+    prepare         gives the value of its parameter `prepared`; None where it has none
     """
 
     name: str
@@ -67,6 +84,7 @@ class NodeType:
     state: str | None
     asks_time: tuple[str, ...]
     asks_workspace: tuple[str, ...]
+    prepare: Preparation | None
 
     def socket(self, plug: str) -> Socket:
         """Find the socket that an edge is plugged into."""
@@ -89,46 +107,55 @@ class NodeType:
         return (self.function.__doc__ or "").strip().splitlines()[0]
 
 
-def node(*, frames: Mode) -> Callable[[Function], Function]:
+def node(*, frames: Mode, prepare: Callable[..., Any] | None = None) -> Callable[[Function], Function]:
     """Declare a function as a node type and return it unchanged; BadInput where its signature is no declaration.
 
-    `once` gives a value for the shot, `each` one per frame, `scan` one per frame from `previous`.
+    frames   `once` gives a value for the shot, `each` one per frame, `scan` one per frame from `previous`
+    prepare  function of inputs that are the same at all frames, and of settings, by the names that they have here. Its
+             result is handed to the parameter `prepared`, which the node must not change. It is called once a worker
+             for equal inputs and settings; the result is never stored, and no part of a key
     """
 
     def declare(function: Function) -> Function:
-        function.__node__ = read_signature(function, frames)  # type: ignore[attr-defined]
+        function.__node__ = read_signature(function, frames, prepare)  # type: ignore[attr-defined]
         return function
 
     return declare
 
 
-def read_signature(function: Callable[..., Any], mode: Mode) -> NodeType:
+def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[..., Any] | None = None) -> NodeType:
     """Read a node type off a function's signature; BadInput says what is no declaration."""
     refuse = Refusal(function)
     if mode not in get_args(Mode):
         refuse(f"frames={mode!r}", "once, each or scan")
     if not (function.__doc__ or "").strip():
         refuse("no docstring", "its first line is the help of the node type")
-    hints = get_type_hints(function, include_extras=True)
+    hints = hints_of(function, PREPARED)
     parameters = inspect.signature(function).parameters.values()
     for parameter in parameters:
-        if parameter.name not in hints or parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+        if parameter.name not in function.__annotations__ or parameter.kind in (
+            parameter.VAR_POSITIONAL,
+            parameter.VAR_KEYWORD,
+        ):
             refuse(f"parameter '{parameter.name}'", "every parameter is named and annotated")
-    inputs = [p for p in parameters if p.kind is not p.KEYWORD_ONLY]
+    plain = [p for p in parameters if p.name != PREPARED]
+    inputs = [p for p in plain if p.kind is not p.KEYWORD_ONLY]
     special = {p.name for p in inputs if hints[p.name] in (Time, Workspace) or p.name == "previous"}
     outputs = read_outputs(hints.get("return"), refuse)
-    return NodeType(
+    declared = NodeType(
         name=function.__name__,
         mode=mode,
         function=function,
         sockets={p.name: read_socket(p, hints[p.name], mode, refuse) for p in inputs if p.name not in special},
-        settings=read_settings(parameters, hints, refuse),
+        settings=read_settings(plain, hints, refuse),
         outputs=outputs,
         returns=hints["return"],
         state=read_state(mode, hints if "previous" in special else {}, outputs, refuse),
         asks_time=tuple(name for name in special if hints[name] is Time),
         asks_workspace=tuple(name for name in special if hints[name] is Workspace),
+        prepare=None,
     )
+    return replace(declared, prepare=read_preparation(declared, prepare, refuse))
 
 
 class Refusal:
@@ -205,3 +232,50 @@ def read_state(mode: Mode, hints: dict[str, Any], outputs: dict[str, type], refu
     if not optional or len(found) != 1:
         refuse(f"previous: {hints['previous']}", "T | None, where exactly one output is of type T")
     return found[0]
+
+
+def read_preparation(node_type: NodeType, function: Callable[..., Any] | None, refuse: Refusal) -> Preparation | None:
+    """Check the function that is declared as `prepare` against the signature that takes its result."""
+    taken = inspect.signature(node_type.function).parameters.get(PREPARED)
+    if function is None:
+        if taken is not None:
+            refuse(f"asks for `{PREPARED}`", "@node(..., prepare=FUNCTION)")
+        return None
+    if not inspect.isfunction(function):
+        refuse(f"prepare={function!r}", "a plain function of this module, or an imported one")
+    if node_type.mode == "once":
+        refuse(f"prepare={function.__name__}", 'frames="scan" or "each": a `once` node is called once anyway')
+    if taken is None or taken.kind is taken.KEYWORD_ONLY:
+        refuse(f"prepare={function.__name__}", f"a parameter `{PREPARED}` before the settings takes the result")
+    asked, returned = text_of(taken.annotation), text_of(function.__annotations__.get("return") or "nothing")
+    if asked != returned:
+        refuse(f"{PREPARED}: {asked}", f"what {function.__name__} returns: {returned}")
+    names = inspect.signature(function).parameters
+    sockets = tuple(s.name for s in node_type.sockets.values() if s.name in names and s.view == "now")
+    settings = tuple(name for name in node_type.settings if name in names)
+    own, given = hints_of(node_type.function, PREPARED), hints_of(function, "return")
+    for parameter in names.values():
+        name, where = parameter.name, f"{function.__name__}: parameter '{parameter.name}'"
+        if name not in (*sockets, *settings) or parameter.kind is parameter.POSITIONAL_ONLY:
+            refuse(where, "the name of an input that is one value, T, or of a setting")
+        if name not in given or bare(given[name]) != bare(own[name]):
+            refuse(where, f"{name}: {text_of(bare(own[name]))}, as the node takes it")
+    return Preparation(function, sockets, settings)
+
+
+def hints_of(function: Callable[..., Any], left_out: str) -> dict[str, Any]:
+    """Evaluate the annotations of a function, all but one, which may name what only type checkers import."""
+    annotations = {name: annotation for name, annotation in function.__annotations__.items() if name != left_out}
+    return get_type_hints(SimpleNamespace(__annotations__=annotations), function.__globals__, include_extras=True)
+
+
+def bare(annotation: Any) -> Any:
+    """Return an annotation without unit and range."""
+    inner, optional = without_none(annotation)
+    inner = get_args(inner)[0] if get_origin(inner) is Annotated else inner
+    return inner | None if optional else inner
+
+
+def text_of(annotation: Any) -> str:
+    """Write an annotation, a class by its name alone."""
+    return annotation.__name__ if isinstance(annotation, type) else str(annotation)

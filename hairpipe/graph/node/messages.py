@@ -1,12 +1,15 @@
-"""How a message names what is wrong: what was given, cut short, and the known name nearest to it."""
+"""What users read: how a message names what is wrong, and the warnings of nodes."""
 
 import difflib
 import re
 import unicodedata
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 MOST_SHOWN = 60
+MOST_WARNINGS = 20
 LONG_WORD, LONG_LINE = 300, 2000
 """Characters without a blank, and altogether, beyond which a message is cut; a path is rarely as long."""
 
@@ -51,3 +54,14 @@ def escaped(character: str) -> str:
 def shortened(text: str, most: int) -> str:
     """Leave out the middle of a text that is long."""
     return text if len(text) <= most else f"{text[: most * 3 // 4]}...{text[-most // 5 :]}"
+
+
+@contextmanager
+def recorded_warnings() -> Iterator[list[str]]:
+    """Record the warnings that are meant for the user, each once; they are in the list at the end."""
+    texts: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        yield texts
+    meant = [str(w.message) for w in caught if issubclass(w.category, UserWarning | RuntimeWarning)]
+    texts += list(dict.fromkeys(meant))[:MOST_WARNINGS]

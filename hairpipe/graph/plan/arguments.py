@@ -1,6 +1,6 @@
 """The arguments that a node is called with: what its sockets see, what it asks of the engine, its settings."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from hairpipe.graph.node.declare import NodeType, Socket
@@ -41,16 +41,22 @@ def build_arguments(
 
     folder  for those who ask for one
     """
-    arguments: dict[str, Any] = {}
-    for socket in node_type.sockets.values():
-        seen = tuple(see(named.get(plug), socket, load) for plug in socket.plugs(named))
-        arguments[socket.name] = (seen or None) if socket.many else seen[0]
+    arguments = build_inputs(node_type.sockets.values(), named, load)
     arguments |= dict.fromkeys(node_type.asks_time, time)
     arguments |= dict.fromkeys(node_type.asks_workspace, folder)
     if node_type.state is not None:
         previous = named["previous"]
         arguments["previous"] = None if previous is None else load(previous, node_type.outputs[node_type.state])
     return arguments | build_settings(node_type, settings)
+
+
+def build_inputs(sockets: Iterable[Socket], named: Named, load: Load) -> dict[str, Any]:
+    """Load what sockets see, by their names."""
+    inputs: dict[str, Any] = {}
+    for socket in sockets:
+        seen = tuple(see(named.get(plug), socket, load) for plug in socket.plugs(named))
+        inputs[socket.name] = (seen or None) if socket.many else seen[0]
+    return inputs
 
 
 def see(given: Any, socket: Socket, load: Load) -> Any:

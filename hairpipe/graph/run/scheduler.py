@@ -59,7 +59,7 @@ class Scheduler:
         self.seconds: defaultdict[str, float] = defaultdict(float)
         self.processor: defaultdict[str, float] = defaultdict(float)
         self.published: list[str] = []
-        self.told: set[str] = set()
+        self.told: set[tuple[str, str]] = set()
 
     def carry_out(self) -> Outcome:
         """Run until everything is established, or nothing more can be."""
@@ -189,11 +189,12 @@ class Scheduler:
             held = {p: {name for name, _ in self.resolver.results[p].objects()} for p in producers}
             self.demand(task, {p for p in producers if reply["lost"] in held[p]})
 
-    def tell(self, task: Task, messages: Iterable[str]) -> None:
-        """Say what is of no result, but of this run: each once."""
-        for message in [message for message in messages if message not in self.told]:
-            self.told.add(message)
-            self.report(Event("warning", task, message=message))
+    def tell(self, task: Task, messages: Iterable[str], node: str = "") -> None:
+        """Report warnings that are not of a single frame: each once a run, or once for this node."""
+        for message in messages:
+            if (node, message) not in self.told:
+                self.told.add((node, message))
+                self.report(Event("warning", task, message=message))
 
     def may_retry(self, task: Task) -> bool:
         """Whether a task that met a damaged object is tried once more; it fails where that never ends."""
@@ -214,6 +215,7 @@ class Scheduler:
         elif before is None:
             self.counts["cached"] += 1
         self.report(Event(how, task, record.seconds))
+        self.tell(task, record.prepare_warnings, task.node)
         for message in record.warnings if before is None else ():
             self.report(Event("warning", task, message=message))
         if before is not None and before.outputs != record.outputs:

@@ -11,7 +11,6 @@ import signal
 import sys
 import time
 import traceback
-import warnings
 from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import asdict
@@ -25,7 +24,9 @@ from hairpipe.graph.file.registry import Catalogue
 from hairpipe.graph.node.declare import NodeType
 from hairpipe.graph.node.files import Workspace
 from hairpipe.graph.node.frames import Time
+from hairpipe.graph.node.messages import recorded_warnings
 from hairpipe.graph.plan.arguments import build_arguments
+from hairpipe.graph.plan.preparation import Preparations
 from hairpipe.graph.run.malloc import keep_freed
 from hairpipe.graph.store.atomic import workspace
 from hairpipe.graph.store.fingerprint import is_changed
@@ -34,7 +35,6 @@ from hairpipe.graph.store.seal import guard_kernels, removed
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values, codec_named, is_full
 
-MOST_WARNINGS = 20
 PR_SET_PDEATHSIG = 1
 
 Job = dict[str, Any]
@@ -48,6 +48,7 @@ class Worker:
         self.catalogue = Catalogue(Path(hello["folder"]))
         self.store = Store(Path(hello["store"]))
         self.values = Values(self.store, codec_named(hello["codec"]), hello["memory"])
+        self.preparations = Preparations()
         self.is_orphan = is_orphan
         self._unchecked: dict[str, list[int]] = hello["sources"]
         self._checked: set[str] = set()
@@ -71,10 +72,10 @@ class Worker:
                 node_type, job["inputs"], job["settings"], when, folder and Workspace(folder), self.values.get
             )
             begun, worked = time.perf_counter(), time.process_time()
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
+            with recorded_warnings() as warnings:
                 try:
-                    result = node_type.function(**arguments)
+                    prepared = self.preparations.prepare(node_type, job["inputs"], job["settings"], self.values.get)
+                    result = node_type.function(**arguments, **prepared.arguments)
                 finally:
                     self._check_code(node_type)
             self.values.check()
@@ -90,7 +91,8 @@ class Worker:
             outputs=outputs,
             state=node_type.state,
             seconds=seconds,
-            warnings=tuple(spoken(caught)),
+            warnings=tuple(warnings),
+            prepare_warnings=prepared.warnings,
             created=time.time(),
             processor=processor,
         )
@@ -139,12 +141,6 @@ def failure(error: Exception) -> Reply:
         kind = "disk" if full else "diverged" if type(error) is ArithmeticError else "node"
         message = f"{type(error).__name__}: {error}"
     return {"failure": {"kind": kind, "message": message, "traceback": traceback.format_exc()}}
-
-
-def spoken(caught: list[warnings.WarningMessage]) -> list[str]:
-    """Keep what warnings say to the user, each once."""
-    meant = [str(w.message) for w in caught if issubclass(w.category, UserWarning | RuntimeWarning)]
-    return list(dict.fromkeys(meant))[:MOST_WARNINGS]
 
 
 def die_with_parent() -> None:

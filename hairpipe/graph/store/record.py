@@ -29,6 +29,7 @@ class Record:
     seconds    that the evaluation took [s]
     created    when, in seconds since 1970 [s]
     processor  seconds of all its threads, which a busy machine changes less [s]; None in records of older versions
+    prepare_warnings  of the function that prepared the node: the same at every frame
     """
 
     key: str
@@ -41,6 +42,7 @@ class Record:
     warnings: tuple[str, ...]
     created: float
     processor: float | None = None
+    prepare_warnings: tuple[str, ...] = ()
 
     @property
     def size(self) -> int:
@@ -75,6 +77,7 @@ def from_fields(fields: dict[str, Any]) -> Record:
     """Build a record from its fields as JSON gives them; those that another version has added are left out."""
     known = {name: value for name, value in fields.items() if name in Record.__dataclass_fields__}
     outputs = {name: Output(o[0], o[1], tuple(map(tuple, o[2]))) for name, o in fields["outputs"].items()}
+    known["prepare_warnings"] = tuple(fields.get("prepare_warnings", ()))
     return Record(**known | {"outputs": outputs, "warnings": tuple(fields["warnings"])})
 
 
@@ -95,7 +98,7 @@ def is_sound(record: Record) -> bool:
         and all(is_object(name) and type(size) is int and size >= 0 for name, size in record.objects())
         and (record.state is None or record.state in record.outputs)
         and all(isinstance(number, int | float) and math.isfinite(number) for number in numbers)
-        and all(isinstance(text, str) for text in record.warnings)
+        and all(isinstance(text, str) for text in (*record.warnings, *record.prepare_warnings))
     )
 
 

@@ -1,4 +1,4 @@
-"""Edges and hinges of a mesh."""
+"""Edges and hinges of a mesh; a hinge and its shared edge are a tetrahedron: Fig. 5 of Selle, Lentine, Fedkiw 2008."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Shells to try: a noodle, which is half a hollow torus, and a square of cloth."""
+"""Shells of Selle, Lentine, Fedkiw 2008: a noodle, half a hollow torus, of Fig. 4b, and the cloth of Fig. 12."""
 
 import numpy as np
 

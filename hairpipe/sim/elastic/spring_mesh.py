@@ -1,4 +1,4 @@
-"""The springs of a solid and of a shell, with constants from their matter.
+"""The springs of a solid and of a shell, Sec. 3.1 of Selle, Lentine, Fedkiw 2008, with constants from their matter.
 
 A network of linear springs between random neighbours is an isotropic material. With C the sum of k l over its springs,
 k the force per unit strain, per volume: C_1111 = C / 5 and Poisson's ratio 1/4, so C = 6 E; six edges of a tetrahedron

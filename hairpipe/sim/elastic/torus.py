@@ -1,4 +1,4 @@
-"""A solid torus of tetrahedra."""
+"""A solid torus of tetrahedra: Fig. 4a of Selle, Lentine, Fedkiw 2008."""
 
 import numpy as np
 

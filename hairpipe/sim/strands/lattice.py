@@ -24,7 +24,7 @@ We differ from the paper:
   of free hair only: springs across it are twice as stiff. The free length is then exact for every roll of the strand.
 - The first q stands opposite to where the strand bends to, or where the skin says, not along an axis of the world: a
   groom that is turned is the same groom (`first_normals`). Curls turn and stiffen theirs, see `curl.py`.
-- Curls are perturbed too, instead of using their own turns as triangles, which degenerate as a curl is drawn out.
+- Curls are perturbed too, instead of using their own turns as triangles (Fig. 7a): those degenerate as curls stretch.
 - Perturbed particles carry 5 % of the mass instead of a third: off-axis mass slows torsion by orders of magnitude.
 """
 

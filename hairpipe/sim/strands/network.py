@@ -1,4 +1,4 @@
-"""The paper's model of a strand: a network of springs on the lattice, which resists stretch, bending and twist."""
+"""The model of a strand in Sec. 3.2 of Selle, Lentine, Fedkiw 2008: edge, bending, torsion and altitude springs."""
 
 from dataclasses import replace
 from typing import NamedTuple

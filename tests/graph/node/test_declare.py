@@ -2,12 +2,14 @@
 
 import inspect
 from pathlib import Path
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.graph import File, Frames, Pair, Time, Workspace, node
+from hairpipe.graph.node.declare import Preparation
+from hairpipe.units import Gt, Metres
 
 
 class Mesh:
@@ -137,6 +139,52 @@ def scan_other(previous: State | None) -> Mesh:
 def test_what_is_no_declaration_is_refused_at_its_line(function, frames):
     with pytest.raises(BadInput, match=rf"test_declare\.py:\d+: @node {function.__name__}"):
         node(frames=frames)(function)
+
+
+def made(a: Mesh, size: float) -> State:
+    """Make a state."""
+
+
+def no_input(c: Mesh) -> State: ...
+def a_pair(b: Pair[Mesh]) -> State: ...
+def another_type(a: State) -> State: ...
+def another_result(a: Mesh) -> Mesh: ...
+def result_unknown(a: Mesh): ...
+
+
+@pytest.mark.parametrize(
+    ("prepare", "said"),
+    [
+        (no_input, "no_input: parameter 'c'"),
+        (a_pair, "a_pair: parameter 'b'"),
+        (another_type, "another_type: parameter 'a' .a: Mesh"),
+        (another_result, "prepared: State .what another_result returns: Mesh"),
+        (result_unknown, "prepared: State .what result_unknown returns: nothing"),
+        (len, "prepare=<built-in"),
+        (None, "asks for `prepared`"),
+    ],
+)
+def test_what_prepares_a_node_takes_its_inputs_and_settings_and_gives_what_it_asks_for(prepare, said):
+    def simulate(a: Mesh, b: Pair[Mesh], prepared: "State", *, size: Annotated[float, Metres, Gt(0)] = 2.0) -> Mesh:
+        """Simulate."""
+
+    assert node(frames="each", prepare=made)(simulate).__node__.prepare == Preparation(made, ("a",), ("size",))
+    with pytest.raises(BadInput, match=said):
+        node(frames="each", prepare=prepare)(simulate)
+
+
+def test_a_prepared_value_is_taken_before_the_settings_at_each_frame():
+    def as_a_setting(a: Mesh, *, prepared: State) -> Mesh:
+        """Simulate."""
+
+    def without(a: Mesh) -> Mesh:
+        """Simulate."""
+
+    for function in (as_a_setting, without):
+        with pytest.raises(BadInput, match=r"prepare=made .a parameter `prepared`"):
+            node(frames="each", prepare=made)(function)
+    with pytest.raises(BadInput, match="a `once` node is called once anyway"):
+        node(frames="once", prepare=made)(without)
 
 
 def test_frames_read_when_asked_and_not_before():

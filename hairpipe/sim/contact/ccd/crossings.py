@@ -1,4 +1,4 @@
-"""Which pairs of segments pass through each other in a step, where, and when."""
+"""Which pairs of segments pass through each other in a step, where, and when: Sec. 5.3, edge against edge."""
 
 from typing import NamedTuple
 
@@ -34,8 +34,8 @@ def crossings(before: np.ndarray, after: np.ndarray, pairs: np.ndarray) -> Cross
     before, after  positions [m], (P, 3) float64
     pairs          of segments that may, see `swept_pairs`, (n, 2) int32
 
-    Sec. 5.1 after Bridson et al. 2002, edge against edge: what meets at an end point is left out, unless an edge
-    passes exactly through a joint.
+    Bridson et al. 2002, edges alone: segments that meet at an end point are left out, unless an edge passes exactly
+    through a joint.
     """
     times = np.empty(len(pairs))
     _find_times(before, after, pairs, times)
