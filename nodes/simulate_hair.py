@@ -2,7 +2,7 @@
 
 # ruff: noqa: B008 (settings are frozen)
 
-from typing import Annotated, Literal, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh, Strands
 from hairpipe.data.hair import HairState
@@ -14,6 +14,9 @@ from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.registry import ModelName
 from hairpipe.units import Interval, MetresPerSecondSquared
 
+if TYPE_CHECKING:
+    from hairpipe.sim.hair_model import HairModels
+
 
 class Hair(NamedTuple):
     """Strands to look at, and the state the next frame starts from."""
@@ -22,7 +25,14 @@ class Hair(NamedTuple):
     state: HairState
 
 
-@node(frames="scan")
+def model_strands(groom: Groom, material: Material, model: ModelName, construction: Construction) -> "HairModels":
+    """Model the strands of a groom, for the whole shot."""
+    from hairpipe.sim.hair_model import build_models
+
+    return build_models(groom, material, model, construction)
+
+
+@node(frames="scan", prepare=model_strands)
 def simulate_hair(
     groom: Groom,
     body: Pair[Mesh] | None,
@@ -31,6 +41,7 @@ def simulate_hair(
     ends: Pair[Ends] | None,
     previous: HairState | None,
     time: Time,
+    prepared: "HairModels",
     *,
     model: ModelName = "network",
     precision: Literal["automatic", "double", "single"] = "automatic",
@@ -67,14 +78,12 @@ def simulate_hair(
     cuts          frames at which a shot begins anew: hair is carried over with its roots, without the way there
     """
     from hairpipe.sim.boundary import lead_of
-    from hairpipe.sim.hair_model import remembered_models
     from hairpipe.sim.precision import choose_precision
     from hairpipe.sim.simulate import Frame, next_state, strands_of
 
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
     solid, leads = bool(surface or parts), lead_of(body, ends) or (None, None)
-    models = remembered_models(groom, material, model, construction)
-    hair = choose_precision(precision, models, scene, bodies=solid, first=previous is None)
+    hair = choose_precision(precision, prepared, scene, bodies=solid, first=previous is None)
     began, cut = (time.frame - 1) * time.dt, time.frame in cuts
     frame = Frame(leads, surface or (), parts or (), began, time.dt, cut)
     state = next_state(hair, previous, frame, scene)

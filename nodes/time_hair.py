@@ -64,11 +64,11 @@ def time_hair(
     timed         frames that count
     """
     from hairpipe.measure.cost import Around, cost_table
-    from hairpipe.sim.hair_model import remembered_models
+    from hairpipe.sim.hair_model import build_models
     from hairpipe.sim.precision import choose_precision
 
     scene = of.Scene(gravity, air, contact, strain, steps, scheme, sag_free, stiction, collisions, wind)
-    models = remembered_models(groom, material, model, construction)
+    models = build_models(groom, material, model, construction)
     hair = choose_precision(precision, models, scene, bodies=bool(surface or parts))
     around = Around(body, ends, surface or (), parts or ())
     return cost_table(hair, around, scene, time.frame, time.dt, cuts, warm, timed)
