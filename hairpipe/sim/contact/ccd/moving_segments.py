@@ -15,7 +15,7 @@ from hairpipe.kernels.vec3 import (
     minus,
     mix,
     row,
-    times,
+    scaled,
     unit,
 )
 from hairpipe.spatial.segment_distance import closest_on_segments
@@ -94,4 +94,4 @@ def crossing_normal(pair: Encounter, time: float, s: float, t: float) -> Vector:
         if length(normal) <= _PARALLEL * length(approach) or length(normal) == 0.0:
             normal = any_across(along)
     normal = unit(normal, (0.0, 0.0, 1.0))
-    return normal if dot(normal, approach) >= 0.0 else times(-1.0, normal)
+    return normal if dot(normal, approach) >= 0.0 else scaled(-1.0, normal)
