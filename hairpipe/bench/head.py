@@ -16,10 +16,10 @@ from hairpipe.groom.grow.paint import Canvas
 from hairpipe.groom.grow.style import PaintedMetres, Style
 from hairpipe.levelset.bake.parts import bake_parts
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
-from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Collisions, Scene, StepControl, Stiction, StrainLimit
+from hairpipe.sim.simulate import advance_frame, start
 
 FPS, STEPS = 24.0, 10
 """Frames a second, steps a frame."""

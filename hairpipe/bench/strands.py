@@ -66,7 +66,7 @@ def hang(count: int, segments: int, dtype: DTypeLike) -> Strands:
     roots = rest.reshape(layout.blocks, -1, *rest.shape[1:])[:, : SHAPE.clamped]
     ends = np.concatenate([roots, np.zeros_like(roots)], axis=1)
     still = Clamp(ends, np.zeros_like(ends), np.zeros((0, layout.width), layout.dtype))
-    motion = State(*(np.empty_like(rest) for _ in range(4)))
+    motion = State(*(np.empty_like(rest) for _ in range(4)), np.zeros(layout.strands.shape, bool))
     weights = everywhere(model, rest, STEP / 4)
     hair = Strands(model, rest, motion, ClampPath(still, still, STEP), Surroundings(model, layout), weights)
     hair.restart()

@@ -11,9 +11,10 @@ class HairState:
 
     positions        in the world [m], (rows, 3, lanes) float64
     velocities       [m/s], same shape, float64, or float32 where hair is computed in that
-    accelerations    that the last step found [m/s^2], same shape and precision; NaN where they are not known
+    accelerations    that the last step found [m/s^2], same shape and precision
+    fresh            strands whose forces have jumped since, so that accelerations do not count, (blocks, lanes) bool
     tensions         multipliers of the springs to the next particles [N], (rows, springs, lanes)
-    inverse_lengths  1 / rest length of those springs [1/m], same shape; no rows where they rest in the groom's shape
+    inverse_lengths  1 / rest length of those springs [1/m], same shape; None where they rest in the groom's shape
     stuck            segments of the groom that stick together, first < second, (n, 2) int32
     stuck_at         where on them, as fractions of their length, (n, 2) float64
     pace             longest step that hair which passes through hair allows next [s]
@@ -23,8 +24,9 @@ class HairState:
     positions: np.ndarray
     velocities: np.ndarray
     accelerations: np.ndarray
+    fresh: np.ndarray
     tensions: np.ndarray
-    inverse_lengths: np.ndarray
+    inverse_lengths: np.ndarray | None
     stuck: np.ndarray
     stuck_at: np.ndarray
     pace: float

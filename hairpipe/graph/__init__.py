@@ -23,9 +23,11 @@ An input is annotated with its type `T`, or with what the node sees of it over t
 
 A parameter of type `Time` gives the frame and its length, one of type `Workspace` an empty folder for a `File`, a value
 that the graph can publish. A node raises `BadInput` for input that the user can fix; its warnings are reported.
+`@flat_group("settings")` makes the fields of that group settings of the node itself.
 """
 
 from hairpipe.graph.node.declare import node
+from hairpipe.graph.node.flat_group import flat_group
 from hairpipe.graph.node.signature import File, Frames, Pair, Reached, Time, Workspace
 
-__all__ = ["File", "Frames", "Pair", "Reached", "Time", "Workspace", "node"]
+__all__ = ["File", "Frames", "Pair", "Reached", "Time", "Workspace", "flat_group", "node"]

@@ -14,8 +14,8 @@ from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.sim.boundary import lead_of
 from hairpipe.sim.hair_model import HairModel
-from hairpipe.sim.settings import Scene
-from hairpipe.sim.simulate import next_state
+from hairpipe.sim.settings import HairSettings
+from hairpipe.sim.simulate import Frame, next_state
 
 COLUMNS = ("seconds per frame", "fastest frame [s]", "slowest frame [s]", "frames timed", "particles")
 
@@ -45,15 +45,14 @@ class Around(NamedTuple):
 
 
 def cost_table(
-    hair: HairModel, around: Around, scene: Scene, first: int, frame: float, cuts: Sequence[int], warm: int, timed: int
+    hair: HairModel, around: Around, settings: HairSettings, first: int, frame_dt: float, warm: int, timed: int
 ) -> Table:
     """Return one row: what a frame took [s], the median, the fastest and the slowest, and the number of particles.
 
-    first  frame of the shot
-    frame  time from one frame to the next [s]
-    cuts   frames at which the shot begins anew
-    warm   frames that do not count: kernels are compiled, hair falls and meets what is in its way
-    timed  frames after those; of a shot without any, its last one counts
+    first     frame of the shot
+    frame_dt  time from one frame to the next [s]
+    warm      frames that do not count: kernels are compiled, hair falls and meets what is in its way
+    timed     frames after those; of a shot without any, its last one counts
 
     Seconds are those of the processor in this process, on one thread: what other processes do is not counted. A run
     that is no longer finite ends there. All is NaN where there is no frame to be timed. Raises BadInput where a frame
@@ -62,7 +61,7 @@ def cost_table(
     threads = numba.get_num_threads()
     numba.set_num_threads(1)
     try:
-        seconds = list(_seconds(hair, around, scene, around.frames(first, 1 + warm + timed), frame, cuts))
+        seconds = list(_seconds(hair, around, settings, around.frames(first, 1 + warm + timed), frame_dt))
     finally:
         numba.set_num_threads(threads)
     seconds = seconds[min(warm, max(len(seconds) - 1, 0)) :]
@@ -72,7 +71,7 @@ def cost_table(
 
 
 def _seconds(
-    hair: HairModel, around: Around, scene: Scene, frames: Sequence[int], dt: float, cuts: Sequence[int]
+    hair: HairModel, around: Around, settings: HairSettings, frames: Sequence[int], dt: float
 ) -> Iterator[float]:
     """Simulate frames and return the time of each but the first [s], up to the first frame that is not finite."""
     state: HairState | None = None
@@ -80,10 +79,11 @@ def _seconds(
         pair = before, now
         leads = lead_of(_at(around.body, pair), _at(around.ends, pair)) or (None, None)
         bodies = [_pair(some, pair) for some in around.surfaces], [_pair(some, pair) for some in around.parts]
+        frame = Frame(leads, *bodies, (now - 1) * dt, dt, now in settings.cuts)
         begun = time.process_time()
         try:
             with np.errstate(all="ignore"):
-                after = next_state(hair, state, leads, bodies, scene, (now - 1) * dt, dt, now in cuts)
+                after = next_state(hair, state, frame, settings)
         except ArithmeticError:  # where hair touches hair, what is not finite is found within a frame
             return
         passed = time.process_time() - begun

@@ -16,6 +16,8 @@ from hairpipe.sim.layout import Layout
 
 B = TypeVar("B")
 E = TypeVar("E")
+Lead = Mesh | Ends | None
+"""What leads the roots: a body, or ends that are driven; None: they stand still."""
 WORLD = np.zeros(3)
 """The origin of the world [m]."""
 _INSTANT = 1e-5  # [s]; velocities of root frames are differences over this time, the body moving in a straight line
@@ -89,7 +91,7 @@ def lead_of(body: B | None, ends: E | None) -> B | E | None:
     return ends if body is None else body
 
 
-def check_lead(lead: Mesh | Ends | None, groom: Groom) -> None:
+def check_lead(lead: Lead, groom: Groom) -> None:
     """Raise BadInput where what leads the roots is not that of this groom."""
     bound = max(ends.max(initial=-1) for ends in (groom.root_triangles, groom.tip_triangles) if ends is not None)
     if isinstance(lead, Mesh) and bound >= len(lead.triangles):
@@ -122,7 +124,7 @@ def _motion_on(
     return now, (after - before) / (2 * _INSTANT)
 
 
-def motion_of_roots(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray, np.ndarray]:
+def motion_of_roots(lead: Lead, groom: Groom) -> tuple[np.ndarray, np.ndarray]:
     """Rigid motions of the roots from where the groom put them, and their rates, (strands, 3, 4).
 
     Raises BadInput where the lead is that of another groom.
@@ -146,7 +148,7 @@ def apply_rigid(motions: np.ndarray, points: np.ndarray, strands: np.ndarray) ->
     return np.ascontiguousarray(moved, points.dtype)
 
 
-def place(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+def place(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
     """Put particles where their roots are led, every strand rigidly with its root.
 
     lead     the body, or what leads the ends; None: roots stand still
@@ -158,7 +160,7 @@ def place(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layo
     return apply_rigid(places, rest, strands), apply_rigid(rates, rest, strands).astype(layout.dtype, copy=False)
 
 
-def follow(lead: Mesh | Ends | None, groom: Groom, x: np.ndarray, layout: Layout) -> np.ndarray:
+def follow(lead: Lead, groom: Groom, x: np.ndarray, layout: Layout) -> np.ndarray:
     """Find the velocities [m/s] of particles at x [m], float64, both (rows, 3, W), that go rigidly with their roots."""
     places, rates = motion_of_roots(lead, groom)
     spin = rates[:, :, :3] @ places[:, :, :3].transpose(0, 2, 1)
@@ -167,9 +169,7 @@ def follow(lead: Mesh | Ends | None, groom: Groom, x: np.ndarray, layout: Layout
     return apply_rigid(np.concatenate([spin, drift[:, :, None]], axis=2), x, strands).astype(layout.dtype, copy=False)
 
 
-def clamp_at(
-    lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layout, origin: np.ndarray = WORLD
-) -> Clamp:
+def clamp_at(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout, origin: np.ndarray = WORLD) -> Clamp:
     """Find the held particles at a frame, about an origin [m], (3,); other arguments as for `place`.
 
     BadInput where both ends are one segment.
@@ -200,7 +200,7 @@ def clamp_at(
     return Clamp(positions, velocities, tips)
 
 
-def _tips(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray | None, np.ndarray | None]:
+def _tips(lead: Lead, groom: Groom) -> tuple[np.ndarray | None, np.ndarray | None]:
     """Rigid motions of the tips and their rates, anything where they are free; None where all are."""
     if isinstance(lead, Ends):
         return np.nan_to_num(lead.tips), np.nan_to_num(lead.tips_rate)
@@ -209,7 +209,7 @@ def _tips(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray | None, np
     return _motion_on(lead, np.maximum(groom.tip_triangles, 0), groom.tip_barycentrics, groom.tip_frames)
 
 
-def _held_tips(lead: Mesh | Ends | None, groom: Groom, layout: Layout) -> np.ndarray:
+def _held_tips(lead: Lead, groom: Groom, layout: Layout) -> np.ndarray:
     if isinstance(lead, Ends):
         held = ~np.isnan(lead.tips).any((1, 2))
     else:

@@ -1,4 +1,4 @@
-"""What of a scene surrounds its hair in a frame."""
+"""What a scene asks for: bodies, surroundings, the integrator."""
 
 from collections.abc import Sequence
 
@@ -20,24 +20,34 @@ from hairpipe.sim.contact.hair.hair_contacts import HairContacts
 from hairpipe.sim.contact.hair.stiction import Connections, same_hair_keys
 from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.hair_model import HairModel
+from hairpipe.sim.integrators.backward_euler import BackwardEuler
+from hairpipe.sim.integrators.bdf2 import Bdf2
+from hairpipe.sim.integrators.interface import Integrator
+from hairpipe.sim.integrators.nine_steps import FullStep, Trapezoid
+from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.interactions import Interaction
 from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction
+from hairpipe.sim.solve.spring_form import SpringForm
+from hairpipe.sim.solve.stage import Rule
 from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 from hairpipe.spatial.pairs import key_of
 from hairpipe.spatial.proximity import near_pairs
+
+_SCHEMES = {"tr_bdf2": TrBdf2, "bdf2": Bdf2, "backward_euler": BackwardEuler}
+_NINE_STEPS = {"trapezoid": Trapezoid, "full_step": FullStep}
 
 
 def bodies_of(
     surfaces: Sequence[tuple[LevelSet, LevelSet]],
     parts: Sequence[tuple[BodyParts, BodyParts]],
     contact: BodyContact,
-    frame: float,
+    frame_dt: float,
 ) -> list[Collider]:
-    """Make bodies of what they are at the previous and at this frame, which are frame [s] apart."""
+    """Build colliders of bodies at the previous and at this frame, which are frame_dt [s] apart."""
     scheme = Interpolation[contact.interpolation]
-    whole = [build_collider_field(*surface, frame, scheme) for surface in surfaces]
-    return [*whole, *(build_collider_parts(*body, frame) for body in parts)]
+    whole = [build_collider_field(*surface, frame_dt, scheme) for surface in surfaces]
+    return [*whole, *(build_collider_parts(*body, frame_dt) for body in parts)]
 
 
 def surroundings_of(
@@ -94,3 +104,23 @@ def pairs_at_rest(
         far = REST * collisions.thickness
         colliding = hair.once(("collisions", far), lambda: key_of(near_pairs(points, offsets, far).segments))
     return sticking, colliding
+
+
+def integrator_of(scene: Scene) -> Integrator:
+    """Build the integrator of a scene."""
+    scheme = scene.scheme
+    rule = Rule(
+        int(SpringForm[scheme.spring]),
+        scheme.overdamping,
+        scheme.guard,
+        scheme.iterations,
+        gravity_of(scene),
+        scene.air.drag if scene.wind is None else 0.0,  # the wind's own drag takes its place
+    )
+    kinds = _NINE_STEPS if scheme.value == "nine_steps" else _SCHEMES
+    return kinds[scheme.velocity if scheme.value == "nine_steps" else scheme.value](rule)
+
+
+def gravity_of(scene: Scene) -> np.ndarray:
+    """Return the acceleration of free fall [m/s^2], (3,)."""
+    return np.array([0.0, -scene.gravity, 0.0])

@@ -2,8 +2,7 @@
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
-from hashlib import blake2b
+from functools import cached_property
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -79,36 +78,6 @@ def build_models(
 ) -> HairModels:
     """Model the strands of a groom by a model of the house."""
     return HairModels(groom, material, strand_models()[model], construction)
-
-
-def remembered_models(groom: Groom, material: Material, model: ModelName, construction: Construction) -> HairModels:
-    """Model strands as `build_models` does; the last two are remembered by their contents.
-
-    Every frame of a shot gets a groom of its own that is the same.
-    """
-    return _remembered(Contents(groom), material, model, construction)
-
-
-@dataclass(frozen=True)
-class Contents:
-    """A groom that equals another one when all its arrays do."""
-
-    groom: Groom = field(compare=False)
-    digest: bytes = field(init=False)
-
-    def __post_init__(self) -> None:
-        digest = blake2b()
-        for name in Groom.__dataclass_fields__:
-            known = getattr(self.groom, name)
-            values = np.ascontiguousarray([] if known is None else known)
-            digest.update(f"{name} {values.dtype} {values.shape}".encode())
-            digest.update(values.data)
-        object.__setattr__(self, "digest", digest.digest())
-
-
-@lru_cache(maxsize=2)
-def _remembered(contents: Contents, material: Material, model: ModelName, construction: Construction) -> HairModels:
-    return build_models(contents.groom, material, model, construction)
 
 
 def build_hair(

@@ -5,6 +5,9 @@ from typing import Annotated, Literal
 
 from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.interactions import Interaction
+from hairpipe.sim.material import Material
+from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.registry import ModelName
 from hairpipe.units import (
     Fraction,
     Ge,
@@ -156,14 +159,22 @@ class SagFree:
 
 @dataclass(frozen=True)
 class Scene:
-    """All of it together; gravity acts along -Y.
+    """What hair moves in, and how that is computed.
 
-    Without a strain limit segments stretch as far as springs let them; without a sag-free start hair sags at once.
-
+    gravity     along -Y
+    air         what slows hair where nothing touches it
+    contact     how it touches bodies, whole level sets and those in parts; without any it passes through
+    strain      how far a segment may be stretched; without, as far as its springs let it
+    steps       how a frame is cut into steps
+    scheme      how a step is computed
+    sag_free    start at rest as groomed; without, springs rest in the groom's shape and hair sags from it
+    stiction    hair that came close sticks together until it is pulled apart
+    collisions  hair pushes hair away and does not pass through it
+    wind        moving air; without, it is still
     interactions  forces of your own, see `sim/interactions.py`; no graph has them
     """
 
-    gravity: MetresPerSecondSquared = 9.81
+    gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81
     air: Air = Air()
     contact: BodyContact = BodyContact()
     strain: StrainLimit | None = None
@@ -174,3 +185,21 @@ class Scene:
     collisions: Collisions | None = None
     wind: Wind | None = None
     interactions: tuple[Interaction, ...] = ()
+
+
+@dataclass(frozen=True)
+class HairSettings(Scene):
+    """All that a graph says of a simulation: the scene, and the hair in it.
+
+    model         network: as published; chain: straight hair without twist, at half the particles
+    precision     of the numbers; automatic: single where that is safe, see `sim/precision.py`
+    material      of the fibre; the spring constants are calibrated from it
+    construction  of the network, to take apart what it consists of
+    cuts          frames at which a shot begins anew: hair is carried over with its roots, without the way there
+    """
+
+    model: ModelName = "network"
+    precision: Literal["automatic", "double", "single"] = "automatic"
+    material: Material = Material()  # noqa: RUF009 (frozen)
+    construction: Construction = Construction()  # noqa: RUF009
+    cuts: tuple[int, ...] = ()

@@ -1,43 +1,174 @@
-"""A shot of hair, frame by frame: it starts, goes on, or is carried across a cut."""
+"""A shot of hair, frame by frame: its start, its steps of time, and cuts, over which it goes with its roots."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
-from hairpipe.data import BodyParts, LevelSet
+import numpy as np
+
+from hairpipe.data import BodyParts, LevelSet, Strands
 from hairpipe.data.hair import HairState
-from hairpipe.sim.advance import Lead, advance_frame, start
-from hairpipe.sim.build import bodies_of
-from hairpipe.sim.cut import carry_state
+from hairpipe.levelset.collider import Collider
+from hairpipe.sim.boundary import (
+    ClampPath,
+    Lead,
+    about,
+    clamp_at,
+    follow,
+    origin_of,
+    place,
+)
+from hairpipe.sim.build import bodies_of, gravity_of, integrator_of, surroundings_of
 from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_stretch
 from hairpipe.sim.hair_model import HairModel
+from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
 from hairpipe.sim.settings import Scene
+from hairpipe.sim.state import State, Step
+from hairpipe.sim.statics.sag_free import stand
+from hairpipe.spatial.segments import LostPoints
 
 
-def next_state(
-    hair: HairModel,
-    previous: HairState | None,
-    leads: tuple[Lead, Lead],
-    bodies: tuple[Sequence[tuple[LevelSet, LevelSet]], Sequence[tuple[BodyParts, BodyParts]]],
-    scene: Scene,
-    seconds: float,
-    frame: float,
-    cut: bool,
-) -> HairState:
-    """Return the hair at a frame from that at the previous one; there is none at the first. Pure.
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """What hair is given of a frame and the one before it, in this order in all pairs.
 
-    leads    what leads the roots at the previous and at this frame
-    bodies   level sets of whole bodies and of bodies in parts, at both frames
-    seconds  time of the shot at the previous frame [s]
-    frame    time between the two [s]
-    cut      the shot begins anew at this frame
+    leads     what leads the roots
+    surfaces  level sets of whole bodies
+    parts     bodies in parts
+    began     time of the shot at the previous frame [s]
+    frame_dt  time between the two [s]
+    cut       the shot begins anew at this frame
     """
-    if previous is not None and cut:
-        return carry_state(previous, hair.groom, hair.layout, *leads)
-    surfaces = bodies_of(*bodies, scene.contact, frame)
+
+    leads: tuple[Lead, Lead]
+    surfaces: Sequence[tuple[LevelSet, LevelSet]]
+    parts: Sequence[tuple[BodyParts, BodyParts]]
+    began: float
+    frame_dt: float
+    cut: bool = False
+
+
+def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene: Scene) -> HairState:
+    """Return the hair at a frame from that at the previous one; there is none at the first. Pure."""
+    if previous is not None and frame.cut:
+        return carry_over_cut(hair, previous, frame.leads)
+    bodies = bodies_of(frame.surfaces, frame.parts, scene.contact, frame.frame_dt)
     if previous is None:
-        state = start(hair, leads[1], scene)
-        warn_of_deep_roots(hair, state.positions, surfaces)
+        state = start(hair, frame.leads[1], scene)
+        warn_of_deep_roots(hair, state.positions, bodies)
         return state
-    state = advance_frame(hair, previous, leads, surfaces, frame, scene, seconds)
-    number = round(seconds / frame) + 1
+    state = advance_frame(hair, previous, frame.leads, bodies, frame.frame_dt, scene, frame.began)
+    number = round(frame.began / frame.frame_dt) + 1
     return replace(state, stretched=warn_of_stretch(hair, state.positions, scene, number, previous.stretched))
+
+
+def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:
+    """Put the groom where its roots are, moving with them.
+
+    Its springs are at rest, so it begins to fall freely; with a sag-free start they carry it. BadInput as for `stand`.
+    """
+    layout = hair.layout
+    positions, velocities = place(lead, hair.groom, hair.rest, layout)
+    gravity = gravity_of(scene).astype(layout.dtype)
+    tensions, inverse_lengths, pull = np.zeros_like(hair.model.inverse_lengths), None, gravity[:, None]
+    if scene.sag_free is not None:
+        origin = origin_of(positions, layout)
+        near = about(origin, positions, layout)
+        stance = stand(hair.model, layout, hair.groom.ids, near, gravity, scene.sag_free)
+        # What stands as groomed stays where it is, to the bit.
+        positions = positions + (stance.positions - near)
+        velocities = follow(lead, hair.groom, positions, layout)
+        tensions, inverse_lengths = stance.tensions, stance.inverse_lengths
+        pull = np.where(stance.rests[:, None], 0.0, pull)
+    return HairState(
+        positions,
+        velocities,
+        pull - scene.air.drag * velocities,
+        np.full(layout.strands.shape, scene.wind is not None),  # nothing has felt the wind yet
+        tensions,
+        inverse_lengths,
+        stuck=np.empty((0, 2), np.int32),
+        stuck_at=np.empty((0, 2)),
+        pace=np.inf,
+        stretched=1.0,
+    )
+
+
+def advance_frame(
+    hair: HairModel,
+    state: HairState,
+    leads: tuple[Lead, Lead],
+    bodies: Sequence[Collider],
+    frame_dt: float,
+    scene: Scene,
+    began: float = 0.0,
+    watch: Callable[[State, float, float], None] | None = None,
+) -> HairState:
+    """Advance hair from the previous frame to this one; pure.
+
+    leads     what leads the roots at the previous and at this frame
+    bodies    that hair does not pass through
+    frame_dt  time between the frames [s]
+    began     time of the shot at the previous frame [s]
+    watch     is called after every step with the state, about the middle of the roots, and the times at which the step
+              began and ended, since the previous frame [s]
+
+    Raises ArithmeticError naming strands that are not finite, where strands that touch are, and where a frame takes
+    too many steps.
+    """
+    origin, model = origin_of(state.positions, hair.layout), hair.model
+    if state.inverse_lengths is not None:
+        model = model._replace(inverse_lengths=state.inverse_lengths)
+    now = State.begin(state, about(origin, state.positions, hair.layout))
+    path = ClampPath(*(clamp_at(lead, hair.groom, hair.rest, hair.layout, origin) for lead in leads), frame_dt)
+    around = surroundings_of(hair, model, state, bodies, scene, began, origin)
+    integrator, crossings = integrator_of(scene), crossing_limit(scene.steps, state.pace)
+    limits = [*limits_of(scene.steps, model, around), crossings]
+    time, left = 0.0, scene.steps.most
+    while time < frame_dt * (1 - 1e-9):
+        try:
+            dt = next_step(limits, now, path, time, left)
+            integrator.advance(model, now, Step(path, time, dt), around)
+        except LostPoints as lost:
+            raise _lost(hair, lost.points) from None
+        except TooManySteps as many:
+            raise _too_many(hair, scene, many) from None
+        left -= 1
+        crossings.follow(dt, around.crossed)
+        if watch is not None:
+            watch(now, time, time + dt)
+        time += dt
+    moved = replace(
+        state,
+        positions=origin[:, None] + now.x,
+        velocities=now.v,
+        accelerations=now.a,
+        fresh=now.fresh,
+        tensions=now.T,
+        pace=crossings.step,
+    )
+    return around.remember(moved)
+
+
+def strands_of(hair: HairModel, state: HairState) -> Strands:
+    """Collect what is shown: the axis of every strand; ArithmeticError naming strands that are not finite."""
+    points, velocities = hair.layout.axis(state.positions), hair.layout.axis(state.velocities)
+    finite = np.isfinite(points).all(1) & np.isfinite(velocities).all(1)
+    if not finite.all():
+        raise _lost(hair, np.flatnonzero(~finite))
+    return Strands(points, velocities.astype(np.float32), hair.layout.offsets, hair.diameter)
+
+
+def _too_many(hair: HairModel, scene: Scene, many: TooManySteps) -> ArithmeticError:
+    """Name the strand and the setting by which a frame takes too many steps."""
+    who = "hair" if many.lane is None else f"strand {hair.groom.ids[hair.layout.strands[many.lane]]}"
+    asked = getattr(scene.steps, many.setting)
+    mend = f"more by steps.most, or fewer by a greater steps.{many.setting}"
+    what = f"{who} takes more than {scene.steps.most:,} steps in a frame by steps.{many.setting} = {asked:g}"
+    return ArithmeticError(f"{what}: there are {many.steps:.2g} to go ({mend})")
+
+
+def _lost(hair: HairModel, points: np.ndarray) -> ArithmeticError:
+    """Name the strands of points, (n,), that are not finite."""
+    strands = np.unique(np.searchsorted(hair.layout.offsets, points, side="right") - 1)
+    listed = ", ".join(map(str, hair.groom.ids[strands[:10]]))
+    return ArithmeticError(f"{len(strands)} strands are not finite, among them ids {listed}")

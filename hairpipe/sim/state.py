@@ -1,9 +1,10 @@
-"""Hair on its way through a frame, and the steps that it goes in."""
+"""Hair on its way through a frame, and the steps of time that advance it."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
+from hairpipe.data.hair import HairState
 from hairpipe.sim.boundary import ClampPath
 
 
@@ -11,27 +12,35 @@ from hairpipe.sim.boundary import ClampPath
 class State:
     """Hair on its way through a frame; integrators change it in place.
 
-    x, v  positions [m] and velocities [m/s], (rows, 3, W)
-    a     accelerations of the last stage [m/s^2], (rows, 3, W)
-    T     tensions of the springs as the last solve found them [N], (rows, springs, W)
+    x, v   positions [m] and velocities [m/s], (rows, 3, W)
+    a      accelerations of the last stage [m/s^2], (rows, 3, W)
+    T      tensions of the springs as the last solve found them [N], (rows, springs, W)
+    fresh  strands whose forces have jumped since, so that their accelerations do not count, (blocks, W) bool
     """
 
     x: np.ndarray
     v: np.ndarray
     a: np.ndarray
     T: np.ndarray
+    fresh: np.ndarray
+
+    @classmethod
+    def begin(cls, state: HairState, x: np.ndarray) -> "State":
+        """Copy the state that a frame begins with; x is where its particles are, about an origin [m], (rows, 3, W)."""
+        arrays = x, state.velocities, state.accelerations, state.tensions, state.fresh
+        return cls(*(array.copy() for array in arrays))
 
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A step of time on the path of the held particles; it begins at a time since the last frame and lasts dt [s]."""
+    """A step on the path of the clamped particles: it begins at a time since the last frame and lasts dt [s]."""
 
     path: ClampPath
     time: float
     dt: float
 
     def ends(self, part: float) -> np.ndarray:
-        """Find the held particles after a part of the step, 0 to 1 [m], (blocks, 2 clamped, 3, W)."""
+        """Find the clamped particles after a part of the step, 0 to 1 [m], (blocks, 2 clamped, 3, W)."""
         return self.path.ends(self.time + part * self.dt)
 
     @property

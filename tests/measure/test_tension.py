@@ -9,10 +9,10 @@ from hairpipe.graphs.experiments.nodes.measure_tension import measure_tension
 from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.tension import tensions, turns
-from hairpipe.sim.advance import start
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import SagFree, Scene
+from hairpipe.sim.simulate import start
 
 HANGING = lay_strands(11, 0.2, 20, (0.0, -1.0, 0.0), (0.0, 0.0, 0.01), None, 0.0)
 

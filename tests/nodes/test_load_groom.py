@@ -10,10 +10,10 @@ from hairpipe.nodes.load_groom import load_groom
 
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
-from hairpipe.sim.advance import advance_frame, start, strands_of
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene
+from hairpipe.sim.simulate import advance_frame, start, strands_of
 
 USD = """#usda 1.0
 (

@@ -4,8 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hairpipe.graph.plan.plan import plan
-from hairpipe.graph.run.run import run
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput

@@ -5,10 +5,10 @@ import pytest
 
 from hairpipe.data import Groom, Mesh
 from hairpipe.groom.binding import root_frames
-from hairpipe.sim.advance import advance_frame, start, strands_of
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Scene, Scheme, StepControl, StrainLimit
+from hairpipe.sim.simulate import advance_frame, start, strands_of
 
 TRIANGLE = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])
 

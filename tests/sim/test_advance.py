@@ -76,7 +76,7 @@ def test_hair_moves_rigidly_with_a_body_in_free_translation(scene, straight, tri
         at = clock[0] / 24
         return triangle(triangle().points + at * speed, np.tile(speed, (3, 1)))
 
-    from hairpipe.sim.advance import start
+    from hairpipe.sim.simulate import start
 
     moving.body = triangle(velocities=np.tile(speed, (3, 1)))
     moving.state = start(moving.hair, moving.body, moving.scene)

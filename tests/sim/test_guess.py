@@ -36,7 +36,7 @@ class Case:
     def alone(self):
         """Go by backward Euler over the span of the stage."""
         hair, x0 = self.hair, self.hair.rest
-        motion = State(x0.copy(), self.v.copy(), np.zeros_like(x0), hair.motion.T.copy())
+        motion = State(x0.copy(), self.v.copy(), np.zeros_like(x0), hair.motion.T.copy(), hair.motion.fresh)
         BackwardEuler(RULE._replace(guard=np.inf)).advance(hair.model, motion, Step(hair.path, 0.0, SPAN), hair.around)
         return motion
 

@@ -10,9 +10,9 @@ from hairpipe.data.hair import HairState
 from hairpipe.io.hdf5 import decode, encode
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track
-from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.air.wind import Gusts, Shielding, Wind
 from hairpipe.sim.settings import Air, BodyContact, Collisions, Scene, Scheme, StepControl, Stiction, StrainLimit
+from hairpipe.sim.simulate import advance_frame, start
 
 
 class Ball:

@@ -10,10 +10,10 @@ from hairpipe.nodes.pose_body import pose_body
 
 from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.graph import Time
-from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene, StrainLimit
+from hairpipe.sim.simulate import advance_frame, start
 
 VIOLENT = {
     "cmu_05_06": 3.0,

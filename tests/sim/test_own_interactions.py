@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-
 from hairpipe.sim.advance import advance_frame
+
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Joined
 from hairpipe.sim.interactions import Interaction
 from hairpipe.sim.settings import Scheme

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.sim.advance import start
 from hairpipe.sim.hair_model import build_hair, build_models
 from hairpipe.sim.material import Material
 from hairpipe.sim.precision import MOST, choose_precision
 from hairpipe.sim.settings import Collisions, SagFree, Stiction
+from hairpipe.sim.simulate import start
 from hairpipe.sim.strands.frequency import highest_frequency
 
 SECONDS = 0.25

@@ -9,13 +9,13 @@ import pytest
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track
 from hairpipe.scripted_ends.wave import Wave
-from hairpipe.sim.advance import start
 from hairpipe.sim.boundary import ClampPath, clamp_at
+from hairpipe.sim.build import integrator_of
 from hairpipe.sim.filters.limit_strain import StrainFilter
-from hairpipe.sim.integrators.choice import integrator_of
 from hairpipe.sim.integrators.step_size import limits_of, next_step
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import StepControl, StrainLimit
+from hairpipe.sim.simulate import start
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.surroundings import Surroundings
 
@@ -46,7 +46,7 @@ def shaken(shot, seconds, tolerance, step):
     scene = replace(shot.scene, strain=StrainLimit(tolerance), steps=StepControl(longest=step))
     hair, groom = shot.hair, shot.hair.groom
     state = start(hair, lead(groom, 0.0, Track(), VIOLENT, None, None), scene)
-    motion = State(state.positions, state.velocities, state.accelerations, state.tensions)
+    motion = State.begin(state, state.positions)
     recorder = Recorder(hair.model, hair.layout, [StrainFilter(hair.model, tolerance)])
     integrator, limits = integrator_of(scene), limits_of(scene.steps, hair.model, recorder)
     held = [

@@ -6,10 +6,10 @@ import pytest
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import bind_tips
-from hairpipe.sim.advance import advance_frame, start, strands_of
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene, StepControl
+from hairpipe.sim.simulate import advance_frame, start, strands_of
 from hairpipe.sim.statics.settle_groom import settle_groom
 from hairpipe.sim.strands.construction import Construction
 

@@ -8,10 +8,9 @@ from scipy.spatial.transform import Rotation
 
 from hairpipe.data import Mesh
 from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim import advance
+from hairpipe.sim import build, simulate
 from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.integrators import choice
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene, StepControl, StrainLimit
 
@@ -25,7 +24,7 @@ def seen(scene, straight, monkeypatch):
     """Give the hair of a plate that spins, at its last frame, as one sees it who was turned and moved along."""
 
     def run(turn, shift, precision, model="network"):
-        for module in (advance, choice):
+        for module in (simulate, build):
             monkeypatch.setattr(module, "gravity_of", lambda scene: turn.apply([0.0, -scene.gravity, 0.0]))
         root = straight(0.1, 1, [1, 0, 0])[0]
         strands = [straight(LENGTH, 12, [1, 0.3, 0]), straight(LENGTH, 12, [0.2, -1, 0.1])]
@@ -43,11 +42,11 @@ def seen(scene, straight, monkeypatch):
         def plate(frame):
             return Mesh(turn.apply((SPIN**frame).apply(body.points)) + shift, body.triangles)
 
-        state = advance.start(hair, plate(0), how)
+        state = simulate.start(hair, plate(0), how)
         for frame in range(FRAMES):
             leads = plate(frame), plate(frame + 1)
-            state = advance.advance_frame(hair, state, leads, [], 1 / 24, how, frame / 24)
-        shown = advance.strands_of(hair, state)
+            state = simulate.advance_frame(hair, state, leads, [], 1 / 24, how, frame / 24)
+        shown = simulate.strands_of(hair, state)
         return turn.inv().apply(shown.points - shift), turn.inv().apply(shown.velocities), shown.offsets
 
     return run

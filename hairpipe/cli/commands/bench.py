@@ -107,8 +107,8 @@ def first_frame(graph: str, overrides: dict[str, str], as_json: bool) -> None:
 
     GRAPH has a node `hair`. Kernels are compiled before, and what hair depends on is computed, in a temporary store.
     """
+    from hairpipe.api.source import find_graph
     from hairpipe.bench.first_frame import measure_first_frame
-    from hairpipe.cli.shipped import find_graph
 
     phases = measure_first_frame(find_graph(graph), overrides)
     if as_json:

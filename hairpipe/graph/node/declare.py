@@ -161,7 +161,7 @@ class Refusal:
     """Raises BadInput at the place of a function."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
-        code = function.__code__
+        code = inspect.unwrap(function).__code__
         self.where = f"{code.co_filename}:{code.co_firstlineno}: @node {function.__name__}"
 
     def __call__(self, what: str, right: str) -> NoReturn:

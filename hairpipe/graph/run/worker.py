@@ -5,6 +5,7 @@ store, the object that was lost, or the failure. A worker ends with its coordina
 """
 
 import ctypes
+import inspect
 import json
 import os
 import signal
@@ -107,7 +108,10 @@ class Worker:
         Nodes import within their functions, so this is checked after each call, once for each module.
         """
         new = sys.modules.keys() - self._checked
-        paths = {node_type.function.__code__.co_filename, *(file_of(sys.modules.get(name)) for name in new)}
+        paths = {
+            inspect.unwrap(node_type.function).__code__.co_filename,
+            *(file_of(sys.modules.get(name)) for name in new),
+        }
         for path in paths & self._unchecked.keys():
             if is_changed(path, self._unchecked[path]):
                 raise BadInput("changed during the run", where=path, right="run again")

@@ -34,4 +34,5 @@ class BackwardEuler:
         stage = Stage(before, v0, before, v0, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
         kick = around.solve(state.x, state.v, state.T, stage, self.rule)
         np.divide(state.v - v0 - kick, step.dt, out=state.a)
+        state.fresh[:] = False
         around.end(state, before, step)

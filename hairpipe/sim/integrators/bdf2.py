@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hairpipe.sim.integrators.interface import everywhere, rows_of
-from hairpipe.sim.integrators.tr_bdf2 import TrBdf2, begin_anew, forget
+from hairpipe.sim.integrators.restart import restart_fresh
+from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
@@ -38,10 +39,10 @@ class Bdf2:
             w1, w0, h = (1 + r) ** 2 / (1 + 2 * r), r**2 / (1 + 2 * r), (1 + r) / (1 + 2 * r) * step.dt
             xh, vh = w1 * x0 - w0 * x1, w1 * v0 - w0 * v1
             around.begin(state, step)
-            weights = begin_anew(model, state, xh, vh, everywhere(model, x0, h), step.dt)
+            weights = restart_fresh(model, state, xh, vh, everywhere(model, x0, h), step.dt)
             stage = Stage(xh, vh, x0, state.v, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
             kick = around.solve(state.x, state.v, state.T, stage, self.rule)
             np.divide(state.v - vh - kick, rows_of(model, weights), out=state.a)
             kick = kick + around.end(state, x0, step)
-        forget(model, state.a, around.discontinuous(state.x))
+        state.fresh[:] = around.discontinuous(state.x) != 0.0
         self._before = x0, v0 + kick, step.dt

@@ -45,6 +45,7 @@ class NineSteps(ABC):
         state.v[:] = self.velocity(state, step, around, x)  # 7, 8
         around.repel(state.x, state.v, step, elastic=False)  # 9
         np.divide(state.v - before, dt, out=state.a)
+        state.fresh[:] = False
 
     @abstractmethod
     def velocity(self, state: State, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:

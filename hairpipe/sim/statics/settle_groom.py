@@ -6,8 +6,8 @@ import numpy as np
 
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
+from hairpipe.sim.build import gravity_of
 from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.integrators.choice import gravity_of
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.statics.settle import settle

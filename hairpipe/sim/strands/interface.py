@@ -22,23 +22,31 @@ from hairpipe.sim.strands.construction import Construction
 class StrandModel(Protocol):
     """Constants of all strands; rows are particles, strand after strand, block after block (see `Layout`).
 
-    shape            how the particles of a strand stand in its rows
-    first            rows of block b are first[b]:first[b+1], (blocks+1,) int64
-    mass             [kg], (rows, W)
-    inverse_lengths  1 / l0 of the springs to the next particles [1/m], 0 past the end, (rows, springs, W)
-    constants        of the springs of every strand; the first is that of its edges, EA [N], (blocks, kinds, W)
+    shape  how the particles of a strand stand in its rows
     """
 
     shape: Shape
 
     @property
-    def first(self) -> np.ndarray: ...
+    def first(self) -> np.ndarray:
+        """Rows of block b are first[b]:first[b+1], (blocks+1,) int64."""
+        ...
+
     @property
-    def mass(self) -> np.ndarray: ...
+    def mass(self) -> np.ndarray:
+        """Of particles [kg], (rows, W)."""
+        ...
+
     @property
-    def inverse_lengths(self) -> np.ndarray: ...
+    def inverse_lengths(self) -> np.ndarray:
+        """1 / l0 of the springs to the next particles [1/m], 0 past the end, (rows, springs, W)."""
+        ...
+
     @property
-    def constants(self) -> np.ndarray: ...
+    def constants(self) -> np.ndarray:
+        """Of the springs of every strand, that of its edges first, EA [N], (blocks, kinds, W)."""
+        ...
+
     def _replace(self, **changes: Any) -> Self: ...
 
 

@@ -9,11 +9,11 @@ from hairpipe.data import Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene, StepControl
+from hairpipe.sim.simulate import advance_frame, start
 from hairpipe.sim.state import State
 from hairpipe.studies.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, depth, passed_through, roots_at, tuft
 

@@ -9,10 +9,10 @@ import numpy as np
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
-from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Scene, Scheme, StepControl
+from hairpipe.sim.simulate import advance_frame, start
 from hairpipe.studies.integrators.leading import groom_of
 from hairpipe.studies.integrators.trial import Strand
 

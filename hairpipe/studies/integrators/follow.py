@@ -5,12 +5,12 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
-from hairpipe.sim.advance import start
 from hairpipe.sim.boundary import ClampPath, clamp_at
+from hairpipe.sim.build import integrator_of
 from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.hair_model import HairModel, build_hair
-from hairpipe.sim.integrators.choice import integrator_of
 from hairpipe.sim.settings import Air, Scene, Scheme, StrainLimit
+from hairpipe.sim.simulate import start
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.surroundings import Surroundings
 from hairpipe.studies.integrators.energy import energies
@@ -57,7 +57,7 @@ def _follow(trial: Trial, strands: list[Strand], scene: Scene, step: float) -> l
     count = max(int(np.ceil(frame / step - 1e-6)), 1)
     times = np.arange(round(trial.seconds * RATE) + 1) * frame
     state = start(hair, ends_at(strands, hair.groom, 0.0), scene)
-    motion = State(*(a.copy() for a in (state.positions, state.velocities, state.accelerations, state.tensions)))
+    motion = State.begin(state, state.positions)
     unit = trial.material.line_density * scene.gravity * np.array([strand.length for strand in strands]) ** 2
     integrator = integrator_of(scene)
     limits = [] if scene.strain is None else [StrainFilter(hair.model, scene.strain.tolerance)]

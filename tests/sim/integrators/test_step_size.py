@@ -9,11 +9,11 @@ from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track
-from hairpipe.sim.advance import advance_frame
 from hairpipe.sim.boundary import ClampPath, clamp_at
 from hairpipe.sim.integrators.step_size import CrossingLimit, Root, StrainRate, Travel, limits_of, next_step
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import StepControl
+from hairpipe.sim.simulate import advance_frame
 from hairpipe.sim.state import State
 from hairpipe.sim.surroundings import Surroundings
 
@@ -33,7 +33,7 @@ class Around:
 def step(hair, body, distance=0.02):
     v = np.zeros((3, 3, 8))
     v[2, 1, 5] = hair
-    motion = State(np.zeros_like(v), v, np.zeros_like(v), np.zeros((3, 3, 8)))
+    motion = State(np.zeros_like(v), v, np.zeros_like(v), np.zeros((3, 3, 8)), np.zeros((1, 8), bool))
     nothing = np.zeros((1, 4, 3, 8))
     return next_step([Travel(distance, Around(body))], motion, ClampPath(nothing, nothing, FRAME), 0.0)
 
@@ -46,7 +46,7 @@ def test_neither_hair_nor_a_body_goes_farther_than_it_may(hair, body, steps):
 def test_strain_rate_is_that_of_edges_on_the_axis(scene, straight):
     shot = scene([straight(0.1, 4, (1.0, 0.0, 0.0))])
     model, stride = shot.hair.model, shot.hair.layout.shape.stride
-    motion = State(*(array.copy() for array in (shot.state.positions, *3 * (np.zeros_like(shot.state.positions),))))
+    motion = State.begin(shot.state, shot.state.positions)
     motion.v[1] = [[5.0], [0.0], [0.0]]  # a perturbed particle: edges to it turn hair, and are none of the axis
     limit, path = StrainRate(model, 0.1), ClampPath(*2 * (np.zeros((1, 2, 3, 8)),), FRAME)
     assert stride == 2 and limit.longest(motion, path, 0.0) == np.inf

@@ -5,8 +5,8 @@ import pytest
 
 from hairpipe.kernels.banded import row_size
 from hairpipe.sim.axis import axis_of, gather
+from hairpipe.sim.build import integrator_of
 from hairpipe.sim.hair_model import build_hair
-from hairpipe.sim.integrators.choice import integrator_of
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.solve.external_terms import ROWS, ExternalTerms, lay_out

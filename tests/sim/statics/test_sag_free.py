@@ -9,10 +9,10 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import SagFree
+from hairpipe.sim.simulate import advance_frame, start
 from hairpipe.sim.statics.hessian import find_stable, spring_forces, tangent
 from hairpipe.sim.statics.sag_free import STEP, carry_weight, stand
 

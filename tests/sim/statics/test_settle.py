@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from hairpipe.groom.helix import Helix, wound
-from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import SagFree
+from hairpipe.sim.simulate import advance_frame, start
 from hairpipe.sim.statics.hessian import spring_forces
 from hairpipe.sim.statics.settle import STILL, settle
 from hairpipe.sim.statics.settle_groom import settle_groom

@@ -10,11 +10,11 @@ from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.sim.advance import advance_frame, start
 from hairpipe.sim.contact.body.depenetration import PUSH_OUT, STRAIN, pushes, within_reach
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Scene, Scheme, StepControl, StrainLimit
+from hairpipe.sim.simulate import advance_frame, start
 
 RADII = np.array([0.72, 0.5, 0.4])
 SEGMENTS = 12

@@ -1,0 +1,47 @@
+"""Settings that several node types share: the fields of one group, as settings of each node itself."""
+
+import dataclasses
+import inspect
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, get_type_hints
+
+
+def flat_group(name: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Declare the fields of a keyword-only group as settings of the node itself; stands below `@node`.
+
+    name  of the parameter, annotated with a frozen dataclass whose docstring, or that of its base, explains its fields
+
+    A graph file gives the fields one by one, as it would those of a node that declares each. The function is called
+    with the group.
+    """
+
+    def flatten(function: Callable[..., Any]) -> Callable[..., Any]:
+        group = function.__annotations__[name]
+        hints, fields = get_type_hints(group, include_extras=True), dataclasses.fields(group)
+        names = {field.name for field in fields}
+
+        @wraps(function)
+        def flat(*arguments: Any, **settings: Any) -> Any:
+            own = {key: value for key, value in settings.items() if key not in names}
+            shared = {key: value for key, value in settings.items() if key in names}
+            return function(*arguments, **own, **{name: group(**shared)})
+
+        parameters = []
+        for parameter in inspect.signature(function).parameters.values():
+            parameters += [keyword_of(field, hints) for field in fields] if parameter.name == name else [parameter]
+        signature = inspect.signature(function).replace(parameters=parameters)
+        flat.__signature__ = signature  # type: ignore[attr-defined]
+        annotations = {parameter.name: parameter.annotation for parameter in parameters}
+        flat.__annotations__ = {**annotations, "return": function.__annotations__["return"]}
+        explained = (function, *(base for base in group.__mro__ if dataclasses.is_dataclass(base)))
+        flat.__doc__ = "\n\n".join(inspect.cleandoc(item.__doc__ or "") for item in explained)
+        return flat
+
+    return flatten
+
+
+def keyword_of(field: "dataclasses.Field[Any]", hints: dict[str, Any]) -> inspect.Parameter:
+    """Write a field of a group as a keyword-only parameter."""
+    default = inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default
+    return inspect.Parameter(field.name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hints[field.name])

@@ -1,0 +1,64 @@
+"""Strands that restart: where forces have jumped, the last acceleration says nothing about the next step.
+
+Their first stage is one of backward Euler over all that the stage of the others covers,
+
+    xh = x,   vh = v,   weight of the end: the whole of the stage
+
+in one system with the strands that they touch, which have weights of their own. Forces jump where contact with the body
+began or ended in a step, or moved a point out of the body at its end, and where a correction after the solves stretched
+or relieved a strand (`length_jump.py`).
+"""
+
+import numpy as np
+
+from hairpipe.kernels.simd_arrays import combine_all
+from hairpipe.sim.integrators.interface import rows_of
+from hairpipe.sim.state import State
+from hairpipe.sim.strands.interface import StrandModel
+
+ContactChange = np.ndarray | float
+"""Change of velocity that contact made, no part of an acceleration [m/s], (rows, 3, W), or 0 where nothing touches."""
+
+
+def restart_fresh(
+    model: StrandModel, state: State, xh: np.ndarray, vh: np.ndarray, weights: np.ndarray, whole: float
+) -> np.ndarray:
+    """Let fresh strands do a stage of backward Euler: changes xh and vh, in place.
+
+    state    where the step begins
+    xh, vh   of the stage that the others do, (rows, 3, W)
+    weights  of its end [s], (blocks, W)
+    whole    weight of the end for fresh strands, the whole of the stage [s]
+
+    Returns the weights of all.
+    """
+    if state.fresh.any():
+        np.copyto(xh, state.x, where=rows_of(model, state.fresh))
+        np.copyto(vh, state.v, where=rows_of(model, state.fresh))
+    return np.where(state.fresh, whole, weights).astype(weights.dtype)
+
+
+def take_over(model: StrandModel, state: State, other: State, active: np.ndarray) -> None:
+    """Set the state of active strands, (blocks, W), to another one, in place."""
+    for mine, others in ((state.x, other.x), (state.v, other.v), (state.a, other.a), (state.T, other.T)):
+        np.copyto(mine, others, where=rows_of(model, active != 0.0))
+
+
+def take_over_change(model: StrandModel, out: ContactChange, other: ContactChange, active: np.ndarray) -> None:
+    """Set the contact change of active strands, (blocks, W), to another one, in place."""
+    if isinstance(out, np.ndarray):
+        np.copyto(out, other, where=rows_of(model, active != 0.0))
+
+
+def add_change(out: np.ndarray, weight: float, change: ContactChange) -> None:
+    """Add a contact change times a weight, in place."""
+    if isinstance(change, np.ndarray):
+        combine_all(out, 1.0, out, weight, change)
+
+
+def sum_changes(one: ContactChange, other: ContactChange) -> ContactChange:
+    """Add two contact changes; the arrays of the first are overwritten."""
+    if isinstance(one, np.ndarray) and isinstance(other, np.ndarray):
+        combine_all(one, 1.0, one, 1.0, other)
+        return one
+    return other if isinstance(other, np.ndarray) else one
