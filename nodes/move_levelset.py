@@ -12,6 +12,6 @@ def move_levelset(surface: LevelSet, time: Time, *, at: int = 1001, motion: Trac
     at      frame of the shot at which time is zero
     motion  keys, as those of `move_mesh`
     """
-    from hairpipe.scripted_ends.surfaces import carried_surface
+    from hairpipe.scripted_ends.bodies import carried_surface
 
     return carried_surface(surface, motion, (time.frame - at) / time.fps)

@@ -38,10 +38,11 @@ def plot_map(
     width    of the picture
     height   of the picture
     """
-    from hairpipe.chart.maps import draw_maps
+    from hairpipe.chart.maps import MapColumns, draw_maps
     from hairpipe.io.table import lay_below
 
     path, size = workspace / "map.png", (width, height)
     table = lay_below(tables, cases)
-    draw_maps(path, table, "case", x, y, value, marks, limits=limits, columns=columns, title=title, size=size)
+    shown = MapColumns("case", x, y, value, marks)
+    draw_maps(path, table, shown, limits=limits, across=columns, title=title, size=size)
     return File(path)

@@ -40,10 +40,11 @@ def plot_table(
     width    of the picture
     height   of the picture
     """
-    from hairpipe.chart.lines import draw_table
+    from hairpipe.chart.lines import Columns, draw_table
     from hairpipe.io.table import lay_below
 
     path, size = workspace / "chart.png", (width, height)
     table = lay_below(tables, cases)
-    draw_table(path, table, x, y, series, scales=(x_scale, y_scale), label=label, title=title, levels=levels, size=size)
+    columns = Columns(x, y, series)
+    draw_table(path, table, columns, scales=(x_scale, y_scale), label=label, title=title, levels=levels, size=size)
     return File(path)

@@ -22,6 +22,6 @@ def summarize_tables(
     against  the value that was varied, for every table in order
     name     of that value, with its unit
     """
-    from hairpipe.table.series import summary
+    from hairpipe.table.rows import summary
 
     return summary(tables, columns, take, against, name)

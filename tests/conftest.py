@@ -35,6 +35,17 @@ claim_kernels(_FOLDER / "hairpipe")
 with suppress(FileExistsError):
     (_FOLDER / "hairpipe" / _FOLDER.name).symlink_to(_FOLDER, target_is_directory=True)
 
+COMPILED_FIRST = ("sim", "studies", "measure", "bench", "nodes", "tune", "test_graphs.py", "levelset", "spatial")
+"""Rooms whose tests wait for kernels, most of them for the same: one process begins with these, the other elsewhere."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put tests that need many kernels first: xdist hands each process a stretch of tests that follow one another."""
+    here = Path(__file__).parent
+    places = {room: place for place, room in enumerate(COMPILED_FIRST)}
+    items.sort(key=lambda item: places.get(item.path.relative_to(here).parts[0], len(places)))
+
+
 SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
 
 

@@ -92,12 +92,15 @@ DEEPEST = 1e-3
 """How far inside a point may be after them, of a strand that began outside: others come out softly [m]."""
 
 
-MOST = 7
+MOST = 20
 """Graphs that are run as one."""
 
 
 def groups() -> dict[str, list[Path]]:
-    """Part the graphs into those that can be run as one: most of the time of each alone workers need to begin."""
+    """Part the graphs into those that can be run as one: most of the time of each alone workers need to begin.
+
+    Those of one group share their folder, by which files are found, their first frame and their frame rate.
+    """
     alike: dict[tuple, list[Path]] = defaultdict(list)
     for path in GRAPHS:
         graph = load_graph(path)

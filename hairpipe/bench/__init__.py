@@ -1,1 +1,1 @@
-"""What the code costs: times, what the machine could do, and what machine code came out."""
+"""Cost of the code: times, limits of the machine, and machine code."""

@@ -1,4 +1,4 @@
-"""How long compiling takes with nothing warm: two frames of the demo by a fresh process that has no kernels yet."""
+"""Time to compile from a cold cache: two frames of the demo by a fresh process that has no kernels yet."""
 
 import subprocess
 import tempfile

@@ -1,4 +1,4 @@
-"""The cost of hair that touches: a frame of a full head with everything on, and where its time goes."""
+"""Cost of contact: a frame of a full head with every interaction, and the share of each part."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -60,7 +60,7 @@ class Report(NamedTuple):
 
 
 def measure_contact(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
-    """Measure everything, and say what is being done."""
+    """Measure every case, and report progress."""
     threads = [count for count in THREADS if count <= numba.get_num_threads()]
     say("multiply-adds and the triad")
     roofs = measure_roofs(("float64",), threads, sizes.triad, sizes.seconds)

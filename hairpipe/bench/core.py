@@ -1,4 +1,4 @@
-"""The cost of the strand core, beside what the machine could do."""
+"""Cost of the strand core, compared with the limits of the machine."""
 
 from collections.abc import Callable
 from itertools import product
@@ -84,7 +84,7 @@ class Report(NamedTuple):
 
 
 def measure_core(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
-    """Measure everything, and say what is being done."""
+    """Measure every case, and report progress."""
     threads = [count for count in THREADS if count <= numba.get_num_threads()]
     say("compiling every kernel, nothing being warm")
     compiled = measure_compilation()

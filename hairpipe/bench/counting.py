@@ -1,4 +1,4 @@
-"""What a kernel has to do at least: its own source, run by Python on lanes that count what becomes of them.
+"""Work of a kernel: its own source, run by Python on lanes that count their operations.
 
 Every kernel it calls is replaced by its source, every operation on lanes by numpy's. Numbers that are the same for all
 strands cost one strand nothing and are not counted.

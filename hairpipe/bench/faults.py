@@ -1,4 +1,4 @@
-"""What the engine withstands: poisoned folders, kills, damaged stores, runs and cleanings beside each other.
+"""Fault injection: poisoned folders, kills, damaged stores, runs concurrent with cleanings.
 
 Each trial ends in the bytes of a run that nobody disturbed, or in a refusal of one line; anything else is a fault. What
 is done is chosen by a seed; when a kill strikes depends on the machine, too.
@@ -67,7 +67,7 @@ class Report(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """What a run that nobody disturbed gives, its store, and how long it takes [s]."""
+    """Results of an undisturbed run, its store, and its time [s]."""
 
     store: Path
     results: Results
@@ -98,7 +98,7 @@ class Count:
 
 
 def try_faults(say: Say, check_value: CheckValue, seed: int, trials: Trials | None = None) -> Report:
-    """Try everything, in a folder that goes afterwards."""
+    """Run every campaign, in a folder that is removed afterwards."""
     trials, begun = trials or Trials(), time.monotonic()
     rows: list[Row] = []
     with tempfile.TemporaryDirectory(prefix="hairpipe-faults-") as name, toy_shot(Path(name)) as shot:
@@ -146,7 +146,7 @@ def undisturbed(shot: ToyShot) -> Truth:
 
 
 def compare(shot: ToyShot, truth: Truth, store: Path) -> str:
-    """Say what differs from an undisturbed run; what was published goes."""
+    """Report what differs from an undisturbed run, and remove what was published."""
     published, found = shot.published(), results(store)
     shutil.rmtree(shot.out, ignore_errors=True)
     if published != truth.published:
@@ -250,7 +250,7 @@ def try_damages(shot: ToyShot, truth: Truth, chance: random.Random, times: int, 
 
 
 def mend(shot: ToyShot, truth: Truth, store: Path, check_value: CheckValue) -> str:
-    """Run a damaged store, look for what no run has read, and run again; returns what does not hold."""
+    """Run with a damaged store, verify what no run has read, and run again; returns the violations."""
     found = None
     for _ in range(2):
         outcome = run(load_graph(shot.graph), Store(store), options=Options(jobs=1))

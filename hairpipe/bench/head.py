@@ -1,4 +1,4 @@
-"""A head of hair that shakes, everything on: what `hairpipe bench contact` measures."""
+"""A shaking head of hair with every interaction: what `hairpipe bench contact` measures."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,11 +24,11 @@ from hairpipe.sim.settings import Collisions, Scene, StepControl, Stiction, Stra
 FPS, STEPS = 24.0, 10
 """Frames a second, steps a frame."""
 LENGTH, SEGMENTS = 0.25, 50
-"""Of the hair [m]; of a strand."""
+"""Length of the hair [m] and segments of a strand."""
 TURN, FREQUENCY = np.radians(60.0), 1.5
 """Yaw [rad], so often a second [Hz]."""
 VOXEL, HALF_WIDTH, SMALLEST = 0.005, 8.0, 0.08
-"""Of the level sets: spacing of samples [m], band [voxels], smallest part [m]."""
+"""Level sets: the spacing of samples [m], the band [voxels], the smallest part [m]."""
 
 
 class Frame(NamedTuple):

@@ -1,4 +1,4 @@
-"""What was measured on: the processor, its cores, and the versions of what makes machine code."""
+"""The machine: its processor, its cores, and the versions of what makes machine code."""
 
 import importlib.metadata
 import os

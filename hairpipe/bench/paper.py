@@ -32,7 +32,7 @@ PRINTED = {
 }
 """Its Table 2, by the name of our graph."""
 STILL, SETTLING, FRAMES = 12, 5, 3
-"""Frames that are left out, in which the head hardly moves yet; that hair gets to fall and be thrown; that count."""
+"""Frames that are skipped, since the head hardly moves; that let hair settle into motion; that are measured."""
 HAIR = "hair"
 """Name of the node in all graphs."""
 
@@ -65,7 +65,7 @@ class Report(NamedTuple):
 def measure_paper(
     say: Callable[[str], None], scenes: dict[str, Path], store: Store, overrides: Mapping[str, str]
 ) -> Report:
-    """Measure scenes, graph files by their names, and say what is being done.
+    """Measure scenes, graph files by their names, and report progress.
 
     store      where what hair depends on is kept
     overrides  settings of every scene, see `load_graph`

@@ -1,4 +1,4 @@
-"""How long something takes: the median of many runs, and how far they scatter."""
+"""Times of repeated runs: the median, and the scatter."""
 
 import time
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""A scan of a graph in this process, frame after frame, nothing of which is stored: for whoever measures it."""
+"""A scan of a graph, evaluated in this process frame by frame without storing results, to be measured."""
 
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,4 +1,4 @@
-"""What the machine can do at best: multiply-adds in registers, and numbers to and from memory."""
+"""Limits of the machine: multiply-adds in registers, and the bandwidth of memory."""
 
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -19,7 +19,7 @@ TRIAD = 1 << 24
 
 
 class Roofs(NamedTuple):
-    """What nothing on this machine surpasses.
+    """Upper bounds on this machine.
 
     multiply_add  additions and multiplications per time on one core, by dtype [1/s]
     triad         bytes per time, by threads [1/s]

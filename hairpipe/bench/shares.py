@@ -1,4 +1,4 @@
-"""Where the time of a frame goes: seconds by part of the work, from a profile of the Python that calls the kernels."""
+"""Time of a frame by part of the work, from a profile of the Python that calls the kernels."""
 
 import cProfile
 import pstats

@@ -8,7 +8,7 @@ from numpy.typing import DTypeLike
 from hairpipe.bench.assembly import assembly_of
 from hairpipe.bench.counting import Work, count_work
 from hairpipe.kernels.simd import width
-from hairpipe.sim.boundary import Held, Path
+from hairpipe.sim.boundary import Clamp, ClampPath
 from hairpipe.sim.integrators.interface import everywhere
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.layout import lay_out
@@ -16,13 +16,13 @@ from hairpipe.sim.material import Material
 from hairpipe.sim.solve.implicit_stage import run_stage, run_stages
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.network import SHAPE, Network, build_network
 from hairpipe.sim.surroundings import Surroundings
 
 LENGTH, STEP = 0.3, 1 / 240
-"""Of a strand [m]; of time [s]."""
+"""Length of a strand [m] and step of time [s]."""
 RULE = Rule(int(SpringForm.multiplier), 0.0, 0.03, 1, np.array([0.0, -9.81, 0.0]), 8.0)
 """What the default integrator asks of its stages."""
 
@@ -37,8 +37,8 @@ class Strands(NamedTuple):
 
     model: Network
     rest: np.ndarray
-    motion: Motion
-    path: Path
+    motion: State
+    path: ClampPath
     around: Surroundings
     weights: np.ndarray
 
@@ -65,10 +65,10 @@ def hang(count: int, segments: int, dtype: DTypeLike) -> Strands:
     rest = rest.astype(dtype)
     roots = rest.reshape(layout.blocks, -1, *rest.shape[1:])[:, : SHAPE.clamped]
     ends = np.concatenate([roots, np.zeros_like(roots)], axis=1)
-    still = Held(ends, np.zeros_like(ends), np.zeros((0, layout.width), layout.dtype))
-    motion = Motion(*(np.empty_like(rest) for _ in range(4)))
+    still = Clamp(ends, np.zeros_like(ends), np.zeros((0, layout.width), layout.dtype))
+    motion = State(*(np.empty_like(rest) for _ in range(4)))
     weights = everywhere(model, rest, STEP / 4)
-    hair = Strands(model, rest, motion, Path(still, still, STEP), Surroundings(model, layout), weights)
+    hair = Strands(model, rest, motion, ClampPath(still, still, STEP), Surroundings(model, layout), weights)
     hair.restart()
     return hair
 

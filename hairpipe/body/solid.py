@@ -1,7 +1,7 @@
 """The inside and the outside of a mesh.
 
-The side is told by the angle-weighted normal of the face, edge or vertex that is closest: Baerentzen and Aanaes, Signed
-distance computation using the angle weighted pseudonormal, 2005.
+The angle-weighted normal of the closest face, edge or vertex decides the side: Baerentzen and Aanaes, Signed distance
+computation using the angle weighted pseudonormal, 2005.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from hairpipe.data import Mesh
 from hairpipe.kernels.vec3 import Vector, blend, dot, minus, row, scaled
 from hairpipe.spatial.closest import closest
 from hairpipe.spatial.triangle_tree import Tree, tree_over
-from hairpipe.spatial.triangles import normalized, twin_corners, unit_normals
+from hairpipe.spatial.triangles import normalized, sum_at_vertices, twin_corners, unit_normals
 
 TOUCH = 1e-9  # closer than that the direction away from the surface is its normal [m]
 FACE, EDGES, VERTICES = 0, 1, 4  # features: the face, edges 1..3 opposite to corners 0..2, vertices 4..6
@@ -40,19 +40,17 @@ def feature_normals(mesh: Mesh) -> np.ndarray:
     """Return the unit normals of the face, the edges and the vertices of every triangle, (m, 7, 3)."""
     faces, twins = unit_normals(mesh), twin_corners(mesh.triangles)
     beyond = np.where((twins >= 0)[..., None], faces[twins // 3], 0.0)
-    vertices = vertex_normals(mesh, faces)[mesh.triangles]
+    vertices = pseudonormals(mesh, faces)[mesh.triangles]
     return np.concatenate((faces[:, None], normalized(faces[:, None] + beyond), vertices), axis=1)
 
 
-def vertex_normals(mesh: Mesh, faces: np.ndarray) -> np.ndarray:
+def pseudonormals(mesh: Mesh, faces: np.ndarray) -> np.ndarray:
     """Return the unit normals of the vertices, (n, 3): those of the faces around, weighted by the angle they span."""
     corners = mesh.points[mesh.triangles]
     ahead = normalized(np.roll(corners, -1, axis=1) - corners)
     back = normalized(np.roll(corners, -2, axis=1) - corners)
     angles = np.arccos(np.clip(np.sum(ahead * back, axis=-1), -1.0, 1.0))
-    normals = np.zeros_like(mesh.points)
-    np.add.at(normals, mesh.triangles, angles[..., None] * faces[:, None])
-    return normalized(normals)
+    return normalized(sum_at_vertices(mesh, angles[..., None] * faces[:, None]))
 
 
 @njit(cache=True)

@@ -1,4 +1,4 @@
-"""What is worth its cost: variants by cost and error, those that none beats in both on a line."""
+"""A Pareto front: variants by cost and error, those that none beats in both joined by a line."""
 
 from collections.abc import Sequence
 from pathlib import Path

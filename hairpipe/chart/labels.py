@@ -1,4 +1,4 @@
-"""Names beside points, laid so that they hide each other and the points as little as can be."""
+"""Placement of labels beside points, so that they overlap each other and the points as little as possible."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple

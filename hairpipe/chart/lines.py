@@ -1,4 +1,4 @@
-"""Lines of a table: columns against another one."""
+"""Line charts of a table: columns against another one."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,12 +26,24 @@ class Line:
     y: np.ndarray
 
 
+@dataclass(frozen=True)
+class Columns:
+    """Columns of a table that lines are drawn from.
+
+    x       column of numbers or texts along the abscissa
+    y       columns of numbers along the ordinate
+    series  column whose values split the rows into lines; all rows are one line without
+    """
+
+    x: str
+    y: Sequence[str]
+    series: str | None = None
+
+
 def draw_table(
     path: Path,
     table: Table,
-    x: str,
-    y: Sequence[str],
-    series: str | None = None,
+    columns: Columns,
     *,
     scales: tuple[Scale, Scale] = ("linear", "linear"),
     label: str | None = None,
@@ -39,16 +51,16 @@ def draw_table(
     levels: Sequence[float] = (),
     size: tuple[int, int] = (1200, 750),
 ) -> None:
-    """Draw columns y against column x, and write a PNG; BadInput where there is no such column.
+    """Draw columns of a table as lines, and write a PNG; BadInput where there is no such column.
 
-    series  column whose values split the rows into lines; all rows are one line without
     scales  of x and y
     label   of the y axis; the column's name where there is one
     levels  of y at which a line is drawn across
     size    of the picture [px]
     """
+    x, y, series = columns.x, columns.y, columns.series
     check_columns(table, [x, *y, *([series] if series else [])], y)
-    lines = lines_of(table, x, y, series)
+    lines = lines_of(table, columns)
     ordered = series in table.numbers and len(y) == 1 and len(lines) > 2
     colours = shades(len(lines)) if ordered else [COLOURS[n % len(COLOURS)] for n in range(len(lines))]
     join = "-" if x in table.numbers else ""
@@ -80,8 +92,9 @@ def check_columns(table: Table, names: Sequence[str], numbers: Sequence[str]) ->
             raise BadInput(f"column '{name}' holds texts", right="a column of numbers along y")
 
 
-def lines_of(table: Table, x: str, y: Sequence[str], series: str | None) -> list[Line]:
+def lines_of(table: Table, columns: Columns) -> list[Line]:
     """Split a table into lines, in the order in which their names first appear."""
+    x, y, series = columns.x, columns.y, columns.series
     values = list(table[series]) if series else [""] * len(table)
     lines = []
     for value in dict.fromkeys(values):

@@ -1,6 +1,7 @@
-"""Maps of an error over two ways of asking for trouble, a panel for every case, with what failed written in."""
+"""Heat maps of an error over two parameters, a panel for every case, with failures written into the cells."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import ceil
 from pathlib import Path
 
@@ -23,32 +24,43 @@ EXACT = 1e-6
 """How far one over a whole number may be off, over itself."""
 
 
+@dataclass(frozen=True)
+class MapColumns:
+    """Columns of a table that maps are drawn from.
+
+    panels  of texts: a panel for each
+    x       of numbers, ascending to the right
+    y       of texts, from the bottom up in the order of the table
+    value   of numbers that colour the cells, on a logarithmic scale
+    marks   of texts, several parted by commas: their first letters are written into a cell, which is red then; "not
+            run" leaves it hatched
+    """
+
+    panels: str
+    x: str
+    y: str
+    value: str
+    marks: str
+
+
 def draw_maps(
     path: Path,
     table: Table,
-    panels: str,
-    x: str,
-    y: str,
-    value: str,
-    marks: str,
+    columns: MapColumns,
     *,
     limits: tuple[float, float],
-    columns: int,
+    across: int,
     title: str = "",
     size: tuple[int, int] = (2400, 1500),
 ) -> None:
     """Draw a cell for every row of a table, and write a PNG.
 
-    panels   column of texts: a panel for each
-    x        column of numbers, ascending to the right; y  column of texts, from the bottom up in the order of the table
-    value    column of numbers that colours the cells, on a scale of logarithms
-    marks    column of texts, several parted by commas: their first letters are written into a cell, which is red then;
-             "not run" leaves it hatched
-    limits   of the colours, more than 0 and ascending
-    columns  of panels
+    limits  of the colours, more than 0 and ascending
+    across  number of panels side by side
 
     Raises BadInput where there is no such column, or the limits do not ascend.
     """
+    panels, x, y, value, marks = columns.panels, columns.x, columns.y, columns.value, columns.marks
     check_columns(table, [panels, x, y, value, marks], [x, value])
     if not 0.0 < limits[0] < limits[1]:
         raise BadInput(f"limits = {list(limits)}", right="a number above 0, and a larger one")
@@ -58,9 +70,9 @@ def draw_maps(
         list(dict.fromkeys(table[y])),
     )
     norm, colours = LogNorm(*limits, clip=True), matplotlib.colormaps[COLOUR_MAP]
-    rows = ceil(len(names) / columns)
+    rows = ceil(len(names) / across)
     signs: dict[str, str] = {}
-    with sheet(path, *size, grid=(rows, columns)) as axes:
+    with sheet(path, *size, grid=(rows, across)) as axes:
         for place, name in zip(axes, names, strict=False):
             cells = [row for row, other in enumerate(table[panels]) if other == name]
             for row in cells:
@@ -69,9 +81,9 @@ def draw_maps(
             frame_panel(place, name, xs, ys)
         for n, place in enumerate(axes):
             place.set_visible(n < len(names))
-            if n % columns:
+            if n % across:
                 place.set_yticklabels([])
-            if n + columns >= len(names):
+            if n + across >= len(names):
                 place.set_xlabel(x)
         figure = axes[0].figure
         figure.colorbar(ScalarMappable(norm, colours), ax=axes, label=value, shrink=0.6, extend="both")

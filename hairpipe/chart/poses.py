@@ -19,11 +19,11 @@ Plane = Literal["xy", "zy", "xz"]
 PLANES: dict[str, tuple[int, int, int, float]] = {"xy": (0, 1, 2, 1.0), "zy": (2, 1, 0, -1.0), "xz": (0, 2, 1, -1.0)}
 """Coordinates to the right, upwards and towards the eye, and the sign of the last."""
 OVERLAP = 0.4
-"""Of the next segment that is drawn with one, so that its rim does not cut the strand."""
+"""Share of the next segment that is drawn with one, so that its rim does not cut the strand."""
 TIMES = 32
 """Room for upright times above a drawing [points]."""
 BAR = 0.25
-"""Of the width of what is drawn that the scale bar takes at most."""
+"""Largest share of the width of the drawing that the scale bar takes."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""A body from a file of any format we read, told by its suffix, in the units and axes of the file."""
+"""A body from a file of any supported format, by its suffix, in the units and axes of the file."""
 
 from pathlib import Path
 

@@ -37,7 +37,7 @@ NUMBERS = "biuf"
 ESCAPES = {"%": "%25", "/": "%2F", ".": "%2E"}
 """HDF5 reads / and . in a name as a path."""
 REFUSED = re.compile(r"errno = ([1-9]\d*)")
-"""How HDF5 says, in errors of any type, that it was refused by the system."""
+"""The system's error number in the text of an HDF5 error of any type."""
 
 
 def encode(value: Any, path: Path) -> None:

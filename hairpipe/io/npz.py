@@ -1,4 +1,4 @@
-"""Values as NPZ files, for those who have numpy and nothing else; the layout is that of `numpy.savez`."""
+"""Values as NPZ files, for users who have only numpy; the layout is that of `numpy.savez`."""
 
 from collections.abc import Iterator
 from pathlib import Path

@@ -11,7 +11,7 @@ from hairpipe.errors import BadInput
 from hairpipe.plain_file import checked_size
 
 EFFORT = 4
-"""Of the WebP encoder, 0..6: higher is slower and smaller."""
+"""Effort of the WebP encoder, 0 to 6: higher is slower and gives smaller files."""
 
 
 def write_png(path: Path, picture: np.ndarray) -> None:

@@ -1,4 +1,4 @@
-"""Text files as people send them: any line ends, a byte order mark, and faults said in one sentence."""
+"""Text files as people send them: any line ends, a byte order mark, and faults reported in one sentence."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""A value in a file of any format we write, told by its suffix."""
+"""A value in a file of any supported format, by its suffix."""
 
 from collections.abc import Callable
 from pathlib import Path

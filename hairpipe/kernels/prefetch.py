@@ -1,18 +1,18 @@
-"""What lies anywhere in memory is asked for before it is wanted, so that kernels that follow lists need not wait."""
+"""Prefetch instructions: memory is requested ahead of its use, so that kernels that follow index lists do not stall."""
 
 from llvmlite import ir
 from numba import types
 from numba.core.extending import intrinsic
 
 AHEAD = 24
-"""Entries of a list before it is their turn, when what they lead to is best asked for."""
+"""Distance in a list, in entries, between what is prefetched and what is computed."""
 _NUMBER = ir.IntType(32)
 _READ, _ALL_CACHES, _DATA = _NUMBER(0), _NUMBER(3), _NUMBER(1)
 
 
 @intrinsic
 def fetch(typingctx, array, row):
-    """Ask the memory for the first number of array[row]."""
+    """Prefetch the first number of array[row] into all caches."""
 
     def emit(context, builder, sig, args):
         lists = context.make_array(sig.args[0])(context, builder, args[0])

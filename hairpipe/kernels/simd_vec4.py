@@ -1,7 +1,7 @@
-"""A vector of space in a register: a numba value of four float32, of which the last is nobody's.
+"""A vector of three in a SIMD register: a numba value of four float32, the last of them unused.
 
-Where kernels follow lists, which differ from strand to strand, there are no lanes to fill; three components, then, are
-what can be computed at once. They add and multiply as lanes do (`kernels/simd.py`).
+A kernel that follows an index list, which differs from strand to strand, cannot fill lanes with strands; it computes
+the three components at once instead. Operators are those of lanes (`kernels/simd.py`).
 """
 
 from llvmlite import ir

@@ -1,4 +1,4 @@
-"""A body that moves between two frames, as hair meets it: how near it is, and whether something ran into it."""
+"""The protocol of a collider, a body that moves between two frames: distance queries and continuous collision."""
 
 from typing import NamedTuple, Protocol
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 class Probe(NamedTuple):
-    """What a body is like at points; of several bodies, the nearest.
+    """Samples of the signed distance to a body at points; of several bodies, the nearest.
 
     distance  signed, negative inside [m], (P,) float64
     normal    unit, outward, (P, 3) float64; 0 where no way out is shorter than others
@@ -19,21 +19,21 @@ class Probe(NamedTuple):
 
     @classmethod
     def blank(cls, count: int, reach: float = np.inf) -> "Probe":
-        """Make a probe of so many points that has met nothing yet; bodies farther than reach [m] will not show."""
+        """Return samples at so many points without any body; bodies farther than reach [m] will not be written."""
         return cls(np.full(count, reach), np.zeros((count, 3)), np.zeros((count, 3)))
 
 
 class Sweep(NamedTuple):
-    """When points that move run into a body; of several bodies, into the first.
+    """When points that move first hit a body; of several bodies, the first hit.
 
-    fraction  of the way from where they were to where they are, 0 to 1; inf: they do not, (P,) float64
+    fraction  of the way from the old position to the new, 0 to 1; inf where there is no hit, (P,) float64
     """
 
     fraction: np.ndarray
 
     @classmethod
     def blank(cls, count: int) -> "Sweep":
-        """Make a sweep of so many points that have run into nothing yet."""
+        """Return so many points without a hit."""
         return cls(np.full(count, np.inf))
 
 
@@ -52,13 +52,13 @@ class Walk(NamedTuple):
 class MovingSurface(Protocol):
     """A body between two frames. Times are counted from the first of them [s].
 
-    Probe and sweep write in place, only where this body is nearer, or met sooner, than what is written already: a union
-    of bodies is one body after the other. Results do not depend on the number of threads.
+    Both queries write in place, only where this body is nearer, or hit sooner, than what is written already: the union
+    of bodies is queried one body after another. Results do not depend on the number of threads.
     """
 
     @property
     def speed(self) -> float:
-        """No point of the body is faster [m/s]."""
+        """Speed that no point of the body exceeds [m/s]."""
         ...
 
     def probe(self, points: np.ndarray, seconds: float, out: Probe) -> None:
@@ -66,7 +66,7 @@ class MovingSurface(Protocol):
 
         points   [m], (P, 3) float64
 
-        A point beyond the body's band is out of reach: there nothing is written.
+        Nothing is written for a point beyond the narrow band of the body.
         """
         ...
 
@@ -78,8 +78,8 @@ class MovingSurface(Protocol):
         before, after  positions at the times start and end [m], (P, 3) float64; between them they move straight
         thickness      less than the body's band [m], (P,) float64
 
-        At that fraction the point is still outside. A point that begins nearer than its thickness is judged by the
-        distance it begins with, so that what rests on the body is caught like everything else; one that begins inside
-        is never met. What crosses a thin part and comes out on its other side is caught.
+        At that fraction the point is still outside. A point that begins nearer than its thickness is compared with the
+        distance it begins with, so that contact at rest is detected, too; one that begins inside has no hit. A point
+        that crosses a thin part and leaves it on its other side is detected.
         """
         ...

@@ -1,1 +1,1 @@
-"""What hair is doing, as numbers."""
+"""Metrics of simulated hair, as tables."""

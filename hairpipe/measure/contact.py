@@ -1,4 +1,4 @@
-"""How hair gets on with a body: how deep it is inside, how fast, how far stretched."""
+"""Contact of hair with bodies: penetration depth, speed and stretch."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a frame of hair costs: some frames of a shot once more, on one thread, with a clock beside them."""
+"""Cost of a frame of hair: some frames of a shot are simulated again, on one thread, and timed."""
 
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,7 +21,7 @@ COLUMNS = ("seconds per frame", "fastest frame [s]", "slowest frame [s]", "frame
 
 
 class Around(NamedTuple):
-    """What surrounds hair, frame by frame; None and nothing where there is none."""
+    """The surroundings of hair, frame by frame; None or empty where there are none."""
 
     body: Mapping[int, Mesh] | None
     ends: Mapping[int, Ends] | None
@@ -74,7 +74,7 @@ def cost_table(
 def _seconds(
     hair: HairModel, around: Around, scene: Scene, frames: Sequence[int], dt: float, cuts: Sequence[int]
 ) -> Iterator[float]:
-    """Simulate frames, and say what each but the first took [s], as long as hair is finite."""
+    """Simulate frames and return the time of each but the first [s], up to the first frame that is not finite."""
     state: HairState | None = None
     for before, now in zip([frames[0], *frames], frames, strict=False):
         pair = before, now

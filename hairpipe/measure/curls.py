@@ -1,4 +1,4 @@
-"""How wide curls are."""
+"""Radii of curls."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""How far hair is from the same hair simulated otherwise, also where it is cut into other segments."""
+"""Distance of hair from a reference of the same hair, also where the two differ in their segments."""
 
 from typing import NamedTuple
 

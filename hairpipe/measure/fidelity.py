@@ -1,4 +1,4 @@
-"""How good a simulation is: a row of errors against a reference, and where it failed."""
+"""Fidelity of a simulation: a row of errors against a reference, and where it failed."""
 
 from collections.abc import Mapping, Sequence
 

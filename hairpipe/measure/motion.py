@@ -1,4 +1,4 @@
-"""How hair moves as a whole, frame by frame."""
+"""Speed, stretch and height of all hair, frame by frame."""
 
 from collections.abc import Mapping
 

@@ -1,4 +1,4 @@
-"""How far a sample of hair is from a reference, patch by patch: their spread tells how much the sample can tell."""
+"""Deviation of a sample of hair from a reference, patch by patch: their spread is the uncertainty of the sample."""
 
 from collections.abc import Mapping
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""Whether hair that is inside bodies could be outside at all."""
+"""Pinching: points inside bodies for which there is no free place outside."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""How the roots of hair are moved about, frame by frame."""
+"""Speed and acceleration of the roots of hair, frame by frame."""
 
 from collections.abc import Mapping
 

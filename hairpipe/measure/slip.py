@@ -1,4 +1,4 @@
-"""How far hair has slipped on what its roots move with."""
+"""Slip of hair relative to the rigid motion of its roots."""
 
 from collections.abc import Mapping
 

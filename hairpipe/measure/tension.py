@@ -1,4 +1,4 @@
-"""What strands pull with, along their length."""
+"""Tension along strands."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""How hair spreads, and how it clumps."""
+"""Spread and clumping of a tuft."""
 
 from collections.abc import Mapping
 
@@ -19,8 +19,8 @@ def measure_spread(hair: Mapping[int, Strands], fps: float) -> Table:
 
     spread of tips   root mean square distance from their mean
     nearest strand   mean distance to the nearest other, at the same share of its length, from half of it on
-    over random      that, over what it would be if the strands were strewn over a disc of the same spread: 1 is by
-                     chance, 2 an even lattice, less than 1 clumps (Clark and Evans, Distance to Nearest Neighbor, 1954)
+    over random      that, over its value for strands at random over a disc of the same spread: 1 is by chance, 2 an
+                     even lattice, less than 1 clumps (Clark and Evans, Distance to Nearest Neighbor, 1954)
     Raise BadInput where there are fewer than two strands.
     """
     frames = list(hair)

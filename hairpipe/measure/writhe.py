@@ -1,4 +1,4 @@
-"""How much a curve winds around itself."""
+"""Writhe of a curve."""
 
 import numpy as np
 

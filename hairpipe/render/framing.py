@@ -12,9 +12,9 @@ View = Literal["three_quarter", "front", "side", "back"]
 Place = tuple[float, float, float]
 
 AZIMUTHS = {"three_quarter": 38.0, "front": 0.0, "side": 90.0, "back": 180.0}
-"""Of the eye about the up axis, from where the face looks (+Z) towards the left ear (+X) [degrees]."""
+"""Azimuth of the eye about the up axis, from where the face looks (+Z) towards the left ear (+X) [degrees]."""
 ELEVATION = 6.0
-"""Of the eye above the horizon [degrees]."""
+"""Elevation of the eye above the horizon [degrees]."""
 DROP = 0.3
 """How far below the centre of the roots the picture has its centre, over its radius."""
 

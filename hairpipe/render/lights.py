@@ -1,12 +1,11 @@
 """The lamps of the studio."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 
-@dataclass(frozen=True)
-class Light:
+class Light(NamedTuple):
     """A lamp far away.
 
     towards  unit vector towards it, (3,) float64

@@ -1,4 +1,4 @@
-"""What lies between a lamp and a point: the optical depth of the hair, and the body.
+"""Deep opacity maps: the optical depth of hair and body between a lamp and a point.
 
 A cube of cells stands around the scene with one edge along the light. Every hair segment adds the area it shows to the
 light, over the area of a cell; summed along the light this is the number of hairs that a ray crosses on average: the
@@ -7,7 +7,7 @@ Lokovic and Veach 2000. Behind the body the depth grows to SOLID.
 """
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -22,13 +22,12 @@ CELLS = 160
 SOLID = 15.0
 """Hairs that the body is worth: next to no light comes through so many, yet the shadow has a soft edge."""
 FINE = 2
-"""Rays across a cell that look for the body."""
+"""Rays across a cell that are cast to the body."""
 BIAS = 1.5
 """How far behind the body's surface its shadow begins, so that the body does not shade its own lit side [cells]."""
 
 
-@dataclass(frozen=True)
-class Shadow:
+class Shadow(NamedTuple):
     """Optical depth in front of the cells of a cube, as seen from a lamp.
 
     light     the lamp

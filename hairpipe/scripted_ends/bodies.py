@@ -1,10 +1,14 @@
-"""A body carried along keys."""
+"""A rigid body carried along keys: its mesh, and its level set, whose samples stay fixed in a frame that moves."""
 
 import numpy as np
 
-from hairpipe.data import Mesh
+from hairpipe.data import BodyParts, LevelSet, Mesh
+from hairpipe.errors import BadInput
+from hairpipe.levelset.bake.parts import gathered
 from hairpipe.scripted_ends.ends import follow
 from hairpipe.scripted_ends.track import Track
+
+NAME = "body"
 
 
 def carried(mesh: Mesh, track: Track, time: float) -> Mesh:
@@ -18,3 +22,16 @@ def carried(mesh: Mesh, track: Track, time: float) -> Mesh:
     if mesh.velocities is not None:
         velocities += mesh.velocities @ place[:, :3].T
     return Mesh(points, mesh.triangles, velocities, mesh.uv)
+
+
+def carried_surface(surface: LevelSet, track: Track, time: float) -> BodyParts:
+    """Return the level set of a body where keys take it at a time [s], as a body of one part.
+
+    The pivot of the track is a place in space. Raises BadInput where the body moves by itself, too: its level set would
+    have to be baked at every frame.
+    """
+    if surface.velocity.any():
+        right = "the level set of a mesh that stands still, before it is moved"
+        raise BadInput("the body moves by itself", where="in.surface", right=right)
+    place, rate = follow(track, np.zeros((1, 3)), time)
+    return gathered((NAME,), place, rate, [surface])

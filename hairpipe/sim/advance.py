@@ -7,13 +7,13 @@ import numpy as np
 from hairpipe.data import Ends, Mesh, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.levelset.collider import MovingSurface
-from hairpipe.sim.boundary import Path, about, follow, hold, origin_of, place
+from hairpipe.sim.boundary import ClampPath, about, clamp_at, follow, origin_of, place
 from hairpipe.sim.build import surroundings_of
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.choice import gravity_of, integrator_of
-from hairpipe.sim.integrators.step_size import TooManySteps, limits_of, next_step, pace_of
+from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
 from hairpipe.sim.settings import Scene
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.statics.sag_free import stand
 from hairpipe.spatial.segments import LostPoints
 
@@ -60,7 +60,7 @@ def advance_frame(
     frame: float,
     scene: Scene,
     began: float = 0.0,
-    watch: Callable[[Motion, float, float], None] | None = None,
+    watch: Callable[[State, float, float], None] | None = None,
 ) -> HairState:
     """Carry hair from the previous frame to this one.
 
@@ -77,11 +77,11 @@ def advance_frame(
     model = hair.model if not len(state.inverse_lengths) else hair.model._replace(inverse_lengths=state.inverse_lengths)
     origin = origin_of(state.positions, hair.layout)
     arrays = (about(origin, state.positions, hair.layout), state.velocities, state.accelerations, state.tensions)
-    motion = Motion(*(array.copy() for array in arrays))
-    path = Path(*(hold(lead, hair.groom, hair.rest, hair.layout, origin) for lead in leads), frame)
+    motion = State(*(array.copy() for array in arrays))
+    path = ClampPath(*(clamp_at(lead, hair.groom, hair.rest, hair.layout, origin) for lead in leads), frame)
     around = surroundings_of(hair, model, state, bodies, scene, began, origin)
-    integrator, pace = integrator_of(scene), pace_of(scene.steps, state.pace)
-    limits = [*limits_of(scene.steps, model, around), pace]
+    integrator, crossings = integrator_of(scene), crossing_limit(scene.steps, state.pace)
+    limits = [*limits_of(scene.steps, model, around), crossings]
     time, left = 0.0, scene.steps.most
     while time < frame * (1 - 1e-9):
         try:
@@ -92,12 +92,12 @@ def advance_frame(
         except TooManySteps as many:
             raise _too_many(hair, scene, many) from None
         left -= 1
-        pace.follow(dt, around.crossed)
+        crossings.follow(dt, around.crossed)
         if watch is not None:
             watch(motion, time, time + dt)
         time += dt
     moved = origin[:, None] + motion.x, motion.v, motion.a, motion.T
-    kept = state.inverse_lengths, state.stuck, state.stuck_at, pace.step, state.stretched
+    kept = state.inverse_lengths, state.stuck, state.stuck_at, crossings.step, state.stretched
     return around.remember(HairState(*moved, *kept))
 
 

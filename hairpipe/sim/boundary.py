@@ -22,7 +22,7 @@ _INSTANT = 1e-5  # [s]; velocities of root frames are differences over this time
 
 
 @dataclass(frozen=True, eq=False)
-class Held:
+class Clamp:
     """Held particles at one frame: those at the root, then those at the tip, whether it is held or not.
 
     positions  [m], (blocks, 2 clamped, 3, W)
@@ -36,21 +36,21 @@ class Held:
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
-    """The way of held particles between two frames; frame is the time between them [s]."""
+class ClampPath:
+    """The way of held particles between two frames; frame_dt is the time between them [s]."""
 
-    start: Held
-    end: Held
-    frame: float
+    start: Clamp
+    end: Clamp
+    frame_dt: float
 
     def ends(self, time: float) -> np.ndarray:
         """Find them at a time since the start [s], on the cubic Hermite curve [m], (blocks, 2 clamped, 3, W)."""
-        s = time / self.frame
+        s = time / self.frame_dt
         found = (
             (1 + 2 * s) * (1 - s) ** 2 * self.start.positions
-            + s * (1 - s) ** 2 * self.frame * self.start.velocities
+            + s * (1 - s) ** 2 * self.frame_dt * self.start.velocities
             + s**2 * (3 - 2 * s) * self.end.positions
-            + s**2 * (s - 1) * self.frame * self.end.velocities
+            + s**2 * (s - 1) * self.frame_dt * self.end.velocities
         )
         return found.astype(self.start.positions.dtype, copy=False)
 
@@ -133,7 +133,7 @@ def motion_of_roots(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray,
     return _motion_on(lead, groom.root_triangles, groom.root_barycentrics, groom.root_frames)
 
 
-def carry(motions: np.ndarray, points: np.ndarray, strands: np.ndarray) -> np.ndarray:
+def apply_rigid(motions: np.ndarray, points: np.ndarray, strands: np.ndarray) -> np.ndarray:
     """Move particles x -> R x + t.
 
     motions  of every strand: columns of R, then t, (strands, 3, 4)
@@ -155,7 +155,7 @@ def place(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layo
     """
     strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
     places, rates = motion_of_roots(lead, groom)
-    return carry(places, rest, strands), carry(rates, rest, strands).astype(layout.dtype, copy=False)
+    return apply_rigid(places, rest, strands), apply_rigid(rates, rest, strands).astype(layout.dtype, copy=False)
 
 
 def follow(lead: Mesh | Ends | None, groom: Groom, x: np.ndarray, layout: Layout) -> np.ndarray:
@@ -164,10 +164,12 @@ def follow(lead: Mesh | Ends | None, groom: Groom, x: np.ndarray, layout: Layout
     spin = rates[:, :, :3] @ places[:, :, :3].transpose(0, 2, 1)
     drift = rates[:, :, 3] - np.einsum("sij,sj->si", spin, places[:, :, 3])
     strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
-    return carry(np.concatenate([spin, drift[:, :, None]], axis=2), x, strands).astype(layout.dtype, copy=False)
+    return apply_rigid(np.concatenate([spin, drift[:, :, None]], axis=2), x, strands).astype(layout.dtype, copy=False)
 
 
-def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layout, origin: np.ndarray = WORLD) -> Held:
+def clamp_at(
+    lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layout, origin: np.ndarray = WORLD
+) -> Clamp:
     """Find the held particles at a frame, about an origin [m], (3,); other arguments as for `place`.
 
     BadInput where both ends are one segment.
@@ -183,7 +185,7 @@ def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layou
         points = rest[(at[:, None] + np.arange(clamped)).reshape(-1)]
         ends.append(
             [
-                carry(m, points, strands).reshape(shape) if m is not None else np.zeros(shape, rest.dtype)
+                apply_rigid(m, points, strands).reshape(shape) if m is not None else np.zeros(shape, rest.dtype)
                 for m in motions
             ]
         )
@@ -195,7 +197,7 @@ def hold(lead: Mesh | Ends | None, groom: Groom, rest: np.ndarray, layout: Layou
         if len(short):
             strands = name_strands(groom.ids[np.unique(short)])
             raise BadInput(f"strands of one segment are led at both ends: {strands}", right="two segments or more")
-    return Held(positions, velocities, tips)
+    return Clamp(positions, velocities, tips)
 
 
 def _tips(lead: Mesh | Ends | None, groom: Groom) -> tuple[np.ndarray | None, np.ndarray | None]:

@@ -15,14 +15,17 @@ from hairpipe.sim.air.breeze import Breeze
 from hairpipe.sim.boundary import WORLD
 from hairpipe.sim.contact.body.body_contacts import BodyContacts, thicknesses
 from hairpipe.sim.contact.body.fold_preservation import turns_of
+from hairpipe.sim.contact.hair.exclusions import REST
 from hairpipe.sim.contact.hair.hair_contacts import HairContacts
-from hairpipe.sim.contact.hair.stiction import Connections
+from hairpipe.sim.contact.hair.stiction import Connections, same_hair_keys
 from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.interactions import Interaction
-from hairpipe.sim.settings import BodyContact, Scene
+from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction
 from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
+from hairpipe.spatial.pairs import key_of
+from hairpipe.spatial.proximity import near_pairs
 
 
 def bodies_of(
@@ -61,7 +64,7 @@ def surroundings_of(
         acting.append(StrainFilter(model, scene.strain.tolerance))
     if scene.stiction is not None or scene.collisions is not None:
         stuck = Connections(state.stuck, state.stuck_at)
-        at_rest = hair.pairs_at_rest(scene.stiction, scene.collisions)
+        at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
         acting.append(HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest))
     return Surroundings(model, hair.layout, [*acting, *scene.interactions], began, origin)
 
@@ -76,3 +79,18 @@ def _body_contacts(
     axial[hair.layout.strands] = model.constants[:, 0]
     segments = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
     return BodyContacts(list(bodies), contact, thicknesses(offsets, contact.thickness), offsets, segments, axial, turns)
+
+
+def pairs_at_rest(
+    hair: HairModel, stiction: Stiction | None, collisions: Collisions | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the keys of pairs that the groom has so near that they do not stick, and that they do not collide."""
+    points, offsets = hair.groom.points, hair.layout.offsets
+    sticking = colliding = np.empty(0, np.int64)
+    if stiction is not None:
+        reach = stiction.reach
+        sticking = hair.once(("stiction", reach), lambda: same_hair_keys(points, offsets, reach))
+    if collisions is not None:
+        far = REST * collisions.thickness
+        colliding = hair.once(("collisions", far), lambda: key_of(near_pairs(points, offsets, far).segments))
+    return sticking, colliding

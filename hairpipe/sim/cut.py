@@ -6,7 +6,7 @@ import numpy as np
 
 from hairpipe.data import Ends, Groom, Mesh
 from hairpipe.data.hair import HairState
-from hairpipe.sim.boundary import carry, follow, motion_of_roots
+from hairpipe.sim.boundary import apply_rigid, follow, motion_of_roots
 from hairpipe.sim.layout import Layout
 
 
@@ -32,12 +32,12 @@ def carry_state(
     turned, moved = _with(turn, np.zeros_like(shift)), _with(turn, shift)
     strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
     against = state.velocities - follow(before, groom, state.positions, layout)
-    positions = carry(moved, state.positions, strands)
+    positions = apply_rigid(moved, state.positions, strands)
     return replace(
         state,
         positions=positions,
-        velocities=carry(turned, against, strands) + follow(after, groom, positions, layout),
-        accelerations=carry(turned, state.accelerations, strands),
+        velocities=apply_rigid(turned, against, strands) + follow(after, groom, positions, layout),
+        accelerations=apply_rigid(turned, state.accelerations, strands),
     )
 
 

@@ -1,27 +1,24 @@
 """What stays the same through a shot: its groom as a model of strands."""
 
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from hashlib import blake2b
-from typing import Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
-from hairpipe.sim.contact.hair.exclusions import REST
-from hairpipe.sim.contact.hair.stiction import same_hair_keys
-from hairpipe.sim.integrators.step_size import highest_frequency
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Stiction
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.frequency import highest_frequency
 from hairpipe.sim.strands.interface import ModelKind, StrandModel
 from hairpipe.sim.strands.registry import ModelName, strand_models
-from hairpipe.spatial.pairs import key_of
-from hairpipe.spatial.proximity import near_pairs
 
+T = TypeVar("T")
 Precision = Literal["double", "single"]
 DTYPES = {"double": np.float64, "single": np.float32}
 DEFAULT = Construction()
@@ -40,26 +37,13 @@ class HairModel:
     model: StrandModel
     rest: np.ndarray
     diameter: float
-    _near: dict[tuple[str, float], np.ndarray] = field(default_factory=dict, init=False)
+    _found: dict[Hashable, Any] = field(default_factory=dict, init=False)
 
-    def pairs_at_rest(self, stiction: Stiction | None, collisions: Collisions | None) -> tuple[np.ndarray, np.ndarray]:
-        """Return keys of the pairs of segments that the groom has so near that they do not stick, and do not collide.
-
-        They are found once, and none where a group is absent.
-        """
-        points, offsets, none = self.groom.points, self.layout.offsets, np.empty(0, np.int64)
-        sticking = colliding = none
-        if stiction is not None:
-            key = "stiction", stiction.reach
-            if key not in self._near:
-                self._near[key] = same_hair_keys(points, offsets, stiction.reach)
-            sticking = self._near[key]
-        if collisions is not None:
-            key = "collisions", collisions.thickness
-            if key not in self._near:
-                self._near[key] = key_of(near_pairs(points, offsets, REST * collisions.thickness).segments)
-            colliding = self._near[key]
-        return sticking, colliding
+    def once(self, key: Hashable, find: Callable[[], T]) -> T:
+        """Return what `find` returns, called when a key is first asked for: constants of a shot that a scene needs."""
+        if key not in self._found:
+            self._found[key] = find()
+        return self._found[key]
 
 
 @dataclass(frozen=True, eq=False)

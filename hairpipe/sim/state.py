@@ -4,11 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.sim.boundary import Path
+from hairpipe.sim.boundary import ClampPath
 
 
 @dataclass(eq=False)
-class Motion:
+class State:
     """Hair on its way through a frame; integrators change it in place.
 
     x, v  positions [m] and velocities [m/s], (rows, 3, W)
@@ -26,7 +26,7 @@ class Motion:
 class Step:
     """A step of time on the path of the held particles; it begins at a time since the last frame and lasts dt [s]."""
 
-    path: Path
+    path: ClampPath
     time: float
     dt: float
 

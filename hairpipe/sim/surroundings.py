@@ -18,7 +18,7 @@ from hairpipe.sim.layout import Layout
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage
 from hairpipe.sim.solve.stage_driver import StageDriver
 from hairpipe.sim.solve.strand_coupling import StrandCoupling
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
 
 
@@ -55,11 +55,11 @@ class Surroundings:
         self._driver = StageDriver(self.model, self._axis, self._masses, acting, coupling, *frame)
         self._jumped = np.zeros(self.layout.strands.shape, self.layout.dtype)
 
-    def begin(self, motion: Motion, step: Step) -> None:
+    def begin(self, state: State, step: Step) -> None:
         """Let interactions look around at the start of a step."""
         self._hold_tips(step.held)
         if self._driver.interactions:
-            points, velocities = points_at(self._axis, motion.x), points_at(self._axis, motion.v)
+            points, velocities = points_at(self._axis, state.x), points_at(self._axis, state.v)
             points += self.origin
             start = Start(points, velocities, self._masses, step.time, self.seconds + step.time, step.dt)
             for interaction in self._driver.interactions:
@@ -108,7 +108,7 @@ class Surroundings:
         for interaction in self.interactions:
             interaction.correct(end)
 
-    def end(self, motion: Motion, before: np.ndarray, step: Step) -> np.ndarray | float:
+    def end(self, state: State, before: np.ndarray, step: Step) -> np.ndarray | float:
         """Correct what the solves of a step found, in place; before is where it began [m], (rows, 3, W).
 
         Velocities first, in order: what only held points is taken back, and what is near repels. Then positions, in
@@ -121,16 +121,16 @@ class Surroundings:
             return 0.0
         if self._driver.coupling:
             self._driver.coupling.release()
-        end = self._end_of(motion.x, motion.v, before, step)
+        end = self._end_of(state.x, state.v, before, step)
         for interaction in self.interactions:
             interaction.finish_solves(end)
         for interaction in self.interactions:
             interaction.repel(end, elastic=True)
-        solved = copied(motion.x)
+        solved = copied(state.x)
         for interaction in reversed(self.interactions):
-            interaction.limit(motion.x, step.held)
+            interaction.limit(state.x, step.held)
             interaction.correct(end)
-        mark_length_jumps(self.model, solved, motion.x, self._jumped)
+        mark_length_jumps(self.model, solved, state.x, self._jumped)
         return end.pushed()
 
     def discontinuous(self, like: np.ndarray) -> np.ndarray:

@@ -1,1 +1,1 @@
-"""Who is near whom: trees, pair searches and distances of segments and triangles."""
+"""Spatial searches: bounding volume hierarchies, neighbour pairs, and distances of segments and triangles."""

@@ -8,7 +8,7 @@ from hairpipe.spatial.pairs import Pairs, chosen
 from hairpipe.spatial.segment_distance import closest_of
 
 _PARTS = 8
-"""Of all segments, ranked at a time."""
+"""Number of parts in which segments are ranked, in parallel."""
 
 
 def closest_pairs(

@@ -1,12 +1,18 @@
-"""Pairs of segments in trees that are near each other, or may come near in a step."""
+"""Broad phase: pairs of segments in trees that are near each other, or may come near in a step.
+
+Chunks of one tree search the other in parallel, each into a buffer of its own. A chunk whose buffer is full goes on in
+the next round, with a larger one, so that hair may be of any density. The pairs of all chunks are concatenated, and
+sorted by buckets of the first segment.
+"""
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import bits, lowest, sqrt
-from hairpipe.spatial.pair_collection import CHUNK, gather_pairs, note
-from hairpipe.spatial.pairs import Known
+from hairpipe.spatial.pairs import Known, is_known
 from hairpipe.spatial.segment_distance_simd import (
     MOVING,
     blur_of,
@@ -18,37 +24,81 @@ from hairpipe.spatial.segment_distance_simd import (
 )
 from hairpipe.spatial.segment_tree import LANES, MOST_OPEN, SINGLE, Tree, box_of, find_leaves, overlapping
 
+CHUNK = 1024
+"""Segments that one thread searches for at a time."""
+_ROOM = 16
+"""Pairs a segment that there is room for in the first round."""
+_GROWTH = 2
+"""Factor by which the room grows from round to round."""
+_GROUPS, _BUCKETS = 64, 1024
+"""Parts of all pairs that are sorted at a time; parts by number of their first segment."""
+
+
+class Round(NamedTuple):
+    """A round of the search, by k chunks of segments.
+
+    chunks  their numbers, (k,) int64
+    begins  segment of the chunk that each goes on from, (k,) int64
+    found   pairs, (k, room, 2) int32
+    counts  of the pairs that each found, (k,) int64
+    ends    segment from which each goes on in the next round, CHUNK where it is done, (k,) int64
+    """
+
+    chunks: np.ndarray
+    begins: np.ndarray
+    found: np.ndarray
+    counts: np.ndarray
+    ends: np.ndarray
+
+
+class _Search(NamedTuple):
+    """What is searched: segments of `few` for those of `many` near them, but for known pairs."""
+
+    few: Tree
+    many: Tree
+    same: bool
+    known: Known
+
 
 def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
     """List pairs of segments, of one tree and of another or of the same, that may be within reach, (n, 2) int32; pure.
 
     Trees of one frame and reach. First < second; the two share no point and are not known. None is missed.
     """
-
-    def find(*out: np.ndarray) -> None:
-        _search(few, many, few is many, known, *out)
-
-    return gather_pairs(find, len(few.segments))
+    chunks, room, rounds = np.arange(-(-len(few.segments) // CHUNK)), _ROOM * CHUNK, []
+    begins, totals = np.zeros_like(chunks), np.zeros_like(chunks)
+    while len(chunks):
+        found, counts, ends = np.empty((len(chunks), room, 2), np.int32), np.zeros_like(chunks), np.empty_like(chunks)
+        _search(few, many, few is many, known, Round(chunks, begins, found, counts, ends))
+        rounds.append((totals[chunks], chunks, found, counts))
+        totals[chunks] += counts
+        chunks, begins, room = chunks[ends < CHUNK], ends[ends < CHUNK], _GROWTH * room
+    starts, pairs = np.cumsum(totals) - totals, np.empty((totals.sum(), 2), np.int32)
+    for before, chunks, found, counts in rounds:
+        _collect(found, counts, starts[chunks] + before, pairs)
+    return pairs
 
 
 @njit(cache=True, parallel=True)
-def _search(few, many, same, known, chunks, begins, found, counts, ends):
-    for k in prange(len(chunks)):
-        room, near = np.empty(len(many.rows) + MOST_OPEN, np.int64), np.empty(LANES, np.int64)
-        first = np.int64(chunks[k]) * CHUNK
+def _search(few, many, same, known, out):
+    for k in prange(len(out.chunks)):
+        trees = _Search(few, many, same, known)
+        scratch = np.empty(len(many.rows) + MOST_OPEN, np.int64), np.empty(LANES, np.int64)
+        first = np.int64(out.chunks[k]) * CHUNK
         last, count = min(first + CHUNK, len(few.segments)), 0
-        piece = first + begins[k]
+        piece = first + out.begins[k]
         while piece < last:
-            more = _search_leaf(few, many, same, known, piece // LANES, room, near, found[k], count)
-            if more > found.shape[1]:
+            more = _search_leaf(trees, piece // LANES, scratch, out.found[k], count)
+            if more > out.found.shape[1]:
                 break
             count, piece = more, piece + LANES
-        counts[k], ends[k] = count, piece - first if piece < last else CHUNK
+        out.counts[k], out.ends[k] = count, piece - first if piece < last else CHUNK
 
 
 @inlined
-def _search_leaf(few, many, same, known, leaf, room, near, found, count):
+def _search_leaf(trees, leaf, scratch, found, count):
     """Write what a leaf may meet, in the same tree at it or after it, to found behind `count` others; count on."""
+    few, many, same, (room, near) = trees.few, trees.many, trees.same, scratch
     for k in range(find_leaves(many, few.boxes, box_of(few, leaf), leaf if same else 0, room)):
         _compare(few, leaf, many, room[k], same and leaf == room[k], near)
         for lane in range(LANES):
@@ -56,8 +106,19 @@ def _search_leaf(few, many, same, known, leaf, room, near, found, count):
             while near[lane] != 0:
                 j = many.segments[room[k] * LANES + lowest(near[lane])]
                 near[lane] &= near[lane] - 1
-                count += note(i, j, known, found, count)
+                count += _note(i, j, trees.known, found, count)
     return count
+
+
+@inlined
+def _note(i: int, j: int, known: Known, found: np.ndarray, count: int) -> int:
+    """Write pair i j to row `count` of found, if that is there and the pair is not known; return 1 if it is not."""
+    first, second = min(i, j), max(i, j)
+    if second - first <= 1 or is_known(known, first, second):
+        return 0
+    if count < len(found):
+        found[count, 0], found[count, 1] = first, second
+    return 1
 
 
 @inlined
@@ -95,3 +156,78 @@ def _reached(rows, leaf, few, mine, lane, reach):
             near &= ~bits(kept_apart(rows, leaf, few, mine, lane, way, reach, gain))
         return near
     return bits(squared <= farthest(rows, leaf, few, mine, lane, reach))
+
+
+@njit(cache=True, parallel=True)
+def _collect(found, counts, starts, pairs):
+    for c in prange(len(counts)):
+        for k in range(counts[c]):
+            pairs[starts[c] + k, 0], pairs[starts[c] + k, 1] = found[c, k, 0], found[c, k, 1]
+
+
+def in_order(pairs: np.ndarray, points: int) -> np.ndarray:
+    """Sort pairs of segments below `points`, (n, 2) int32, lexicographically; pure."""
+    shift = max(0, int(points).bit_length() - _BUCKETS.bit_length() + 1)
+    places = np.zeros((_GROUPS, (points >> shift) + 1), np.int64)
+    _count(pairs, shift, places)
+    ends = np.cumsum(places.T.ravel())
+    places = np.ascontiguousarray((ends - places.T.ravel()).reshape(-1, _GROUPS).T)
+    starts = np.append(places[0], len(pairs))
+    buckets, order = np.empty_like(pairs), np.empty_like(pairs)
+    _distribute(pairs, shift, places, buckets)
+    _sort_buckets(buckets, shift, starts, order)
+    return order
+
+
+@njit(cache=True, parallel=True)
+def _count(pairs, shift, places):
+    groups = len(places)
+    for g in prange(groups):
+        for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
+            places[g, pairs[k, 0] >> shift] += 1
+
+
+@njit(cache=True, parallel=True)
+def _distribute(pairs, shift, places, buckets):
+    groups = len(places)
+    for g in prange(groups):
+        for k in range(len(pairs) * g // groups, len(pairs) * (g + 1) // groups):
+            b = pairs[k, 0] >> shift
+            place = places[g, b]
+            buckets[place, 0], buckets[place, 1] = pairs[k, 0], pairs[k, 1]
+            places[g, b] = place + 1
+
+
+@njit(cache=True, parallel=True)
+def _sort_buckets(buckets, shift, starts, order):
+    for b in prange(len(starts) - 1):
+        start, end, lowest = starts[b], starts[b + 1], np.int64(b) << shift
+        rows = np.zeros((1 << shift) + 1, np.int64)
+        for k in range(start, end):
+            rows[buckets[k, 0] - lowest + 1] += 1
+        for i in range(1 << shift):
+            rows[i + 1] += rows[i]
+        seconds = np.empty(end - start, np.int32)
+        for k in range(start, end):
+            i = buckets[k, 0] - lowest
+            seconds[rows[i]] = buckets[k, 1]
+            rows[i] += 1
+        for i in range(1 << shift):
+            first = rows[i - 1] if i > 0 else 0
+            _sort(seconds[first : rows[i]])
+            for k in range(first, rows[i]):
+                order[start + k, 0], order[start + k, 1] = lowest + i, seconds[k]
+
+
+@njit(cache=True)
+def _sort(row):
+    """Sort a few numbers, or many, in place."""
+    if len(row) > 32:
+        row.sort()
+        return
+    for k in range(1, len(row)):
+        value, place = row[k], k
+        while place > 0 and row[place - 1] > value:
+            row[place] = row[place - 1]
+            place -= 1
+        row[place] = value

@@ -1,4 +1,4 @@
-"""Pairs of segments, and lists of them that are quickly searched."""
+"""Pairs of segments, and sorted lists in which a pair is looked up."""
 
 from typing import NamedTuple
 

@@ -3,8 +3,7 @@
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.spatial.pair_collection import in_order
-from hairpipe.spatial.pair_search import search
+from hairpipe.spatial.pair_search import in_order, search
 from hairpipe.spatial.pairs import Pairs, chosen, known_pairs, measure
 from hairpipe.spatial.segment_tree import build_tree, find_frame
 from hairpipe.spatial.segments import all_segments, refuse_lost
@@ -33,7 +32,7 @@ def pairs_about(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: 
 
 
 def approaches(pairs: Pairs, among: np.ndarray) -> Pairs:
-    """Of segments that follow each other and are near the same one, keep the nearer; pure.
+    """Keep the local minima of distance: of consecutive segments near the same one, the nearest; pure.
 
     pairs  in order; among  those that matter, (n,) bool
 

@@ -1,9 +1,9 @@
-"""Sixteen distances between segments at once.
+"""Distances between segments, sixteen at once (SIMD).
 
-A leaf of segments has rows of sixteen numbers, in units of a frame: x y z of the starts p, x y z of the ways d from
-there to the ends, d.d, one over it or 0, by how much distances may be misjudged for the rounding of coordinates; and of
-those that move, which are at half time then, x y z of the displacements in half a step of the starts and of the ends.
-A coordinate is rounded by ULP times itself; d.d of what is so long that its fourth power is not finite is inf.
+A leaf of segments is an array of rows, each of sixteen lanes, in units of a frame: x y z of the start p; x y z of the
+vector d to the end; d.d; 1 / d.d, or 0; a bound on the error of distances that comes from the rounding of coordinates.
+Segments that move are stored as they are at half time, and have six more rows: x y z of the displacements of the start
+and of the end in half a step. A coordinate is rounded by ULP times itself; d.d is inf where |d|^4 is not finite.
 """
 
 import numpy as np

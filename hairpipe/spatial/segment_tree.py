@@ -1,14 +1,14 @@
-"""Segments in a tree of boxes, sixteen in each, so that those near others are found by looking at few.
+"""A bounding volume hierarchy over segments: axis-aligned boxes (AABB), sixteen children to a node.
 
-Segments come in the order of a curve that fills space, and sixteen that follow one another share a leaf. A group is
-what a box holds: sixteen segments, or sixteen boxes, whose sides lie side by side in memory and are compared at once.
+Segments are sorted along a Morton curve, and sixteen consecutive ones share a leaf. A group is what a box bounds:
+sixteen segments, or sixteen boxes, whose sides are adjacent in memory and are compared in one instruction.
 
-Of segments that move linearly through a step there are boxes for its start and for its end. If two of them are apart
-along an axis at the start, and in the same order at the end, they are throughout: what boxes are round is apart by a
-distance that is concave in time. So motion that neighbours have in common costs nothing.
+Segments that move linearly through a step have a box for its start and one for its end. If two boxes are apart along an
+axis at the start, and in the same order at the end, their segments are apart throughout: the gap between what they
+bound is concave in time. Motion that neighbours have in common therefore costs nothing.
 
-All is in single precision, in lengths of a common segment from a place amid the hair. Boxes are rounded outwards; the
-rounding of distances is bounded, see `distances`.
+Numbers are in single precision, in units of a common segment length, from a point amid the hair. Boxes are rounded
+outwards; the rounding of distances is bounded (`segment_distance_simd.py`).
 """
 
 from typing import NamedTuple
@@ -27,7 +27,7 @@ SINGLE = np.float32
 LANES = width(SINGLE)
 ALL = (1 << LANES) - 1
 MOST_OPEN = 16 * LANES
-"""Groups that wait at most while leaves are looked for: fifteen of each level, and one."""
+"""Largest number of groups on the stack of a search: fifteen of each level, and one."""
 _SIDES = 6
 """Rows of boxes at one time: least x y z, greatest x y z."""
 _SHORTEST = 1e-6
@@ -49,15 +49,15 @@ class Frame(NamedTuple):
 
 
 class Tree(NamedTuple):
-    """Segments and boxes round them, in units of a frame. Groups 0 to L are leaves, the last one is the root.
+    """Segments and boxes around them, in units of a frame. Groups 0 to L are leaves, the last one is the root.
 
     segments  of the leaves, and zeros behind the last, (16 L,) int32
-    rows      of the leaves, see `distances`, (L, RESTING or MOVING, 16) float32
+    rows      of the leaves, see `segment_distance_simd`, (L, RESTING or MOVING, 16) float32
     boxes     of the groups at the start and, if they move, at the end, grown by half the reach and by what
               counts as touching, (G, 6 or 12, 16) float32; where there is none the least is above the greatest
     children  first of the sixteen groups that boxes of a group hold; -1 of a leaf, (G,) int64
     ends      one past the last leaf in each group, (G,) int64
-    reach     distance that is searched
+    reach     distance within which pairs are searched
     """
 
     segments: np.ndarray
@@ -99,7 +99,7 @@ def build_tree(before: np.ndarray, after: np.ndarray | None, segments: np.ndarra
     children, ends = np.full(firsts[-1], -1), np.arange(1, firsts[-1] + 1)
     inside = np.zeros(counts[0] * LANES, np.int32)
     inside[: len(order)] = segments[order]
-    _fill_leaves(before, after, inside, len(order), frame.centre, frame.unit, 0.5 * reach, moving, rows, boxes)
+    _fill_leaves(before, after, inside[: len(order)], frame, 0.5 * reach, rows, boxes)
     _enclose(boxes, firsts, children, ends)
     return Tree(inside, rows, boxes, children, ends, reach / frame.unit)
 
@@ -113,23 +113,24 @@ def _find_middles(before, after, segments, middles):
 
 
 @njit(cache=True, parallel=True)
-def _fill_leaves(before, after, segments, count, centre, unit, margin, moving, rows, boxes):
+def _fill_leaves(before, after, segments, frame, margin, rows, boxes):
     for leaf in prange(len(rows)):
-        for lane in range(min(LANES, count - leaf * LANES)):
+        for lane in range(min(LANES, len(segments) - leaf * LANES)):
             i = segments[leaf * LANES + lane]
-            p, q = _in_frame(before, i, centre, unit), _in_frame(before, i + 1, centre, unit)
-            a, b = _in_frame(after, i, centre, unit), _in_frame(after, i + 1, centre, unit)
-            around = margin / unit + TOUCHING * max(length(minus(q, p)), length(minus(b, a)))
+            p, q = _in_frame(before, i, frame), _in_frame(before, i + 1, frame)
+            a, b = _in_frame(after, i, frame), _in_frame(after, i + 1, frame)
+            around = margin / frame.unit + TOUCHING * max(length(minus(q, p)), length(minus(b, a)))
             _enter_box(boxes, leaf, 0, lane, p, q, around)
             enter_segment(rows, leaf, lane, mix(p, a, 0.5), mix(q, b, 0.5))
-            if moving:
+            if boxes.shape[1] > _SIDES:
                 _enter_box(boxes, leaf, _SIDES, lane, a, b, around)
                 enter_drift(rows, leaf, lane, scaled(0.5, minus(a, p)), scaled(0.5, minus(b, q)))
 
 
 @inlined
-def _in_frame(points: np.ndarray, i: int, centre: np.ndarray, unit: float) -> Vector:
-    return scaled(1.0 / unit, minus(row(points, i), (centre[0], centre[1], centre[2])))
+def _in_frame(points: np.ndarray, i: int, frame: Frame) -> Vector:
+    centre = (frame.centre[0], frame.centre[1], frame.centre[2])
+    return scaled(1.0 / frame.unit, minus(row(points, i), centre))
 
 
 @inlined

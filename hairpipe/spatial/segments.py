@@ -1,4 +1,4 @@
-"""Which points begin a segment, and whether all are where they can be."""
+"""The segments of strands, and the check that their points are finite."""
 
 import numpy as np
 from numba import njit, prange

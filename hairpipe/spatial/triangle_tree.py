@@ -1,4 +1,4 @@
-"""A tree of boxes over the triangles of a surface: whole branches of it are too far off to be searched."""
+"""A bounding volume hierarchy over the triangles of a surface: axis-aligned boxes (AABB) in a binary tree."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""Places on a triangle mesh, and which triangle lies across each edge."""
+"""Places on a triangle mesh, its normals, and which triangle lies across each edge."""
 
 from typing import NamedTuple
 
@@ -44,6 +44,21 @@ def area_vectors(mesh: Mesh) -> np.ndarray:
 def unit_normals(mesh: Mesh) -> np.ndarray:
     """Return the outward unit normal of every triangle, (m, 3) float64; zero for a triangle without area."""
     return normalized(area_vectors(mesh))
+
+
+def vertex_normals(mesh: Mesh) -> np.ndarray:
+    """Return the outward unit normal of every vertex, its triangles weighted by area, (n, 3) float64; zero without."""
+    return normalized(sum_at_vertices(mesh, area_vectors(mesh)[:, None]))
+
+
+def sum_at_vertices(mesh: Mesh, vectors: np.ndarray) -> np.ndarray:
+    """Return for every vertex the sum, in order, of vectors at the corners that lie there, (n, 3) float64.
+
+    vectors  at the corners of the triangles, (m, 3, 3), or the same at all three, (m, 1, 3)
+    """
+    corners, count = mesh.triangles.ravel(), len(mesh.points)
+    flat = np.broadcast_to(vectors, (*mesh.triangles.shape, 3)).reshape(-1, 3)
+    return np.stack([np.bincount(corners, flat[:, axis], count) for axis in range(3)], axis=1)
 
 
 def normalized(vectors: np.ndarray) -> np.ndarray:

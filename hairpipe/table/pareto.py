@@ -8,6 +8,7 @@ import numpy as np
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_columns
 from hairpipe.errors import BadInput
+from hairpipe.table.rows import numbers_of
 
 FRONT = "on the front"
 
@@ -31,11 +32,8 @@ def variant_table(
     for tables in (costs, errors):
         columns |= {name: [table[name][0] for table in tables] for name in tables[0].names}
     table = table_of_columns(columns)
-    for name in axes:
-        if name not in table.numbers:
-            raise BadInput(f"no column of numbers '{name}'", right=f"one of {', '.join(table.numbers)}")
     failed = np.array([bool(text) for text in columns["failed"]])
-    front = on_front(*(np.where(failed, np.nan, table.numbers[name]) for name in axes))
+    front = on_front(*(np.where(failed, np.nan, numbers_of(table, name)) for name in axes))
     return table_of_columns({**columns, FRONT: front.astype(int)})
 
 

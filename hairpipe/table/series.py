@@ -1,17 +1,14 @@
 """Events in a series: when it crosses a level, and how it swings."""
 
-from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
-from hairpipe.errors import BadInput
+from hairpipe.table.rows import numbers_of
 
 Event = Literal["crossing", "period"]
-Take = Literal["last", "largest", "smallest", "mean"]
-TAKES = {"last": lambda values: values[-1], "largest": np.max, "smallest": np.min, "mean": np.mean}
 
 
 def crossings(x: np.ndarray, y: np.ndarray, level: float) -> np.ndarray:
@@ -28,28 +25,6 @@ def period(x: np.ndarray, y: np.ndarray) -> float:
     return float(2.0 * np.mean(np.diff(found))) if len(found) > 2 else float("nan")
 
 
-def summary(tables: Sequence[Table], columns: Sequence[str], take: Take, against: Sequence[float], name: str) -> Table:
-    """Return a row for every table: one number for each of its columns, NaN left out.
-
-    against  value that every table belongs to, in a first column of this name
-    Raise BadInput where a table has no such column, or the values are not as many as the tables.
-    """
-    if len(against) != len(tables):
-        raise BadInput(f"{len(against)} values for {len(tables)} tables", right="a value for each")
-    rows = []
-    for value, table in zip(against, tables, strict=True):
-        known = [known_numbers(table, column) for column in columns]
-        rows.append((value, *(float(TAKES[take](numbers)) if len(numbers) else np.nan for numbers in known)))
-    return table_of_rows((name, *(f"{take} {column}" for column in columns)), rows)
-
-
-def known_numbers(table: Table, column: str) -> np.ndarray:
-    """Return the numbers of a column that are not NaN; BadInput where there is no such column of numbers."""
-    if column not in table.numbers:
-        raise BadInput(f"no column of numbers '{column}'", right=f"one of {', '.join(table.numbers)}")
-    return table.numbers[column][~np.isnan(table.numbers[column])]
-
-
 def event(
     table: Table, what: Event, x: str, y: str, level: float, window: tuple[float | None, float | None], theory: float
 ) -> Table:
@@ -59,7 +34,7 @@ def event(
     Raise BadInput where there is no such column of numbers. What did not happen is NaN.
     """
     for name in (x, y):
-        known_numbers(table, name)
+        numbers_of(table, name)
     first, last = (-np.inf if window[0] is None else window[0]), (np.inf if window[1] is None else window[1])
     seen = (table.numbers[x] >= first) & (table.numbers[x] <= last) & np.isfinite(table.numbers[y])
     along, values = table.numbers[x][seen], table.numbers[y][seen]

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import Image
 
-from hairpipe.chart.lines import CLOSEST, draw_table, lines_of, spread
+from hairpipe.chart.lines import CLOSEST, Columns, draw_table, lines_of, spread
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 
@@ -16,7 +16,8 @@ TABLE = table_of_rows(["scheme", "step [s]", "error [m]", "spread [m]"], [*ROWS,
 
 
 def drawn(path, **changes) -> bytes:
-    draw_table(path, TABLE, **{"x": "step [s]", "y": ["error [m]"], "series": "scheme"} | changes)
+    names = {name: changes.pop(name) for name in ("x", "y", "series") if name in changes}
+    draw_table(path, TABLE, Columns(**{"x": "step [s]", "y": ["error [m]"], "series": "scheme"} | names), **changes)
     return path.read_bytes()
 
 
@@ -47,10 +48,10 @@ def test_a_picture_has_its_size_and_every_choice_shows(tmp_path):
 
 
 def test_rows_are_split_into_lines_in_their_order():
-    lines = lines_of(TABLE, "step [s]", ["error [m]"], "scheme")
+    lines = lines_of(TABLE, Columns("step [s]", ["error [m]"], "scheme"))
     assert [line.label for line in lines] == ["ours", "theirs", "failed"]
     np.testing.assert_array_equal(lines[1].y, [9.0 * 0.1**2, 9.0 * 0.2**2])
-    both = lines_of(TABLE, "scheme", ["error [m]", "spread [m]"], "step [s]")
+    both = lines_of(TABLE, Columns("scheme", ["error [m]", "spread [m]"], "step [s]"))
     assert [line.label for line in both] == [f"{s}, {n}" for s in ("0.1", "0.2") for n in ("error [m]", "spread [m]")]
     assert both[0].x == ["ours", "theirs"]
 

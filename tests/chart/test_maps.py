@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from hairpipe.chart.maps import draw_maps, shortest, spoken
+from hairpipe.chart.maps import MapColumns, draw_maps, shortest, spoken
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 
@@ -19,7 +19,9 @@ ROWS = [
 
 def drawn(path, rows, limits=(0.01, 100.0), **changes):
     columns = {"panels": "case", "x": "step [s]", "y": "motion", "value": "error [%]", "marks": "failed"}
-    draw_maps(path, table_of_rows(NAMES, rows), **columns | changes, limits=limits, columns=2, size=(900, 500))
+    draw_maps(
+        path, table_of_rows(NAMES, rows), MapColumns(**columns | changes), limits=limits, across=2, size=(900, 500)
+    )
     return path.read_bytes()
 
 

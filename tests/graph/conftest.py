@@ -5,7 +5,9 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -41,6 +43,18 @@ in.numbers = "sum"
 publish = "out/list.txt"
 """
 )
+
+
+PATIENCE = 240.0
+"""Seconds after which a process that does not answer has failed: before the test itself is stopped."""
+
+
+def wait_for(condition: Callable[[], bool]) -> None:
+    """Wait until a condition holds; AssertionError where it does not in time."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.02)
 
 
 class Shot:
@@ -101,6 +115,11 @@ class Shot:
         path.unlink(missing_ok=True)
         return Counter(line.split()[0] for line in lines)
 
+    def has_called(self, line: str) -> bool:
+        """Whether an evaluation has been noted: a node type and a frame."""
+        path = Path(os.environ["TOY_TALLY"])
+        return path.exists() and line in path.read_text()
+
     def results(self, store=None, **settings) -> dict[str, dict[str, str]]:
         """Objects of all results, by task and output; everything has to be there."""
         from hairpipe.graph.plan.resolve import Resolver
@@ -120,7 +139,7 @@ class Shot:
     @staticmethod
     def outcome(process: subprocess.Popen) -> dict:
         """Wait for a run of its own and read its outcome."""
-        output, errors = process.communicate(timeout=60)
+        output, errors = process.communicate(timeout=PATIENCE)
         assert output, errors.decode()
         return json.loads(output)
 

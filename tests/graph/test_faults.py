@@ -2,7 +2,6 @@
 
 import errno
 import signal
-import time
 from collections import Counter
 
 import pytest
@@ -12,6 +11,8 @@ from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import CODEC
 from hairpipe.graph.run.pool import Pool
 from hairpipe.graph.store.values import is_full
+
+from .conftest import wait_for
 
 WRONG = """
 [wrong]
@@ -140,7 +141,7 @@ def test_ctrl_c_stops_at_once_and_keeps_results(wrong):
     text = wrong.path.read_text()
     wrong.path.write_text(text.replace('type = "go_wrong"', 'type = "go_wrong"\nhow = "slow"\nat = 5'))
     process = wrong.start(jobs=2)
-    wait_for(lambda: wrong_at(wrong, "go_wrong 5") and (wrong.folder / "out" / "list.txt").exists())
+    wait_for(lambda: wrong.has_called("go_wrong 5") and (wrong.folder / "out" / "list.txt").exists())
     wait_for(lambda: len(list(wrong.store.root.glob("actions/??/*"))) == 1 + 5 + 5 + 1 + 4 + 4)
     process.send_signal(signal.SIGINT)
     output, errors = process.communicate(timeout=10)
@@ -160,16 +161,3 @@ def test_ctrl_c_while_a_worker_starts_does_not_reach_it(shot):
     ((_, reply),) = pool.receive(None)
     pool.close()
     assert reply["failure"]["message"].startswith("no node type")
-
-
-def wrong_at(shot, line):
-    path = shot.folder / "tally"
-    return path.exists() and line in path.read_text()
-
-
-def wait_for(condition):
-    for _ in range(200):
-        if condition():
-            return
-        time.sleep(0.05)
-    raise AssertionError("waited ten seconds in vain")

@@ -10,6 +10,8 @@ import pytest
 from hairpipe.graph.store.atomic import is_left_over
 from hairpipe.graph.store.store import Store
 
+from .conftest import PATIENCE, wait_for
+
 
 @pytest.fixture
 def undisturbed(shot):
@@ -34,7 +36,7 @@ def resumed(shot):
 def test_killed_between_write_and_rename(shot, undisturbed, rename):
     """Worker and coordinator die when a whole temporary file is about to get its name."""
     process = shot.start(jobs=1, TOY_KILL_AT_RENAME=str(rename))
-    process.communicate(timeout=60)
+    process.communicate(timeout=PATIENCE)
     assert process.returncode == -signal.SIGKILL
     wait_for_workers(shot)
     assert any((shot.store.root / "tmp").iterdir()), "the kill did hit the gap"
@@ -60,8 +62,7 @@ def test_worker_dies_with_its_coordinator(shot):
         shot.path.read_text() + '[slow]\ntype = "go_wrong"\nin.number = "move"\nhow = "slow"\nat = 1\n'
     )
     process = shot.start(jobs=2)
-    while "go_wrong 1" not in (shot.folder / "tally").read_text() if tally_lines(shot) else True:
-        time.sleep(0.02)
+    wait_for(lambda: shot.has_called("go_wrong 1"))
     process.kill()
     process.communicate()
     wait_for_workers(shot)
@@ -87,12 +88,12 @@ def wait_for_workers(shot) -> None:
 
     One that dies has no command line any more before it is gone; until then what it left counts as in the making.
     """
-    for _ in range(200):
+
+    def none_left() -> bool:
         left = (shot.store.root / "tmp").glob("*.tmp")
-        if not any(is_worker_of(shot, process) for process in Path("/proc").iterdir()) and all(map(is_left_over, left)):
-            return
-        time.sleep(0.02)
-    raise AssertionError("a worker outlives its coordinator")
+        return all(map(is_left_over, left)) and not any(is_worker_of(shot, path) for path in Path("/proc").iterdir())
+
+    wait_for(none_left)
 
 
 def is_worker_of(shot, process: Path) -> bool:

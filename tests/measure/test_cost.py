@@ -29,7 +29,7 @@ def test_frames_are_timed_on_one_thread_and_particles_counted():
     threads = numba.get_num_threads()
     table = time_hair(GROOM, None, None, None, None, Time(1, 24.0), warm=1, timed=3)
     assert numba.get_num_threads() == threads
-    assert 0.0 < table["fastest frame [s]"][0] <= table["seconds per frame"][0] <= table["slowest frame [s]"][0] < 1.0
+    assert 0.0 < table["fastest frame [s]"][0] <= table["seconds per frame"][0] <= table["slowest frame [s]"][0]
     assert table["frames timed"].tolist() == [3] and table["particles"].tolist() == [9 * 11]
 
 

@@ -8,7 +8,7 @@ from hairpipe.sim.integrators.backward_euler import BackwardEuler
 from hairpipe.sim.integrators.interface import everywhere
 from hairpipe.sim.solve.implicit_stage import guess_stages
 from hairpipe.sim.solve.stage import Iterate, Stage
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 
 H, SPAN = 0.3 * STEP, 0.6 * STEP
 """Weight of the stage's end, and the time that it covers [s]: unlike, as in TR-BDF2."""
@@ -36,7 +36,7 @@ class Case:
     def alone(self):
         """Go by backward Euler over the span of the stage."""
         hair, x0 = self.hair, self.hair.rest
-        motion = Motion(x0.copy(), self.v.copy(), np.zeros_like(x0), hair.motion.T.copy())
+        motion = State(x0.copy(), self.v.copy(), np.zeros_like(x0), hair.motion.T.copy())
         BackwardEuler(RULE._replace(guard=np.inf)).advance(hair.model, motion, Step(hair.path, 0.0, SPAN), hair.around)
         return motion
 

@@ -9,10 +9,10 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.sim.advance import start
 from hairpipe.sim.hair_model import build_hair, build_models
-from hairpipe.sim.integrators.step_size import highest_frequency
 from hairpipe.sim.material import Material
 from hairpipe.sim.precision import MOST, choose_precision
 from hairpipe.sim.settings import Collisions, SagFree, Stiction
+from hairpipe.sim.strands.frequency import highest_frequency
 
 SECONDS = 0.25
 

@@ -10,13 +10,13 @@ from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track
 from hairpipe.scripted_ends.wave import Wave
 from hairpipe.sim.advance import start
-from hairpipe.sim.boundary import Path, hold
+from hairpipe.sim.boundary import ClampPath, clamp_at
 from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.integrators.choice import integrator_of
 from hairpipe.sim.integrators.step_size import limits_of, next_step
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import StepControl, StrainLimit
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.surroundings import Surroundings
 
 FRAME = 1 / 24
@@ -46,15 +46,15 @@ def shaken(shot, seconds, tolerance, step):
     scene = replace(shot.scene, strain=StrainLimit(tolerance), steps=StepControl(longest=step))
     hair, groom = shot.hair, shot.hair.groom
     state = start(hair, lead(groom, 0.0, Track(), VIOLENT, None, None), scene)
-    motion = Motion(state.positions, state.velocities, state.accelerations, state.tensions)
+    motion = State(state.positions, state.velocities, state.accelerations, state.tensions)
     recorder = Recorder(hair.model, hair.layout, [StrainFilter(hair.model, tolerance)])
     integrator, limits = integrator_of(scene), limits_of(scene.steps, hair.model, recorder)
     held = [
-        hold(lead(groom, f * FRAME, Track(), VIOLENT, None, None), groom, hair.rest, hair.layout)
+        clamp_at(lead(groom, f * FRAME, Track(), VIOLENT, None, None), groom, hair.rest, hair.layout)
         for f in range(round(seconds / FRAME) + 1)
     ]
     for begin, end in pairwise(held):
-        path, time = Path(begin, end, FRAME), 0.0
+        path, time = ClampPath(begin, end, FRAME), 0.0
         while time < FRAME * (1 - 1e-9):
             dt = next_step(limits, motion, path, time)
             integrator.advance(hair.model, motion, Step(path, time, dt), recorder)

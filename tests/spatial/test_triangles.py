@@ -3,7 +3,7 @@
 import numpy as np
 
 from hairpipe.data import Mesh
-from hairpipe.spatial.triangles import Sites, area_vectors, site_points, site_uv, twin_corners
+from hairpipe.spatial.triangles import Sites, area_vectors, site_points, site_uv, twin_corners, vertex_normals
 
 
 def test_the_corner_across_an_edge_faces_it_from_the_other_side(sphere):
@@ -52,3 +52,9 @@ def test_area_vectors_point_outside_and_add_up(sphere, sheet):
     assert np.all(np.sum(vectors * ball.points[ball.triangles[:, 0]], axis=1) > 0)
     assert abs(np.linalg.norm(vectors, axis=1).sum() / (16 * np.pi) - 1) < 5e-3
     assert np.allclose(area_vectors(sheet(3, 3)).sum(axis=0), (0, 0, 1))
+
+
+def test_normals_of_a_sphere_are_radial_and_a_vertex_without_area_has_none(sphere):
+    ball = sphere(2.0)
+    np.testing.assert_allclose(vertex_normals(ball), ball.points / 2.0, atol=0.01)
+    assert not vertex_normals(Mesh(np.zeros((4, 3)), np.array([[0, 1, 2]], np.int32))).any()

@@ -61,7 +61,7 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
 
 
 def count_segments(layout: Layout, cut: Cut, ids: np.ndarray) -> np.ndarray:
-    """Return how many segments every strand has, (S,); warn of what is fewer than asked for, or than curls need."""
+    """Return how many segments every strand has, (S,); warn where they are fewer than asked, or than curls need."""
     turns = np.where(layout.radii > 0.0, np.hypot(2.0 * np.pi * layout.radii, layout.pitches), np.inf)
     wanted, most = cut.wanted(layout.lengths, fitting(layout.lengths, turns)), cut.bearable(layout.lengths)
     if cut != Cut(shortest=cut.shortest):

@@ -91,7 +91,7 @@ def shortened(moves: np.ndarray, longest: np.ndarray) -> np.ndarray:
 
 
 def stroll(density: Density, terrain: Terrain, sites: Sites, moves: np.ndarray) -> Sites:
-    """Return sites moved along the surface by tangent vectors [m], (k, 3); who would leave the density stays."""
+    """Return sites moved along the surface by tangent vectors [m], (k, 3); none leaves the density."""
     triangles, barycentrics = sites.triangles.copy(), sites.barycentrics.copy()
     walk_all(*terrain, triangles, barycentrics, moves)
     left = ~(density(Sites(triangles, barycentrics)) > 0.0)

@@ -1,4 +1,4 @@
-"""Work on a foreign file in a process of its own, because a damaged one can take OpenUSD down with it.
+"""Work on a foreign file in a process of its own, because a damaged one can crash OpenUSD.
 
 Of 1 000 crate files with one to four bytes changed thirteen ended the process with a segmentation fault, and so does a
 text file of 200 000 nested prims; others have it fill all memory there is. No check of the header foresees it.

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from hairpipe.data import Body
 from hairpipe.data.curves import Curves
-from hairpipe.io.usd import body, curves
+from hairpipe.io.usd import curves, skinned_meshes
 from hairpipe.io.usd.apart import work_apart
 
 
@@ -19,7 +19,7 @@ def read_body(path: Path, prim: str | None = None) -> Body:
 
     Raises BadInput if the file, or what it says, cannot be used; the message names the prim.
     """
-    return work_apart(body.read, path, prim)
+    return work_apart(skinned_meshes.read, path, prim)
 
 
 def read_curves(path: Path, prim: str | None = None) -> Curves:

@@ -5,6 +5,7 @@ from pxr import Gf, Usd, UsdGeom, Vt
 
 from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
+from hairpipe.spatial.triangles import vertex_normals
 
 NAMED = 5  # strands or vertices that a message lists
 
@@ -81,13 +82,3 @@ def extent(points: np.ndarray, padding: float) -> Vt.Vec3fArray:
         return Vt.Vec3fArray([Gf.Vec3f(0), Gf.Vec3f(0)])
     points = np.asarray(points, np.float32)
     return vectors(np.stack([points.min(axis=0) - padding, points.max(axis=0) + padding]))
-
-
-def vertex_normals(mesh: Mesh) -> np.ndarray:
-    """Return outward unit normals of the vertices, faces weighted by area, (n, 3) float64; 0 where there is no face."""
-    a, b, c = np.moveaxis(mesh.points[mesh.triangles], 1, 0)
-    faces = np.cross(b - a, c - a)
-    corners = mesh.triangles.ravel()
-    sums = [np.bincount(corners, np.repeat(faces[:, axis], 3), len(mesh.points)) for axis in range(3)]
-    normals = np.stack(sums, axis=1)
-    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(np.float64).tiny)

@@ -8,8 +8,11 @@ from hairpipe.errors import BadInput
 from hairpipe.io.usd.samples import vectors
 
 HAIR_COLOUR, HAIR_ROUGHNESS = Gf.Vec3f(0.09, 0.045, 0.013), 0.4
-"""Of many brown hairs: eumelanin 0.4 absorbs 0.4 (0.419, 0.697, 1.37) [d'Eon et al. 2011], which makes this the colour
-of a mass of hair, exp(-5.89 sqrt(absorption)) [Chiang et al. 2016, azimuthal roughness 0.3]."""
+"""Colour and roughness of brown hair in bulk.
+
+Eumelanin 0.4 absorbs 0.4 (0.419, 0.697, 1.37) [d'Eon et al. 2011], which makes this the colour of a mass of hair,
+exp(-5.89 sqrt(absorption)) [Chiang et al. 2016, azimuthal roughness 0.3].
+"""
 KERATIN = 1.55
 """Index of refraction."""
 SKIN_COLOUR, SKIN_ROUGHNESS, FLESH = Gf.Vec3f(0.6, 0.4, 0.33), 0.6, 1.4

@@ -12,7 +12,7 @@ from hairpipe.io.usd.stage import create_stage
 from hairpipe.io.usd.statics import author_body
 
 DIAMETER = 80e-6
-"""Of a human hair [m]: a groom does not know how thick it is."""
+"""Diameter of a human hair [m]: a groom has none."""
 
 
 def write_still(path: Path, value: Mesh | Strands | Groom, frame: int, fps: float) -> None:

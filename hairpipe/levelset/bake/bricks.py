@@ -29,6 +29,13 @@ class Bricks(NamedTuple):
     velocity: np.ndarray
 
 
+class Samples(NamedTuple):
+    """The samples of bricks: distance [m], (n, 9, 9, 9) float32, and velocity [m/s], (n, 9, 9, 9, 3) float32."""
+
+    distance: np.ndarray
+    velocity: np.ndarray
+
+
 def filled_bricks(tree: Tree, velocities: np.ndarray, lattice: Lattice, marks: np.ndarray, width: float) -> Bricks:
     """Return the bricks that the band touches; pure.
 
@@ -41,11 +48,11 @@ def filled_bricks(tree: Tree, velocities: np.ndarray, lattice: Lattice, marks: n
     """
     places = near_bricks(tree, lattice, width)
     refuse_if_huge(len(places) * SIDE**3, lattice.size, lattice.voxel, MOST_STORED)
-    distance = np.empty((len(places), SIDE, SIDE, SIDE), np.float32)
-    velocity = np.empty((*distance.shape, 3), np.float32)
-    fill_bricks(tree, velocities, places, lattice.first, lattice.voxel, width, marks, distance, velocity)
+    shape = (len(places), SIDE, SIDE, SIDE)
+    distance, velocity = samples = Samples(np.empty(shape, np.float32), np.empty((*shape, 3), np.float32))
+    fill_bricks(tree, velocities, places, lattice.first, lattice.voxel, width, marks, samples)
     index = np.pad(brick_index(places, marks), (0, 1), constant_values=LevelSet.FAR_OUTSIDE)
-    share_samples(index, places, width, distance, velocity)
+    share_samples(index, places, width, samples)
     kept = (np.abs(distance) < np.float32(width)).any(axis=(1, 2, 3))
     return Bricks(brick_index(places[kept], marks), distance[kept], velocity[kept])
 
@@ -98,8 +105,7 @@ def fill_bricks(
     voxel: float,
     width: float,
     marks: np.ndarray,
-    distance: np.ndarray,
-    velocity: np.ndarray,
+    out: Samples,
 ) -> None:
     """Fill, in place, the first 8 x 8 x 8 samples of every brick: distance, and velocity of the closest point.
 
@@ -109,9 +115,10 @@ def fill_bricks(
     voxel       spacing of the samples [m]
     width       of the band [m]
     marks       of the lattice's samples, from outside.marked_samples, (x, y, z) uint8
-    distance    clamped outside [m], (n, 9, 9, 9) float32
-    velocity    [m/s], (n, 9, 9, 9, 3) float32
+
+    Outside the distance is clamped to the width.
     """
+    distance, velocity = out
     for n in prange(len(places)):
         near = 0
         for i in range(BRICK):
@@ -129,9 +136,7 @@ def fill_bricks(
 
 
 @njit(cache=True)
-def share_samples(
-    index: np.ndarray, places: np.ndarray, width: float, distance: np.ndarray, velocity: np.ndarray
-) -> None:
+def share_samples(index: np.ndarray, places: np.ndarray, width: float, out: Samples) -> None:
     """Fill, in place, the last samples of every brick along each axis: they are the first of the brick beyond.
 
     index  of the brick at every place, negative where there is none, with one place more at the end of every axis,
@@ -140,7 +145,7 @@ def share_samples(
     Where that brick is missing, the sample is beyond the band: it takes sign and velocity of the sample before it, in a
     brick that all who share the sample agree on. Inside, the distance goes on as it does before that.
     """
-    last = BRICK - 1
+    (distance, velocity), last = out, BRICK - 1
     for n in range(len(places)):
         a, b, c = places[n]
         for i in range(SIDE):

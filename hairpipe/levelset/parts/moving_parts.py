@@ -25,11 +25,11 @@ from hairpipe.levelset.parts.probe import probe_parts
 from hairpipe.levelset.parts.shape import largest_changes
 from hairpipe.levelset.parts.sweep import Outlines, sweep_parts
 
-# A part turns by no more than this from one look at its pose to the next [rad]; between them its points go straight.
+# A part turns by no more than this from a sample of its pose to the next [rad], between which its points move straight.
 FINE = 0.02
 MOST_LOOKS = 64
 _LOOKS = 5
-"""Looks at a frame for its fastest moment."""
+"""Samples of a frame in which its fastest moment is looked for."""
 
 
 @dataclass(frozen=True, eq=False)

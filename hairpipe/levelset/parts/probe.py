@@ -20,7 +20,7 @@ from hairpipe.levelset.parts.shape import (
 
 CHUNK = 512
 """Points that a thread takes at a time."""
-# Of a distance. Where it is less steep, half way between two sheets, the shape's own motion is not told by it.
+# Least slope of a distance: half way between two sheets, where it is flatter, it does not give the shape's own speed.
 STEEP = 0.5
 
 

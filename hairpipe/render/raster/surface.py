@@ -7,7 +7,8 @@ from numba import njit
 
 from hairpipe.data import Mesh
 from hairpipe.render.camera import NEAR, Camera
-from hairpipe.render.raster.triangles import UNSEEN, rasterise, vertex_normals, weights
+from hairpipe.render.raster.triangles import UNSEEN, rasterise, weights
+from hairpipe.spatial.triangles import vertex_normals
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ def see_body(body: Mesh, camera: Camera) -> Surface:
     rows, columns = np.nonzero(seen != UNSEEN)
     depth = np.full(seen.shape, np.inf)
     depth[rows, columns] = 1.0 / close[rows, columns]
-    towards = vertex_normals(body.points, body.triangles)
+    towards = vertex_normals(body)
     points, normals = np.empty((len(rows), 3)), np.empty((len(rows), 3))
     interpolate(points, body.points, places, closeness, body.triangles, seen, rows, columns)
     interpolate(normals, towards, places, closeness, body.triangles, seen, rows, columns)
@@ -62,7 +63,7 @@ def interpolate(
         a, b, c = triangles[m, 0], triangles[m, 1], triangles[m, 2]
         ax, ay, bx, by, cx, cy = film[a, 0], film[a, 1], film[b, 0], film[b, 1], film[c, 0], film[c, 1]
         area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
-        u, v, w = weights(ax, ay, bx, by, cx, cy, area, j + 0.5, i + 0.5)
+        u, v, w = weights((ax, ay), (bx, by), (cx, cy), area, j + 0.5, i + 0.5)
         u, v, w = u * closeness[a], v * closeness[b], w * closeness[c]
         for d in range(3):
             taken[p, d] = (u * values[a, d] + v * values[b, d] + w * values[c, d]) / (u + v + w)

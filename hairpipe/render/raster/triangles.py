@@ -6,22 +6,8 @@ import numpy as np
 from numba import njit
 
 UNSEEN = -1
-
-
-@njit(cache=True, nogil=True)
-def vertex_normals(points: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Average the normals of the triangles around every vertex by area, (n, 3) float64, of unit length or 0."""
-    normals = np.zeros((len(points), 3))
-    for a, b, c in triangles:
-        across = np.cross(points[b] - points[a], points[c] - points[a])
-        normals[a] += across
-        normals[b] += across
-        normals[c] += across
-    for i in range(len(points)):
-        length = math.sqrt(normals[i, 0] ** 2 + normals[i, 1] ** 2 + normals[i, 2] ** 2)
-        if length > 0.0:
-            normals[i] /= length
-    return normals
+Place = tuple[float, float]
+"""Column and row on the film [pixels]."""
 
 
 @njit(cache=True, nogil=True)
@@ -49,7 +35,7 @@ def rasterise(
             continue
         for i in range(first_centre(min(ay, by, cy), height), first_centre(max(ay, by, cy), height)):
             for j in range(first_centre(min(ax, bx, cx), width), first_centre(max(ax, bx, cx), width)):
-                u, v, w = weights(ax, ay, bx, by, cx, cy, area, j + 0.5, i + 0.5)
+                u, v, w = weights((ax, ay), (bx, by), (cx, cy), area, j + 0.5, i + 0.5)
                 if u < 0.0 or v < 0.0 or w < 0.0:
                     continue
                 close = u * closeness[a] + v * closeness[b] + w * closeness[c]
@@ -60,12 +46,10 @@ def rasterise(
 
 
 @njit(cache=True, nogil=True, inline="always")
-def weights(
-    ax: float, ay: float, bx: float, by: float, cx: float, cy: float, area: float, x: float, y: float
-) -> tuple[float, float, float]:
-    """Barycentric coordinates of the film point (x, y) in the triangle abc of twice this signed area."""
-    u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area
-    v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area
+def weights(a: Place, b: Place, c: Place, area: float, x: float, y: float) -> tuple[float, float, float]:
+    """Return the barycentric coordinates of the film point (x, y) in the triangle abc of twice this signed area."""
+    u = ((b[0] - x) * (c[1] - y) - (b[1] - y) * (c[0] - x)) / area
+    v = ((c[0] - x) * (a[1] - y) - (c[1] - y) * (a[0] - x)) / area
     return u, v, 1.0 - u - v
 
 

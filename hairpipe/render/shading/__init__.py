@@ -1,1 +1,1 @@
-"""How hair, skin and scalp throw light back."""
+"""Shading of hair, skin and scalp."""

@@ -1,4 +1,4 @@
-"""How hair throws light back: Kajiya and Kay 1989, with the two shifted highlights of Marschner et al. 2003."""
+"""Shading of hair: Kajiya and Kay 1989, with the two shifted highlights of Marschner et al. 2003."""
 
 import math
 
@@ -18,7 +18,7 @@ DENSITY, TINT = 0.15, 0.6
 LIFT = 1.0
 """How far towards the lamp its shadow is looked up, so that a hair does not shade itself [cells]."""
 TILT = math.radians(4.0)
-"""Of the scales of a hair: twice this moves the narrow highlight to the root, three times the wide one to the tip."""
+"""Tilt of a hair's scales: twice this moves the narrow highlight to the root, three times the wide one to the tip."""
 
 
 def shade_hair(
@@ -35,20 +35,7 @@ def shade_hair(
     colours, along, tilts = strand_colours(colour, offsets), tangents(points, offsets), strand_tilts(offsets)
     shed = AMBIENT * colours
     for shadow in shadows:
-        lift, light = LIFT * shadow.cell, shadow.light
-        add_light(
-            shed,
-            points,
-            along,
-            colours,
-            tilts,
-            eye,
-            light.towards,
-            light.colour,
-            shadow.depth,
-            shadow.to_cells,
-            lift,
-        )
+        add_light(shed, points, along, colours, tilts, eye, shadow)
     return shed
 
 
@@ -103,11 +90,7 @@ def add_light(
     colours: np.ndarray,
     tilts: np.ndarray,
     eye: np.ndarray,
-    towards: np.ndarray,
-    light: np.ndarray,
-    depth: np.ndarray,
-    to_cells: np.ndarray,
-    lift: float,
+    shadow: Shadow,
 ) -> None:
     """Add what one lamp makes the points (p, 3) send to the eye, into `shed` (p, 3).
 
@@ -117,7 +100,8 @@ def add_light(
     (1 + kappa)/2 + r (1 - kappa)/2 with kappa = cos(t x l, t x e) (Goldman 1997). Light dies away as exp(-depth),
     slower in the colour of the hair: what comes through is tinted.
     """
-    lx, ly, lz = towards
+    lx, ly, lz = shadow.light.towards
+    light, depth, to_cells, lift = shadow.light.colour, shadow.depth, shadow.to_cells, LIFT * shadow.cell
     for i in range(len(shed)):
         tx, ty, tz = along[i, 0], along[i, 1], along[i, 2]
         x, y, z = points[i, 0], points[i, 1], points[i, 2]

@@ -1,4 +1,4 @@
-"""Where on the body hair grows, so that skin between few drawn strands does not look bald."""
+"""Density of roots on the body: where hair grows, skin between the strands drawn takes the colour of hair."""
 
 import numpy as np
 from numba import njit

@@ -1,4 +1,4 @@
-"""How the body throws light back: matt, warm where light turns to shadow, with a faint sheen."""
+"""Shading of the body: diffuse, warm where light turns to shadow, with a faint highlight."""
 
 import math
 
@@ -33,19 +33,7 @@ def shade_skin(surface: Surface, colours: np.ndarray, eye: np.ndarray, shadows: 
     """
     shed = AMBIENT * colours
     for shadow in shadows:
-        lift, light = LIFT * shadow.cell, shadow.light
-        add_light(
-            shed,
-            surface.points,
-            surface.normals,
-            colours,
-            eye,
-            light.towards,
-            light.colour,
-            shadow.depth,
-            shadow.to_cells,
-            lift,
-        )
+        add_light(shed, surface.points, surface.normals, colours, eye, shadow)
     return shed
 
 
@@ -56,18 +44,15 @@ def add_light(
     normals: np.ndarray,
     colours: np.ndarray,
     eye: np.ndarray,
-    towards: np.ndarray,
-    light: np.ndarray,
-    depth: np.ndarray,
-    to_cells: np.ndarray,
-    lift: float,
+    shadow: Shadow,
 ) -> None:
     """Add what one lamp makes the points (n, 3) send to the eye, into `shed` (n, 3).
 
     Diffuse ((n.l + w)/(1 + w))^2 where positive, with a width w for every colour; specular (n.h)^16, h halfway between
     lamp and eye (Blinn 1977); both in the colour of the point.
     """
-    lx, ly, lz = towards
+    lx, ly, lz = shadow.light.towards
+    light, depth, to_cells, lift = shadow.light.colour, shadow.depth, shadow.to_cells, LIFT * shadow.cell
     for i in range(len(shed)):
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         facing = nx * lx + ny * ly + nz * lz

@@ -1,4 +1,4 @@
-"""Hair shields hair: how much of the wind is left behind the hair that it came through.
+"""Shielding: the share of the wind that is left behind the hair that it passed through.
 
 In a volume V with segments of lengths L at angles q to the wind, air gives up the momentum that drag takes along the
 wind. With U the speed of the wind and s the way along it, the balance of momentum is
@@ -25,10 +25,10 @@ from hairpipe.sim.air.wind import Wind
 from hairpipe.volume.trilinear import sample, splat, voxel_at
 
 MOST_NODES = 1 << 22
-"""Of the grid: 32 MB. Its cells are doubled until it is no larger."""
+"""Largest number of nodes of the grid, 32 MB: its cells are doubled until it is no larger."""
 
 _NOTHING = 1e-6
-"""Share of the wind that counts as none, so that its Reynolds number stays a number."""
+"""Least share of the wind, so that its Reynolds number is not zero."""
 
 
 class Shield(NamedTuple):
@@ -47,7 +47,7 @@ class Shield(NamedTuple):
 
 
 def shield_of(points: np.ndarray, offsets: np.ndarray, wind: Wind, law: Law, diameter: float) -> Shield | None:
-    """Count hair and march the wind through it; None where nothing shields, or there is no wind.
+    """Rasterise the frontal area of hair and march the wind through it; None without shielding, hair or wind.
 
     points    of the axes [m], (P, 3); offsets  of their strands, (S+1,) int32
     diameter  of the hair [m]
@@ -119,7 +119,7 @@ def _count(points, offsets, axes, low, cell, width, area):
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _march(density, law, line, speed, cell, left):
-    """Lead the wind along the first axis: dU/ds = -c_n(U) a / (rho d), from cell to cell by the midpoint rule for ln U.
+    """March the wind along the first axis: dU/ds = -c_n(U) a / (rho d), by the midpoint rule for ln U.
 
     density  a at the nodes [1/m]; line  rho d [kg/m^2]; left  U at the nodes over the undisturbed speed
     """
@@ -143,7 +143,7 @@ def _rate(law, speed):
 
 @njit(cache=True, parallel=True)
 def weaken(shield: Shield, points: np.ndarray, air: np.ndarray) -> None:
-    """Leave of the velocity of the air at points, (P, 3) [m], what comes through to them, in place, (P, 3) [m/s]."""
+    """Reduce the velocity of the air [m/s], (P, 3), to what the shield leaves of it at points [m], (P, 3), in place."""
     for p in prange(len(points)):
         share = fraction(shield, points[p, 0], points[p, 1], points[p, 2])
         for c in range(3):

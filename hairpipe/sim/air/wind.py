@@ -1,4 +1,4 @@
-"""What a shot says about its wind, in physical terms."""
+"""Settings of the wind of a shot, in physical units."""
 
 from dataclasses import dataclass
 from typing import Annotated

@@ -14,7 +14,7 @@ import numpy as np
 
 from hairpipe.sim.integrators.interface import everywhere
 from hairpipe.sim.solve.stage import Rule, Stage
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
@@ -25,13 +25,13 @@ class BackwardEuler:
 
     rule: Rule
 
-    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
-        """Advance motion by step, in place."""
-        before, v0 = motion.x.copy(), motion.v.copy()
-        around.begin(motion, step)
-        motion.v[:] = 0.0
+    def advance(self, model: StrandModel, state: State, step: Step, around: Surroundings) -> None:
+        """Advance state by step, in place."""
+        before, v0 = state.x.copy(), state.v.copy()
+        around.begin(state, step)
+        state.v[:] = 0.0
         weights = everywhere(model, v0, step.dt)
         stage = Stage(before, v0, before, v0, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
-        kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)
-        np.divide(motion.v - v0 - kick, step.dt, out=motion.a)
-        around.end(motion, before, step)
+        kick = around.solve(state.x, state.v, state.T, stage, self.rule)
+        np.divide(state.v - v0 - kick, step.dt, out=state.a)
+        around.end(state, before, step)

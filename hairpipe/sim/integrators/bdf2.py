@@ -15,7 +15,7 @@ import numpy as np
 from hairpipe.sim.integrators.interface import everywhere, rows_of
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2, begin_anew, forget
 from hairpipe.sim.solve.stage import Rule, Stage
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
@@ -27,21 +27,21 @@ class Bdf2:
     rule: Rule
     _before: tuple[np.ndarray, np.ndarray, float] | None = field(default=None, init=False)
 
-    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
-        """Advance motion by step, in place."""
-        x0, v0 = motion.x.copy(), motion.v.copy()
+    def advance(self, model: StrandModel, state: State, step: Step, around: Surroundings) -> None:
+        """Advance state by step, in place."""
+        x0, v0 = state.x.copy(), state.v.copy()
         if step.time == 0.0 or self._before is None:
-            kick = TrBdf2(self.rule).carry(model, motion, step, around)
+            kick = TrBdf2(self.rule).take_step(model, state, step, around)
         else:
             x1, v1, dt = self._before
             r = step.dt / dt
             w1, w0, h = (1 + r) ** 2 / (1 + 2 * r), r**2 / (1 + 2 * r), (1 + r) / (1 + 2 * r) * step.dt
             xh, vh = w1 * x0 - w0 * x1, w1 * v0 - w0 * v1
-            around.begin(motion, step)
-            weights = begin_anew(model, motion, xh, vh, everywhere(model, x0, h), step.dt)
-            stage = Stage(xh, vh, x0, motion.v, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
-            kick = around.solve(motion.x, motion.v, motion.T, stage, self.rule)
-            np.divide(motion.v - vh - kick, rows_of(model, weights), out=motion.a)
-            kick = kick + around.end(motion, x0, step)
-        forget(model, motion.a, around.discontinuous(motion.x))
+            around.begin(state, step)
+            weights = begin_anew(model, state, xh, vh, everywhere(model, x0, h), step.dt)
+            stage = Stage(xh, vh, x0, state.v, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
+            kick = around.solve(state.x, state.v, state.T, stage, self.rule)
+            np.divide(state.v - vh - kick, rows_of(model, weights), out=state.a)
+            kick = kick + around.end(state, x0, step)
+        forget(model, state.a, around.discontinuous(state.x))
         self._before = x0, v0 + kick, step.dt

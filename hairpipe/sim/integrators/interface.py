@@ -4,7 +4,7 @@ from typing import Protocol
 
 import numpy as np
 
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
@@ -12,8 +12,8 @@ from hairpipe.sim.surroundings import Surroundings
 class Integrator(Protocol):
     """Carries hair through a step: solves with what surrounds it, and filters where its scheme has them."""
 
-    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
-        """Advance motion by step, in place."""
+    def advance(self, model: StrandModel, state: State, step: Step, around: Surroundings) -> None:
+        """Advance state by step, in place."""
         ...
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from hairpipe.sim.integrators.interface import everywhere
 from hairpipe.sim.solve.stage import Rule, Stage
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
@@ -32,26 +32,26 @@ class NineSteps(ABC):
 
     rule: Rule
 
-    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
-        """Advance motion by step, in place."""
-        x, v, before, dt = motion.x.copy(), motion.v, motion.v.copy(), step.dt
-        around.begin(motion, step)
+    def advance(self, model: StrandModel, state: State, step: Step, around: Surroundings) -> None:
+        """Advance state by step, in place."""
+        x, v, before, dt = state.x.copy(), state.v, state.v.copy(), step.dt
+        around.begin(state, step)
         around.leave_to_corrections()  # bodies hold only what step 5 has moved
-        v_star = self.solve(motion, step, around, x, dt / 2, 0.5, step.time)  # 1
+        v_star = self.solve(state, step, around, x, dt / 2, 0.5, step.time)  # 1
         around.limit_velocity(x, v_star, step)  # 2
         around.repel(x, v_star, step, elastic=True)  # 3
-        motion.x[:] = x + dt * v_star  # 4
-        around.correct(motion.x, v, x, step)  # 5, 6
-        motion.v[:] = self.velocity(motion, step, around, x)  # 7, 8
-        around.repel(motion.x, motion.v, step, elastic=False)  # 9
-        np.divide(motion.v - before, dt, out=motion.a)
+        state.x[:] = x + dt * v_star  # 4
+        around.correct(state.x, v, x, step)  # 5, 6
+        state.v[:] = self.velocity(state, step, around, x)  # 7, 8
+        around.repel(state.x, state.v, step, elastic=False)  # 9
+        np.divide(state.v - before, dt, out=state.a)
 
     @abstractmethod
-    def velocity(self, motion: Motion, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:
-        """Find v^n+1 [m/s], (rows, 3, W), of a motion with x^n+1 and v^n; before is x^n [m], same shape."""
+    def velocity(self, state: State, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:
+        """Find v^n+1 [m/s], (rows, 3, W), of a state with x^n+1 and v^n; before is x^n [m], same shape."""
 
     def solve(
-        self, motion: Motion, step: Step, around: Surroundings, x: np.ndarray, h: float, part: float, time: float
+        self, state: State, step: Step, around: Surroundings, x: np.ndarray, h: float, part: float, time: float
     ) -> np.ndarray:
         """Solve v = v^n + h a(x + h v, v) linearised at x [m], (rows, 3, W).
 
@@ -62,8 +62,8 @@ class NineSteps(ABC):
         start = step.ends(0.0)
         ends = start + part * (step.ends(1.0) - start)
         weights = everywhere(around.model, x, h)
-        stage = Stage(x, motion.v, x, motion.v, ends, step.held, weights, time, h)
-        around.solve(moved, v, motion.T, stage, self.rule)
+        stage = Stage(x, state.v, x, state.v, ends, step.held, weights, time, h)
+        around.solve(moved, v, state.T, stage, self.rule)
         return v
 
 
@@ -71,17 +71,17 @@ class NineSteps(ABC):
 class Trapezoid(NineSteps):
     """Steps 7 and 8 as printed."""
 
-    def velocity(self, motion: Motion, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:
+    def velocity(self, state: State, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:
         """v^n+1 = 2 vh - v^n with vh = v^n + dt/2 a(x^n+1/2, vh)."""
         middle = step.time + step.dt / 2
-        half = self.solve(motion, step, around, (before + motion.x) / 2, step.dt / 2, 1.0, middle)
-        return 2 * half - motion.v
+        half = self.solve(state, step, around, (before + state.x) / 2, step.dt / 2, 1.0, middle)
+        return 2 * half - state.v
 
 
 @dataclass(frozen=True, eq=False)
 class FullStep(NineSteps):
     """Steps 7 and 8 as the authors' code has them."""
 
-    def velocity(self, motion: Motion, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:
+    def velocity(self, state: State, step: Step, around: Surroundings, before: np.ndarray) -> np.ndarray:
         """v^n+1 = v^n + dt a(x^n+1 + dt v^n+1, v^n+1): the stiffness reaches a step ahead, which damps."""
-        return self.solve(motion, step, around, motion.x, step.dt, 2.0, step.time + step.dt)
+        return self.solve(state, step, around, state.x, step.dt, 2.0, step.time + step.dt)

@@ -7,11 +7,11 @@ from typing import ClassVar, Protocol
 import numpy as np
 from numba import njit
 
-from hairpipe.kernels.simd import store
-from hairpipe.sim.boundary import Path
+from hairpipe.sim.boundary import ClampPath
 from hairpipe.sim.settings import StepControl
-from hairpipe.sim.state import Motion
-from hairpipe.sim.strands.interface import StrandModel, shape_of, spring_constant, springs_from
+from hairpipe.sim.state import State
+from hairpipe.sim.strands.frequency import stiffest_springs
+from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
 _SHORTEST = 0.25
@@ -42,11 +42,11 @@ class Limit(Protocol):
 
     setting: ClassVar[str]
 
-    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+    def worst(self, state: State, path: ClampPath, time: float) -> Lane:
         """Find the strand that asks for the shortest step."""
         ...
 
-    def longest(self, motion: Motion, path: Path, time: float) -> float:
+    def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Find the longest step from a time since the last frame [s]."""
         ...
 
@@ -58,11 +58,11 @@ class Fixed:
     setting: ClassVar[str] = "longest"
     step: float
 
-    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+    def worst(self, state: State, path: ClampPath, time: float) -> Lane:
         """All ask for the same."""
         return None
 
-    def longest(self, motion: Motion, path: Path, time: float) -> float:
+    def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Give that length."""
         return self.step
 
@@ -82,13 +82,13 @@ class Courant:
     stiffest: float = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "stiffest", _stiffest(self.model)[0])
+        object.__setattr__(self, "stiffest", stiffest_springs(self.model)[0])
 
-    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+    def worst(self, state: State, path: ClampPath, time: float) -> Lane:
         """Find the strand with the stiffest springs for their masses."""
-        return _stiffest(self.model)[1:]
+        return stiffest_springs(self.model)[1:]
 
-    def longest(self, motion: Motion, path: Path, time: float) -> float:
+    def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Give that length: without stiction it depends on nothing that moves."""
         return self.number / np.sqrt(self.stiffest + self.around.stiffness())
 
@@ -101,16 +101,16 @@ class StrainRate:
     model: StrandModel
     fraction: float
 
-    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+    def worst(self, state: State, path: ClampPath, time: float) -> Lane:
         """Find the strand with the edge that is strained fastest."""
-        return self._fastest(motion)[1:]
+        return self._fastest(state)[1:]
 
-    def _fastest(self, motion: Motion) -> tuple[float, int, int]:
-        return _strain_rate(self.model.first, self.model.inverse_lengths, self.model.shape.stride, motion.x, motion.v)
+    def _fastest(self, state: State) -> tuple[float, int, int]:
+        return _strain_rate(self.model.first, self.model.inverse_lengths, self.model.shape.stride, state.x, state.v)
 
-    def longest(self, motion: Motion, path: Path, time: float) -> float:
+    def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Find the fastest strain."""
-        rate = self._fastest(motion)[0]
+        rate = self._fastest(state)[0]
         return self.fraction / rate if rate > 0.0 else np.inf
 
 
@@ -126,15 +126,15 @@ class Travel:
     distance: float
     around: Surroundings
 
-    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+    def worst(self, state: State, path: ClampPath, time: float) -> Lane:
         """Find the fastest strand, where no body is faster."""
-        speed, row, lane = _largest(motion.v)
+        speed, row, lane = _largest(state.v)
         first = self.around.model.first
         return (int(np.searchsorted(first, row, "right")) - 1, lane) if speed >= self.around.fastest() else None
 
-    def longest(self, motion: Motion, path: Path, time: float) -> float:
+    def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Divide by the highest speed."""
-        speed = max(_largest(motion.v)[0], self.around.fastest())
+        speed = max(_largest(state.v)[0], self.around.fastest())
         return self.distance / speed if speed > 0.0 else np.inf
 
 
@@ -145,15 +145,15 @@ class Root:
     setting: ClassVar[str] = "root"
     distance: float
 
-    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+    def worst(self, state: State, path: ClampPath, time: float) -> Lane:
         """Find the strand whose ends go farthest in what is left of the frame."""
-        way = path.way(path.ends(time), path.frame)
+        way = path.way(path.ends(time), path.frame_dt)
         _, row, lane = _farthest(way)
         return row // way.shape[1], lane
 
-    def longest(self, motion: Motion, path: Path, time: float) -> float:
+    def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Shorten the rest of the frame until the ends keep to the distance: twice as many steps, then as few as do."""
-        left, here = path.frame - time, path.ends(time)
+        left, here = path.frame_dt - time, path.ends(time)
 
         def is_far(count: int) -> bool:
             return _farthest(path.way(here, time + left / count))[0] > self.distance
@@ -168,7 +168,7 @@ class Root:
 
 
 @dataclass(eq=False)
-class Pace:
+class CrossingLimit:
     """Steps so short that few segments have to be kept from passing through each other.
 
     What the solve of a step does not see, since it is linear and contact in it is soft, is put right after it, by
@@ -186,11 +186,11 @@ class Pace:
     most: float
     step: float
 
-    def worst(self, motion: Motion, path: Path, time: float) -> Lane:
+    def worst(self, state: State, path: ClampPath, time: float) -> Lane:
         """It is their number that counts."""
         return None
 
-    def longest(self, motion: Motion, path: Path, time: float) -> float:
+    def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Give the step that is allowed now."""
         return self.step
 
@@ -204,9 +204,9 @@ class Pace:
         self.step = min(max(step, _SHORTEST * self.most), self.most)
 
 
-def pace_of(control: StepControl, step: float) -> Pace:
+def crossing_limit(control: StepControl, step: float) -> CrossingLimit:
     """Go on at the pace at which hair went before [s]."""
-    return Pace(control.crossings, control.longest, min(step, control.longest))
+    return CrossingLimit(control.crossings, control.longest, min(step, control.longest))
 
 
 def limits_of(control: StepControl, model: StrandModel, around: Surroundings) -> list[Limit]:
@@ -219,48 +219,22 @@ def limits_of(control: StepControl, model: StrandModel, around: Surroundings) ->
     return limits
 
 
-def next_step(limits: list[Limit], motion: Motion, path: Path, time: float, most: int = 10**9) -> float:
+def next_step(limits: list[Limit], state: State, path: ClampPath, time: float, most: int = 10**9) -> float:
     """Choose the step from a time since the last frame [s]: an equal share of what is left of the frame.
 
     TooManySteps where that would be more than `most`.
     """
-    left = path.frame - time
-    longest, limit = min(((limit.longest(motion, path, time), limit) for limit in limits), key=lambda found: found[0])
+    left = path.frame_dt - time
+    longest, limit = min(((limit.longest(state, path, time), limit) for limit in limits), key=lambda found: found[0])
     steps = left / longest if longest > left * 1e-300 else inf
     if steps - 1e-6 > most:
-        raise TooManySteps(limit.setting, steps, limit.worst(motion, path, time))
+        raise TooManySteps(limit.setting, steps, limit.worst(state, path, time))
     return left / max(ceil(steps - 1e-6), 1)
-
-
-def highest_frequency(model: StrandModel) -> float:
-    """Bound what springs swing with [rad/s]: sqrt(max_p sum_s 4 k_s / (m_p l0_s))."""
-    return float(np.sqrt(_stiffest(model)[0]))
 
 
 def _farthest(way: np.ndarray) -> tuple[float, int, int]:
     """Length of the longest of ways (blocks, n, 3, W) [m], which of the blocks times n it is, and its lane."""
     return _largest(way.reshape(-1, *way.shape[2:]))
-
-
-@njit(cache=True)
-def _stiffest(model):
-    """Find the largest sum of 4 k / (m l0) over the springs at a free particle [1/s^2], its block and lane."""
-    stiffest, where, which = 0.0, 0, 0
-    for block in range(len(model.first) - 1):
-        first, count = model.first[block], model.first[block + 1] - model.first[block]
-        sums = np.zeros((count, model.mass.shape[1]))
-        k = np.empty((1, model.mass.shape[1]), model.mass.dtype)
-        for p in range(count):
-            for o in range(1, springs_from(model, p, count) + 1):
-                store(k, (0,), spring_constant(model, block, p, o))
-                stiffness = 4.0 * k[0] * model.inverse_lengths[first + p, o - 1]
-                sums[p] += stiffness / model.mass[first + p]
-                sums[p + o] += stiffness / model.mass[first + p + o]
-        for lane in range(sums.shape[1]):
-            most = sums[shape_of(model).clamped :, lane].max()
-            if most > stiffest:
-                stiffest, where, which = most, block, lane
-    return stiffest, where, which
 
 
 @njit(cache=True)

@@ -32,7 +32,7 @@ from hairpipe.sim.integrators.interface import everywhere, rows_of
 from hairpipe.sim.solve.implicit_stage import overstrained_lanes, set_all_tensions
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Rule, Stage
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
@@ -49,19 +49,19 @@ class TrBdf2:
 
     rule: Rule
 
-    def advance(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> None:
-        """Advance motion by step, in place."""
-        self.carry(model, motion, step, around)
+    def advance(self, model: StrandModel, state: State, step: Step, around: Surroundings) -> None:
+        """Advance state by step, in place."""
+        self.take_step(model, state, step, around)
 
-    def carry(self, model: StrandModel, motion: Motion, step: Step, around: Surroundings) -> np.ndarray | float:
-        """Advance motion by step, in place; return the change of velocity by contact [m/s], (rows, 3, W), or 0."""
-        x, v, T, dt = motion.x, motion.v, motion.T, step.dt
+    def take_step(self, model: StrandModel, state: State, step: Step, around: Surroundings) -> np.ndarray | float:
+        """Advance state by step, in place; return the change of velocity by contact [m/s], (rows, 3, W), or 0."""
+        x, v, T, dt = state.x, state.v, state.T, step.dt
         x0, v0, h = copied(x), copied(v), G * dt / 2
-        around.begin(motion, step)
+        around.begin(state, step)
         xh, vh = np.empty_like(x), np.empty_like(x)
         combine_all(xh, 1.0, x0, h, v0)
-        combine_all(vh, 1.0, v0, h, motion.a)
-        weights = begin_anew(model, motion, xh, vh, everywhere(model, x, h), G * dt)
+        combine_all(vh, 1.0, v0, h, state.a)
+        weights = begin_anew(model, state, xh, vh, everywhere(model, x, h), G * dt)
         stage = Stage(xh, vh, x0, v, step.ends(G), step.held, weights, step.time + G * dt, G * dt)
         first = around.solve(x, v, T, stage, self.rule)
         x1 = copied(x)
@@ -71,21 +71,21 @@ class TrBdf2:
         weights = everywhere(model, x, h)
         stage = Stage(xh, vh, x1, v, step.ends(1.0), step.held, weights, step.time + dt, (1.0 - G) * dt)
         second = around.solve(x, v, T, stage, self.rule)
-        combine_all(motion.a, 1 / h, v, -1 / h, vh)
-        _add(motion.a, -1 / h, second)
+        combine_all(state.a, 1 / h, v, -1 / h, vh)
+        _add(state.a, -1 / h, second)
         lost = everywhere(model, x, 0.0)
         if overstrained_lanes(model, x, _LOST, lost):
-            kick = self._do_again(model, motion, x0, v0, lost, step, around)
+            kick = self._do_again(model, state, x0, v0, lost, step, around)
             _take_kick(model, first, 0.0, lost)
             _take_kick(model, second, kick, lost)
-        changed = around.end(motion, x0, step)
-        forget(model, motion.a, around.discontinuous(x))
+        changed = around.end(state, x0, step)
+        forget(model, state.a, around.discontinuous(x))
         return _sum(_sum(first, second), changed)
 
     def _do_again(
         self,
         model: StrandModel,
-        motion: Motion,
+        state: State,
         x0: np.ndarray,
         v0: np.ndarray,
         lost: np.ndarray,
@@ -101,20 +101,20 @@ class TrBdf2:
         Returns the change of velocity by contact, see `Surroundings.solve`.
         """
         robust = self.rule._replace(form=_MULTIPLIER, guard=np.inf, iterations=1)
-        again = Motion(copied(x0), copied(motion.v), np.empty_like(x0), np.zeros_like(motion.T))
+        again = State(copied(x0), copied(state.v), np.empty_like(x0), np.zeros_like(state.T))
         set_all_tensions(model, again.x, again.T)
         ends, who = step.ends(1.0), rows_of(model, lost != 0.0)
         root = model.shape.clamped - 1
         along = (ends[:, root] - x0[model.first[:-1] + root]) / step.dt
         np.copyto(again.v, np.repeat(along, np.diff(model.first), axis=0), where=who)
-        xh, began = motion.x - step.dt * motion.v, copied(motion.v)
+        xh, began = state.x - step.dt * state.v, copied(state.v)
         np.copyto(xh, x0, where=who)
         np.copyto(began, v0, where=who)
         weights = everywhere(model, x0, step.dt)
         stage = Stage(xh, v0, x0, began, ends, step.held, weights, step.time + step.dt, step.dt)
         kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
         again.a[:] = (again.v - v0 - kick) / step.dt
-        _take(model, motion, again, lost, "xvaT")
+        _take(model, state, again, lost, "xvaT")
         return kick
 
 
@@ -139,20 +139,20 @@ def _sum(one: np.ndarray | float, other: np.ndarray | float) -> np.ndarray | flo
 
 
 def begin_anew(
-    model: StrandModel, motion: Motion, xh: np.ndarray, vh: np.ndarray, weights: np.ndarray, whole: float
+    model: StrandModel, state: State, xh: np.ndarray, vh: np.ndarray, weights: np.ndarray, whole: float
 ) -> np.ndarray:
     """Let strands whose acceleration is not known do a stage of backward Euler: changes xh and vh, in place.
 
-    motion   where the step begins
+    state   where the step begins
     xh, vh   of the stage that the others do, (rows, 3, W)
     weights  of its end [s], (blocks, W); whole  that of backward Euler, all of the stage [s]
 
     Returns the weights of them all.
     """
-    unknown = np.isnan(motion.a[model.first[:-1] + model.shape.clamped, 0])
+    unknown = np.isnan(state.a[model.first[:-1] + model.shape.clamped, 0])
     if unknown.any():
-        np.copyto(xh, motion.x, where=rows_of(model, unknown))
-        np.copyto(vh, motion.v, where=rows_of(model, unknown))
+        np.copyto(xh, state.x, where=rows_of(model, unknown))
+        np.copyto(vh, state.v, where=rows_of(model, unknown))
     return np.where(unknown, whole, weights).astype(weights.dtype)
 
 
@@ -161,7 +161,7 @@ def forget(model: StrandModel, a: np.ndarray, shocked: np.ndarray) -> None:
     np.copyto(a, np.nan, where=rows_of(model, shocked != 0.0))
 
 
-def _take(model: StrandModel, motion: Motion, other: Motion, who: np.ndarray, names: str) -> None:
-    """Take over the motion of some strands, (blocks, W), in place."""
+def _take(model: StrandModel, state: State, other: State, who: np.ndarray, names: str) -> None:
+    """Take over the state of some strands, (blocks, W), in place."""
     for name in names:
-        np.copyto(getattr(motion, name), getattr(other, name), where=rows_of(model, who != 0.0))
+        np.copyto(getattr(state, name), getattr(other, name), where=rows_of(model, who != 0.0))

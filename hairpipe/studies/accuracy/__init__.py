@@ -1,1 +1,1 @@
-"""How far the network of a strand is from the elastic rod it stands for; one measured quantity a file."""
+"""Accuracy of the spring network against the elastic rod that it models; one measured quantity a file."""

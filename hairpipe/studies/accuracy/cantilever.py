@@ -1,4 +1,4 @@
-"""A strand clamped at its root sags under its weight: its tip against that of the elastica."""
+"""A cantilever under its own weight: the tip compared with that of the elastica."""
 
 from collections.abc import Iterable, Sequence
 

@@ -1,4 +1,4 @@
-"""A curl hangs from its root: how far its weight draws it out, and how stiff it is, against Kirchhoff's rod."""
+"""A helical strand that hangs from its root: sag and stiffness compared with Kirchhoff's rod."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -15,7 +15,7 @@ from hairpipe.studies.theory.clamps import Clamp, hang_rod
 from hairpipe.studies.theory.kirchhoff import Rod
 
 _AT_REST = 1e-5
-"""Step over the length of a segment: coarse curls are near where altitude springs change hands."""
+"""Step over the length of a segment: coarse curls are near a switch of their altitude springs."""
 _SMALL = 1e-3
 """Force that the spring is tried with, over E I / L^2."""
 COLUMNS = ("segments", "gravity [m/s^2]", "sag [% of height]", "sag error [%]", "stiffness error [%]", "no equilibrium")

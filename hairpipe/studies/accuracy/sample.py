@@ -1,4 +1,4 @@
-"""What is measured."""
+"""Settings of a measured strand."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal

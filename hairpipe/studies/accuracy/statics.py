@@ -11,9 +11,9 @@ import numpy as np
 from hairpipe.studies.accuracy.specimen import Specimen, forces
 
 _STEP = 1e-3
-"""Of the differences, over the length of a segment: truncation is below rounding."""
+"""Step of the finite differences, over the length of a segment: their truncation error is below rounding."""
 _TOLERANCE = 1e-8
-"""Of the forces left, over the load and E I / L^2."""
+"""Largest residual force, over the load and E I / L^2, at which a search has converged."""
 _MOST_STEPS, _MOST_STALLED = 400, 150
 _FURTHEST = 0.5
 """Way of a particle in one step of Newton's method, over the length of a segment."""

@@ -1,4 +1,4 @@
-"""A straight strand is twisted: its torque against GJ, and how far its free tip strays."""
+"""Torsion of a straight strand: the torque compared with GJ, and the shift of a free tip."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""A straight strand swings in its bending modes: eigenvalues of its stiffness against Euler and Bernoulli's."""
+"""Bending modes of a straight strand: eigenvalues of the stiffness compared with Euler-Bernoulli theory."""
 
 from collections.abc import Sequence
 

@@ -1,4 +1,4 @@
-"""A straight strand held at both ends is twisted until it writhes: the twist at onset against Greenhill's."""
+"""A straight strand held at both ends is twisted until it buckles: the onset compared with Greenhill's."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -15,9 +15,9 @@ from hairpipe.studies.accuracy.torsion import held_length, twisted_on
 from hairpipe.studies.theory.twist_buckling import buckling_twist
 
 _STEPS = 24
-"""Of the twist, from none to the theory's onset."""
+"""Steps of the twist, from zero to the onset of the theory."""
 _FINEST = 1e-3
-"""Of the theory's onset: how closely the twist is halved down to where the strand no longer stands."""
+"""Width at which the bisection for the onset stops, as a fraction of the onset of the theory."""
 _BEYOND = 1.5
 _ASIDE = 0.1
 """Way of the axis from the straight line, over the length, at which a strand has writhed."""

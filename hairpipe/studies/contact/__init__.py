@@ -1,1 +1,1 @@
-"""How contact between hairs is solved, and how well."""
+"""Convergence and failures of the solvers of contact between hairs."""

@@ -1,4 +1,4 @@
-"""A bar across the way of a tuft: where both are led, and what the bar did to the hair."""
+"""A bar in the path of a tuft: the motions of both, and which strands passed through the bar."""
 
 from functools import lru_cache
 
@@ -16,11 +16,11 @@ from hairpipe.scripted_ends.track import Track
 from hairpipe.scripted_ends.wave import Wave, course_of_wave
 
 LENGTH, SEGMENTS, COLUMNS, ROWS, APART, STRAY = 0.2, 20, 8, 4, 1.5e-3, 4.0
-"""Of the strands [m], their number in x and z, the way between roots [m], and how they stray [deg]."""
+"""Length of the strands [m], their number in x and z, the distance between roots [m], and their scatter [deg]."""
 RADIUS, WIDTH, BELOW, VOXEL = 0.015, 1.0, 0.08, 0.0025
-"""Of the bar, its length along z, how far its axis is below the roots, and the spacing of its level set [m]."""
+"""Radius of the bar, its length along z, the depth of its axis below the roots, and its voxel [m]."""
 FREQUENCY, ASIDE = 2.0, 0.25
-"""Of both motions [1/s]; the speed of the roots, which go along the bar, over that of the bar."""
+"""Frequency of both motions [1/s]; speed of the roots, which move along the bar, over the speed of the bar."""
 
 
 def tuft() -> Groom:

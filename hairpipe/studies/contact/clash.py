@@ -1,4 +1,4 @@
-"""A bar that is driven through a tuft and back: in steps of which length, and at which speed, contact fails."""
+"""A bar that is driven through a tuft and back: the steps and speeds at which contact fails."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -14,7 +14,7 @@ from hairpipe.sim.build import bodies_of
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene, StepControl
-from hairpipe.sim.state import Motion
+from hairpipe.sim.state import State
 from hairpipe.studies.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, depth, passed_through, roots_at, tuft
 
 FRAME = 1 / 24
@@ -108,13 +108,13 @@ def meet(hair: HairModel, scene: Scene, bar: bool, speed: float, seconds: float)
 def _advance(
     hair: HairModel, state: HairState, scene: Scene, bar: bool, speed: float, began: float, worst: Worst
 ) -> HairState:
-    """Advance by a frame, and look at every step."""
+    """Advance by a frame, and check every step."""
     times = began, began + FRAME
     leads = roots_at(hair.groom, speed, times[0]), roots_at(hair.groom, speed, times[1])
     parts = [(bar_at(speed, times[0]), bar_at(speed, times[1]))] if bar else []
     before = hair.layout.axis(state.positions)
 
-    def look(motion: Motion, *when: float) -> None:
+    def look(motion: State, *when: float) -> None:
         nonlocal before
         _look(worst, hair, motion, before, [axis_at(speed, began + t)[0] for t in when], bar)
         before = hair.layout.axis(motion.x)
@@ -124,7 +124,7 @@ def _advance(
 
 
 def _look(
-    worst: Worst, hair: HairModel, motion: Motion, before: np.ndarray, axes: Sequence[np.ndarray], bar: bool
+    worst: Worst, hair: HairModel, motion: State, before: np.ndarray, axes: Sequence[np.ndarray], bar: bool
 ) -> None:
     """Note what a step did, in place; axes are points of the bar's axis before and after [m]."""
     points, offsets = hair.layout.axis(motion.x), hair.layout.offsets

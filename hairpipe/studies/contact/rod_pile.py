@@ -1,4 +1,4 @@
-"""Rods of two points, laid crosswise on a fixed row: the smallest pile there is."""
+"""Rods of two points, laid crosswise on a fixed row: the smallest pile."""
 
 from dataclasses import dataclass
 
@@ -14,7 +14,7 @@ from hairpipe.sim.settings import Collisions
 from hairpipe.spatial.proximity import near_pairs
 
 LENGTH, MASS, GRAVITY = 6e-3, 4e-8, 9.81
-"""Of a rod [m], of each of its points [kg], as of hair 0.11 mm thick; [m/s^2]."""
+"""Length of a rod [m], mass of each of its points [kg], as for a hair of 0.11 mm, and gravity [m/s^2]."""
 
 
 @dataclass(eq=False)

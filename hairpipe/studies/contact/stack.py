@@ -1,4 +1,4 @@
-"""A stack of rods under both solvers of contact: how fast they converge, and whether it stands."""
+"""A stack of rods under both solvers of contact: their convergence, and whether the stack stands."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace

@@ -1,1 +1,1 @@
-"""What every way of carrying hair through a step of time makes of a motion, against a converged run."""
+"""Integrators compared with a converged run of the same motion."""

@@ -1,4 +1,4 @@
-"""What an error costs, and how fast it falls with the step."""
+"""Cost of an error, and the order at which the error falls with the step."""
 
 from collections.abc import Sequence
 

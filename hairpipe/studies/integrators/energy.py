@@ -1,13 +1,13 @@
-"""Energy of strands in motion."""
+"""Energy of moving strands."""
 
 import numpy as np
 
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.solve.implicit_stage import set_tensions
-from hairpipe.sim.state import Motion
+from hairpipe.sim.state import State
 
 
-def energies(hair: HairModel, motion: Motion, gravity: float) -> np.ndarray:
+def energies(hair: HairModel, state: State, gravity: float) -> np.ndarray:
     """Energy of every strand [J], (blocks, W): kinetic, of weight above y = 0, and of springs between two particles.
 
     A spring holds T (l - l0) / 2 with T = k (l / l0 - 1). What altitude springs hold is left out.
@@ -16,7 +16,7 @@ def energies(hair: HairModel, motion: Motion, gravity: float) -> np.ndarray:
     found = layout.empty_blocks()
     for block in range(layout.blocks):
         rows = slice(model.first[block], model.first[block + 1])
-        x, v, mass, inverse = motion.x[rows], motion.v[rows], model.mass[rows].copy(), model.inverse_lengths[rows]
+        x, v, mass, inverse = state.x[rows], state.v[rows], model.mass[rows].copy(), model.inverse_lengths[rows]
         mass[: model.shape.clamped] = 0.0
         moving = 0.5 * np.einsum("pl,pcl,pcl->l", mass, v, v) + gravity * np.einsum("pl,pl->l", mass, x[:, 1])
         tensions = np.zeros_like(inverse)

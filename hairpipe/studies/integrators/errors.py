@@ -1,4 +1,4 @@
-"""How far a scheme is from the converged run, step by step, and what fails."""
+"""Errors of a scheme against the converged run, and its failures."""
 
 from collections.abc import Sequence
 
@@ -15,9 +15,9 @@ SOLVES = {"tr_bdf2": 2, "bdf2": 1, "backward_euler": 1, "nine_steps": 2}
 """Solves of a step; what a guard adds is not counted."""
 STRETCHED = 0.1
 ENERGETIC, ENERGETIC_LEAST = 3.0, 0.02
-"""Kinetic energy beyond so many times the largest of the converged run, and so much of m g L, is none of physics."""
+"""A kinetic energy above this multiple of the largest of the converged run, plus this part of m g L, is an error."""
 HIDDEN, HIDDEN_LEAST = 2.0, 1.0
-"""A velocity beyond so many times that at which any particle moves, and so much more [m/s], is hidden."""
+"""A velocity above this multiple of the speed at which particles move, plus this much [m/s], is hidden."""
 COLUMNS = (
     "motion",
     "length [m]",

@@ -1,7 +1,8 @@
-"""A strand that is scattered or crushed at the start, of the oddest stuff and sizes: whether it comes back."""
+"""A strand of extreme material, size or initial state: whether it returns to rest."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -31,45 +32,52 @@ STARTS = ("scattered", "collapsed", "on a line", "mirrored")
 HAIR = Material()
 
 
+class Case(NamedTuple):
+    """One extreme strand: which property is extreme, its value, and the strand.
+
+    length     [m]
+    gravity    [m/s^2]
+    disturbed  one of STARTS; nothing without
+    """
+
+    name: str
+    value: float
+    material: Material = HAIR
+    length: float = 0.1
+    segments: int = 20
+    gravity: float = 9.81
+    disturbed: str = ""
+
+
 def extremes_table(rates: Sequence[int], seconds: float) -> Table:
-    """Tabulate what becomes of a strand in every odd case, in every number of steps a second."""
-    rows = []
-    for rate in rates:
-        for factor in 10.0 ** np.arange(-4, 5):
-            material = replace(HAIR, young=factor * HAIR.young)
-            rows.append(_tried("stiffness, over that of hair", factor, rate, seconds, material=material))
-        rows.append(_tried("length of a soft segment [m]", 1e-4, rate, seconds, length=2e-3))
-        for size in (1e-4, 1e-3, 1e-2, 0.1, 1.0):
-            material = replace(HAIR, softening=min(HAIR.softening, size / 1e-4))
-            rows.append(_tried("length of a segment [m]", size, rate, seconds, material=material, length=20 * size))
-        for segments in (1, 2, 3, 10, 100, 1000):
-            rows.append(_tried("segments of 3 mm", segments, rate, seconds, length=3e-3 * segments, segments=segments))
-        rows.append(_tried("gravity [m/s^2]", 0.0, rate, seconds, gravity=0.0))
-        for how in STARTS:
-            rows.append(_tried(f"at the start {how}", 1.0, rate, seconds, disturbed=how))
-    return table_of_rows(COLUMNS, rows)
+    """Tabulate the outcome for every extreme case at every rate of steps [1/s]."""
+    return table_of_rows(COLUMNS, [_try(case, rate, seconds) for rate in rates for case in _cases()])
 
 
-def _tried(
-    case: str,
-    value: float,
-    rate: int,
-    seconds: float,
-    *,
-    material: Material = HAIR,
-    length: float = 0.1,
-    segments: int = 20,
-    gravity: float = 9.81,
-    disturbed: str = "",
-) -> tuple[float | str, ...]:
-    """Let a strand swing, and see how it ends: a row."""
-    scene = Scene(gravity, Air(DRAG), steps=StepControl(1.0 / rate, np.inf, np.inf), scheme=Scheme())
+def _cases() -> Iterator[Case]:
+    for factor in 10.0 ** np.arange(-4, 5):
+        yield Case("stiffness, over that of hair", factor, replace(HAIR, young=factor * HAIR.young))
+    yield Case("length of a soft segment [m]", 1e-4, length=2e-3)
+    for size in (1e-4, 1e-3, 1e-2, 0.1, 1.0):
+        material = replace(HAIR, softening=min(HAIR.softening, size / 1e-4))
+        yield Case("length of a segment [m]", size, material, 20 * size)
+    for segments in (1, 2, 3, 10, 100, 1000):
+        yield Case("segments of 3 mm", segments, length=3e-3 * segments, segments=segments)
+    yield Case("gravity [m/s^2]", 0.0, gravity=0.0)
+    for how in STARTS:
+        yield Case(f"at the start {how}", 1.0, disturbed=how)
+
+
+def _try(case: Case, rate: int, seconds: float) -> tuple[float | str, ...]:
+    """Simulate a swinging strand; return its row."""
+    scene = Scene(case.gravity, Air(DRAG), steps=StepControl(1.0 / rate, np.inf, np.inf), scheme=Scheme())
+    begun = (case.name, case.value, 1.0 / rate)
     try:
-        hair = build_hair(groom_of([Strand("swing", length)], segments), material)
+        hair = build_hair(groom_of([Strand("swing", case.length)], case.segments), case.material)
     except BadInput as error:
-        return case, value, 1.0 / rate, np.nan, np.nan, np.nan, f"refused: {error}".splitlines()[0]
+        return *begun, np.nan, np.nan, np.nan, f"refused: {error}".splitlines()[0]
     state = start(hair, None, scene)
-    disturb(hair, state.positions, disturbed)
+    disturb(hair, state.positions, case.disturbed)
     largest, last = 0.0, 0.0
     with np.errstate(all="ignore"):
         for _ in range(round(seconds / FRAME)):
@@ -77,10 +85,10 @@ def _tried(
             last = stretch(hair, state.positions)
             largest = max(largest, last)
     speed = float(np.linalg.norm(state.velocities, axis=1).max())
-    hanging = material.line_density * gravity * length / material.axial
+    hanging = case.material.line_density * case.gravity * case.length / case.material.axial
     good = last < TRUE + hanging and speed < CALM
     outcome = "comes back" if good else "stays bent" if np.isfinite([last, speed]).all() else "not finite"
-    return case, value, 1.0 / rate, 100 * largest, 100 * last, speed, outcome
+    return *begun, 100 * largest, 100 * last, speed, outcome
 
 
 def disturb(hair: HairModel, positions: np.ndarray, how: str) -> None:

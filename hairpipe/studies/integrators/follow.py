@@ -1,4 +1,4 @@
-"""A trial in steps of one length: where the tips go, and the worst that happens in any step."""
+"""A trial in steps of one length: the paths of the tips, and the extremes over all steps."""
 
 from dataclasses import dataclass
 from itertools import groupby, pairwise
@@ -6,12 +6,12 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from hairpipe.sim.advance import start
-from hairpipe.sim.boundary import Path, hold
+from hairpipe.sim.boundary import ClampPath, clamp_at
 from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.integrators.choice import integrator_of
 from hairpipe.sim.settings import Air, Scene, Scheme, StrainLimit
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.surroundings import Surroundings
 from hairpipe.studies.integrators.energy import energies
 from hairpipe.studies.integrators.leading import ends_at, groom_of
@@ -57,16 +57,16 @@ def _follow(trial: Trial, strands: list[Strand], scene: Scene, step: float) -> l
     count = max(int(np.ceil(frame / step - 1e-6)), 1)
     times = np.arange(round(trial.seconds * RATE) + 1) * frame
     state = start(hair, ends_at(strands, hair.groom, 0.0), scene)
-    motion = Motion(*(a.copy() for a in (state.positions, state.velocities, state.accelerations, state.tensions)))
+    motion = State(*(a.copy() for a in (state.positions, state.velocities, state.accelerations, state.tensions)))
     unit = trial.material.line_density * scene.gravity * np.array([strand.length for strand in strands]) ** 2
     integrator = integrator_of(scene)
     limits = [] if scene.strain is None else [StrainFilter(hair.model, scene.strain.tolerance)]
     around = Surroundings(hair.model, hair.layout, limits)
-    held = [hold(ends_at(strands, hair.groom, time), hair.groom, hair.rest, hair.layout) for time in times]
+    held = [clamp_at(ends_at(strands, hair.groom, time), hair.groom, hair.rest, hair.layout) for time in times]
     rows = [_sample(hair, motion, _worst(hair, motion, motion.x, frame), scene, unit)]
     with np.errstate(all="ignore"):
         for before, after in pairwise(held):
-            path, worst = Path(before, after, frame), np.zeros((4, *hair.layout.strands.shape))
+            path, worst = ClampPath(before, after, frame), np.zeros((4, *hair.layout.strands.shape))
             for n in range(count):
                 x = motion.x.copy()
                 integrator.advance(hair.model, motion, Step(path, n * frame / count, frame / count), around)
@@ -75,7 +75,7 @@ def _follow(trial: Trial, strands: list[Strand], scene: Scene, step: float) -> l
     return [np.stack(values) for values in zip(*rows, strict=True)]
 
 
-def _worst(hair: HairModel, motion: Motion, before: np.ndarray, dt: float) -> np.ndarray:
+def _worst(hair: HairModel, motion: State, before: np.ndarray, dt: float) -> np.ndarray:
     """Kinetic energy, stretch, speed and way of a step, the largest of every strand, (4, blocks, W)."""
     blocks, shape = hair.layout.blocks, hair.model.shape
     x, v, w, mass = (a.reshape(blocks, -1, *a.shape[1:]) for a in (motion.x, motion.v, before, hair.model.mass))
@@ -92,7 +92,7 @@ def _worst(hair: HairModel, motion: Motion, before: np.ndarray, dt: float) -> np
 
 
 def _sample(
-    hair: HairModel, motion: Motion, worst: np.ndarray, scene: Scene, unit: np.ndarray
+    hair: HairModel, motion: State, worst: np.ndarray, scene: Scene, unit: np.ndarray
 ) -> tuple[np.ndarray, ...]:
     """Collect a sample in the order of the fields of Course, each (strands, ...)."""
     place = np.empty(len(hair.groom.ids), int)

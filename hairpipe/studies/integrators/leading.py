@@ -1,4 +1,4 @@
-"""Strands of a trial as they start, and where their ends are led."""
+"""Initial strands of a trial, and the prescribed motion of their ends."""
 
 import numpy as np
 

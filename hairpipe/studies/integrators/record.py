@@ -1,4 +1,4 @@
-"""The course of a trial as a table, and back."""
+"""The history of a trial as a table, and back."""
 
 import numpy as np
 
@@ -20,7 +20,7 @@ OTHERS = {
 
 
 def course_table(trial: Trial, scheme: Scheme, strain: StrainLimit | None, rate: int) -> Table:
-    """Tabulate what every strand does at every sample, in so many steps a second."""
+    """Tabulate every strand at every sample; rate in steps a second."""
     course, strands = follow(trial, scheme, strain, 1.0 / rate), trial.strands
     samples = len(course.tips)
     columns = {

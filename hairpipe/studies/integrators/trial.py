@@ -1,4 +1,4 @@
-"""What hair is put through: single strands, each led through a motion of its own."""
+"""Trials: single strands, each with a prescribed motion of its own."""
 
 from dataclasses import dataclass, field
 from typing import Annotated, Literal

@@ -1,1 +1,1 @@
-"""Bodies between two frames: what the interpolations of their level sets make of them."""
+"""Errors of the interpolations of level sets between two frames."""

@@ -17,7 +17,7 @@ STILL = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 class Case(NamedTuple):
     """Solids that move, between frames 0 and 1.
 
-    radius  of the ball around the first of them [m], by which errors are told
+    radius  of the ball around the first of them [m], the unit of the errors
     """
 
     name: str

@@ -1,6 +1,6 @@
 """A posed body between keys: the surface by every interpolation against the skin at the very time.
 
-Every n-th frame of a clip is a key; the frames between are the truth, and are not shown to the interpolations.
+Every n-th frame of a clip is a key; the frames between are the reference, and are not given to the interpolations.
 """
 
 from collections.abc import Mapping
@@ -29,7 +29,7 @@ SPREAD = np.array([0.7548776662466927, 0.5698402909980532])
 
 
 class Clip(NamedTuple):
-    """A body at all frames, by number, each read when it is asked for."""
+    """A body at all frames, by number, each read on demand."""
 
     skins: Mapping[int, Mesh]
     surfaces: Mapping[int, LevelSet]

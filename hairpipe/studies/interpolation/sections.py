@@ -1,4 +1,4 @@
-"""Sections through a body between two frames: what every interpolation makes of it."""
+"""Sections through a body between two frames, under every interpolation."""
 
 from collections.abc import Sequence
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""How far the surface between two frames is from where it should be."""
+"""Error of the surface between two frames."""
 
 from collections.abc import Sequence
 

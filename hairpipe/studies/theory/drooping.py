@@ -1,4 +1,4 @@
-"""What rod theory says of strands that were held out straight and have come to rest under their weight."""
+"""Rod theory of straight strands at rest under their own weight."""
 
 import numpy as np
 

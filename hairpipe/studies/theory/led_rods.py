@@ -1,4 +1,4 @@
-"""What rod theory says of strands whose ends are led, slowly and without weight."""
+"""Rod theory of weightless strands with prescribed ends that move slowly."""
 
 from collections.abc import Iterator, Mapping
 

@@ -1,4 +1,4 @@
-"""How much twist a straight rod bears before it buckles into a loop.
+"""Critical twist at which a straight rod buckles into a loop.
 
 A rod clamped straight at both ends carries the torque M and the tension P. With w = y + i z its neighbours obey
 

@@ -4,7 +4,7 @@ import pytest
 from hairpipe.body.mannequin.anatomy import BUST
 from hairpipe.body.mannequin.blended_shapes import evaluate
 from hairpipe.body.mannequin.bust import EARS, build_bust
-from hairpipe.body.mannequin.relaxation import vertex_normals
+from hairpipe.spatial.triangles import vertex_normals
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_volume_is_that_of_the_field(bust, facts):
 def test_vertices_lie_on_the_field_and_triangles_face_out_of_it(bust):
     points = bust.mesh.points
     assert np.abs(evaluate(BUST, points)).max() < 2e-4
-    outward = vertex_normals(points, bust.mesh.triangles)
+    outward = vertex_normals(bust.mesh)
     assert (evaluate(BUST, points + 0.001 * outward) > 0.0).mean() > 0.999
 
 

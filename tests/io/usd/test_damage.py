@@ -19,14 +19,14 @@ SCRIPT = """
 import sys, warnings
 from pathlib import Path
 from hairpipe.errors import BadInput
-from hairpipe.io.usd import apart, body, curves
+from hairpipe.io.usd import apart, curves, skinned_meshes
 from hairpipe.io.usd.check.lint import lint
 
 warnings.simplefilter("ignore")
 apart.MEMORY = 1 << 30
 apart.limit_memory()
 for path in map(Path, sys.argv[1:]):
-    for work in (lambda: body.read(path, None), lambda: curves.read(path, None), lambda: lint(path)):
+    for work in (lambda: skinned_meshes.read(path, None), lambda: curves.read(path, None), lambda: lint(path)):
         try:
             work()
         except BadInput as fault:

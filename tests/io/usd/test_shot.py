@@ -13,9 +13,9 @@ from pxr import Usd, UsdGeom, UsdShade
 
 from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.body import read as read_body
 from hairpipe.io.usd.curves import read as read_curves
 from hairpipe.io.usd.shot import Shot, write_clips, write_shot
+from hairpipe.io.usd.skinned_meshes import read as read_body
 
 TOKENS = UsdGeom.Tokens
 

@@ -67,7 +67,7 @@ def ball(radius: float) -> Mesh:
 
 
 def test_a_part_that_changes_its_shape_is_blended_and_pushes(swelling):
-    points = ball(0.55).points[::11]
+    points = ball(0.55).points[::11].copy()
     probe = Probe.blank(len(points))
     swelling.probe(points, 0.5 * FRAME, probe)
     outwards = points / 0.55
@@ -81,7 +81,7 @@ def test_velocity_is_how_the_distance_changes(swelling):
     # d phi / dt = -v . n |grad phi|, and the gradient of a distance is 1.
     travel = surfaces_of(CASES[5], VOXEL, HALF_WIDTH)["parts"]
     for surface, case_points in ((swelling, ball(0.56).points), (travel, outline_at(CASES[5], 0.5))):
-        points = case_points[::13]
+        points = case_points[::13].copy()
         e = 1e-4 * FRAME
         probes = [Probe.blank(len(points)) for _ in range(3)]
         for probe, seconds in zip(probes, (0.5 * FRAME - e, 0.5 * FRAME, 0.5 * FRAME + e), strict=True):

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Mesh
-from hairpipe.render.raster.triangles import UNSEEN, first_centre, rasterise, vertex_normals
+from hairpipe.render.raster.triangles import UNSEEN, first_centre, rasterise
 
 
 def test_a_pixel_sees_a_triangle_when_its_centre_lies_in_it() -> None:
@@ -32,17 +31,6 @@ def test_triangles_behind_the_eye_are_left_out() -> None:
     film = np.array([[-9.0, -9], [40, -9], [-9, 40]])
     seen, _ = rasterise(film, np.array([[0, 1, 2]], np.int32), np.array([1.0, 0.0, 1.0]), 8, 8)
     assert (seen == UNSEEN).all()
-
-
-def test_normals_of_a_sphere_are_radial(head: Mesh) -> None:
-    away_from_poles = slice(160, -160)
-    outward = (head.points - [0, 1.6, 0]) / 0.09
-    normals = vertex_normals(head.points, head.triangles)
-    assert normals[away_from_poles] == pytest.approx(outward[away_from_poles], abs=0.01)
-
-
-def test_a_vertex_of_no_area_has_no_normal() -> None:
-    assert not vertex_normals(np.zeros((3, 3)), np.array([[0, 1, 2]], np.int32)).any()
 
 
 @pytest.mark.parametrize("x", [-1e300, -0.1, 0.0, 0.5, 0.51, 3.5, 7.49, 7.51, 1e300])

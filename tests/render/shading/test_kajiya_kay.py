@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
+from hairpipe.render.lights import Light
 from hairpipe.render.shading.kajiya_kay import add_light, noise, strand_colours, tangents
-from hairpipe.render.shadows import CELLS
+from hairpipe.render.shadows import CELLS, Shadow
 
 
 def shine(along: np.ndarray, to_eye: np.ndarray, towards: np.ndarray, tilt: float = 0.0) -> float:
@@ -17,11 +18,7 @@ def shine(along: np.ndarray, to_eye: np.ndarray, towards: np.ndarray, tilt: floa
         np.zeros((1, 3)),
         np.array([tilt]),
         1e6 * to_eye,
-        towards,
-        np.ones(3),
-        open_air,
-        np.zeros((3, 4)),
-        0.0,
+        Shadow(Light(towards, np.ones(3)), np.zeros((3, 4)), 0.0, open_air),
     )
     return float(shed[0, 0])
 

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.boundary import Path, hold
+from hairpipe.sim.boundary import ClampPath, clamp_at
 from hairpipe.sim.filters.length_jump import LENGTH_JUMP, mark_length_jumps
 from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.integrators.choice import integrator_of
 from hairpipe.sim.interactions import Interaction
 from hairpipe.sim.settings import Scheme
-from hairpipe.sim.state import Motion, Step
+from hairpipe.sim.state import State, Step
 from hairpipe.sim.surroundings import Surroundings
 
 FRAME = 1 / 24
@@ -58,12 +58,12 @@ def test_what_is_pulled_after_a_step_forgets_the_forces_of_it(scene, straight, v
             _pull(shot, end.x, 1, 0.01)
 
     state, hair = shot.state, shot.hair
-    motion = Motion(state.positions, state.velocities, state.accelerations, state.tensions)
+    motion = State(state.positions, state.velocities, state.accelerations, state.tensions)
     around = Surroundings(hair.model, hair.layout, [StrainFilter(hair.model, 0.1), Pulling()])
-    held = hold(shot.body, hair.groom, hair.rest, hair.layout)
+    held = clamp_at(shot.body, hair.groom, hair.rest, hair.layout)
     integrator = integrator_of(shot.scene)
     for time in (0.0, FRAME / 8):
-        integrator.advance(hair.model, motion, Step(Path(held, held, FRAME), time, FRAME / 8), around)
+        integrator.advance(hair.model, motion, Step(ClampPath(held, held, FRAME), time, FRAME / 8), around)
         assert np.isfinite(motion.a[..., 0]).all()
         assert np.isnan(motion.a[hair.model.shape.clamped :, :, 1]).all()
     assert np.isfinite(motion.x).all() and np.abs(motion.v).max() < 10.0

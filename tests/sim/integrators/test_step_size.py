@@ -10,11 +10,11 @@ from hairpipe.errors import BadInput
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track
 from hairpipe.sim.advance import advance_frame
-from hairpipe.sim.boundary import Path, hold
-from hairpipe.sim.integrators.step_size import Pace, Root, StrainRate, Travel, limits_of, next_step
+from hairpipe.sim.boundary import ClampPath, clamp_at
+from hairpipe.sim.integrators.step_size import CrossingLimit, Root, StrainRate, Travel, limits_of, next_step
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import StepControl
-from hairpipe.sim.state import Motion
+from hairpipe.sim.state import State
 from hairpipe.sim.surroundings import Surroundings
 
 FRAME = 1 / 24
@@ -33,9 +33,9 @@ class Around:
 def step(hair, body, distance=0.02):
     v = np.zeros((3, 3, 8))
     v[2, 1, 5] = hair
-    motion = Motion(np.zeros_like(v), v, np.zeros_like(v), np.zeros((3, 3, 8)))
+    motion = State(np.zeros_like(v), v, np.zeros_like(v), np.zeros((3, 3, 8)))
     nothing = np.zeros((1, 4, 3, 8))
-    return next_step([Travel(distance, Around(body))], motion, Path(nothing, nothing, FRAME), 0.0)
+    return next_step([Travel(distance, Around(body))], motion, ClampPath(nothing, nothing, FRAME), 0.0)
 
 
 @pytest.mark.parametrize(("hair", "body", "steps"), [(0.0, 0.0, 1), (0.4, 0.1, 1), (1.2, 0.1, 3), (0.1, 1.9, 4)])
@@ -46,9 +46,9 @@ def test_neither_hair_nor_a_body_goes_farther_than_it_may(hair, body, steps):
 def test_strain_rate_is_that_of_edges_on_the_axis(scene, straight):
     shot = scene([straight(0.1, 4, (1.0, 0.0, 0.0))])
     model, stride = shot.hair.model, shot.hair.layout.shape.stride
-    motion = Motion(*(array.copy() for array in (shot.state.positions, *3 * (np.zeros_like(shot.state.positions),))))
+    motion = State(*(array.copy() for array in (shot.state.positions, *3 * (np.zeros_like(shot.state.positions),))))
     motion.v[1] = [[5.0], [0.0], [0.0]]  # a perturbed particle: edges to it turn hair, and are none of the axis
-    limit, path = StrainRate(model, 0.1), Path(*2 * (np.zeros((1, 2, 3, 8)),), FRAME)
+    limit, path = StrainRate(model, 0.1), ClampPath(*2 * (np.zeros((1, 2, 3, 8)),), FRAME)
     assert stride == 2 and limit.longest(motion, path, 0.0) == np.inf
     motion.v[-1, 0] = 2.0
     assert limit.longest(motion, path, 0.0) == pytest.approx(0.1 * (0.1 / 4) / 2.0)
@@ -58,7 +58,7 @@ def held_at(shot, time, **tip):
     """The ends of a shot's hair, both carried along x at 2.4 m/s, the tip until it is let go of."""
     course = Track((0.0, 1.0), move=((0.0, 0.0, 0.0), (2.4, 0.0, 0.0)), ease="linear")
     ends = lead(shot.hair.groom, time, course, None, course, tip.get("release"))
-    return hold(ends, shot.hair.groom, shot.hair.rest, shot.hair.layout)
+    return clamp_at(ends, shot.hair.groom, shot.hair.rest, shot.hair.layout)
 
 
 @pytest.mark.parametrize("release", [None, 0.5 + FRAME / 2])
@@ -66,7 +66,7 @@ def held_at(shot, time, **tip):
 def test_held_ends_go_as_far_as_they_may_wherever_they_are(scene, straight, release, place):
     """A tenth of a metre in a frame; a tip that is let go of in it asks for no step at all."""
     shot = scene([np.add(straight(0.1, 4, (1.0, 0.0, 0.0)), [0.0, place, 0.0])])
-    path = Path(*(held_at(shot, 0.5 + k * FRAME, release=release) for k in (0, 1)), FRAME)
+    path = ClampPath(*(held_at(shot, 0.5 + k * FRAME, release=release) for k in (0, 1)), FRAME)
     assert len(path.start.tips) and bool(path.held.any()) == (release is None)
     assert FRAME / Root(0.0101).longest(None, path, 0.0) == pytest.approx(10.0)
 
@@ -91,7 +91,7 @@ def test_courant_number_is_in_explicit_steps(scene, straight):
 
 def settle(crossed, step=FRAME, most=FRAME, part=0.01, steps=100):
     """Go so many steps at the pace of hair of which a part, crossed(dt), would cross in a step of dt."""
-    pace, taken = Pace(part, most, step), []
+    pace, taken = CrossingLimit(part, most, step), []
     for _ in range(steps):
         taken.append(pace.step)
         pace.follow(pace.step, crossed(pace.step))
@@ -114,7 +114,7 @@ def test_steps_get_no_shorter_than_a_quarter():
 
 
 def test_what_made_a_step_short_otherwise_does_not_shorten_the_next():
-    pace = Pace(0.01, FRAME, FRAME)
+    pace = CrossingLimit(0.01, FRAME, FRAME)
     pace.follow(FRAME / 10, 0.001)
     assert pace.step == FRAME
 
@@ -122,7 +122,7 @@ def test_what_made_a_step_short_otherwise_does_not_shorten_the_next():
 def jumping(shot, way):
     """Give the path of roots that go so far in a frame [m]."""
     bodies = (shot.body, Mesh(np.add(shot.body.points, [way, 0.0, 0.0]), shot.body.triangles))
-    return Path(*(hold(body, shot.hair.groom, shot.hair.rest, shot.hair.layout) for body in bodies), FRAME)
+    return ClampPath(*(clamp_at(body, shot.hair.groom, shot.hair.rest, shot.hair.layout) for body in bodies), FRAME)
 
 
 @pytest.mark.parametrize("way", [0.003, 0.083, 1.7, 40.0])
@@ -132,7 +132,7 @@ def test_as_few_steps_are_taken_as_roots_need(scene, straight, way):
     path, limit, looks = jumping(shot, way), Root(0.01), []
     ways = {}
 
-    class Watched(Path):
+    class Watched(ClampPath):
         def way(self, here, time):
             looks.append(time)
             return path.way(here, time)

@@ -10,9 +10,9 @@ from hairpipe.io.usd.check.body_rules import body_rules, skin
 from hairpipe.io.usd.check.finding import Fault, Finding, Rule
 from hairpipe.io.usd.check.hair_rules import curve_rules, drawn, shapes, size, strands
 from hairpipe.io.usd.check.motion_rules import clips, motion, velocity
-from hairpipe.io.usd.check.motion_rules.track import Track
+from hairpipe.io.usd.check.scene import find_scene
 from hairpipe.io.usd.check.stage_rules import assets, layers, looks, prims, stage_metrics, transforms
-from hairpipe.io.usd.check.stage_rules.scene import find_scene
+from hairpipe.io.usd.check.track import Track
 from hairpipe.io.usd.stage import open_stage, said, usd_faults
 
 UNREADABLE = Rule("unreadable", "error", lambda: iter(()))  # broken by whatever the other rules cannot read

@@ -1,4 +1,4 @@
-"""A shape at one time as arrays, read once and looked at by many rules."""
+"""A shape at one time as arrays, read once and checked by many rules."""
 
 from functools import cached_property
 

@@ -19,7 +19,7 @@ from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, 
 
 _CHUNK = 2048
 """Points that are gathered one after the other."""
-_NO_BLOCK, _NO_PUSH = (0.0,) * 6, (0.0,) * 3
+_NO_BLOCK, _NO_PUSH = (0.0,) * 6, (0.0, 0.0, 0.0)
 
 
 class CouplingRows(NamedTuple):

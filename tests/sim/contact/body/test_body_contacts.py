@@ -78,7 +78,7 @@ def test_a_body_that_comes_carries_the_hair_away(scene, straight, ball):
     s = scene([straight(0.1, 20, [0, -1, 0])])
     speed = np.array([0.5, 0.0, 0.0])
     moved = [replace(ball, origin=ball.origin + np.array([-0.1 + k * speed[0] / 24, 0, 0])) for k in range(8)]
-    moving = [replace(m, velocity=np.broadcast_to(speed, m.velocity.shape).astype(np.float32)) for m in moved]
+    moving = [replace(m, velocity=np.full(m.velocity.shape, speed, np.float32)) for m in moved]
     for k in range(7):
         s.run(1 / 24, bodies=[moving_field(moving[k], moving[k + 1], 1 / 24, Interpolation.two_sided)])
         centre = CENTRE + np.array([-0.1 + (k + 1) * speed[0] / 24, 0, 0])
@@ -95,8 +95,7 @@ def test_a_body_that_comes_before_the_first_frame_has_no_hair_in_it_there(scene,
     moved = [replace(ball, origin=ball.origin + (1 - s * s * (3 - 2 * s)) * away) for s in share]
     rates = [-away * 6 * s * (1 - s) * 2.0 for s in share]
     moving = [
-        replace(m, velocity=np.broadcast_to(rate, m.velocity.shape).astype(np.float32))
-        for m, rate in zip(moved, rates, strict=True)
+        replace(m, velocity=np.full(m.velocity.shape, rate, np.float32)) for m, rate in zip(moved, rates, strict=True)
     ]
     for before, after in pairwise(moving):
         led.run(1 / 24, bodies=[moving_field(before, after, 1 / 24, Interpolation.two_sided)])

@@ -27,7 +27,8 @@ class Hull:
         rng = np.random.default_rng(seed)
         self.turn, self.place, self.scale = Rotation.random(random_state=seed), np.asarray(place), scale
         unit = sphere(level=3)
-        self.mesh = Mesh(self.turn.apply(unit.points * RADII * scale) + self.place, unit.triangles)
+        points = np.ascontiguousarray(self.turn.apply(unit.points * RADII * scale))  # kernels are compiled for C order
+        self.mesh = Mesh(points + self.place, unit.triangles)
         surface = bake(self.mesh, voxel * scale, 3.0)
         self.bodies = [moving_field(surface, surface, 1 / 24, Interpolation.two_sided)]
         triangles = rng.choice(len(unit.triangles), 8, replace=False).astype(np.int32)
@@ -57,7 +58,7 @@ class Hull:
     def distances(self, points):
         """From the body, as it is measured and as it is, but for the flatness of its triangles."""
         probe = Probe.blank(len(points))
-        self.bodies[0].probe(points, 0.0, probe)
+        self.bodies[0].probe(np.ascontiguousarray(points), 0.0, probe)
         return probe.distance
 
 

@@ -6,10 +6,10 @@ import numpy as np
 from pxr import UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.hair_rules.roots import find_roots
-from hairpipe.io.usd.check.motion_rules.track import Track
+from hairpipe.io.usd.check.roots import find_roots
+from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
-from hairpipe.io.usd.check.stage_rules.scene import Scene
+from hairpipe.io.usd.check.track import Track
 
 TOKENS = UsdGeom.Tokens
 INWARD = -0.5  # mean cosine between normals and faces, or faces and the way out

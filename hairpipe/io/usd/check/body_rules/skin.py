@@ -1,4 +1,4 @@
-"""Rules for the roots of hair: they stand on a skin, and go with it."""
+"""Rules for the roots of hair: they lie on a skin, and move with it."""
 
 from collections.abc import Iterator
 
@@ -6,9 +6,9 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.hair_rules.roots import Roots, find_roots, is_triangles, told_roots
+from hairpipe.io.usd.check.roots import Roots, find_roots, is_triangles, told_roots
+from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
-from hairpipe.io.usd.check.stage_rules.scene import Scene
 
 SOME = 0.005  # share of strands that a rule minds
 OUTSIDE = 1e-4  # by which coordinates in a triangle may be outside of it

@@ -11,7 +11,7 @@ from hairpipe.io.usd.check.snapshot import Snapshot
 
 TOKENS = UsdGeom.Tokens
 IDS = re.compile(r"(?i)(^|[:_])((hair|strand|curve|groom)?_?ids?|[a-z]+Id)$")
-"""Names under which strands are told from each other by others."""
+"""Names of ids of strands in other programs."""
 THICK = 1.5  # times the root, a tip that is too thick
 SMALLEST = {TOKENS.nonperiodic: 4, TOKENS.periodic: 3, TOKENS.pinned: 2}
 """Fewest points of a cubic curve by its wrap mode."""

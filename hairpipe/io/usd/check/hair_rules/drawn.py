@@ -6,8 +6,8 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.scene import OURS, Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
-from hairpipe.io.usd.check.stage_rules.scene import OURS, Scene
 from hairpipe.io.usd.stage import RENDERED
 
 CURVES = "BasisCurves"

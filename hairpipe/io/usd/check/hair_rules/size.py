@@ -6,9 +6,9 @@ import numpy as np
 from pxr import UsdGeom, UsdVol
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.motion_rules.track import Track
+from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
-from hairpipe.io.usd.check.stage_rules.scene import Scene
+from hairpipe.io.usd.check.track import Track
 
 WIDTH = (1e-5, 3e-3)
 LENGTH = (2e-3, 1.5)

@@ -6,9 +6,9 @@ import numpy as np
 from pxr import UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.motion_rules.track import REST, Track
+from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
-from hairpipe.io.usd.check.stage_rules.scene import Scene
+from hairpipe.io.usd.check.track import REST, Track
 
 COLLAPSED = 0.01  # of the median length
 COINCIDENT = 1e-3  # of a strand's mean segment

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.motion_rules.track import Track
+from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
-from hairpipe.io.usd.check.stage_rules.scene import Scene
+from hairpipe.io.usd.check.track import Track
 
 MISFIT = 0.75  # a step may differ from its velocities by this part: they are those of the instants between
 SLIGHT = 0.1  # of the usual step, below which a step says nothing

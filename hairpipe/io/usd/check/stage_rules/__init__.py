@@ -1,1 +1,1 @@
-"""Rules for how a stage is put together."""
+"""Rules for the composition of a stage."""

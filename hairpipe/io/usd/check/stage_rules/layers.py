@@ -1,4 +1,4 @@
-"""Rules for how a stage is put together: arcs that fail, layers of other units, axes or rates."""
+"""Rules for the composition of a stage: arcs that fail, layers of other units, axes or rates."""
 
 import math
 from collections.abc import Iterator

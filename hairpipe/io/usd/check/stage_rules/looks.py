@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Sdr, Usd, UsdShade
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.stage_rules.scene import Scene
+from hairpipe.io.usd.check.scene import Scene
 
 OWN = "UsdPreviewSurface"
 FAMILIES = ("ND_", "arnold:", "Pxr", "karma", "kma_", "vray:", "VRay", "redshift", "RS", "octane:", "mtlx", "OmniPBR")

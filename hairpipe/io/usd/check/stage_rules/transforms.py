@@ -6,8 +6,8 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
-from hairpipe.io.usd.check.motion_rules.track import Track
-from hairpipe.io.usd.check.stage_rules.scene import Scene
+from hairpipe.io.usd.check.scene import Scene
+from hairpipe.io.usd.check.track import Track
 
 PREFIX, ORDER = "xformOp:", "xformOpOrder"
 RESET, INVERT = "!resetXformStack!", "!invert!"

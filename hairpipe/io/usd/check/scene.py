@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.check.motion_rules.track import Track
+from hairpipe.io.usd.check.track import Track
 from hairpipe.io.usd.skeleton import Binding, find_bindings
 from hairpipe.io.usd.stage import RENDERED, to_metres
 

@@ -1,14 +1,14 @@
-"""Where hair stands on a mesh: on the faces it names, or where it is nearest."""
+"""Roots of hair on a mesh: on the faces that the file names, or at the nearest points."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from hairpipe.io.usd.check.motion_rules.track import Track
 from hairpipe.io.usd.check.nearest import nearest_on_triangles
+from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
-from hairpipe.io.usd.check.stage_rules.scene import Scene
+from hairpipe.io.usd.check.track import Track
 
 OFF = 0.01  # of a strand's length, that a bound root may be off the skin
 LOOSE = 0.1  # of a strand's length, that the root of hair that says no face may be off it, or slide
