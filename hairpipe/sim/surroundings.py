@@ -152,11 +152,11 @@ class Surroundings:
 
     def fastest(self) -> float:
         """Find a speed that nothing exceeds which hair may meet in this frame [m/s]."""
-        return max((interaction.speed for interaction in self.interactions), default=0.0)
+        return max((interaction.speed_bound for interaction in self.interactions), default=0.0)
 
     def stiffness(self) -> float:
         """Bound what interactions add to the square of the highest frequency [1/s^2]."""
-        return sum((interaction.stiffness(self._masses) for interaction in self.interactions), 0.0)
+        return sum((interaction.stiffness_bound(self._masses) for interaction in self.interactions), 0.0)
 
     @property
     def crossed(self) -> float:
