@@ -64,7 +64,8 @@ class Surroundings:
             start = Start(points, velocities, self._masses, step.time, self.seconds + step.time, step.dt)
             for interaction in self._driver.interactions:
                 interaction.begin(start)
-            self._driver.coupling.begin(len(points))
+            if self._driver.coupling:
+                self._driver.coupling.begin(len(points))
 
     def _hold_tips(self, held: np.ndarray) -> None:
         """Let nothing move the last segments of strands whose tip is held, (blocks, W): all of a frame is."""
