@@ -26,9 +26,10 @@ WITHIN = {
     "graph": "node store file key plan run results",
     "levelset": """boxes collider field grid_layout departure_points sample linear one_sided two_sided interpolation
         collider_field parts bake vdb_header vdb""",
-    "sim": """material strands.forces strands.interface layout strands boundary state axis air settings hair_model
-        filters solve contact.contact_points contact.body contact.ccd contact.hair interactions build diagnostics
-        integrators statics precision cut advance simulate elastic""",
+    "sim": """material layout strands.construction strands.forces strands.interface strands boundary state axis
+        contact.hair.couplings interactions air settings hair_model contact.contact_points contact.body contact.ccd
+        contact.hair filters solve surroundings build diagnostics integrators statics precision cut advance simulate
+        elastic""",
     "io": """text polygons mocap makehuman obj usd usd.check.finding usd.check.snapshot usd.check.track usd.check.scene
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules
         usd.check.body_rules usd.check.lint body csv hdf5 npz image picture panels table tfx value""",

@@ -190,11 +190,11 @@ class Interaction:
         return state
 
     @property
-    def speed(self) -> float:
+    def speed_bound(self) -> float:
         """Speed of what hair may meet, which bounds the step [m/s]."""
         return 0.0
 
-    def stiffness(self, masses: np.ndarray) -> float:
+    def stiffness_bound(self, masses: np.ndarray) -> float:
         """Bound what this adds to the square of the highest frequency [1/s^2], for an explicit step."""
         return 0.0
 

@@ -64,7 +64,8 @@ class Surroundings:
             start = Start(points, velocities, self._masses, step.time, self.seconds + step.time, step.dt)
             for interaction in self._driver.interactions:
                 interaction.begin(start)
-            self._driver.coupling.begin(len(points))
+            if self._driver.coupling:
+                self._driver.coupling.begin(len(points))
 
     def _hold_tips(self, held: np.ndarray) -> None:
         """Let nothing move the last segments of strands whose tip is held, (blocks, W): all of a frame is."""
@@ -152,11 +153,11 @@ class Surroundings:
 
     def fastest(self) -> float:
         """Find a speed that nothing exceeds which hair may meet in this frame [m/s]."""
-        return max((interaction.speed for interaction in self.interactions), default=0.0)
+        return max((interaction.speed_bound for interaction in self.interactions), default=0.0)
 
     def stiffness(self) -> float:
         """Bound what interactions add to the square of the highest frequency [1/s^2]."""
-        return sum((interaction.stiffness(self._masses) for interaction in self.interactions), 0.0)
+        return sum((interaction.stiffness_bound(self._masses) for interaction in self.interactions), 0.0)
 
     @property
     def crossed(self) -> float:

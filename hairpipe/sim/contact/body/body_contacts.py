@@ -134,7 +134,7 @@ class BodyContacts(Interaction):
         np.logical_or(marked, self._state.discontinuous, out=marked)
 
     @property
-    def speed(self) -> float:
+    def speed_bound(self) -> float:
         """Speed that no body exceeds [m/s]."""
         return max((surface.speed for surface in self.surfaces), default=0.0)
 

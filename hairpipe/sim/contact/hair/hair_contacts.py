@@ -121,7 +121,7 @@ class HairContacts(Interaction):
         """Pairs a segment that the last step had to keep from passing through each other."""
         return self._crossed
 
-    def stiffness(self, masses: np.ndarray) -> float:
+    def stiffness_bound(self, masses: np.ndarray) -> float:
         """Bound what stiction adds to the square of the highest frequency [1/s^2]."""
         return 0.0 if self.stiction is None else stiffest(self.connections, masses, self.stiction)
 
