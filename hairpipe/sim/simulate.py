@@ -8,7 +8,7 @@ import numpy as np
 from hairpipe.data import BodyParts, LevelSet, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.levelset.collider import Collider
-from hairpipe.sim.boundary import (
+from hairpipe.sim.boundary import apply_rigid, motion_of_roots, (
     ClampPath,
     Lead,
     about,
