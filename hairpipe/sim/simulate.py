@@ -8,12 +8,14 @@ import numpy as np
 from hairpipe.data import BodyParts, LevelSet, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.levelset.collider import Collider
-from hairpipe.sim.boundary import apply_rigid, motion_of_roots, (
+from hairpipe.sim.boundary import (
     ClampPath,
     Lead,
     about,
+    apply_rigid,
     clamp_at,
     follow,
+    motion_of_roots,
     origin_of,
     place,
 )
