@@ -14,7 +14,7 @@ import pytest
 
 from hairpipe.cli.entry import commands
 from hairpipe.graph.file.load import load_graph
-from hairpipe.graph.file.registry import Catalogue
+from hairpipe.graph.file.registry import Registry
 
 HOME = Path(__file__).resolve().parents[1]
 ROOMS = ("", "cache", "graphs", "hairpipe", "nodes", "tests")
@@ -125,7 +125,7 @@ def test_every_command_parses_and_names_what_there_is(page, monkeypatch, tmp_pat
         for scene in params.get("scenes") or ():
             load_graph(graph_of(f"paper/{scene}"), overrides)
         if context and context.command.name == "nodes" and not params["name"].isupper():
-            Catalogue(None).find(params["name"])
+            Registry(None).find(params["name"])
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)

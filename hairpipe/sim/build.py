@@ -25,7 +25,7 @@ from hairpipe.sim.integrators.bdf2 import Bdf2
 from hairpipe.sim.integrators.interface import Integrator
 from hairpipe.sim.integrators.nine_steps import FullStep, Trapezoid
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
-from hairpipe.sim.interactions import Interaction
+from hairpipe.sim.interactions import Interaction, own_interactions
 from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Rule
@@ -76,7 +76,7 @@ def surroundings_of(
         stuck = Connections(state.stuck, state.stuck_at)
         at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
         acting.append(HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest))
-    return Surroundings(model, hair.layout, [*acting, *scene.interactions], began, origin)
+    return Surroundings(model, hair.layout, [*acting, *own_interactions(scene)], began, origin)
 
 
 def _body_contacts(

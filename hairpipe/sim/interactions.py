@@ -20,7 +20,7 @@ All hooks do nothing unless overridden, so a force needs `linearise` alone:
             push[-1] += K * (self.place(at.seconds) - at.points[-1] + h * at.velocities[-1])
             damping[-1, [0, 3, 5]] += K * h
 
-Hand interactions to a simulation as `Scene.interactions`; `sim/build.py` decides the order of all.
+Hand interactions of your own to a simulation by `with_interactions(scene, ...)`; `sim/build.py` decides the order.
 """
 
 from dataclasses import dataclass, field
@@ -32,6 +32,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.kernels.simd_arrays import combine_all, copied
 from hairpipe.sim.axis import Axis, follow, gather
 from hairpipe.sim.contact.hair.couplings import Couplings, Places
+from hairpipe.sim.settings import Scene
 
 
 class Start(NamedTuple):
@@ -209,3 +210,20 @@ def points_at(axis: Axis, lanes: np.ndarray) -> np.ndarray:
     points = np.empty((axis.offsets[-1], lanes.shape[1]))
     gather(axis, np.ones(axis.strands.shape, lanes.dtype), lanes, points)
     return points
+
+
+@dataclass(frozen=True)
+class ExtendedScene(Scene):
+    """A scene with interactions of your own, which no graph file has."""
+
+    interactions: tuple[Interaction, ...] = ()
+
+
+def with_interactions(scene: Scene, *interactions: Interaction) -> ExtendedScene:
+    """Return the scene with interactions of your own besides its; pure."""
+    return ExtendedScene(**{**vars(scene), "interactions": (*own_interactions(scene), *interactions)})
+
+
+def own_interactions(scene: Scene) -> tuple[Interaction, ...]:
+    """Return the interactions of a scene that are none of the house's."""
+    return scene.interactions if isinstance(scene, ExtendedScene) else ()

@@ -4,7 +4,6 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from hairpipe.sim.air.wind import Wind
-from hairpipe.sim.interactions import Interaction
 from hairpipe.sim.material import Material
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.registry import ModelName
@@ -171,7 +170,6 @@ class Scene:
     stiction    hair that came close sticks together until it is pulled apart
     collisions  hair pushes hair away and does not pass through it
     wind        moving air; without, it is still
-    interactions  forces of your own, see `sim/interactions.py`; no graph has them
     """
 
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81
@@ -184,7 +182,6 @@ class Scene:
     stiction: Stiction | None = None
     collisions: Collisions | None = None
     wind: Wind | None = None
-    interactions: tuple[Interaction, ...] = ()
 
 
 @dataclass(frozen=True)

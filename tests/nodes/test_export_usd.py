@@ -14,7 +14,7 @@ from hairpipe.data import LevelSet, Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import File, Frames, Time, Workspace
 from hairpipe.io.usd.check.lint import lint
-from hairpipe.levelset.vdb import inspect
+from hairpipe.levelset.vdb_header import inspect
 
 NUMBERS = (1001, 1002, 1004)
 

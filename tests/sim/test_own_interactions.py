@@ -4,11 +4,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from hairpipe.sim.advance import advance_frame
 
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Joined
-from hairpipe.sim.interactions import Interaction
+from hairpipe.sim.interactions import Interaction, with_interactions
 from hairpipe.sim.settings import Scheme
+from hairpipe.sim.simulate import advance_frame
 
 FRAME = 1 / 24
 
@@ -69,7 +69,7 @@ def test_a_spring_draws_hair_as_far_as_both_are_stiff(scene, straight, scheme):
     shot = scene([straight(0.1, 10, [1, 0, 0])], model="chain", gravity=0.0, drag=20.0, scheme=scheme)
     axial, tip = shot.hair.model.constants[0, 0, 0] / 0.1, shot.axis[-1]
     spring = Spring(len(shot.axis) - 1, 0.5 * axial, tip, 1e-3)
-    shot.scene = replace(shot.scene, strain=None, interactions=(spring,))
+    shot.scene = with_interactions(replace(shot.scene, strain=None), spring)
     moved = [points[-1] - tip for points in run(shot, 8)]
     expected = [(spring.place((n + 1) * FRAME) - tip) / 3.0 for n in range(8)]
     np.testing.assert_allclose(moved[1:], expected[1:], atol=0.02 * 1e-3)
@@ -80,7 +80,7 @@ def test_what_couples_strands_takes_the_other_along(scene, straight, tied):
     shot = scene([straight(0.1, 12, [0, -1, 0]), straight(0.1, 12, [0, -1, 0.1])], drag=20.0)
     start = shot.axis
     pull = Spring(12, 1e-2, start[12], 0.02)
-    shot.scene = replace(shot.scene, interactions=(pull, Tie((11, 24), 1e-1)) if tied else (pull,))
+    shot.scene = with_interactions(shot.scene, pull, *([Tie((11, 24), 1e-1)] if tied else []))
     first, second = (run(shot, 6)[-1] - start)[[12, 25], 0]
     assert first > 1e-3
     assert second == pytest.approx(first, rel=0.1) if tied else abs(second) < 0.05 * first
