@@ -5,7 +5,7 @@ strands cost one strand nothing and are not counted.
 """
 
 from collections.abc import Callable
-from types import FunctionType, ModuleType
+from types import CellType, FunctionType, ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -103,7 +103,9 @@ def _with_globals(function: FunctionType, known: dict[Any, Callable]) -> Callabl
     names = {name: value for name, value in function.__globals__.items() if name in function.__code__.co_names}
     ours = {name: _in_python(value, known) for name, value in names.items() if _is_ours(value)}
     scope = function.__globals__ | ours
-    return FunctionType(function.__code__, scope, closure=function.__closure__)
+    cells = (cell.cell_contents for cell in function.__closure__ or ())
+    closure = tuple(CellType(_in_python(value, known) if _is_ours(value) else value) for value in cells)
+    return FunctionType(function.__code__, scope, closure=closure)
 
 
 def _is_ours(thing: Any) -> bool:

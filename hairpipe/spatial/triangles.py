@@ -64,7 +64,7 @@ def sum_at_vertices(mesh: Mesh, vectors: np.ndarray) -> np.ndarray:
 def normalized(vectors: np.ndarray) -> np.ndarray:
     """Return vectors scaled to unit length, (..., 3) float64; a zero vector stays zero."""
     lengths = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.divide(vectors, lengths, out=np.zeros_like(vectors), where=lengths > 0)
+    return np.divide(vectors, lengths, out=np.zeros(vectors.shape, lengths.dtype), where=lengths > 0)
 
 
 def twin_corners(triangles: np.ndarray) -> np.ndarray:

@@ -32,7 +32,7 @@ def explain(
     cache: Path,
     as_json: bool,
 ) -> None:
-    """Explain one result: its inputs, whether it is in the cache, and every difference to the latest one.
+    """Explain one result: inputs, state, what is different.
 
     The result is that of a node at a frame, `hair@12`, or of a node that has one value for the shot, `groom`.
     """

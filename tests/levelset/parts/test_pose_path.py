@@ -47,7 +47,7 @@ def test_velocities_are_those_of_the_path_and_do_not_jump_at_a_frame():
         assert np.allclose(now.spins[0, 0], [W[2, 1], W[0, 2], W[1, 0]], atol=1e-6)
         assert np.allclose(now.drifts, (after.places - before.places) / (2 * e * FRAME), atol=1e-6)
     end, begin = stance(0.0, 1.0), stance(1.0, 0.0)
-    for one, other in zip(end, begin, strict=True):
+    for one, other in zip(end[1:], begin[1:], strict=True):  # but the time since the first frame
         assert np.allclose(one, other, atol=1e-7)
 
 
