@@ -1,4 +1,4 @@
-"""The level set as an OpenVDB file, written without OpenVDB: its module has no wheel for each Python, and weighs 1 GB.
+"""The level set as an OpenVDB file, written without OpenVDB: its module has no wheel for each Python.
 
 The file is an archive of version 224, which any OpenVDB since 4.0 (2016) reads. A grid is a tree: the root has nodes of
 32^3 children, they have nodes of 16^3, and those have leaves of 8^3 voxels, which our bricks are. Layout after

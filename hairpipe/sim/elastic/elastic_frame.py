@@ -6,7 +6,7 @@ import numpy as np
 
 from hairpipe.data.elastic import ElasticState
 from hairpipe.errors import BadInput
-from hairpipe.sim.elastic.elastic_settings import Surroundings
+from hairpipe.sim.elastic.elastic_settings import ElasticScene
 from hairpipe.sim.elastic.elastic_stage import Body
 from hairpipe.sim.elastic.spring_assembly import find_forces, spring_energy
 from hairpipe.sim.elastic.spring_mesh import Springs
@@ -16,7 +16,7 @@ _ROUNDING = 1e-6
 """Of steps since springs act: times are sums."""
 
 
-def begin(springs: Springs, points: np.ndarray, scene: Surroundings) -> ElasticState:
+def begin(springs: Springs, points: np.ndarray, scene: ElasticScene) -> ElasticState:
     """Put a body where its points are, (n, 3) [m]."""
     count = len(points)
     velocities = np.zeros((count, 3))
@@ -33,7 +33,7 @@ def begin(springs: Springs, points: np.ndarray, scene: Surroundings) -> ElasticS
 
 
 def advance_frame(
-    springs: Springs, state: ElasticState, frame: float, scene: Surroundings, damping: float
+    springs: Springs, state: ElasticState, frame: float, scene: ElasticScene, damping: float
 ) -> ElasticState:
     """Advance a body by a frame [s].
 
@@ -73,6 +73,6 @@ def _limp(springs: Springs) -> Springs:
     return springs._replace(pulls=0 * springs.pulls, presses=0 * springs.presses)
 
 
-def _energy(springs: Springs, x: np.ndarray, v: np.ndarray, scene: Surroundings) -> np.ndarray:
+def _energy(springs: Springs, x: np.ndarray, v: np.ndarray, scene: ElasticScene) -> np.ndarray:
     kinetic = np.sum(springs.mass[:, None] * v**2) / 2
     return np.array([kinetic, spring_energy(x, springs), scene.gravity * np.sum(springs.mass * x[:, 1])])

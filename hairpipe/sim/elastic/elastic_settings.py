@@ -31,18 +31,22 @@ class Stir:
 
 
 @dataclass(frozen=True)
-class Surroundings:
-    """All of it together; gravity acts along -Y.
+class ElasticScene:
+    """What a body of springs moves in, and how that is computed.
 
-    drag    rate at which still air takes away speed
-    slack   time before which no spring acts
-    steps   of equal length in a frame
+    gravity  along -Y
+    drag     rate at which still air takes away speed
+    ground   it falls on; without one it falls for ever
+    stir     random velocities to start with
+    slack    time before which no spring acts
+    steps    of equal length in a frame
+    scheme   tr_bdf2 of second order, or backward_euler, which damps
     """
 
-    gravity: MetresPerSecondSquared = 9.81
-    drag: PerSecond = 0.0
-    slack: Seconds = 0.0
-    steps: int = 10
+    gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81
+    drag: Annotated[PerSecond, Interval(ge=0.0, le=1000.0)] = 0.0
+    slack: Annotated[Seconds, Interval(ge=0.0, le=1e6)] = 0.0
+    steps: Annotated[int, Interval(ge=1, le=100_000)] = 10
     scheme: Scheme = "tr_bdf2"
     ground: Ground | None = None
     stir: Stir | None = None

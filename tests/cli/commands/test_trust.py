@@ -1,6 +1,7 @@
 """`hairpipe trust`, and commands that meet a folder of nodes that is not trusted."""
 
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import click
@@ -8,6 +9,7 @@ import pytest
 
 from hairpipe.cli.commands.trust import asking
 from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.file.trust import Untrusted
 
 from ..test_entry import complete
 
@@ -75,11 +77,9 @@ def test_on_a_terminal_one_is_asked(answer, strange, monkeypatch, capsys):
     monkeypatch.setattr(sys.stdin, "isatty", lambda: True, raising=False)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
     monkeypatch.setattr(click, "confirm", lambda text, err: answer)
-    try:
-        graph = asking(lambda: load_graph(strange))
-    except Exception as fault:
-        graph = fault
-    assert isinstance(graph, Exception) != answer and Path("mark").exists() == answer
+    with nullcontext() if answer else pytest.raises(Untrusted):
+        asking(lambda: load_graph(strange))
+    assert Path("mark").exists() == answer
     assert "its code is not trusted: add_up.py" in capsys.readouterr().err
 
 

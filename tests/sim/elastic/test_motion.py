@@ -6,7 +6,7 @@ import pytest
 from hairpipe.data import Solid
 from hairpipe.errors import BadInput
 from hairpipe.sim.elastic.elastic_frame import advance_frame, begin
-from hairpipe.sim.elastic.elastic_settings import Ground, Stir, Surroundings
+from hairpipe.sim.elastic.elastic_settings import ElasticScene, Ground, Stir
 from hairpipe.sim.elastic.matter import Rubber
 from hairpipe.sim.elastic.spring_mesh import solid_springs
 
@@ -26,9 +26,9 @@ def test_order_of_a_ringing_block(block, scheme, order):
     moved = block.points * [1.02, 0.99, 1.0]
 
     def end(steps):
-        return run(springs, moved, 4, Surroundings(0.0, steps=steps, scheme=scheme)).positions
+        return run(springs, moved, 4, ElasticScene(0.0, steps=steps, scheme=scheme)).positions
 
-    exact = run(springs, moved, 4, Surroundings(0.0, steps=1280)).positions
+    exact = run(springs, moved, 4, ElasticScene(0.0, steps=1280)).positions
     errors = [np.abs(end(steps) - exact).max() for steps in (20, 40, 80)]
     slopes = np.log2(np.array(errors[:-1]) / errors[1:])
     assert slopes[-1] == pytest.approx(order, abs=0.25)
@@ -36,13 +36,13 @@ def test_order_of_a_ringing_block(block, scheme, order):
 
 def test_free_fall_is_exact(block):
     springs = solid_springs(block, Rubber(100.0, 1.0))
-    state = run(springs, block.points, 24, Surroundings(9.81, steps=1), velocity=np.array([0.0, 1.0, 0.0]))
+    state = run(springs, block.points, 24, ElasticScene(9.81, steps=1), velocity=np.array([0.0, 1.0, 0.0]))
     np.testing.assert_allclose(state.positions, block.points + np.array([0, 1 - 9.81 / 2, 0]), atol=1e-6)
 
 
 def test_ground_carries_the_weight(block):
     springs = solid_springs(block, Rubber(1e5, 100.0))
-    state = run(springs, block.points, 24, Surroundings(steps=4, ground=Ground()), damping=0.1)
+    state = run(springs, block.points, 24, ElasticScene(steps=4, ground=Ground()), damping=0.1)
     assert state.positions[:, 1].min() == 0.0
     assert state.pressed.sum() == pytest.approx(9.81 * springs.mass.sum(), rel=1e-2)
     assert np.abs(state.velocities).max() < 1e-3
@@ -52,7 +52,7 @@ def test_ground_carries_the_weight(block):
 def test_friction_stops_a_sliding_block_after_its_due_way(block, friction):
     """Way in half a second at 3 m/s: v t - mu g t^2 / 2, or v^2 / (2 mu g) where it has stopped by then."""
     springs = solid_springs(block, Rubber(1e6, 100.0))
-    scene = Surroundings(steps=20, ground=Ground(friction))
+    scene = ElasticScene(steps=20, ground=Ground(friction))
     resting = run(springs, block.points, 24, scene, damping=0.1)
     resting.velocities[:] += [3.0, 0.0, 0.0]
     state = resting
@@ -66,7 +66,7 @@ def test_friction_stops_a_sliding_block_after_its_due_way(block, friction):
 @pytest.mark.parametrize("scheme", ["backward_euler", "tr_bdf2"])
 def test_what_strikes_the_ground_is_braked_by_friction_times_its_momentum(scheme):
     """A lone particle, no weight: mu m v_n is all that friction takes."""
-    scene = Surroundings(0.0, steps=100, ground=Ground(0.1), scheme=scheme)
+    scene = ElasticScene(0.0, steps=100, ground=Ground(0.1), scheme=scheme)
     alone = Solid(
         np.array([[0.0, 1e-4, 0.0], [0.0, 9.0, 0.0], [1.0, 9.0, 0.0], [0.0, 9.0, 1.0]]), np.array([[0, 2, 1, 3]])
     )
@@ -80,7 +80,7 @@ def test_springs_that_begin_to_act_do_all_their_work(block):
     springs, moved = solid_springs(block, Rubber(100.0, 1.0, altitudes="none")), block.points * [1.02, 0.99, 1.0]
 
     def end(frames, slack, steps):
-        return run(springs, moved, frames, Surroundings(0.0, steps=steps, slack=slack)).positions
+        return run(springs, moved, frames, ElasticScene(0.0, steps=steps, slack=slack)).positions
 
     exact = end(1, 0.0, 640)
     assert np.abs(exact - moved).max() > 1e-3
@@ -90,14 +90,14 @@ def test_springs_that_begin_to_act_do_all_their_work(block):
 
 def test_energy_of_slack_springs_is_not_counted(block):
     springs = solid_springs(block, Rubber(100.0, 1.0))
-    state = run(springs, 1.1 * block.points, 1, Surroundings(0.0, slack=1.0))
+    state = run(springs, 1.1 * block.points, 1, ElasticScene(0.0, slack=1.0))
     assert state.energy[1] == 0.0
 
 
 def test_pinned_particles_stay(block):
     springs = solid_springs(block, Rubber(1e4, 1.0))
     springs.free[:9] = 0.0
-    state = run(springs, block.points, 12, Surroundings(steps=2))
+    state = run(springs, block.points, 12, ElasticScene(steps=2))
     np.testing.assert_allclose(state.positions[:9], block.points[:9], atol=1e-13)
     assert np.abs(state.positions[9:] - block.points[9:]).max() > 1e-4
 
@@ -105,7 +105,7 @@ def test_pinned_particles_stay(block):
 def test_the_same_seed_stirs_alike(block):
     springs = solid_springs(block, Rubber())
     first, again, other = (
-        begin(springs, block.points, Surroundings(stir=Stir(0.3, seed))).velocities for seed in (1, 1, 2)
+        begin(springs, block.points, ElasticScene(stir=Stir(0.3, seed))).velocities for seed in (1, 1, 2)
     )
     assert np.array_equal(first, again) and not np.array_equal(first, other)
     assert first.std() == pytest.approx(0.3, rel=0.2)
@@ -116,4 +116,4 @@ def test_what_is_not_finite_is_named(block):
     points = block.points.copy()
     points[7] = np.nan
     with pytest.raises(BadInput, match="blew up"):
-        run(springs, points, 1, Surroundings(steps=1))
+        run(springs, points, 1, ElasticScene(steps=1))

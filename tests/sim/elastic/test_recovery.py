@@ -6,7 +6,7 @@ import pytest
 from hairpipe.sim.elastic import mesh_geometry
 from hairpipe.sim.elastic.elastic_frame import advance_frame, begin
 from hairpipe.sim.elastic.elastic_measures import measure_angles, measure_volume
-from hairpipe.sim.elastic.elastic_settings import Ground, Stir, Surroundings
+from hairpipe.sim.elastic.elastic_settings import ElasticScene, Ground, Stir
 from hairpipe.sim.elastic.hinges import hinges
 from hairpipe.sim.elastic.matter import Fabric, Rubber
 from hairpipe.sim.elastic.sheets import build_cloth, build_noodle
@@ -19,7 +19,7 @@ TORUS = build_torus(0.5, 0.2, 1, 16, 0.3)
 
 def relax(altitudes, shape, frames=60, seed=1):
     rubber = Rubber(2e5, damping=0.02, altitudes=altitudes)
-    springs, scene = solid_springs(TORUS, rubber), Surroundings(0.0, steps=10)
+    springs, scene = solid_springs(TORUS, rubber), ElasticScene(0.0, steps=10)
     state = begin(springs, squash(TORUS, shape, seed).points, scene)
     for _ in range(frames):
         state = advance_frame(springs, state, 1 / 24, scene, rubber.damping)
@@ -61,7 +61,7 @@ def test_torus_rises_from_its_puddle(altitudes, recovers):
     torus = build_torus(0.5, 0.2, 1, 16, 0.3)
     rubber = Rubber(2e5, damping=0.05, altitudes=altitudes)
     springs = solid_springs(torus, rubber)
-    scene = Surroundings(slack=0.5, steps=10, ground=Ground(), stir=Stir(0.3))
+    scene = ElasticScene(slack=0.5, steps=10, ground=Ground(), stir=Stir(0.3))
     states = [begin(springs, torus.points, scene)]
     for _ in range(60):
         states.append(advance_frame(springs, states[-1], 1 / 24, scene, rubber.damping))
@@ -74,7 +74,7 @@ def test_torus_rises_from_its_puddle(altitudes, recovers):
 
 def test_noodle_bends_back_from_flat():
     noodle, fabric = build_noodle(0.5, 0.15, 12, 8, 0.0), Fabric()
-    springs, scene = shell_springs(noodle, fabric), Surroundings(steps=10, ground=Ground())
+    springs, scene = shell_springs(noodle, fabric), ElasticScene(steps=10, ground=Ground())
     state = begin(springs, noodle.points * [1, 0, 1], scene)
     states = [state]
     for _ in range(24):
@@ -90,7 +90,7 @@ def test_cloth_runs_at_one_step_per_frame():
     springs = shell_springs(cloth, fabric)
 
     def swing(steps, frames=48):
-        scene = Surroundings(drag=0.5, steps=steps)
+        scene = ElasticScene(drag=0.5, steps=steps)
         states = [begin(springs, cloth.points, scene)]
         for _ in range(frames):
             states.append(advance_frame(springs, states[-1], 1 / 24, scene, fabric.damping))
