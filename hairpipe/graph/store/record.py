@@ -74,12 +74,13 @@ def read_record(text: str) -> Record | None:
 
 def from_fields(fields: dict[str, Any]) -> Record:
     """Build a record from its fields as in JSON; fields of other versions are ignored."""
-    known = {name: value for name, value in fields.items() if name in Record.__dataclass_fields__}
+    known: dict[str, Any] = {name: value for name, value in fields.items() if name in Record.__dataclass_fields__}
     outputs = {name: Output(o[0], o[1], tuple(map(tuple, o[2]))) for name, o in fields["outputs"].items()}
     lists = {"warnings": fields["warnings"], "prepare_warnings": fields.get("prepare_warnings", [])}
     if not all(isinstance(texts, list) for texts in lists.values()):
         raise TypeError("warnings are lists of texts")
-    return Record(**known | {"outputs": outputs} | {name: tuple(texts) for name, texts in lists.items()})
+    known |= {"outputs": outputs} | {name: tuple(texts) for name, texts in lists.items()}
+    return Record(**known)
 
 
 def is_sound(record: Record) -> bool:
