@@ -1,8 +1,8 @@
 """Compile options of small functions that kernels call millions of times.
 
-Records (NamedTuples) of arrays may be arguments of any kernel, if they are read. In a loop over `prange` numba drops
-what is written to an array that is a member of a tuple, without a warning: arrays that are written are arguments of
-their own there.
+Records (NamedTuples) of arrays may be arguments of any kernel. But in a loop over `prange` numba drops what its body
+writes to an array that is a member of a tuple, without a warning: such arrays are arguments of their own there, or an
+inlined function writes to them.
 """
 
 from numba import njit
