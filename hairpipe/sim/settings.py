@@ -93,7 +93,7 @@ class Collisions:
 class Pressure:
     """Hair that is denser than it may be spreads.
 
-    density     that hair may have [kg/m^3]; without, that of the groom, which all but a hundredth of it has at most
+    density     that hair may have; without, that of the groom where it is densest, so that it stands as groomed
     compliance  of denser hair: density over pressure
     """
 

@@ -22,15 +22,13 @@ from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
 from hairpipe.sim.interactions import Interaction, StepEnd
 from hairpipe.sim.settings import Volume
-from hairpipe.volume.pressure import spread
+from hairpipe.volume.pressure import densest, spread
 from hairpipe.volume.smoothing import smooth
 from hairpipe.volume.strand_samples import StrandSamples, sample_strands
 from hairpipe.volume.transfer import collect, deposit, mean_velocities
 
 ACROSS = 3
 """Cells that hair at rest must fill along its longest side: in fewer there are no neighbours."""
-USUAL = 0.99
-"""Of the points of a groom that are no denser than its density at rest."""
 _BEYOND = 1.5  # lengths of a strand, that none of its points is away from its root
 
 
@@ -97,7 +95,7 @@ def reach_of(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
 
 
 def rest_density(points: np.ndarray, offsets: np.ndarray, masses: np.ndarray, cell: float) -> float:
-    """Return the density that nearly all points of a groom see at most [kg/m^3]; pure.
+    """Return the density of a groom where it is densest [kg/m^3]: at rest, nothing is pressed; pure.
 
     Raises BadInput where cells are larger than the groom.
     """
@@ -106,6 +104,4 @@ def rest_density(points: np.ndarray, offsets: np.ndarray, masses: np.ndarray, ce
     if max(samples.counts) - 2 < ACROSS:
         right = f"at most {cell * (max(samples.counts) - 1) / ACROSS / 2:.2g} m"
         raise BadInput(f"cells of {cell:g} m are as large as the hair", where="volume.cell", right=right)
-    mass = deposit(samples, masses, np.zeros_like(points))[..., :3]
-    mass[..., 1:] = 0.0
-    return float(np.quantile(collect(samples, mass)[:, 0], USUAL)) / cell**3
+    return densest(deposit(samples, masses, np.zeros_like(points)), cell)

@@ -44,6 +44,23 @@ def spread(grid: np.ndarray, velocities: np.ndarray, cell: float, rest: float, c
             _sweep(mass, colour, numbers, impulse, velocities)
 
 
+def densest(grid: np.ndarray, cell: float) -> float:
+    """Return the largest density of a cell that can have pressure [kg/m^3], 0 without any; grid and cell as there."""
+    mass = np.ascontiguousarray(grid[..., 0])
+    return float(_densities(mass, cell).max(initial=0.0, where=_filled(mass)))
+
+
+def _densities(mass: np.ndarray, cell: float) -> np.ndarray:
+    """Return the mean density of the corners of every cell [kg/m^3], (nx-1, ny-1, nz-1), summed as `_sweep` does."""
+    total = np.zeros(tuple(n - 1 for n in mass.shape))
+    for a in range(2):
+        for b in range(2):
+            for c in range(2):
+                corner = (slice(side, side - 1 or None) for side in (a, b, c))
+                total += mass[tuple(corner)]
+    return total / (8.0 * cell**3)
+
+
 def _filled(mass: np.ndarray) -> np.ndarray:
     """Return which cells have mass at all eight corners, (nx-1, ny-1, nz-1) bool."""
     filled = mass > 0.0
