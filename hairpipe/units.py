@@ -30,6 +30,7 @@ __all__ = [
     "PerSecond",
     "Pixels",
     "Seconds",
+    "SecondsSquaredPerMetreSquared",
     "Suffixes",
     "Unit",
     "Voxels",
@@ -52,6 +53,7 @@ class Suffixes:
 
 Metres = Annotated[float, Unit("m")]
 Seconds = Annotated[float, Unit("s")]
+SecondsSquaredPerMetreSquared = Annotated[float, Unit("s^2/m^2")]
 PerSecond = Annotated[float, Unit("1/s")]
 MetresPerSecond = Annotated[float, Unit("m/s")]
 MetresPerSecondSquared = Annotated[float, Unit("m/s^2")]

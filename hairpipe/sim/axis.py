@@ -86,6 +86,22 @@ def follow(axis: Axis, change: np.ndarray, times: float, lanes: np.ndarray) -> N
                         lanes[row - 1, c, lane] += 0.5 * (here + before)
 
 
+def following_masses(axis: Axis, mass: np.ndarray) -> np.ndarray:
+    """Return the mass that moves with each point when it alone is changed by `follow` [kg], (P,); pure.
+
+    mass  of particles [kg], (rows, W)
+    """
+    everyone, masses = np.ones(axis.strands.shape, mass.dtype), np.empty((axis.offsets[-1], 1))
+    gather(axis, everyone, mass[:, None, :], masses)
+    if axis.stride == 2:
+        before = np.empty_like(masses)
+        gather(axis._replace(root=axis.root - 1), everyone, mass[:, None, :], before)
+        before[axis.offsets[:-1]] = 0.0
+        masses += 0.5 * before
+        masses[:-1] += 0.5 * before[1:]
+    return masses[:, 0]
+
+
 @njit(cache=True, parallel=True)
 def lanes_with(axis: Axis, marked: np.ndarray, lanes: np.ndarray) -> None:
     """Set lanes, (blocks, W), to 1 for strands with a marked point, (P,) bool, to 0 for the others, in place."""

@@ -12,6 +12,7 @@ from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.sim.air.breeze import Breeze
+from hairpipe.sim.axis import axis_of, following_masses
 from hairpipe.sim.boundary import WORLD
 from hairpipe.sim.contact.body.body_contacts import BodyContacts, thicknesses
 from hairpipe.sim.contact.body.fold_preservation import turns_of
@@ -26,11 +27,12 @@ from hairpipe.sim.integrators.interface import Integrator
 from hairpipe.sim.integrators.nine_steps import FullStep, Trapezoid
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.interactions import Interaction, own_interactions
-from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction
+from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction, Volume
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Rule
 from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
+from hairpipe.sim.volume_filter import VolumeFilter, reach_of, rest_density
 from hairpipe.spatial.pairs import key_of
 from hairpipe.spatial.proximity import near_pairs
 
@@ -61,7 +63,8 @@ def surroundings_of(
 ) -> Surroundings:
     """Collect what acts on hair in a frame, which is computed about an origin [m], (3,).
 
-    The order of interactions is decided here: wind, bodies, the strain limit, hair, then those of the scene. Where a
+    The order of interactions is decided here: wind, bodies, the strain limit, pairs of hair, hair as a volume, then
+    those of the scene. Where a
     step begins, in solves, and in the nine steps (5: bodies, 6: hair) they act in this order; what puts right at the
     end of a step of the other schemes goes backwards: crossings of hair, then strain, and bodies have the last word.
     """
@@ -76,6 +79,8 @@ def surroundings_of(
         stuck = Connections(state.stuck, state.stuck_at)
         at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
         acting.append(HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest))
+    if scene.volume is not None:
+        acting.append(_volume_filter(hair, scene.volume))
     return Surroundings(model, hair.layout, [*acting, *own_interactions(scene)], began, origin)
 
 
@@ -89,6 +94,16 @@ def _body_contacts(
     axial[hair.layout.strands] = model.constants[:, 0]
     segments = np.linalg.norm(np.diff(points, axis=0, prepend=points[:1]), axis=1)
     return BodyContacts(list(bodies), contact, thicknesses(offsets, contact.thickness), offsets, segments, axial, turns)
+
+
+def _volume_filter(hair: HairModel, volume: Volume) -> VolumeFilter:
+    """Make what hair does to hair through a grid."""
+    points, offsets, rest = hair.groom.points, hair.layout.offsets, 0.0
+    masses = following_masses(axis_of(hair.layout), hair.model.mass)
+    if volume.pressure is not None:
+        dense, cell = volume.pressure.density, volume.cell
+        rest = dense or hair.once(("density", cell), lambda: rest_density(points, offsets, masses, cell))
+    return VolumeFilter(volume, offsets, masses, reach_of(points, offsets), rest)
 
 
 def pairs_at_rest(

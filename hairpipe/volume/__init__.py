@@ -1,1 +1,1 @@
-"""Scalar fields on dense grids over hair."""
+"""Hair as one material: mass and momentum of strands on dense grids, and what acts on it there."""

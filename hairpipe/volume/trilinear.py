@@ -73,3 +73,30 @@ def sample(grid: np.ndarray, at: Voxel) -> float:
 @inlined
 def _weight(at: Voxel, a: int, b: int, c: int) -> float:
     return (at.f if a else 1.0 - at.f) * (at.g if b else 1.0 - at.g) * (at.h if c else 1.0 - at.h)
+
+
+@inlined
+def splat_row(grid: np.ndarray, at: Voxel, row: tuple[float, float, float, float]) -> None:
+    """Add four amounts to the nodes of a voxel of a grid (nx, ny, nz, 4), each its share, in place."""
+    for a in range(2):
+        for b in range(2):
+            for c in range(2):
+                i, j, k, weight = at.i + a, at.j + b, at.k + c, _weight(at, a, b, c)
+                grid[i, j, k, 0] += weight * row[0]
+                grid[i, j, k, 1] += weight * row[1]
+                grid[i, j, k, 2] += weight * row[2]
+                grid[i, j, k, 3] += weight * row[3]
+
+
+@inlined
+def sample_vector(grid: np.ndarray, at: Voxel) -> tuple[float, float, float]:
+    """Return the vector of a grid (nx, ny, nz, 3) at a point of a voxel."""
+    x, y, z = 0.0, 0.0, 0.0
+    for a in range(2):
+        for b in range(2):
+            for c in range(2):
+                i, j, k, weight = at.i + a, at.j + b, at.k + c, _weight(at, a, b, c)
+                x += weight * grid[i, j, k, 0]
+                y += weight * grid[i, j, k, 1]
+                z += weight * grid[i, j, k, 2]
+    return x, y, z

@@ -1,0 +1,107 @@
+"""Hair as a volume, after Petrovic, Henne, Anderson 2005: hairs slow each other down and keep room, through a grid.
+
+Once a step, after its solves and before bodies and strain have the last word, strands are put on a grid. The velocity
+that hair around a point has on the mean, V(i) = (S v)(i), is where friction leads,
+
+    order 1   v' = v - (1 - exp(-c dt)) (1 - S) v
+    order 2   v' = v - (1 - exp(-c dt)) (1 - S)^2 v
+
+and pressure acts where hair is denser than it may be. S is symmetric and between 0 and 1 in the norm of mass: momentum
+is kept to rounding, and friction never adds energy. Order 2 is blind to what varies slowly from place to place: a
+swing, a turn, the motion of a hair that is alone in its cells.
+
+We differ from the paper, whose friction is a force towards the velocities of the step before: hair that accelerates
+together would be held back by its own past, as if it had (1 + c dt) times its mass.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hairpipe.data.lengths import strand_lengths
+from hairpipe.errors import BadInput
+from hairpipe.sim.interactions import Interaction, StepEnd
+from hairpipe.sim.settings import Volume
+from hairpipe.volume.pressure import densest, spread
+from hairpipe.volume.smoothing import smooth
+from hairpipe.volume.strand_samples import StrandSamples, sample_strands
+from hairpipe.volume.transfer import collect, deposit, mean_velocities
+
+ACROSS = 3
+"""Cells that hair at rest must fill along its longest side: in fewer there are no neighbours."""
+_BEYOND = 1.5  # lengths of a strand, that none of its points is away from its root
+
+
+@dataclass(eq=False)
+class VolumeFilter(Interaction):
+    """Friction between hairs and pressure on a grid.
+
+    offsets  of the points of strands, (S+1,) int32
+    masses   that move with each point, with particles beside the axis, finite [kg], (P,)
+    reach    see `sample_strands` [m], (S,)
+    rest     density without pressure [kg/m^3]; 0 where there is none
+    """
+
+    in_solve = False
+    volume: Volume
+    offsets: np.ndarray
+    masses: np.ndarray
+    reach: np.ndarray
+    rest: float = 0.0
+    _nu: float = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._nu = 1.0 / (6.0 * self.volume.order)
+
+    def correct(self, end: StepEnd) -> None:
+        """Change velocities, in place."""
+        change = self.change(end.points, end.velocities, end.dt)
+        change[np.isinf(end.masses)] = 0.0
+        end.push(change)
+
+    def change(self, points: np.ndarray, velocities: np.ndarray, dt: float) -> np.ndarray:
+        """Return the change of velocities in a step of dt [s], (P, 3) [m/s]; pure."""
+        samples = sample_strands(points, self.offsets, self.reach, self.volume.cell)
+        if samples is None:
+            return np.zeros_like(velocities)
+        present = samples.sums()[:, None] > 0.0
+        grid, smoothed = self._smoothed(samples, velocities)
+        residual = np.where(present, velocities - collect(samples, smoothed), 0.0)
+        if self.volume.order == 2:
+            _, again = self._smoothed(samples, residual)
+            residual = np.where(present, residual - collect(samples, again), 0.0)
+        change = np.expm1(-self.volume.friction * dt) * residual
+        if self.volume.pressure is not None:
+            pressed = smoothed.copy()
+            spread(grid, pressed, self.volume.cell, self.rest, self.volume.pressure.compliance, dt)
+            change += collect(samples, pressed - smoothed)
+        return change
+
+    def _smoothed(self, samples: StrandSamples, velocities: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return mass and momentum at nodes, and their smoothed velocities."""
+        grid = deposit(samples, self.masses, velocities)
+        before = np.empty((*samples.counts, 3))
+        mean_velocities(grid, before)
+        after = np.empty_like(before)
+        for _ in range(self.volume.smoothing):
+            smooth(grid, before, self._nu, after)
+            before, after = after, before
+        return grid, before
+
+
+def reach_of(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return how far from its root a point of a strand can be, unless it is lost [m], (S,)."""
+    return _BEYOND * strand_lengths(points, offsets)
+
+
+def rest_density(points: np.ndarray, offsets: np.ndarray, masses: np.ndarray, cell: float) -> float:
+    """Return the density of a groom where it is densest [kg/m^3]: at rest, nothing is pressed; pure.
+
+    Raises BadInput where cells are larger than the groom.
+    """
+    samples = sample_strands(points, offsets, reach_of(points, offsets), cell)
+    assert samples is not None
+    if max(samples.counts) - 2 < ACROSS:
+        right = f"at most {cell * (max(samples.counts) - 1) / ACROSS / 2:.2g} m"
+        raise BadInput(f"cells of {cell:g} m are as large as the hair", where="volume.cell", right=right)
+    return densest(deposit(samples, masses, np.zeros_like(points)), cell)

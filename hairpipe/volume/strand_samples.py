@@ -1,0 +1,162 @@
+"""Strands sampled along their segments, on the grid that surrounds them, sorted for threads that add to it.
+
+Points of strands lie farther apart than the nodes of a grid: splatting them alone leaves holes. A segment of length L
+is cut into n = floor(L / h) + 1 pieces; a sample lies in the middle of each, at a share t = (q + 1/2) / n of the way
+from its first point, to which it belongs by 1 - t, and by t to the second. The samples of point i sum up to
+
+    A_i = sum_s a_si = (n_before + n_after) / 2
+
+Samples are sorted by slabs of planes of nodes, those of a slab in the order of strands. A slab is added to by one
+thread, even slabs before odd ones, since the last plane of a slab is the first one of the next: sums do not depend on
+the number of threads. Sorting samples by cells, too, costs what it saves.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.errors import BadInput
+from hairpipe.kernels.compile import inlined
+
+MOST_NODES = 1 << 24
+"""Nodes that a grid may have: 0.5 GB."""
+SLAB = 4
+"""Planes of nodes in a slab, two at least."""
+_CHUNK = 128  # strands that are sorted together
+
+
+class StrandSamples(NamedTuple):
+    """Samples of strands and the grid around them.
+
+    points    [m], (P, 3); offsets  of strands, (S+1,) int32
+    low       of the first node, in cells, (3,); cell  [m]
+    counts    of nodes, (3,) int64
+    pieces    of the segment after each point, (P,) int32; 0 for the last ones, and for strands that are left out
+    segments  first point of the segment of every sample, slab by slab, (n,) int32; places  its piece, (n,) int32
+    slabs     samples of slab s are slabs[s]:slabs[s+1], int64
+    """
+
+    points: np.ndarray
+    offsets: np.ndarray
+    low: np.ndarray
+    cell: float
+    counts: np.ndarray
+    pieces: np.ndarray
+    segments: np.ndarray
+    places: np.ndarray
+    slabs: np.ndarray
+
+    def sums(self) -> np.ndarray:
+        """Return A_i of every point, (P,); 0 where its strand is left out."""
+        before = np.roll(self.pieces, 1)
+        before[self.offsets[:-1]] = 0
+        return 0.5 * (before + self.pieces)
+
+
+def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, cell: float) -> StrandSamples | None:
+    """Sample strands; None where none is sound.
+
+    points   [m], (P, 3) float64; offsets  of strands, (S+1,) int32
+    reach    beyond which no point of a strand is from its root [m], (S,): a strand that is farther, or not finite, is
+             lost and left out, so that it makes no grid huge
+    cell     spacing of nodes [m]
+
+    Raises BadInput where the grid would have more than MOST_NODES.
+    """
+    chunks = -(-(len(offsets) - 1) // _CHUNK)
+    pieces, bounds = np.zeros(len(points), np.int32), np.empty((chunks, 2, 3))
+    _cut(points, offsets, reach, cell, pieces, bounds)
+    least, greatest = bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)
+    if not (least <= greatest).all():
+        return None
+    low = np.floor(least / cell)
+    counts = np.floor(greatest / cell) - low + 2.0  # as floats: there may be too many for integers
+    if np.prod(counts) > MOST_NODES:
+        fits = cell * (np.prod(counts) / MOST_NODES) ** (1 / 3)
+        raise BadInput(
+            f"a grid of {cell:g} m around hair of {' x '.join(f'{size:.2g}' for size in greatest - least)} m has "
+            f"{np.prod(counts):.2g} nodes",
+            where="volume.cell",
+            right=f"at least {1.1 * fits:.2g} m",
+        )
+    planes = int(counts[0])
+    found = np.zeros((chunks, -(-(planes - 1) // SLAB)), np.int64)
+    across = float(low[0]), cell, planes
+    _count(points, offsets, pieces, across, found)
+    ends = np.cumsum(found.T.ravel()).reshape(found.T.shape).T
+    total, starts = int(ends[-1, -1]), np.ascontiguousarray(ends - found)
+    segments, places = np.empty(total, np.int32), np.empty(total, np.int32)
+    _sort(points, offsets, pieces, across, starts, segments, places)
+    slabs = np.append(ends[0] - found[0], total)
+    return StrandSamples(points, offsets, low, cell, counts.astype(np.int64), pieces, segments, places, slabs)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _cut(points, offsets, reach, cell, pieces, bounds):
+    """Count the pieces of segments, and bound sound strands, chunk by chunk, (chunks, 2, 3) [m]."""
+    for chunk in prange(len(bounds)):
+        bounds[chunk, 0], bounds[chunk, 1] = np.inf, -np.inf
+        for strand in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(offsets) - 1)):
+            begin, end = offsets[strand], offsets[strand + 1]
+            if _is_sound(points, begin, end, reach[strand]):
+                for k in range(begin, end):
+                    for c in range(3):
+                        bounds[chunk, 0, c] = min(bounds[chunk, 0, c], points[k, c])
+                        bounds[chunk, 1, c] = max(bounds[chunk, 1, c], points[k, c])
+                    if k + 1 < end:
+                        pieces[k] = int(np.sqrt(_squared(points, k, k + 1)) / cell) + 1
+
+
+@inlined
+def _is_sound(points, begin, end, reach):
+    sound = True
+    for k in range(begin, end):
+        sound = sound and _squared(points, begin, k) <= reach * reach  # nothing is less than NaN
+    return sound
+
+
+@inlined
+def _squared(points, k, m):
+    x, y, z = points[m, 0] - points[k, 0], points[m, 1] - points[k, 1], points[m, 2] - points[k, 2]
+    return x * x + y * y + z * z
+
+
+@inlined
+def share_of(place: int, pieces: int) -> float:
+    """Return the share t of the way along a segment at which a sample lies."""
+    return (place + 0.5) / pieces
+
+
+@inlined
+def coordinate(points: np.ndarray, k: int, t: float, c: int, low: float, cell: float) -> float:
+    """Return coordinate c of a sample at share t of the segment from point k, in cells from the first node."""
+    return (points[k, c] + t * (points[k + 1, c] - points[k, c])) / cell - low
+
+
+@inlined
+def _slab_of(points, k, t, across):
+    low, cell, planes = across
+    u = coordinate(points, k, t, 0, low, cell)
+    return min(int(max(u, 0.0)), planes - 2) // SLAB
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _count(points, offsets, pieces, across, found):
+    """Count the samples of every chunk of strands in every slab, (chunks, slabs), in place."""
+    for chunk in prange(len(found)):
+        for k in range(offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, len(offsets) - 1)]):
+            for place in range(pieces[k]):
+                found[chunk, _slab_of(points, k, share_of(place, pieces[k]), across)] += 1
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _sort(points, offsets, pieces, across, starts, segments, places):
+    """List samples slab by slab, in place; starts (chunks, slabs) moves along."""
+    for chunk in prange(len(starts)):
+        for k in range(offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, len(offsets) - 1)]):
+            for place in range(pieces[k]):
+                slab = _slab_of(points, k, share_of(place, pieces[k]), across)
+                at = starts[chunk, slab]
+                segments[at], places[at] = k, place
+                starts[chunk, slab] = at + 1

@@ -1,0 +1,92 @@
+"""Mass and momentum of strands on a grid, and back: P2G and its transpose, G2P.
+
+With the weights w_gs of sample s at node g and a_si of point i in it, whose mass is spread evenly over its samples,
+
+    B_gi = m_i sum_s w_gs a_si / A_i
+    M_g = sum_i B_gi,   V_g = sum_i B_gi v_i / M_g,   V(i) = sum_g B_gi V_g / m_i
+
+What is a momentum on the grid is the same momentum on the strands: sum_i m_i V(i) = sum_g M_g V_g, exactly.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.volume.strand_samples import StrandSamples, coordinate, share_of
+from hairpipe.volume.trilinear import sample_vector, splat_row, voxel_at
+
+_CHUNK = 128  # strands that are collected together
+
+
+def deposit(samples: StrandSamples, masses: np.ndarray, velocities: np.ndarray) -> np.ndarray:
+    """Return mass [kg] and momentum [kg m/s] of strands at the nodes, (nx, ny, nz, 4).
+
+    masses  of points, finite [kg], (P,); velocities  [m/s], (P, 3)
+    """
+    sums = samples.sums()
+    own = np.divide(masses, sums, out=np.zeros(len(sums)), where=sums > 0.0)
+    carried = np.concatenate((own[:, None], own[:, None] * velocities), axis=1)
+    grid = np.zeros((*samples.counts, 4))
+    for parity in range(2):
+        _deposit(samples, carried, parity, grid)
+    return grid
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _deposit(samples, carried, parity, grid):
+    """Add what the samples of every second slab carry, (P, 4) a piece, to the nodes, in place."""
+    points, pieces, slabs, low, cell = samples.points, samples.pieces, samples.slabs, samples.low, samples.cell
+    for n in prange((len(slabs) - parity) // 2):
+        slab = 2 * n + parity
+        for at in range(slabs[slab], slabs[slab + 1]):
+            k = samples.segments[at]
+            t = share_of(samples.places[at], pieces[k])
+            u = coordinate(points, k, t, 0, low[0], cell)
+            v = coordinate(points, k, t, 1, low[1], cell)
+            w = coordinate(points, k, t, 2, low[2], cell)
+            row = (
+                carried[k, 0] + t * (carried[k + 1, 0] - carried[k, 0]),
+                carried[k, 1] + t * (carried[k + 1, 1] - carried[k, 1]),
+                carried[k, 2] + t * (carried[k + 1, 2] - carried[k, 2]),
+                carried[k, 3] + t * (carried[k + 1, 3] - carried[k, 3]),
+            )
+            splat_row(grid, voxel_at(grid, u, v, w), row)
+
+
+def collect(samples: StrandSamples, field: np.ndarray) -> np.ndarray:
+    """Return the vectors of a field of nodes, (nx, ny, nz, 3), at points of strands, (P, 3); 0 of those left out."""
+    found = np.zeros((len(samples.points), 3))
+    _collect(samples, field, found)
+    sums = samples.sums()[:, None]
+    return np.divide(found, sums, out=found, where=sums > 0.0)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _collect(samples, field, found):
+    """Sum the field over the samples of points, each by its share, in place."""
+    points, offsets, pieces, low, cell = samples.points, samples.offsets, samples.pieces, samples.low, samples.cell
+    strands = len(offsets) - 1
+    for chunk in prange((strands + _CHUNK - 1) // _CHUNK):
+        for k in range(offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, strands)]):
+            for place in range(pieces[k]):
+                t = share_of(place, pieces[k])
+                u = coordinate(points, k, t, 0, low[0], cell)
+                v = coordinate(points, k, t, 1, low[1], cell)
+                w = coordinate(points, k, t, 2, low[2], cell)
+                x, y, z = sample_vector(field, voxel_at(field, u, v, w))
+                found[k, 0] += (1.0 - t) * x
+                found[k, 1] += (1.0 - t) * y
+                found[k, 2] += (1.0 - t) * z
+                found[k + 1, 0] += t * x
+                found[k + 1, 1] += t * y
+                found[k + 1, 2] += t * z
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def mean_velocities(grid: np.ndarray, out: np.ndarray) -> None:
+    """Write momentum over mass of nodes, (nx, ny, nz, 4), to out, (nx, ny, nz, 3) [m/s], in place; 0 without mass."""
+    for i in prange(grid.shape[0]):
+        for j in range(grid.shape[1]):
+            for k in range(grid.shape[2]):
+                mass = grid[i, j, k, 0]
+                for c in range(3):
+                    out[i, j, k, c] = grid[i, j, k, c + 1] / mass if mass > 0.0 else 0.0

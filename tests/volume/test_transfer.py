@@ -1,0 +1,113 @@
+"""Mass and momentum on a grid, and back: what is exact, whatever hair does."""
+
+import numpy as np
+import pytest
+from numba import get_num_threads, set_num_threads
+
+from hairpipe.errors import BadInput
+from hairpipe.volume.smoothing import smooth
+from hairpipe.volume.strand_samples import sample_strands
+from hairpipe.volume.transfer import collect, deposit, mean_velocities
+
+CELL = 0.006
+
+
+class Hair:
+    """Strands of several lengths and segments in a ball of 15 cm, with masses and velocities of any kind."""
+
+    def __init__(self, seed, strands=300):
+        self.rng = rng = np.random.default_rng(seed)
+        counts = rng.integers(2, 30, strands)
+        self.offsets = np.concatenate(([0], np.cumsum(counts))).astype(np.int32)
+        steps = rng.normal(0.0, 0.004, (self.offsets[-1], 3))
+        steps[self.offsets[:-1]] = rng.normal(0.0, 0.05, (strands, 3))
+        walked = np.cumsum(steps, axis=0)
+        self.points = walked - np.repeat((walked - steps)[self.offsets[:-1]], counts, axis=0)
+        self.masses = rng.uniform(1e-7, 1e-6, len(self.points))
+        self.velocities = rng.normal(0.3, 1.0, self.points.shape)
+
+    def samples(self, cell=CELL):
+        return sample_strands(self.points, self.offsets, np.full(len(self.offsets) - 1, 1.0), cell)
+
+
+def grid_of(hair, passes=0, nu=1 / 6):
+    grid = deposit(hair.samples(), hair.masses, hair.velocities)
+    before, after = np.empty((*grid.shape[:3], 3)), np.empty((*grid.shape[:3], 3))
+    mean_velocities(grid, before)
+    for _ in range(passes):
+        smooth(grid, before, nu, after)
+        before, after = after, before
+    return grid, before
+
+
+@pytest.mark.parametrize("passes", [0, 1, 4])
+def test_momentum_is_the_same_on_the_grid_and_back(passes):
+    hair = Hair(passes)
+    grid, smoothed = grid_of(hair, passes)
+    scale = np.sum(hair.masses[:, None] * np.abs(hair.velocities))
+    momentum = hair.masses @ hair.velocities
+    assert grid[..., 0].sum() == pytest.approx(hair.masses.sum(), rel=1e-12)
+    assert grid[..., 1:].sum(axis=(0, 1, 2)) == pytest.approx(momentum, abs=1e-12 * scale)
+    assert np.sum(grid[..., :1] * smoothed, axis=(0, 1, 2)) == pytest.approx(momentum, abs=1e-12 * scale)
+    assert hair.masses @ collect(hair.samples(), smoothed) == pytest.approx(momentum, abs=1e-12 * scale)
+
+
+def test_what_comes_back_is_the_transpose_of_what_goes_there():
+    """sum_g field_g P2G(v)_g = sum_i m_i v_i G2P(field)_i, for any field."""
+    hair = Hair(7)
+    grid = deposit(hair.samples(), hair.masses, hair.velocities)
+    field = hair.rng.normal(size=(*grid.shape[:3], 3))
+    there = np.sum(field * grid[..., 1:])
+    back = np.sum(hair.masses[:, None] * hair.velocities * collect(hair.samples(), field))
+    assert there == pytest.approx(back, rel=1e-11)
+
+
+def test_hair_that_moves_as_one_is_left_alone():
+    hair = Hair(3)
+    hair.velocities[:] = [0.3, -2.0, 1.0]
+    _, smoothed = grid_of(hair, 2)
+    assert collect(hair.samples(), smoothed) == pytest.approx(hair.velocities, rel=1e-12)
+
+
+def test_the_grid_is_the_same_on_any_number_of_threads():
+    hair, threads = Hair(5, 900), get_num_threads()
+    try:
+        set_num_threads(1)
+        one = grid_of(hair, 1)[1]
+        set_num_threads(min(2, threads))
+        assert grid_of(hair, 1)[1].tobytes() == one.tobytes()
+    finally:
+        set_num_threads(threads)
+
+
+def test_samples_leave_no_holes_along_segments_longer_than_cells():
+    points = np.array([[0.0, 0.0, 0.0], [0.05, 0.0, 0.0], [0.1, 0.0, 0.0]])
+    samples = sample_strands(points, np.array([0, 3], np.int32), np.ones(1), 0.005)
+    grid = deposit(samples, np.array([0.5, 1.0, 0.5]), np.zeros((3, 3)))
+    along = grid[..., 0].sum(axis=(1, 2))
+    assert along[1:-2] == pytest.approx(2.0 / 20, rel=0.1)
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, 1e9])
+def test_a_lost_strand_is_left_out_and_makes_no_grid_huge(wrong):
+    hair = Hair(11)
+    whole = hair.samples()
+    last = hair.offsets[5] - 1
+    hair.points[last, 1] = wrong
+    samples = hair.samples()
+    lost = slice(hair.offsets[4], hair.offsets[5])
+    assert np.prod(samples.counts) <= np.prod(whole.counts)
+    assert not samples.sums()[lost].any() and np.delete(samples.sums(), np.r_[lost]).all()
+
+
+def test_hair_that_is_all_lost_has_no_grid():
+    points = np.full((4, 3), np.nan)
+    assert sample_strands(points, np.array([0, 4], np.int32), np.ones(1), 0.01) is None
+
+
+def test_cells_that_make_the_grid_too_large_are_refused_with_cells_that_do_not():
+    hair = Hair(2)
+    with pytest.raises(BadInput, match=r"volume\.cell.*nodes.*at least") as refused:
+        hair.samples(2e-4)
+    fits = float(str(refused.value).rsplit("at least ", 1)[1].split(" m")[0])
+    assert hair.samples(fits) is not None
