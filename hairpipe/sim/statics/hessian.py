@@ -26,7 +26,7 @@ def _set_forces(model, block, A, b, x, still, slack):
     """Set b to the forces of a block's springs; still and slack are zero, and nothing but zeros is added to A."""
     fill(b, 0.0)
     for p in range(x.shape[0]):
-        add_forces(model, A, b, x, still, slack, p, block, 1.0, 0.0, 0.0)
+        add_forces(model, A, b, x, still, slack, p, block, 1.0, 0.0, 0.0, 0)
 
 
 @njit(cache=True)
