@@ -1,7 +1,6 @@
 """Laws of the measures of a vertex and of their derivatives, against differences of the definitions in numpy."""
 
 import numpy as np
-import pytest
 from numba import njit
 
 from hairpipe.kernels.simd import WIDTH, load, store
