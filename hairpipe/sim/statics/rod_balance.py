@@ -24,7 +24,7 @@ from hairpipe.sim.strands.rod.rod import BEND, TWISTING
 
 
 def carry_rods(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Find what rods without twist at x [m], (rows, 3, W), have at rest if they stand there under gravity [m/s^2], (3,).
+    """Find what rods without twist have at rest if they stand at x [m], (rows, 3, W), under gravity [m/s^2], (3,).
 
     Returns their rest state and what they remember, both (rows, 6, W), and the largest strain of an edge, (blocks, W).
     """
@@ -84,10 +84,9 @@ def _carry(x: np.ndarray, weight: np.ndarray, natural: np.ndarray, axial: np.nda
         kb, tt = 2 * np.cross(te, tf) / chi, (te + tf) / chi
         c1, c2 = (m1[:, i - 1] + m1[:, i]) / chi, (m2[:, i - 1] + m2[:, i]) / chi
         k1, k2 = chi * _dot(c2, kb) / 2, -chi * _dot(c1, kb) / 2
-        by_e = (
-            np.stack([-k1 * tt + np.cross(tf, c2), -k2 * tt - np.cross(tf, c1), kb / 2], 2) / lengths[:, i - 1, :, None]
-        )
-        by_f = np.stack([-k1 * tt - np.cross(te, c2), -k2 * tt + np.cross(te, c1), kb / 2], 2) / lengths[:, i, :, None]
+        by_e = np.stack([np.cross(tf, c2) - k1 * tt, -np.cross(tf, c1) - k2 * tt, kb / 2], axis=2)
+        by_f = np.stack([-np.cross(te, c2) - k1 * tt, np.cross(te, c1) - k2 * tt, kb / 2], axis=2)
+        by_e, by_f = by_e / lengths[:, i - 1, :, None], by_f / lengths[:, i, :, None]
         by_a, by_b = (
             np.concatenate([-_dot(m1[:, j], kb) / 2, -_dot(m2[:, j], kb) / 2, np.full_like(k1, sign)], axis=1)
             for j, sign in ((i - 1, -1.0), (i, 1.0))
