@@ -12,9 +12,9 @@ import numpy as np
 from hairpipe.kernels.simd_arrays import copied
 from hairpipe.sim.integrators.interface import everywhere, rows_of
 from hairpipe.sim.integrators.restart import ContactChange, take_over
-from hairpipe.sim.solve.implicit_stage import lost_lanes, set_all_tensions
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Rule, Stage
+from hairpipe.sim.solve.stretch import lost_lanes, set_all_tensions
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StiffnessPart, StrandModel, may_be_lost
 from hairpipe.sim.surroundings import Surroundings

@@ -18,10 +18,11 @@ from numba import njit, prange
 
 from hairpipe.kernels.banded import add
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd import any_lane, either, load, select, sqrt, store, store_as
+from hairpipe.kernels.simd import any_lane, load, select, store, store_as
 from hairpipe.kernels.simd_arrays import copy, fill
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Iterate, Stage, System
+from hairpipe.sim.solve.stretch import note_pivot, overstrained, set_tensions
 from hairpipe.sim.strands.band import (
     add_inertia,
     add_next,
@@ -33,8 +34,9 @@ from hairpipe.sim.strands.band import (
     start_row,
     substitute,
 )
-from hairpipe.sim.strands.forces.spring import multiplier, tension
+from hairpipe.sim.strands.forces.spring import multiplier
 from hairpipe.sim.strands.interface import (
+    Terms,
     add_forces,
     follow_solve,
     hold_tip,
@@ -47,8 +49,9 @@ _EXPLICIT, _PRINTED, _TENSION, _MULTIPLIER = (int(form) for form in SpringForm)
 
 
 @inlined
-def _start_row(model, A, b, mass, vh, v, p, h, rule):
-    """Inertia, weight and air drag of particle p."""
+def _start_row(model, system, mass, speeds, p, h, rule):
+    """Inertia, weight and air drag of particle p; speeds  vh and v [m/s]."""
+    (A, b), (vh, v) = system, speeds
     start_row(model, A, p, b.shape[0])
     m = load(mass, (p,))
     for c in range(3):
@@ -76,13 +79,6 @@ def _add_outer(model, A, b, outer, p, n, last):
 
 
 @inlined
-def _note_pivot(model, T, lowest):
-    """Remember in what lanes the matrix of a model that may be lost was not positive definite, until `lost_lanes`."""
-    if shape_of(model).unknowns > 3:
-        store(T, (0, 0), select(lowest > 0.0, load(T, (0, 0)), 1.0))
-
-
-@inlined
 def _assemble(model, block, system, at, outer, stage, h, rule):
     """Leave the factors in A, and in b what is left to substitute for the change of velocity [m/s]."""
     A, b = system
@@ -92,13 +88,13 @@ def _assemble(model, block, system, at, outer, stage, h, rule):
     clamped, stride, last = shape_of(model).clamped, shape_of(model).stride, count - 1 - shape_of(model).after
     mass = model.mass[model.first[block] : model.first[block + 1]]
     hh = (0.0 if rule.form == _EXPLICIT else 1.0) * h * h
-    lowest = 0.0 * h + 1.0
+    lowest, terms = 0.0 * h + 1.0, Terms(h, hh, rule.damping, rule.part)
     for p in range(min(reach, count)):
-        _start_row(model, A, b, mass, vh, v, p, h, rule)
+        _start_row(model, system, mass, (vh, v), p, h, rule)
     for p in range(count):
         if p + reach < count:
-            _start_row(model, A, b, mass, vh, v, p + reach, h, rule)
-        add_forces(model, A, b, x, v, T, p, block, h, hh, rule.damping, rule.part)
+            _start_row(model, system, mass, (vh, v), p + reach, h, rule)
+        add_forces(model, system, at, p, block, terms)
         past = p + 1 - clamped
         if outer.shape[0] > 0 and past >= 0 and p <= last and past % stride == 0:
             _add_outer(model, A, b, outer, p, past // stride, last)
@@ -108,7 +104,7 @@ def _assemble(model, block, system, at, outer, stage, h, rule):
             if len(held) > 0 and p >= count - clamped:
                 fix_lanes(model, A, b, p, load(held, (block,)) > 0.0)
             lowest = eliminate(model, A, b, p, count, lowest)
-    _note_pivot(model, T, lowest)
+    note_pivot(model, T, lowest)
 
 
 @njit(cache=True, error_model="numpy")
@@ -139,34 +135,6 @@ def _update(model, block, at, b, bad, only_bad, h, rule):
     for p in range(count):
         for c in range(3):
             store(x, (p, c), load(x, (p, c)) + load(dx, (p, c)))
-
-
-@inlined
-def overstrained(model, x, block, limit):
-    """Lanes with an axis edge whose strain is beyond +-limit."""
-    first, stride = model.first[block], shape_of(model).stride
-    worst = load(x, (0, 0)) < load(x, (0, 0))
-    for p in range(shape_of(model).before, x.shape[0] - stride - shape_of(model).after, stride):
-        dx = load(x, (p + stride, 0)) - load(x, (p, 0))
-        dy = load(x, (p + stride, 1)) - load(x, (p, 1))
-        dz = load(x, (p + stride, 2)) - load(x, (p, 2))
-        inverse_rest = load(model.inverse_lengths, (first + p, stride - 1))
-        strain = sqrt(dx * dx + dy * dy + dz * dz) * inverse_rest - 1.0
-        worst = either(worst, either(strain > limit, strain < -limit))
-    return worst
-
-
-@njit(cache=True, error_model="numpy")
-def set_tensions(model, block, x, T):
-    """Set T to the tensions of the present stretch of a block [N], in place.
-
-    x  (particles, 3, W); T  (particles, springs, W)
-    """
-    first, count = model.first[block], x.shape[0]
-    for p in range(count):
-        for o in range(1, springs_from(model, p, count) + 1):
-            k = spring_constant(model, block, p, o)
-            store(T, (p, o - 1), tension(x, p, o, k, load(model.inverse_lengths, (first + p, o - 1))))
 
 
 @inlined
@@ -382,33 +350,3 @@ def _update_block(model, block, at, b, active, weights, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     part = Iterate(at.x[rows], at.v[rows], at.T[rows])
     _update(model, block, part, b[rows], load(active, (block,)) > 0.0, True, h, rule)
-
-
-@njit(cache=True, parallel=True)
-def lost_lanes(model, x, T, limit, out):
-    """Set out, (blocks, W), to 1 for strands that a step has lost, in place; tell whether any is.
-
-    An edge is strained beyond +-limit, or a matrix since the last call was not positive definite.
-    """
-    for block in prange(len(model.first) - 1):
-        _mark_lost(model, np.int64(block), x, T, limit, out)
-    return out.any()
-
-
-@njit(cache=True, error_model="numpy")
-def _mark_lost(model, block, x, T, limit, out):
-    rows = slice(model.first[block], model.first[block + 1])
-    lanes = overstrained(model, x[rows], block, limit)
-    if shape_of(model).unknowns > 3:
-        first = model.first[block]
-        lanes = either(lanes, load(T, (first, 0)) > 0.0)
-        store(T, (first, 0), 0.0)
-    store(out, (block,), select(lanes, 0.0 * load(out, (block,)) + 1.0, 0.0))
-
-
-@njit(cache=True, parallel=True)
-def set_all_tensions(model, x, T):
-    """Set T to the tensions of the present stretch of all strands [N], in place."""
-    for block in prange(len(model.first) - 1):
-        rows = slice(model.first[block], model.first[block + 1])
-        set_tensions(model, np.int64(block), x[rows], T[rows])

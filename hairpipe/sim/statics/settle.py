@@ -21,10 +21,10 @@ from hairpipe.groom.binding import name_strands
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import any_lane, load, maximum, minimum, select, store
 from hairpipe.sim.layout import Layout
-from hairpipe.sim.solve.implicit_stage import set_tensions
 from hairpipe.sim.solve.stage import Iterate
+from hairpipe.sim.solve.stretch import set_tensions
 from hairpipe.sim.strands.band import add_inertia, eliminate, fix_root, row_size, start_row, substitute
-from hairpipe.sim.strands.interface import StiffnessPart, StrandModel, add_forces, follow_solve, shape_of
+from hairpipe.sim.strands.interface import StiffnessPart, StrandModel, Terms, add_forces, follow_solve, shape_of
 
 STILL = 1e-7
 """Forces left on a particle along an axis, over the mass of its strand, at rest [m/s^2]: 1e-8 of its weight."""
@@ -89,8 +89,7 @@ def _assemble(model, block, A, b, at, gravity, part):
 
     part  of the stiffness, a StiffnessPart
     """
-    x, v, T = at
-    count = x.shape[0]
+    count = at.x.shape[0]
     for p in range(count):
         start_row(model, A, p, count)
         m = load(model.mass, (model.first[block] + p,))
@@ -99,7 +98,7 @@ def _assemble(model, block, A, b, at, gravity, part):
         for c in range(3, b.shape[1]):
             store(b, (p, c), 0.0)
     for p in range(count):
-        add_forces(model, A, b, x, v, T, p, block, 1.0, 1.0, 0.0, part)
+        add_forces(model, (A, b), at, p, block, Terms(1.0, 1.0, 0.0, part))
     return _largest(b, shape_of(model).clamped)
 
 

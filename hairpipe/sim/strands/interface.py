@@ -9,7 +9,7 @@ registration.
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, Protocol, Self
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 from numba import types
@@ -127,16 +127,28 @@ def kind_of(model: StrandModel) -> ModelKind:
     return _KINDS[type(model)]
 
 
-def add_forces(
-    model: Any, A: Any, b: Any, x: Any, v: Any, T: Any, p: Any, block: Any, h: Any, hh: Any, damping: Any, part: Any
-) -> None:
-    """Add what begins at particle p of a block: h f to b, and hh K + h D to the rows of A.
+class Terms(NamedTuple):
+    """By what forces and stiffness are multiplied, and which of them are asked for.
 
-    x, v     positions [m] and velocities [m/s] where the system is linearised, (particles, 3, W)
-    T        tensions that the stiffness is to hold [N], (particles, springs, W)
-    hh       h^2, or 0 where the stiffness is left out
+    h        step [s]
+    hh       h^2, or 0 where the stiffness is left out [s^2]
     damping  of the springs, a fraction of critical damping
     part     of the stiffness, a StiffnessPart, for models whose matrix may be indefinite
+    """
+
+    h: Any
+    hh: Any
+    damping: float
+    part: int
+
+
+def add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any) -> None:
+    """Add what begins at particle p of a block: h f to the right-hand side, and hh K + h D to the rows of the matrix.
+
+    system  matrix and right-hand side, A and b
+    at      positions [m] and velocities [m/s] where the system is linearised, (particles, 3, W), and the tensions that
+            the stiffness is to hold [N], (particles, springs, W): x, v and T
+    terms   a Terms
     """
     raise NotImplementedError
 
@@ -180,16 +192,12 @@ def shape_registered(numba_type: types.Type) -> Shape | None:
 
 
 @overload(add_forces, strict=False)
-def _add_forces(
-    model: Any, A: Any, b: Any, x: Any, v: Any, T: Any, p: Any, block: Any, h: Any, hh: Any, damping: Any, part: Any
-) -> Callable | None:
+def _add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any) -> Callable | None:
     kind = _registered(model)
     if kind is None:
         return None
     kernel = kind.add_forces
-    return lambda model, A, b, x, v, T, p, block, h, hh, damping, part: kernel(
-        model, A, b, x, v, T, p, block, h, hh, damping, part
-    )
+    return lambda model, system, at, p, block, terms: kernel(model, system, at, p, block, terms)
 
 
 @overload(hold_tip, strict=False)

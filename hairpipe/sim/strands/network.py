@@ -157,7 +157,8 @@ def _spring(model, x, v, T, p, block, offset, h, hh, damping):
 
 
 @inlined
-def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping, part):
+def _add_forces(model, system, at, p, block, terms):
+    (A, b), (x, v, T), (h, hh, damping, _) = system, at, terms
     count = x.shape[0]
     if p + 3 < count:
         heights = model.inverse_heights[model.first[block] : model.first[block + 1]]

@@ -133,7 +133,8 @@ def _constant(model, block, p, offset):
 
 
 @inlined
-def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping, part):
+def _add_forces(model, system, at, p, block, terms):
+    (A, b), (x, _, T), (h, hh, _, part) = system, at, terms
     if not 0 < p < x.shape[0] - 3:
         return
     row, inverse = model.first[block] + p + 1, load(model.constants, (block, 1))
@@ -149,15 +150,15 @@ def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping, part):
     H = in_unknowns(sum_of(H, geometric(q, vertex)), hh, inverse)
     if part == _PROJECTED:
         H = semidefinite(H, x)
-    pull, K = _edge(model, x, v, T, p + 1, row, block, (vertex.tf, vertex.jf), (h, hh, damping, part))
+    pull, K = _edge(model, at, p + 1, row, block, (vertex.tf, vertex.jf), terms)
     add_gradient(b, p, h, inverse, pulled_at_f(force_of(q, (g1, g2, g3)), pull))
     add_tangent(A, p, added_to_f(H, K))
 
 
 @inlined
-def _edge(model, x, v, T, p, row, block, along, times):
+def _edge(model, at, p, row, block, along, terms):
     """Pull of the edge from row p [N], and hh K + h D of it; along  its unit tangent and 1 / length."""
-    (t, inverse), (h, hh, damping, part) = along, times
+    (x, v, T), (t, inverse), (h, hh, damping, part) = at, along, terms
     k, inverse_rest = load(model.constants, (block, 0)), load(model.inverse_lengths, (row, 0))
     c = 0.0 * k
     if damping > 0.0:

@@ -40,7 +40,8 @@ def hold_tip(model, block, x, T, held):
 def _hold_tip(x, T, fixed):
     """Compare the last director with what q' shows; the nearest of the twists that differ by turns is taken."""
     last = x.shape[0] - 3
-    for p in range(GHOST, last):
+    te, tf, _, _, m, _ = carry_frame(x, T, GHOST)
+    for p in range(GHOST + 1, last):
         te, tf, _, _, m, _ = carry_frame(x, T, p)
     over = carried(m, te, tf)
     shown = across(difference(x, last + 1, last + 2), tf)
