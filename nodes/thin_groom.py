@@ -14,7 +14,7 @@ def thin_groom(groom: Groom, *, every: Annotated[int, Interval(ge=1, le=1_000_00
     every  so many strands one is kept
     """
     from hairpipe.errors import BadInput
-    from hairpipe.groom.thinning import thinned
+    from hairpipe.groom.sampling import thinned
 
     if every // 2 >= len(groom.ids):
         raise BadInput(f"every = {every} leaves none of {len(groom.ids)} strands", right="less")

@@ -66,11 +66,11 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_writhe": {"segments": [5]},
     "measure_stack": {"layers": [2], "iterations": 5, "seconds": 0.01},
     "follow_trial": {"trial.seconds": 0.125, "rate": 240},
-    "measure_interpolation": {"voxel": 0.2},
+    "measure_interpolation": {"voxel": 0.2, "half_width": 2},
     "measure_clash": {"speeds": [4.0], "rates": [24], "seconds": 0.1},
     "measure_scheme": {"trial.seconds": 0.125, "rates": [24]},
     "measure_extremes": {"rates": [24], "seconds": 0.05},
-    "plot_interpolation": {"voxel": 0.2},
+    "plot_interpolation": {"voxel": 0.2, "half_width": 2},
     "time_hair": {"warm": 1, "timed": 1},
     "preview": {"width": 64, "height": 64},
     "preview_meshes": {"width": 64, "height": 64},
@@ -120,6 +120,12 @@ def group(request: pytest.FixtureRequest) -> list[Path]:
     return request.param
 
 
+@pytest.fixture(scope="session")
+def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
+    """One store for all groups: many begin with the same head and groom."""
+    return Store(tmp_path_factory.mktemp("graphs") / "cache")
+
+
 def merged(graphs: list[Graph]) -> Graph:
     """One graph of several with few frames, the names of nodes after those of their graphs."""
     nodes, taken = {}, set()
@@ -151,8 +157,8 @@ def depths(strands: Strands, surface: Field) -> np.ndarray:
     return np.array([-min(distance(surface, *point) for point in points[begin + 1 : end]) for begin, end in shots])
 
 
-def test_they_run_and_no_hair_is_in_the_body(group, tmp_path):
-    short, store = merged([shorten(load_graph(path), tmp_path) for path in group]), Store(tmp_path / "cache")
+def test_they_run_and_no_hair_is_in_the_body(group, store, tmp_path):
+    short = merged([shorten(load_graph(path), tmp_path) for path in group])
     frames = short.all_frames
     outcome = run(short, store, frames, Options(jobs=1, keep_going=True))
     assert not outcome.failures and outcome.exit_code == 0

@@ -73,12 +73,12 @@ def drop_unused(body: Body) -> Body:
     place = np.zeros(len(mesh.points), np.int32)
     place[used] = np.arange(len(used))
     weights = body.weights[used]
-    filled = (weights != 0.0).any(axis=0)
+    filled = np.flatnonzero((weights != 0.0).any(axis=0))
     return replace(
         body,
         mesh=Mesh(mesh.points[used], place[mesh.triangles], uv=mesh.uv),
-        joints=body.joints[used][:, filled],
-        weights=weights[:, filled],
+        joints=np.take(body.joints[used], filled, axis=1),
+        weights=np.take(weights, filled, axis=1),
         maps={name: values[used] for name, values in body.maps.items()},
     )
 

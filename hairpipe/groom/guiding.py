@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from hairpipe.data import Groom, Strands
-from hairpipe.groom.arc_length import at_shares, shares_of
+from hairpipe.groom.strand_arrays import at_shares, shares_of
 
 
 def guided(hair: Strands, guides: Groom, groom: Groom, motions: np.ndarray, rates: np.ndarray) -> Strands:

@@ -14,6 +14,7 @@ from hairpipe.groom.binding import bind_roots, bind_tips, name_strands, root_fra
 from hairpipe.groom.cutting import ROUNDING, Cut
 from hairpipe.groom.placing import placed
 from hairpipe.groom.resampling import equal_segments
+from hairpipe.groom.strand_arrays import offsets_of, take_strands
 from hairpipe.spatial.triangles import Sites, site_uv
 
 Tips = Literal["file", "free", "held"]
@@ -87,18 +88,6 @@ def choose_strands(total: int, wanted: int | None) -> np.ndarray:
     """Return which of total strands to keep, evenly spread, (S,) int32."""
     kept = total if wanted is None else min(wanted, total)
     return (np.arange(kept, dtype=np.int64) * total // max(kept, 1)).astype(np.int32)
-
-
-def offsets_of(counts: np.ndarray) -> np.ndarray:
-    """Return the offsets of strands with given numbers of points, (S+1,) int32."""
-    return np.concatenate(([0], np.cumsum(counts))).astype(np.int32)
-
-
-def take_strands(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points and offsets of some of the strands."""
-    kept = offsets_of(np.diff(offsets)[ids])
-    shift = np.repeat(offsets[ids] - kept[:-1], np.diff(kept))
-    return np.ascontiguousarray(points[np.arange(kept[-1]) + shift], dtype=np.float64), kept
 
 
 def refuse_points(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from hairpipe.data import Ends, Groom
 from hairpipe.groom.binding import FREE, TIPS
-from hairpipe.groom.importing import offsets_of
+from hairpipe.groom.strand_arrays import offsets_of
 
 
 def joined_strands(grooms: tuple[Groom, ...]) -> Groom:

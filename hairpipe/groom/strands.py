@@ -6,8 +6,8 @@ from hairpipe.body.rigid import frame_along
 from hairpipe.data import Groom
 from hairpipe.errors import BadInput
 from hairpipe.groom.helix import Helix, wound
-from hairpipe.groom.importing import offsets_of
 from hairpipe.groom.resampling import divide
+from hairpipe.groom.strand_arrays import offsets_of
 
 SEGMENTS = 50  # of a strand of which nothing is said
 FINE = 64  # pieces of the parabola to a segment

@@ -14,6 +14,7 @@ It leaves W in place of U and D^-1 in place of D. About 250 multiply-adds a part
 """
 
 import numpy as np
+from numba.extending import register_jitable
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, load_as, select, store
@@ -22,9 +23,9 @@ from hairpipe.kernels.vec3 import dot
 OFFSET = 6
 
 
-@inlined
+@register_jitable
 def row_size(reach: int) -> int:
-    """Numbers in a row of A."""
+    """Numbers in a row of A; for kernels and for Python."""
     return OFFSET + 9 * reach
 
 

@@ -1,13 +1,47 @@
 """Compile options of small functions that kernels call millions of times.
 
-Records (NamedTuples) of arrays may be arguments of any kernel, if they are read. In a loop over `prange` numba drops
-what is written to an array that is a member of a tuple, without a warning: arrays that are written are arguments of
-their own there.
+Records (NamedTuples) of arrays may be arguments of any kernel. But in a loop over `prange` numba drops what its body
+writes to an array that is a member of a tuple, without a warning: such arrays are arguments of their own there, or an
+inlined function writes to them.
 """
 
-from numba import njit
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+from numba import njit, types
+from numba.core.registry import CPUDispatcher
 
 # Numba counts references to every array a function touches, atomically, and calls rather than inlines: 80 ns for a
 # trilinear sample of which the reads take 10, more with two threads. These functions create and keep no array: they
 # are compiled without reference counts (`_nrt`), and inlined into the loop that calls them.
-inlined = njit(cache=True, forceinline=True, error_model="numpy", _nrt=False)
+_OPTIONS = {"error_model": "numpy", "_nrt": False}
+
+
+class Inlined(CPUDispatcher):
+    """A function for kernels alone, which is compiled without the entries for Python and for C: they cost a sixth.
+
+    Numba compiles a function once for every literal that it is called with. Here a literal counts as any number of its
+    type: LLVM sees the constant anyway, when it inlines the function.
+    """
+
+    def __init__(self, function: Callable) -> None:
+        entries = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+        super().__init__(function, targetoptions=_OPTIONS | entries | {"nopython": True, "forceinline": True})
+        self.enable_caching()
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Compile it for the types of a call in a kernel."""
+        plain = {name: types.unliteral(kind) for name, kind in kws.items()}
+        return super().get_call_template([types.unliteral(kind) for kind in args], plain)
+
+    @cached_property
+    def _entered(self) -> Callable:
+        return njit(**_OPTIONS)(self.py_func)
+
+    def __call__(self, *args: Any) -> Any:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Call it from Python, as tests do: compiled again in each process, with the entry."""
+        return self._entered(*args)
+
+
+inlined = Inlined

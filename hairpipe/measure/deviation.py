@@ -6,7 +6,7 @@ import numpy as np
 
 from hairpipe.data import Strands
 from hairpipe.data.lengths import strand_lengths
-from hairpipe.groom.arc_length import at_shares
+from hairpipe.groom.strand_arrays import at_shares
 
 
 class Deviation(NamedTuple):

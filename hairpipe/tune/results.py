@@ -7,7 +7,10 @@ from hairpipe.api.shot import Shot
 
 
 class Results:
-    """The results of a shot, of a run at these frames, that are in the cache."""
+    """The results of a shot, of a run at these frames, that are in the cache.
+
+    What is not there is missing from them: nothing is computed.
+    """
 
     def __init__(self, shot: Shot, frames: Iterable[int]) -> None:
         self._shot, self._frames = shot, tuple(frames)

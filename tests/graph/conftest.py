@@ -14,6 +14,7 @@ import pytest
 
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.plan.planner import plan
+from hairpipe.graph.run import machine_code
 from hairpipe.graph.run.events import Options
 from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
@@ -154,6 +155,8 @@ def trusted(tmp_path, monkeypatch) -> None:
 def shot(tmp_path, monkeypatch) -> Shot:
     """A shot of ten frames: seed -> move -> sum (a scan) -> list (a file)."""
     monkeypatch.setenv("TOY_TALLY", str(tmp_path / "tally"))
+    # Toys call no kernel of ours: a new store would analyse all modules that hold some, at half the cost of a run.
+    monkeypatch.setattr(machine_code, "kernel_modules", lambda: iter(()))
     monkeypatch.setattr(sys, "path", list(sys.path))
     before = set(sys.modules)
     yield Shot(tmp_path)

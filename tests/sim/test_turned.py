@@ -40,7 +40,7 @@ def seen(scene, straight, monkeypatch):
         how = replace(SCENE, wind=Wind(tuple(turn.apply([0.0, 0.0, 2.0]).tolist())))
 
         def plate(frame):
-            return Mesh(turn.apply((SPIN**frame).apply(body.points)) + shift, body.triangles)
+            return Mesh(np.ascontiguousarray(turn.apply((SPIN**frame).apply(body.points)) + shift), body.triangles)
 
         state = simulate.start(hair, plate(0), how)
         for frame in range(FRAMES):

@@ -17,9 +17,10 @@ from hairpipe.groom.grow.seeding import Density, seed_roots
 from hairpipe.groom.grow.strand_axis import keep_out, lay, lift_off
 from hairpipe.groom.grow.strand_layout import GAP, Layout, lay_out
 from hairpipe.groom.grow.style import Paint, Style
-from hairpipe.groom.importing import offsets_of, warn_of_fewer
+from hairpipe.groom.importing import warn_of_fewer
 from hairpipe.groom.random_streams import stream
 from hairpipe.groom.resampling import put, stride_on
+from hairpipe.groom.strand_arrays import offsets_of
 from hairpipe.kernels.vec3 import row
 from hairpipe.spatial.morton import morton_order
 from hairpipe.spatial.triangle_tree import Tree

@@ -24,7 +24,7 @@ def inner_corners(tree: Tree, velocities: np.ndarray, lattice: Lattice, places: 
     touched = np.zeros(corners.shape[:3], bool)
     for a, b, c in np.ndindex(2, 2, 2):
         touched |= far[a : a + touched.shape[0], b : b + touched.shape[1], c : c + touched.shape[2]]
-    _fill(tree, velocities, np.argwhere(touched), lattice.first, lattice.voxel, corners)
+    _fill(tree, velocities, np.ascontiguousarray(np.argwhere(touched)), lattice.first, lattice.voxel, corners)
     return corners
 
 

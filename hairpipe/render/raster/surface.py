@@ -33,8 +33,8 @@ def see_body(body: Mesh, camera: Camera) -> Surface:
     """Find the body's points at the pixel centres; triangles that reach behind the eye are left out."""
     places = camera.project(body.points)
     closeness = np.where(places[:, 2] > NEAR, 1.0 / np.maximum(places[:, 2], NEAR), 0.0)
-    seen, close = rasterise(places[:, :2], body.triangles, closeness, camera.height, camera.width)
-    rows, columns = np.nonzero(seen != UNSEEN)
+    seen, close = rasterise(np.ascontiguousarray(places[:, :2]), body.triangles, closeness, camera.height, camera.width)
+    rows, columns = map(np.ascontiguousarray, np.nonzero(seen != UNSEEN))
     depth = np.full(seen.shape, np.inf)
     depth[rows, columns] = 1.0 / close[rows, columns]
     towards = vertex_normals(body)

@@ -290,7 +290,7 @@ def _carry(model, block, at, stage, h, bad, rule):
     euler = Stage(before, stage.began, before, stage.began, ends, stage.held, stage.h, stage.time, stage.span)
     _assemble(model, block, System(A, b), carried, nothing, euler, span, rule)
     substitute(model, A, b, count)
-    _update(model, block, carried, b, bad, False, span, rule)
+    _update(model, block, carried, b, bad, True, span, rule)
     for p in range(count):
         for c in range(3):
             store(x, (p, c), select(bad, load(moved, (p, c)), load(x, (p, c))))

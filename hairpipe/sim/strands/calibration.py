@@ -6,6 +6,7 @@ axes (their mean) and M L / GJ about its own.
 """
 
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -73,12 +74,12 @@ def _fit(slack: float, ratio: float, altitude: float, turn: float) -> tuple[floa
     altitude  constant of the altitude springs over that of the torsion springs
     turn      of the lattice [rad]
     """
-    log = np.log([1 / 6.2, 1 / 3.7])
+    log, rod = np.log([1 / 6.2, 1 / 3.7]), straight_rod(turn)
     for _ in range(30):
-        misfit = _misfit(log, slack, ratio, altitude, turn)
+        misfit = _misfit(log, slack, ratio, altitude, rod)
         if np.abs(misfit).max() < _ENOUGH:
             break
-        slopes = [(_misfit(log + step, slack, ratio, altitude, turn) - misfit) / 1e-6 for step in np.eye(2) * 1e-6]
+        slopes = [(_misfit(log + step, slack, ratio, altitude, rod) - misfit) / 1e-6 for step in np.eye(2) * 1e-6]
         log = log - np.clip(np.linalg.solve(np.transpose(slopes), misfit), -1, 1)
     else:
         raise BadInput(
@@ -90,25 +91,49 @@ def _fit(slack: float, ratio: float, altitude: float, turn: float) -> tuple[floa
     return float(bending), float(torsion)
 
 
-def _misfit(log: np.ndarray, slack: float, ratio: float, altitude: float, turn: float) -> np.ndarray:
+def _misfit(log: np.ndarray, slack: float, ratio: float, altitude: float, rod: "Springs") -> np.ndarray:
     bending, torsion = np.exp(-log)
     edge = 1 / max(slack, _STIFFEST)
-    stiffness = rod_stiffness(np.array([edge, bending, torsion, altitude * torsion]), turn)
+    stiffness = rod_stiffness(np.array([edge, bending, torsion, altitude * torsion]), rod)
     return np.log(stiffness / [1.0, ratio])
 
 
-def rod_stiffness(constants: np.ndarray, turn: float) -> np.ndarray:
-    """Bending and torsional stiffness of a straight network with segments of length 1.
+class Springs(NamedTuple):
+    """The springs of a network at rest, in the order in which their second derivatives are added.
 
-    constants  edge, bending, torsion, altitude [N], (4,); turn  of the lattice [rad]
-    returns    EI (mean of both transverse axes) and GJ [N m^2], (2,)
+    particles  at rest [m], (p, 3)
+    kinds      of the springs: 0 edge, 1 bending, 2 torsion, 3 altitude, (n,)
+    lengths    at rest [m], (n,)
+    owners     springs that the products belong to, (m,)
+    places     of the products in the flat matrix of second derivatives, (m,)
+    products   w_i w_j n n^T for every pair of particles of a spring with weights w along its direction n, (m,)
     """
+
+    particles: np.ndarray
+    kinds: np.ndarray
+    lengths: np.ndarray
+    owners: np.ndarray
+    places: np.ndarray
+    products: np.ndarray
+
+
+def straight_rod(turn: float) -> Springs:
+    """Make the straight network with segments of length 1 whose response is measured; turn of its lattice [rad]."""
     segments = _PROBED + 2 * _MARGIN
     axis = np.zeros((1, segments + 1, 3))
     axis[0, :, 2] = np.arange(segments + 1)
-    particles = lattice.perturb(axis, np.array([[0.0, 1.0, 0.0]]), turn)[0]
+    return springs_of(lattice.perturb(axis, np.array([[0.0, 1.0, 0.0]]), turn)[0])
+
+
+def rod_stiffness(constants: np.ndarray, rod: Springs) -> np.ndarray:
+    """Bending and torsional stiffness of a straight network, see `straight_rod`.
+
+    constants  edge, bending, torsion, altitude [N], (4,)
+    returns    EI (mean of both transverse axes) and GJ [N m^2], (2,)
+    """
+    particles = rod.particles
     free = slice(3 * lattice.CLAMPED, None)
-    hessian = _hessian(particles, constants)[free, free]
+    hessian = hessian_of(rod, constants)[free, free]
     loads = np.zeros((len(particles), 3, 3))
     loads[-3:] = _couples(particles[-3:])
     moved = np.zeros((len(particles) * 3, 3))
@@ -138,32 +163,44 @@ def _inertia(arms: np.ndarray) -> np.ndarray:
     return np.eye(3) * np.sum(arms**2) - arms.T @ arms
 
 
-def _hessian(particles: np.ndarray, constants: np.ndarray) -> np.ndarray:
-    """Second derivatives of the network's energy at rest [N/m], (3p, 3p)."""
-    edge, bending, torsion, altitude = constants
+def springs_of(particles: np.ndarray) -> Springs:
+    """List the springs of a network at rest; of every tetrahedron, the shortest altitude. Particles [m], (p, 3)."""
     count = len(particles)
-    hessian = np.zeros((count, 3, count, 3))
+    kinds, lengths, places, products = [], [], [], []
+
+    def add(kind: int, length: float, who: np.ndarray, weights: np.ndarray, direction: np.ndarray) -> None:
+        gradient = (weights[:, None] * direction).reshape(-1)
+        rows = (3 * who[:, None] + np.arange(3)).reshape(-1)
+        kinds.append(kind)
+        lengths.append(length)
+        places.append((3 * count * rows[:, None] + rows).reshape(-1))
+        products.append(np.outer(gradient, gradient).reshape(-1))
+
     for i in range(count):
-        for offset, k in ((1, edge), (2, bending if i % 2 else edge), (3, torsion)):
+        for offset, kind in ((1, 0), (2, i % 2), (3, 2)):
             if i + offset < count:
                 span = particles[i + offset] - particles[i]
-                length = np.linalg.norm(span)
-                _add_outer(hessian, [i, i + offset], np.array([-1.0, 1.0]), span / length, k / length)
+                length = float(np.linalg.norm(span))
+                add(kind, length, np.array([i, i + offset]), np.array([-1.0, 1.0]), span / length)
     area, volume = (values[0] for values in area_vectors(lattice.tetrahedra(particles[None])))
-    for i in range(count - 3 if altitude else 0):
+    for i in range(count - 3):
         candidates = altitude_vectors(area[i])
         size = np.linalg.norm(candidates, axis=1)
         best = np.argmax(size)
         weights = area[i] @ candidates[best] / size[best] ** 2
-        height = abs(volume[i]) / size[best]
-        _add_outer(hessian, [i, i + 1, i + 2, i + 3], weights, candidates[best] / size[best], altitude / height)
-    return hessian.reshape(3 * count, 3 * count)
+        add(3, abs(volume[i]) / size[best], np.arange(i, i + 4), weights, candidates[best] / size[best])
+    owners = np.repeat(np.arange(len(kinds)), [len(own) for own in places])
+    return Springs(
+        particles, np.array(kinds), np.array(lengths), owners, np.concatenate(places), np.concatenate(products)
+    )
 
 
-def _add_outer(hessian: np.ndarray, who: list[int], weights: np.ndarray, direction: np.ndarray, k: float) -> None:
-    """Add k g_i g_j n n^T for every pair of the particles who, with weights g along direction n."""
-    gradient = (weights[:, None] * direction).reshape(-1)
-    block = k * np.outer(gradient, gradient).reshape(len(who), 3, len(who), 3)
-    for i, p in enumerate(who):
-        for j, q in enumerate(who):
-            hessian[p, :, q, :] += block[i, :, j, :]
+def hessian_of(springs: Springs, constants: np.ndarray) -> np.ndarray:
+    """Second derivatives of the network's energy at rest [N/m], (3p, 3p); constants as for `rod_stiffness`."""
+    size = springs.particles.size
+    hessian = np.zeros(size * size)
+    given = constants[springs.kinds]
+    # An altitude may have no length where there is to be no altitude spring.
+    stiffness = np.divide(given, springs.lengths, out=np.zeros_like(given), where=given != 0)
+    np.add.at(hessian, springs.places, stiffness[springs.owners] * springs.products)
+    return hessian.reshape(size, size)

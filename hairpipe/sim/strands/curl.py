@@ -135,7 +135,7 @@ def tip_of_network(particles: np.ndarray, constants: np.ndarray) -> np.ndarray:
     particles  [m], (s, p, 3); constants  edge, bending, torsion, altitude [N], (4, s)
     """
     found = np.empty((len(particles), 3, 3))
-    _tips(particles, constants, found)
+    _tips(particles, np.ascontiguousarray(constants), found)
     return found
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hairpipe.data import Ends, Groom
-from hairpipe.groom.importing import offsets_of
+from hairpipe.groom.strand_arrays import offsets_of
 from hairpipe.groom.strands import lay_strands
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track

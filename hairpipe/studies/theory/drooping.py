@@ -4,7 +4,7 @@ import numpy as np
 
 from hairpipe.data import Groom, Strands
 from hairpipe.errors import BadInput
-from hairpipe.groom.arc_length import shares_of
+from hairpipe.groom.strand_arrays import shares_of
 from hairpipe.sim.material import Material
 from hairpipe.studies.theory.elastica import Elastica, bend_elastica
 

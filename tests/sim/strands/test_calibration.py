@@ -17,7 +17,7 @@ def test_stiffness_agrees_with_the_closed_form_at_right_angles(monkeypatch):
     edge, bending, torsion = 50.0, 7.0, 5.0
     bend = 1 / (2 / edge + 4 * np.sqrt(3) / torsion)
     twist = 1 / (44 / 9 / edge + 16 / 9 * 2.5**1.5 / bending + 8 / np.sqrt(3) / torsion)
-    stiffness = calibration.rod_stiffness(np.array([edge, bending, torsion, 0.0]), np.pi / 2)
+    stiffness = calibration.rod_stiffness(np.array([edge, bending, torsion, 0.0]), calibration.straight_rod(np.pi / 2))
     np.testing.assert_allclose(stiffness, [bend, twist], rtol=1e-9)
 
 
@@ -26,7 +26,7 @@ def test_network_has_the_stiffness_of_the_material_at_every_length(poisson):
     material = Material(poisson=poisson)
     lengths = np.array([0.0008, 0.002, 0.005, 0.02])
     for length, constants in zip(lengths, calibration.spring_constants(material, DEFAULT, lengths).T, strict=True):
-        stiffness = calibration.rod_stiffness(constants, lattice.TURN) * length**2
+        stiffness = calibration.rod_stiffness(constants, calibration.straight_rod(lattice.TURN)) * length**2
         np.testing.assert_allclose(stiffness, [material.bending, material.torsion], rtol=1e-3)
 
 
@@ -43,7 +43,7 @@ def test_short_segments_are_softened_as_far_as_they_may_be_and_others_do_not_fee
     constants = calibration.spring_constants(material, DEFAULT, lengths)
     np.testing.assert_array_equal(constants[:, 1], calibration.spring_constants(material, DEFAULT, lengths[1:2])[:, 0])
     for length, own in zip(lengths, constants.T, strict=True):
-        stiffness = calibration.rod_stiffness(own, lattice.TURN) * length**2
+        stiffness = calibration.rod_stiffness(own, calibration.straight_rod(lattice.TURN)) * length**2
         np.testing.assert_allclose(stiffness, [material.bending, material.torsion], rtol=2e-3)
 
 
@@ -55,7 +55,7 @@ def test_what_is_left_out_does_not_stiffen_the_rest():
     np.testing.assert_allclose(part, [edge, 0 * bending, 0.5 * torsion, 0.5 * altitude])
     bare = calibration.spring_constants(Material(), Construction(altitude=0.0), length)
     assert bare[3] == 0
-    stiffness = calibration.rod_stiffness(bare[:, 0], lattice.TURN) * length**2
+    stiffness = calibration.rod_stiffness(bare[:, 0], calibration.straight_rod(lattice.TURN)) * length**2
     np.testing.assert_allclose(stiffness, [Material().bending, Material().torsion], rtol=1e-3)
 
 
@@ -63,7 +63,7 @@ def test_what_is_left_out_does_not_stiffen_the_rest():
 def test_constants_are_those_of_the_turn(turn):
     length, material = np.array([0.004]), Material()
     constants = calibration.spring_constants(material, Construction(turn=turn), length)[:, 0]
-    stiffness = calibration.rod_stiffness(constants, np.deg2rad(turn)) * length**2
+    stiffness = calibration.rod_stiffness(constants, calibration.straight_rod(np.deg2rad(turn))) * length**2
     np.testing.assert_allclose(stiffness, [material.bending, material.torsion], rtol=1e-3)
 
 

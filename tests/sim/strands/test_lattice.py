@@ -27,7 +27,7 @@ def perturbed(axis, turn=lattice.TURN):
 
 def _floppy_modes(axis, turn=lattice.TURN):
     """Directions of free motion that no spring resists."""
-    hessian = calibration._hessian(perturbed(axis, turn)[0], CONSTANTS)
+    hessian = calibration.hessian_of(calibration.springs_of(perturbed(axis, turn)[0]), CONSTANTS)
     free = hessian[3 * lattice.CLAMPED :, 3 * lattice.CLAMPED :]
     values = np.linalg.eigvalsh(free)
     return int(np.sum(values < 1e-9 * values.max()))

@@ -69,8 +69,13 @@ def rise(
             if probe.distance[i] < -DEEP and mass[i] < np.inf:
                 _rise(contact, probe, i, kept[i], push[i] / PUSH_OUT * mass[i], dt)
             elif contact.state[i] == INSIDE:
-                contact.discontinuous[i] = True
-                contact.state[i] = FREE
+                _release(contact, i)
+
+
+@inlined
+def _release(contact, i):
+    contact.discontinuous[i] = True
+    contact.state[i] = FREE
 
 
 @inlined

@@ -10,7 +10,8 @@ from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import SdfSample
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.sim.contact.body.depenetration import PUSH_OUT, STRAIN, pushes, within_reach
+from hairpipe.sim.contact.body.depenetration import PUSH_OUT, STRAIN, pushes, rise, within_reach
+from hairpipe.sim.contact.body.implicit import DEEP, FREE, INSIDE, NEW, TOUCHES, ContactState
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Scene, Scheme, StepControl, StrainLimit
@@ -114,3 +115,17 @@ def test_no_point_keeps_more_than_the_one_before_lets_it():
     segments = np.array([9.0, 0.02, 0.02, 9.0, 0.01])
     reach = within_reach(np.array([-0.03, -0.02, 1.0, 0.0, 1.0]), segments, np.array([0, 3, 5]))
     assert reach == pytest.approx([np.inf, -0.014, -0.004, np.inf, 0.008])
+
+
+def test_what_has_risen_out_is_let_go_of():
+    """All others are as they were: in several chunks of a parallel loop, in any state, held roots among them."""
+    count, rng = 1300, np.random.default_rng(1)
+    contact, probe = ContactState.none(count), SdfSample.blank(count)
+    contact.state[:] = before = rng.choice(np.array([FREE, TOUCHES, NEW, INSIDE], np.int8), count)
+    probe.distance[:], probe.normal[:] = rng.uniform(-3.0 * DEEP, DEEP, count), [0.0, 0.0, 1.0]
+    masses = np.where(rng.random(count) < 0.2, np.inf, 1e-6)
+    rise(contact, probe, np.full(count, 1e-3), np.full(count, 100.0), masses, 1 / 96)
+    rises = (probe.distance < -DEEP) & np.isfinite(masses)
+    assert np.array_equal(contact.state, np.where(rises, INSIDE, np.where(before == INSIDE, FREE, before)))
+    assert np.array_equal(contact.discontinuous, rises != (before == INSIDE))
+    assert np.array_equal(contact.c_n > 0.0, rises)

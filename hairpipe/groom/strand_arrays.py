@@ -1,6 +1,18 @@
-"""Places along strands as shares of their length, the same however strands are cut into segments."""
+"""Strands in flat arrays: their offsets, some of them, and places along them as shares of their length."""
 
 import numpy as np
+
+
+def offsets_of(counts: np.ndarray) -> np.ndarray:
+    """Return the offsets of strands with given numbers of points, (S+1,) int32."""
+    return np.concatenate(([0], np.cumsum(counts))).astype(np.int32)
+
+
+def take_strands(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the points and offsets of some of the strands."""
+    kept = offsets_of(np.diff(offsets)[ids])
+    shift = np.repeat(offsets[ids] - kept[:-1], np.diff(kept))
+    return np.ascontiguousarray(points[np.arange(kept[-1]) + shift], dtype=np.float64), kept
 
 
 def at_shares(values: np.ndarray, offsets: np.ndarray, strands: np.ndarray, shares: np.ndarray) -> np.ndarray:
