@@ -11,6 +11,7 @@ from numba.core.extending import overload
 
 from hairpipe.kernels import banded, banded_angle
 from hairpipe.kernels.banded import add, clear_row
+from hairpipe.kernels.banded import row_size as size_by_reach
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, store
 from hairpipe.sim.layout import Shape
@@ -20,7 +21,7 @@ from hairpipe.sim.strands.interface import shape_registered
 @inlined
 def row_size(shape: Shape) -> int:
     """Numbers in a row of the matrix."""
-    return banded.row_size(shape.reach) if shape.unknowns == 3 else banded_angle.SIZE
+    return size_by_reach(shape.reach) if shape.unknowns == 3 else banded_angle.SIZE
 
 
 def start_row(model: Any, A: Any, p: Any, count: Any) -> Any:
