@@ -23,6 +23,7 @@ from numba.core.errors import TypingError
 from numba.core.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.np.arrayobj import populate_array
 from numpy.typing import DTypeLike
 
 VECTOR_BYTES = 64
@@ -315,3 +316,30 @@ def store(typingctx, array, index, value):
         return context.get_dummy_value()
 
     return signature(types.none, array, index, lanes), emit
+
+
+@intrinsic(prefer_literal=True)
+def local_rows(typingctx, count, like):
+    """So many rows of lanes, (count, W), like those of an array, on the stack of the function that asks: uninitialised.
+
+    A kernel without reference counts makes no other arrays. They end with the function.
+    """
+    lanes = _lanes_of(like)
+    if not isinstance(count, types.IntegerLiteral):
+        raise _refusal("a constant number of rows", count)
+    rows, size = count.literal_value, lanes.dtype.bitwidth // 8
+    kind = types.Array(lanes.dtype, 2, "C")
+
+    def emit(context, builder, sig, args):
+        view = context.make_array(kind)(context, builder)
+        memory = cgutils.alloca_once(builder, ir.ArrayType(lanes.vector, rows))
+        pointer = builder.bitcast(memory, view.data.type)
+        shape, strides = (rows, lanes.width), (lanes.width * size, size)
+        numbers = [
+            cgutils.pack_array(builder, [context.get_constant(types.intp, n) for n in of]) for of in (shape, strides)
+        ]
+        itemsize = context.get_constant(types.intp, size)
+        populate_array(view, data=pointer, shape=numbers[0], strides=numbers[1], itemsize=itemsize, meminfo=None)
+        return view._getvalue()
+
+    return signature(kind, count, like), emit

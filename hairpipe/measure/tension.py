@@ -74,7 +74,7 @@ def tensions(layout: Layout, state: HairState) -> list[tuple[int, np.ndarray, np
         rows = slice(layout.first[block], layout.first[block + 1])
         x, T = state.positions[rows], state.tensions[rows]
         total = np.zeros_like(x)
-        for offset in range(1, min(T.shape[1], shape.reach) + 1):
+        for offset in range(1, (min(T.shape[1], shape.reach) if shape.unknowns == 3 else 1) + 1):
             span = x[offset:] - x[:-offset]
             pull = T[:-offset, None, offset - 1] * span / np.linalg.norm(span, axis=1, keepdims=True)
             for cut in range(offset):

@@ -7,6 +7,7 @@ import numpy as np
 from hairpipe.data import LevelSet
 from hairpipe.data.hair import HairState
 from hairpipe.data.parts import BodyParts
+from hairpipe.errors import BadInput
 from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
@@ -30,7 +31,7 @@ from hairpipe.sim.interactions import Interaction, own_interactions
 from hairpipe.sim.settings import BodyContact, Collisions, Scene, Stiction, Volume
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Rule
-from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.sim.strands.interface import StrandModel, kind_of, may_be_lost
 from hairpipe.sim.surroundings import Surroundings
 from hairpipe.sim.volume_filter import VolumeFilter, reach_of, rest_density
 from hairpipe.spatial.pairs import key_of
@@ -119,6 +120,19 @@ def pairs_at_rest(
         far = REST * collisions.thickness
         colliding = hair.once(("collisions", far), lambda: key_of(near_pairs(points, offsets, far).segments))
     return sticking, colliding
+
+
+def check_scheme(model: StrandModel, scene: Scene) -> None:
+    """Raise BadInput where a model cannot be computed by a scheme: a rod's twist has no inertia, and must be solved."""
+    if not may_be_lost(model):
+        return
+    name = kind_of(model).name
+    if scene.scheme.value == "nine_steps":
+        right = '"tr_bdf2", "bdf2" or "backward_euler"'
+        raise BadInput(f"the nine steps are those of springs, not of a {name}", where="scheme.value", right=right)
+    if scene.scheme.spring not in ("multiplier", "tension"):
+        said = f'"{scene.scheme.spring}" leaves out stiffness that a {name} needs'
+        raise BadInput(said, where="scheme.spring", right='"multiplier" or "tension"')
 
 
 def integrator_of(scene: Scene) -> Integrator:

@@ -1,16 +1,18 @@
-"""What is said of a shot's hair while it is simulated: roots too deep inside a body, segments stretched too far."""
+"""What is said of a shot's hair while it is simulated: roots too deep in a body, stretched segments, lost rods."""
 
 from collections.abc import Sequence
 from warnings import warn
 
 import numpy as np
 
+from hairpipe.data.hair import HairState
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.groom.binding import name_strands
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.sim.contact.body.length_projection import STRETCH
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.settings import Scene
+from hairpipe.sim.strands.interface import may_be_lost
 
 SHALLOW = 2e-3
 """A root that lies so little below the skin is an ordinary one [m], whatever its segments are."""
@@ -59,3 +61,16 @@ def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame:
     far = f"a segment of strand {hair.groom.ids[strand]} is stretched to {stretch[worst]:.3g} times its length"
     warn(f"{far} at frame {frame}, beyond the limit of {1.0 + limit:.3g}: what holds it is too strong", stacklevel=3)
     return float(stretch[worst])
+
+
+def warn_of_lost(hair: HairModel, before: HairState, after: HairState, frame: int) -> None:
+    """Name the strands that did a step again in a frame and had done none before, see `integrators/lost.py`."""
+    if not may_be_lost(hair.model):
+        return
+    rows = hair.model.first[:-1]
+    new = (after.tensions[rows, 1] > 0.0) & (before.tensions[rows, 1] == 0.0) & ~hair.layout.idle
+    if new.any():
+        steps = int(after.tensions[rows, 1][~hair.layout.idle].sum())
+        who = name_strands(hair.groom.ids[np.unique(hair.layout.strands[new])])
+        said = f"{np.count_nonzero(new)} strands were lost by a step at frame {frame} and did it again: {who}"
+        warn(f"{said} ({steps} steps of all strands so far; a shorter steps.longest loses none)", stacklevel=3)

@@ -16,20 +16,26 @@ class Shape(NamedTuple):
     reach    a force couples a particle to so many after it
     clamped  so many at the root are held by the body; the last of them is m_0, the first point of the groom
     stride   from one particle on the axis to the next
+    unknowns of a row of the system: 3, or 4 where the edge to the next particle has an angle
+    before   particles before those that edges join: they show how the root is turned
+    after    so many after those: they show how the tip is turned, where it is held
     """
 
     reach: int
     clamped: int
     stride: int
+    unknowns: int = 3
+    before: int = 0
+    after: int = 0
 
     def count(self, segments: int) -> int:
         """Return the number of particles of a strand."""
-        return self.stride * segments + self.clamped
+        return self.stride * segments + self.clamped + self.after
 
     @property
     def axis(self) -> slice:
         """Where the points of the groom stand among the particles."""
-        return slice(self.clamped - 1, None, self.stride)
+        return slice(self.clamped - 1, -self.after or None, self.stride)
 
 
 @dataclass(frozen=True, eq=False)

@@ -225,7 +225,8 @@ class Scene:
 class HairSettings(Scene):
     """All that a graph says of a simulation: the scene, and the hair in it.
 
-    model         network: as published; chain: straight hair without twist, at half the particles
+    model         network: as published; rod: an elastic rod, as true at half the segments, with its twist; chain:
+                  straight hair without twist, at half the particles
     precision     of the numbers; automatic: single where that is safe, see `sim/precision.py`
     material      of the fibre; the spring constants are calibrated from it
     construction  of the network, to take apart what it consists of

@@ -19,8 +19,8 @@ from hairpipe.sim.boundary import (
     origin_of,
     place,
 )
-from hairpipe.sim.build import bodies_of, gravity_of, integrator_of, surroundings_of
-from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_stretch
+from hairpipe.sim.build import bodies_of, check_scheme, gravity_of, integrator_of, surroundings_of
+from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_lost, warn_of_stretch
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
 from hairpipe.sim.settings import Scene
@@ -60,14 +60,17 @@ def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene:
         return state
     state = advance_frame(hair, previous, frame.leads, bodies, frame.frame_dt, scene, frame.began)
     number = round(frame.began / frame.frame_dt) + 1
+    warn_of_lost(hair, previous, state, number)
     return replace(state, stretched=warn_of_stretch(hair, state.positions, scene, number, previous.stretched))
 
 
 def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:
     """Put the groom where its roots are, moving with them.
 
-    Its springs are at rest, so it begins to fall freely; with a sag-free start they carry it. BadInput as for `stand`.
+    Its springs are at rest, so it begins to fall freely; with a sag-free start they carry it. BadInput as for `stand`,
+    and where a scheme is none for the model.
     """
+    check_scheme(hair.model, scene)
     layout = hair.layout
     positions, velocities = place(lead, hair.groom, hair.rest, layout)
     gravity = gravity_of(scene).astype(layout.dtype)

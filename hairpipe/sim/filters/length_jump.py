@@ -29,7 +29,7 @@ def mark_length_jumps(model, before, after, out):
 def _mark_block(model, block, before, after, out):
     first, stride = model.first[block], shape_of(model).stride
     jumped = load(before, (0, 0)) < load(before, (0, 0))
-    for p in range(0, before.shape[0] - stride, stride):
+    for p in range(shape_of(model).before, before.shape[0] - stride - shape_of(model).after, stride):
         inverse_rest = load(model.inverse_lengths, (first + p, stride - 1))
         change = (_length(after, p, p + stride) - _length(before, p, p + stride)) * inverse_rest
         jumped = either(jumped, either(change > LENGTH_JUMP, change < -LENGTH_JUMP))

@@ -65,7 +65,7 @@ def limit_strain(x: np.ndarray, inverse_lengths: np.ndarray, shape: Shape, limit
     inverse_lengths  of the springs, see the model, (particles, springs, W)
     limit            length over that at rest, of all strands or lanes with that of each
     """
-    for p in range(shape.clamped, x.shape[0]):
+    for p in range(shape.clamped, x.shape[0] - shape.after):
         parent = p - 1 if p % shape.stride else p - shape.stride
         _draw_in(x, p, parent, load(inverse_lengths, (parent, p - parent - 1)), limit)
 

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.sim.integrators.interface import everywhere
+from hairpipe.sim.integrators.lost import begin, do_again, find_lost
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
-from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.sim.strands.interface import StrandModel, may_be_lost
 from hairpipe.sim.surroundings import Surroundings
 
 
@@ -27,12 +28,16 @@ class BackwardEuler:
 
     def advance(self, model: StrandModel, state: State, step: Step, around: Surroundings) -> None:
         """Advance state by step, in place."""
-        before, v0 = state.x.copy(), state.v.copy()
+        began = begin(model, state)
+        before, v0, _ = began
         around.begin(state, step)
         state.v[:] = 0.0
         weights = everywhere(model, v0, step.dt)
         stage = Stage(before, v0, before, v0, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
         kick = around.solve(state.x, state.v, state.T, stage, self.rule)
         np.divide(state.v - v0 - kick, step.dt, out=state.a)
+        lost = find_lost(model, state) if may_be_lost(model) else None
+        if lost is not None:
+            do_again(self.rule, model, state, began, lost, step, around)
         state.fresh[:] = False
         around.end(state, before, step)

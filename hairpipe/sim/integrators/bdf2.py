@@ -13,11 +13,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hairpipe.sim.integrators.interface import everywhere, rows_of
-from hairpipe.sim.integrators.restart import restart_fresh
+from hairpipe.sim.integrators.lost import begin, do_again, find_lost
+from hairpipe.sim.integrators.restart import restart_fresh, take_over_change
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
-from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.sim.strands.interface import StrandModel, may_be_lost
 from hairpipe.sim.surroundings import Surroundings
 
 
@@ -30,7 +31,8 @@ class Bdf2:
 
     def advance(self, model: StrandModel, state: State, step: Step, around: Surroundings) -> None:
         """Advance state by step, in place."""
-        x0, v0 = state.x.copy(), state.v.copy()
+        began = begin(model, state)
+        x0, v0, _ = began
         if step.time == 0.0 or self._before is None:
             kick = TrBdf2(self.rule).take_step(model, state, step, around)
         else:
@@ -43,6 +45,9 @@ class Bdf2:
             stage = Stage(xh, vh, x0, state.v, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
             kick = around.solve(state.x, state.v, state.T, stage, self.rule)
             np.divide(state.v - vh - kick, rows_of(model, weights), out=state.a)
+            lost = find_lost(model, state) if may_be_lost(model) else None
+            if lost is not None:
+                take_over_change(model, kick, do_again(self.rule, model, state, began, lost, step, around), lost)
             kick = kick + around.end(state, x0, step)
         state.fresh[:] = around.discontinuous(state.x) != 0.0
         self._before = x0, v0 + kick, step.dt

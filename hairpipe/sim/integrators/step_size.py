@@ -106,7 +106,7 @@ class StrainRate:
         return self._fastest(state)[1:]
 
     def _fastest(self, state: State) -> tuple[float, int, int]:
-        return _strain_rate(self.model.first, self.model.inverse_lengths, self.model.shape.stride, state.x, state.v)
+        return _strain_rate(self.model.first, self.model.inverse_lengths, self.model.shape, state.x, state.v)
 
     def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Find the fastest strain."""
@@ -238,11 +238,11 @@ def _farthest(way: np.ndarray) -> tuple[float, int, int]:
 
 
 @njit(cache=True)
-def _strain_rate(first, inverse_lengths, stride, x, v):
+def _strain_rate(first, inverse_lengths, shape, x, v):
     """Find the largest rate of strain of an edge on the axis [1/s], its block and lane."""
-    fastest, where, which = 0.0, 0, 0
+    fastest, where, which, stride = 0.0, 0, 0, shape.stride
     for block in range(len(first) - 1):
-        for p in range(first[block], first[block + 1] - stride, stride):
+        for p in range(first[block] + shape.before, first[block + 1] - stride - shape.after, stride):
             for lane in range(x.shape[2]):
                 length, closing = 0.0, 0.0
                 for c in range(3):

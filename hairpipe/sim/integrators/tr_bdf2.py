@@ -6,8 +6,7 @@ With g = 2 - sqrt 2 both stages have the same weight h = g dt / 2 and the scheme
     2   xh = w1 x1 - w0 x,   vh = w1 v1 - w0 v,    guess v1
 
 with w1 = 1 / (g (2 - g)), w0 = (1 - g)^2 w1 and a = (v - vh) / h of the last stage, so that forces are not evaluated
-again. One solve a stage, linearised at the prediction. A strand with an edge that is strained by more than 10 % after
-that is beyond the scheme: its step is done again by backward Euler, which nothing makes diverge.
+again. One solve a stage, linearised at the prediction. Strands that a step loses do it again, see `lost.py`.
 
 What strands do to each other changes velocities within a stage as backward Euler would: it is taken out of v - vh and
 of v1 - v, so that no stage throws back what the one before has stopped. Strands whose forces have jumped restart: their
@@ -22,17 +21,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.kernels.simd_arrays import combine_all, copied
-from hairpipe.sim.integrators.interface import everywhere, rows_of
+from hairpipe.sim.integrators.interface import everywhere
+from hairpipe.sim.integrators.lost import begin, do_again, find_lost
 from hairpipe.sim.integrators.restart import (
     ContactChange,
     add_change,
     restart_fresh,
     sum_changes,
-    take_over,
     take_over_change,
 )
-from hairpipe.sim.solve.implicit_stage import overstrained_lanes, set_all_tensions
-from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel
@@ -41,8 +38,6 @@ from hairpipe.sim.surroundings import Surroundings
 G = 2.0 - np.sqrt(2.0)
 _W1 = 1.0 / (G * (2.0 - G))
 _W0 = (1.0 - G) ** 2 * _W1
-_LOST = 0.1  # an edge strained by more than this after a solve means that the step was beyond the scheme
-_MULTIPLIER = int(SpringForm.multiplier)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +53,8 @@ class TrBdf2:
     def take_step(self, model: StrandModel, state: State, step: Step, around: Surroundings) -> ContactChange:
         """Advance state by step, in place; return what contact changed."""
         x, v, T, dt = state.x, state.v, state.T, step.dt
-        x0, v0, h = copied(x), copied(v), G * dt / 2
+        began, h = begin(model, state), G * dt / 2
+        x0, v0 = began.x, began.v
         around.begin(state, step)
         xh, vh = np.empty_like(x), np.empty_like(x)
         combine_all(xh, 1.0, x0, h, v0)
@@ -75,46 +71,11 @@ class TrBdf2:
         second = around.solve(x, v, T, stage, self.rule)
         combine_all(state.a, 1 / h, v, -1 / h, vh)
         add_change(state.a, -1 / h, second)
-        lost = everywhere(model, x, 0.0)
-        if overstrained_lanes(model, x, _LOST, lost):
-            kick = self._do_again(model, state, x0, v0, lost, step, around)
+        lost = find_lost(model, state)
+        if lost is not None:
+            kick = do_again(self.rule, model, state, began, lost, step, around)
             take_over_change(model, first, 0.0, lost)
             take_over_change(model, second, kick, lost)
         changed = around.end(state, x0, step)
         state.fresh[:] = around.discontinuous(x) != 0.0
         return sum_changes(sum_changes(first, second), changed)
-
-    def _do_again(
-        self,
-        model: StrandModel,
-        state: State,
-        x0: np.ndarray,
-        v0: np.ndarray,
-        lost: np.ndarray,
-        step: Step,
-        around: Surroundings,
-    ) -> ContactChange:
-        """Do the step of lost strands, (blocks, W), by backward Euler with the tension of the present stretch.
-
-        x0, v0  where it began [m], [m/s], (rows, 3, W)
-
-        It is linearised where they would be if they went along with their roots; the others are where they have come.
-
-        Returns the change of velocity by contact, see `Surroundings.solve`.
-        """
-        robust = self.rule._replace(form=_MULTIPLIER, guard=np.inf, iterations=1)
-        again = State(copied(x0), copied(state.v), np.empty_like(x0), np.zeros_like(state.T), state.fresh)
-        set_all_tensions(model, again.x, again.T)
-        ends, who = step.ends(1.0), rows_of(model, lost != 0.0)
-        root = model.shape.clamped - 1
-        along = (ends[:, root] - x0[model.first[:-1] + root]) / step.dt
-        np.copyto(again.v, np.repeat(along, np.diff(model.first), axis=0), where=who)
-        xh, began = state.x - step.dt * state.v, copied(state.v)
-        np.copyto(xh, x0, where=who)
-        np.copyto(began, v0, where=who)
-        weights = everywhere(model, x0, step.dt)
-        stage = Stage(xh, v0, x0, began, ends, step.held, weights, step.time + step.dt, step.dt)
-        kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
-        again.a[:] = (again.v - v0 - kick) / step.dt
-        take_over(model, state, again, lost)
-        return kick

@@ -16,52 +16,66 @@ that between the point and the next [kg]; no rows where nothing does. Those of b
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.banded import (
-    add,
-    add_coupling,
-    clear_row,
-    eliminate,
-    fix_lanes,
-    fix_row,
-    row_size,
-    substitute,
-)
+from hairpipe.kernels.banded import add
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd import any_lane, either, load, select, sqrt, store, store_as
+from hairpipe.kernels.simd import any_lane, load, select, store, store_as
 from hairpipe.kernels.simd_arrays import copy, fill
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Iterate, Stage, System
-from hairpipe.sim.strands.forces.spring import multiplier, tension
-from hairpipe.sim.strands.interface import add_forces, shape_of, spring_constant, springs_from
+from hairpipe.sim.solve.stretch import note_pivot, overstrained, set_tensions
+from hairpipe.sim.strands.band import (
+    add_inertia,
+    add_next,
+    add_point,
+    eliminate,
+    fix_lanes,
+    fix_root,
+    row_size,
+    start_row,
+    substitute,
+)
+from hairpipe.sim.strands.forces.spring import multiplier
+from hairpipe.sim.strands.interface import (
+    Terms,
+    add_forces,
+    follow_solve,
+    hold_tip,
+    shape_of,
+    spring_constant,
+    springs_from,
+)
 
 _EXPLICIT, _PRINTED, _TENSION, _MULTIPLIER = (int(form) for form in SpringForm)
 
 
 @inlined
-def _start_row(A, b, mass, vh, v, p, h, rule):
-    """Inertia, weight and air drag of particle p."""
-    clear_row(A, p)
+def _start_row(model, system, mass, speeds, p, h, rule):
+    """Inertia, weight and air drag of particle p; speeds  vh and v [m/s]."""
+    (A, b), (vh, v) = system, speeds
+    start_row(model, A, p, b.shape[0])
     m = load(mass, (p,))
     for c in range(3):
         speed = load(v, (p, c))
         store(b, (p, c), m * (load(vh, (p, c)) - speed + h * (rule.gravity[c] - rule.drag * speed)))
-    inertia = m * (1.0 + h * rule.drag)
-    add(A, p, 0, inertia)
-    add(A, p, 3, inertia)
-    add(A, p, 5, inertia)
+    for c in range(3, shape_of(model).unknowns):
+        store(b, (p, c), 0.0)
+    add_inertia(model, A, p, m * (1.0 + h * rule.drag))
 
 
 @inlined
-def _add_outer(A, b, outer, p, n, stride, count):
-    """Add what acts from outside on particle p, the point n of its axis."""
+def _six(outer, n, c):
+    first = load(outer, (n, c)), load(outer, (n, c + 1)), load(outer, (n, c + 2))
+    return (*first, load(outer, (n, c + 3)), load(outer, (n, c + 4)), load(outer, (n, c + 5)))
+
+
+@inlined
+def _add_outer(model, A, b, outer, p, n, last):
+    """Add what acts from outside on particle p, the point n of its axis, of which the last is that particle."""
     for c in range(3):
         add(b, p, c, load(outer, (n, c)))
-    for c in range(6):
-        add(A, p, c, load(outer, (n, 3 + c)))
-    if outer.shape[1] > 9 and p + stride < count:
-        xx, xy, xz = load(outer, (n, 9)), load(outer, (n, 10)), load(outer, (n, 11))
-        yy, yz, zz = load(outer, (n, 12)), load(outer, (n, 13)), load(outer, (n, 14))
-        add_coupling(A, p, stride, xx, xy, xz, yy, yz, zz)
+    add_point(model, A, p, _six(outer, n, 3))
+    if outer.shape[1] > 9 and p < last:
+        add_next(model, A, p, _six(outer, n, 9))
 
 
 @inlined
@@ -71,30 +85,36 @@ def _assemble(model, block, system, at, outer, stage, h, rule):
     x, v, T = at
     vh, held = stage.vh, stage.held
     count, reach = x.shape[0], shape_of(model).reach
-    clamped, stride = shape_of(model).clamped, shape_of(model).stride
+    clamped, stride, last = shape_of(model).clamped, shape_of(model).stride, count - 1 - shape_of(model).after
     mass = model.mass[model.first[block] : model.first[block + 1]]
     hh = (0.0 if rule.form == _EXPLICIT else 1.0) * h * h
+    lowest, terms = 0.0 * h + 1.0, Terms(h, hh, rule.damping, rule.part)
     for p in range(min(reach, count)):
-        _start_row(A, b, mass, vh, v, p, h, rule)
+        _start_row(model, system, mass, (vh, v), p, h, rule)
     for p in range(count):
         if p + reach < count:
-            _start_row(A, b, mass, vh, v, p + reach, h, rule)
-        add_forces(model, A, b, x, v, T, p, block, h, hh, rule.damping)
+            _start_row(model, system, mass, (vh, v), p + reach, h, rule)
+        add_forces(model, system, at, p, block, terms)
         past = p + 1 - clamped
-        if outer.shape[0] > 0 and past >= 0 and past % stride == 0:
-            _add_outer(A, b, outer, p, past // stride, stride, count)
+        if outer.shape[0] > 0 and past >= 0 and p <= last and past % stride == 0:
+            _add_outer(model, A, b, outer, p, past // stride, last)
         if p < clamped:
-            fix_row(A, b, p)
+            lowest = fix_root(model, A, b, p, count, lowest)
         else:
             if len(held) > 0 and p >= count - clamped:
-                fix_lanes(A, b, p, load(held, (block,)) > 0.0)
-            eliminate(A, b, p, count, reach)
+                fix_lanes(model, A, b, p, load(held, (block,)) > 0.0)
+            lowest = eliminate(model, A, b, p, count, lowest)
+    note_pivot(model, T, lowest)
 
 
 @njit(cache=True, error_model="numpy")
 def _update(model, block, at, b, bad, only_bad, h, rule):
     """Move to the solution; with only_bad, in the flagged lanes only."""
     x, v, T = at
+    if only_bad and shape_of(model).unknowns > 3:
+        for p in range(x.shape[0]):
+            for c in range(shape_of(model).unknowns):
+                store(b, (p, c), select(bad, load(b, (p, c)), 0.0))
     count, first, dx = x.shape[0], model.first[block], np.empty(x.shape, x.dtype)
     for p in range(count):
         for c in range(3):
@@ -111,37 +131,10 @@ def _update(model, block, at, b, bad, only_bad, h, rule):
                 if only_bad:
                     t = select(bad, t, load(T, (p, o - 1)))
                 store(T, (p, o - 1), t)
+    follow_solve(model, block, at, dx, b, h)
     for p in range(count):
         for c in range(3):
             store(x, (p, c), load(x, (p, c)) + load(dx, (p, c)))
-
-
-@inlined
-def overstrained(model, x, block, limit):
-    """Lanes with an axis edge whose strain is beyond +-limit."""
-    first, stride = model.first[block], shape_of(model).stride
-    worst = load(x, (0, 0)) < load(x, (0, 0))
-    for p in range(0, x.shape[0] - stride, stride):
-        dx = load(x, (p + stride, 0)) - load(x, (p, 0))
-        dy = load(x, (p + stride, 1)) - load(x, (p, 1))
-        dz = load(x, (p + stride, 2)) - load(x, (p, 2))
-        inverse_rest = load(model.inverse_lengths, (first + p, stride - 1))
-        strain = sqrt(dx * dx + dy * dy + dz * dz) * inverse_rest - 1.0
-        worst = either(worst, either(strain > limit, strain < -limit))
-    return worst
-
-
-@njit(cache=True, error_model="numpy")
-def set_tensions(model, block, x, T):
-    """Set T to the tensions of the present stretch of a block [N], in place.
-
-    x  (particles, 3, W); T  (particles, springs, W)
-    """
-    first, count = model.first[block], x.shape[0]
-    for p in range(count):
-        for o in range(1, springs_from(model, p, count) + 1):
-            k = spring_constant(model, block, p, o)
-            store(T, (p, o - 1), tension(x, p, o, k, load(model.inverse_lengths, (first + p, o - 1))))
 
 
 @inlined
@@ -194,17 +187,24 @@ def run_stage(model, block, at, stage, rule):
     stage  of the block
     """
     x, T, h = at.x, at.T, load(stage.h, (block,))
-    count, reach = x.shape[0], shape_of(model).reach
-    A = np.empty((count, row_size(reach), x.shape[2]), x.dtype)
-    b, nothing = np.empty(x.shape, x.dtype), np.empty((0, 9, x.shape[2]), x.dtype)
+    A, b = _room(model, x)
+    nothing = np.empty((0, 9, x.shape[2]), x.dtype)
     bad = _guess(model, block, at, stage, h, rule.guard)
     if any_lane(bad):
         _restart(model, block, at, stage, h, bad)
     for iteration in range(rule.iterations + int(any_lane(bad))):
         set_form(model, block, x, T, rule)
+        hold_tip(model, block, x, T, stage.held)
         _assemble(model, block, System(A, b), at, nothing, stage, h, rule)
-        substitute(A, b, count, reach)
+        substitute(model, A, b, x.shape[0])
         _update(model, block, at, b, bad, iteration == rule.iterations, h, rule)
+
+
+@njit(cache=True)
+def _room(model, x):
+    """Make room for the matrix and the right-hand side of a block at x, (rows, 3, W)."""
+    numbers, unknowns = row_size(shape_of(model)), shape_of(model).unknowns
+    return np.empty((x.shape[0], numbers, x.shape[2]), x.dtype), np.empty((x.shape[0], unknowns, x.shape[2]), x.dtype)
 
 
 @inlined
@@ -273,8 +273,8 @@ def _carry(model, block, at, stage, h, bad, rule):
     """Carry the lanes that are bad by backward Euler over the span of the stage, in place."""
     x, v, T = at
     before, ends, span = stage.before, stage.ends, 0.0 * h + stage.span
-    count, reach = x.shape[0], shape_of(model).reach
-    A, b = np.empty((count, row_size(reach), x.shape[2]), x.dtype), np.empty(x.shape, x.dtype)
+    count = x.shape[0]
+    A, b = _room(model, x)
     moved, speeds, tensions = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty(T.shape, T.dtype)
     copy(tensions, T)
     clamped = shape_of(model).clamped
@@ -285,10 +285,11 @@ def _carry(model, block, at, stage, h, bad, rule):
             store(speeds, (p, c), along / span)
     _place_ends(moved, speeds, before, ends, stage.held, block, clamped, span)
     set_form(model, block, moved, tensions, rule)
+    hold_tip(model, block, moved, tensions, stage.held)
     nothing, carried = np.empty((0, 9, x.shape[2]), x.dtype), Iterate(moved, speeds, tensions)
     euler = Stage(before, stage.began, before, stage.began, ends, stage.held, stage.h, stage.time, stage.span)
     _assemble(model, block, System(A, b), carried, nothing, euler, span, rule)
-    substitute(A, b, count, reach)
+    substitute(model, A, b, count)
     _update(model, block, carried, b, bad, True, span, rule)
     for p in range(count):
         for c in range(3):
@@ -320,14 +321,14 @@ def _factor_block(model, block, system, at, outer, active, stage, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(stage.h, (block,))
     part, its_stage = _of_block(model, block, at, stage)
     A, bs, xs = system.A, system.b[rows], part.x
-    reach = shape_of(model).reach
-    As = np.empty((xs.shape[0], row_size(reach), xs.shape[2]), xs.dtype)
+    As = _room(model, xs)[0]
     set_form(model, block, xs, part.T, rule)
+    hold_tip(model, block, xs, part.T, its_stage.held)
     axis = slice(rows.start // shape_of(model).stride, rows.stop // shape_of(model).stride)
     _assemble(model, block, System(As, bs), part, outer[axis], its_stage, h, rule)
-    substitute(As, bs, xs.shape[0], reach)
+    substitute(model, As, bs, xs.shape[0])
     for p in range(bs.shape[0]):
-        for c in range(3):
+        for c in range(bs.shape[1]):
             store(bs, (p, c), select(load(active, (block,)) > 0.0, load(bs, (p, c)), 0.0))
     if A.shape[0] > 0:
         kept = A[rows]
@@ -349,26 +350,3 @@ def _update_block(model, block, at, b, active, weights, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
     part = Iterate(at.x[rows], at.v[rows], at.T[rows])
     _update(model, block, part, b[rows], load(active, (block,)) > 0.0, True, h, rule)
-
-
-@njit(cache=True, parallel=True)
-def overstrained_lanes(model, x, limit, out):
-    """Set out, (blocks, W), to 1 for strands with an edge strained beyond +-limit, in place; tell whether any is."""
-    for block in prange(len(model.first) - 1):
-        _overstrained_block(model, np.int64(block), x, limit, out)
-    return out.any()
-
-
-@njit(cache=True, error_model="numpy")
-def _overstrained_block(model, block, x, limit, out):
-    rows = slice(model.first[block], model.first[block + 1])
-    lanes = overstrained(model, x[rows], block, limit)
-    store(out, (block,), select(lanes, 0.0 * load(out, (block,)) + 1.0, 0.0))
-
-
-@njit(cache=True, parallel=True)
-def set_all_tensions(model, x, T):
-    """Set T to the tensions of the present stretch of all strands [N], in place."""
-    for block in prange(len(model.first) - 1):
-        rows = slice(model.first[block], model.first[block + 1])
-        set_tensions(model, np.int64(block), x[rows], T[rows])

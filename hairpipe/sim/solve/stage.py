@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hairpipe.sim.strands.interface import StiffnessPart
+
 
 class Rule(NamedTuple):
     """What all stages of a simulation have in common.
@@ -15,6 +17,7 @@ class Rule(NamedTuple):
     iterations  of Newton's method a stage
     gravity     [m/s^2], (3,)
     drag        against still air [1/s]
+    part        of the stiffness of models whose matrix may be indefinite, a StiffnessPart
     """
 
     form: int
@@ -23,6 +26,7 @@ class Rule(NamedTuple):
     iterations: int
     gravity: np.ndarray
     drag: float
+    part: int = int(StiffnessPart.full)
 
 
 class Stage(NamedTuple):
@@ -53,7 +57,8 @@ class Iterate(NamedTuple):
     """Where Newton's method is, of all strands or of one block; kernels change it in place.
 
     x, v  positions [m] and velocities [m/s], (rows, 3, W)
-    T     tensions of the springs as the last solve found them [N], (rows, springs, W)
+    T     tensions of the springs as the last solve found them [N], and what else a model remembers of it, in the shape
+          of its inverse_lengths, (rows, springs, W)
     """
 
     x: np.ndarray
@@ -65,7 +70,7 @@ class System(NamedTuple):
     """Banded systems of strands, of all or of one block.
 
     A  factors, (rows, row_size, W), which may have less precision; no rows where they are not kept
-    b  right-hand side, then the change of velocity [m/s], (rows, 3, W)
+    b  right-hand side, then the change of velocity [m/s], and of what else a row has, (rows, unknowns, W)
     """
 
     A: np.ndarray

@@ -14,7 +14,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import DTypeLike
 
-from hairpipe.kernels.banded import row_size
 from hairpipe.sim.axis import Axis, gather, lanes_with, points_of, scatter, spread
 from hairpipe.sim.interactions import Interaction, Prediction, points_at
 from hairpipe.sim.solve.external_terms import ROWS, ROWS_WITH_NEXT, ExternalTerms, clear, lay_out, set_contact_dv
@@ -22,6 +21,7 @@ from hairpipe.sim.solve.implicit_stage import factor_stages, guess_stages, run_s
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage, System
 from hairpipe.sim.solve.strand_coupling import StrandCoupling
 from hairpipe.sim.solve.strand_inverse import respond
+from hairpipe.sim.strands.band import row_size
 from hairpipe.sim.strands.interface import StrandModel
 
 _PASSES = 4  # over the strands that must be solved again
@@ -130,11 +130,11 @@ class StageDriver:
         coupled = coupled and bool(self.coupling)
         factors = outer[:0].astype(np.float32)
         if coupled:
-            factors = self._room("factors", at.x, row_size(self.model.shape.reach), np.float32)
-        b = self._room("b", at.x)
+            factors = self._room("factors", at.x, row_size(self.model.shape), np.float32)
+        b = self._room("b", at.x, self.model.shape.unknowns)
         factor_stages(self.model, System(factors, b), at, outer, who, stage, rule)
         if coupled:
-            alone = points_at(self.axis, b)
+            alone = np.ascontiguousarray(points_at(self.axis, b)[:, :3])
 
             def ask(impulses: np.ndarray, change: np.ndarray) -> None:
                 respond(self.model, self.axis, System(factors, b[:0]), stage.held, who, impulses, change)

@@ -3,11 +3,11 @@
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.banded import forward, substitute
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import both, load, select, store
 from hairpipe.kernels.simd_arrays import fill
 from hairpipe.sim.axis import Axis
+from hairpipe.sim.strands.band import forward, substitute
 from hairpipe.sim.strands.interface import shape_of
 
 
@@ -16,7 +16,7 @@ def respond(model, axis: Axis, system, held, active, impulses, change) -> None:
     """Solve every strand's own system for impulses on its axis, in place.
 
     system    A: factors, of `factor_stages`; they are all that it reads from memory, and so kept in single precision
-              b: the change of all particles is added to it [m/s], (rows, 3, W); nowhere where it has no rows
+              b: the change of all particles is added to it [m/s], (rows, unknowns, W); nowhere where it has no rows
     held      see `Step`
     active    1 for strands that are solved, (blocks, W); the others do not move
     impulses  [N s], (P, 3)
@@ -30,8 +30,8 @@ def respond(model, axis: Axis, system, held, active, impulses, change) -> None:
 def _respond_block(model, axis, block, system, held, active, impulses, change):
     rows = slice(axis.first[block], axis.first[block + 1])
     As, b = system.A[rows], system.b
-    x = np.empty((As.shape[0], 3, As.shape[2]), active.dtype)
-    count, clamped, reach = x.shape[0], shape_of(model).clamped, shape_of(model).reach
+    x = np.empty((As.shape[0], shape_of(model).unknowns, As.shape[2]), active.dtype)
+    count, clamped = x.shape[0], shape_of(model).clamped
     fill(x, 0.0)
     if active[block].any():
         _take(axis, block, impulses, x)
@@ -44,12 +44,12 @@ def _respond_block(model, axis, block, system, held, active, impulses, change):
                 free = both(free, load(held, (block,)) < 0.5)
             for c in range(3):
                 store(x, (p, c), select(free, load(x, (p, c)), 0.0))
-            forward(As, x, p, count, reach)
-        substitute(As, x, count, reach)
+            forward(model, As, x, p, count)
+        substitute(model, As, x, count)
         if b.shape[0] > 0:
             bs = b[rows]
             for p in range(count):
-                for c in range(3):
+                for c in range(shape_of(model).unknowns):
                     store(bs, (p, c), load(bs, (p, c)) + load(x, (p, c)))
     _give(axis, block, x, change)
 

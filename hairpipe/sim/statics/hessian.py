@@ -4,6 +4,8 @@ The matrix of a step leaves out what could make it indefinite, and that is what 
 So the kernels' own forces are differentiated numerically. Particles farther apart than twice the reach of a force are
 moved at once: 2 reach + 1 colours, each in three directions, are all columns.
 
+A model whose matrix may be indefinite has the second derivatives themselves, and its pivots tell.
+
 Where an altitude spring is about to be exchanged for another, forces have a corner, or a jump unless they are at rest:
 the step of a difference must not reach it.
 """
@@ -11,12 +13,14 @@ the step of a difference must not reach it.
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.banded import add, row_size
+from hairpipe.kernels.banded import add
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, select, store
 from hairpipe.kernels.simd_arrays import fill
-from hairpipe.sim.strands.interface import add_forces, shape_of
+from hairpipe.sim.strands.band import eliminate, fix_root, row_size, start_row
+from hairpipe.sim.strands.interface import StiffnessPart, Terms, add_forces, shape_of
 
+_EXACT = int(StiffnessPart.exact)
 _WEIGHTS = np.array([3 / 4, -3 / 20, 1 / 60])
 """Central differences of sixth order."""
 
@@ -26,13 +30,13 @@ def _set_forces(model, block, A, b, x, still, slack):
     """Set b to the forces of a block's springs; still and slack are zero, and nothing but zeros is added to A."""
     fill(b, 0.0)
     for p in range(x.shape[0]):
-        add_forces(model, A, b, x, still, slack, p, block, 1.0, 0.0, 0.0)
+        add_forces(model, (A, b), (x, still, slack), p, block, Terms(1.0, 0.0, 0.0, 0))
 
 
 @njit(cache=True)
 def spring_forces(model, block, x) -> np.ndarray:
     """Find the forces of all springs of a block [N], (particles, 3, W), at positions x [m] of the same shape."""
-    A = np.zeros((x.shape[0], row_size(shape_of(model).reach), x.shape[2]), x.dtype)
+    A = np.zeros((x.shape[0], row_size(shape_of(model)), x.shape[2]), x.dtype)
     b = np.empty_like(x)
     _set_forces(model, block, A, b, x, np.zeros_like(x), np.zeros_like(x))
     return b
@@ -56,7 +60,7 @@ def tangent(model, block, x, steps) -> np.ndarray:
     """
     count, reach = x.shape[0], shape_of(model).reach
     H = np.zeros((3 * count, 3 * reach + 3, x.shape[2]), x.dtype)
-    A = np.zeros((count, row_size(reach), x.shape[2]), x.dtype)
+    A = np.zeros((count, row_size(shape_of(model)), x.shape[2]), x.dtype)
     still, slack = np.zeros_like(x), np.zeros_like(x)
     moved, slope, b = x.copy(), np.empty_like(x), np.empty_like(x)
     step = load(steps, (block,))
@@ -104,3 +108,45 @@ def _find_stable(model, block, x, steps, stable):
             part = load(H, (i, k)) / pivot
             for m in range(k, min(H.shape[1], H.shape[0] - i)):
                 store(H, (i + k, m - k), load(H, (i + k, m - k)) - part * load(H, (i, m)))
+
+
+@njit(cache=True)
+def assemble(model, block, x, T, part):
+    """Give the matrix of a block without inertia, banded as `band.py` has it, and its forces, (rows, unknowns, W).
+
+    x, T  where it stands [m], and what the model remembers there
+    part  of the stiffness, a StiffnessPart
+    """
+    count = x.shape[0]
+    A = np.empty((count, row_size(shape_of(model)), x.shape[2]), x.dtype)
+    b, still = np.zeros((count, shape_of(model).unknowns, x.shape[2]), x.dtype), np.zeros_like(x)
+    for p in range(count):
+        start_row(model, A, p, count)
+    for p in range(count):
+        add_forces(model, (A, b), (x, still, T), p, block, Terms(1.0, 1.0, 0.0, part))
+    return A, b
+
+
+@njit(cache=True, parallel=True)
+def find_stable_by_pivots(model, x, T, stable) -> None:
+    """Set stable to 1 where every pivot of a strand's own second derivatives is positive, else to 0, in place.
+
+    x, T    of all rows, see `assemble`
+    stable  (blocks, W)
+    """
+    for block in prange(len(model.first) - 1):
+        # Numba counts blocks without sign, and would compile all below for that once more.
+        _find_stable_by_pivots(model, np.int64(block), x, T, stable)
+
+
+@njit(cache=True, error_model="numpy")
+def _find_stable_by_pivots(model, block, x, T, stable):
+    rows = slice(model.first[block], model.first[block + 1])
+    A, b = assemble(model, block, x[rows], T[rows].copy(), _EXACT)
+    count, lowest = b.shape[0], 0.0 * load(stable, (block,)) + 1.0
+    for p in range(count):
+        if p < shape_of(model).clamped:
+            lowest = fix_root(model, A, b, p, count, lowest)
+        else:
+            lowest = eliminate(model, A, b, p, count, lowest)
+    store(stable, (block,), select(lowest > 0.0, 1.0 + 0.0 * lowest, 0.0))

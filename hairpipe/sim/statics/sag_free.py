@@ -10,7 +10,7 @@ carry no force, and the tensions follow from the tip to the root, three at a tim
 which is exact. Whether the equilibrium is stable, and how far its
 springs are strained, says if hair so stiff can stand so at all: 10 cm of real hair can stick out, 20 cm cannot.
 
-For rods the same takes an optimiser: Takahashi and Batty, Rest Shape Optimization for Sag-Free DER, 2024.
+Rods do the same by four stresses at a time, see `rod_balance.py`.
 """
 
 from dataclasses import dataclass
@@ -26,12 +26,20 @@ from hairpipe.kernels.simd import load, maximum, sqrt, store
 from hairpipe.kernels.vec3 import cross, dot, minus, scaled
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.settings import SagFree
-from hairpipe.sim.statics.hessian import find_stable
+from hairpipe.sim.statics.hessian import find_stable, find_stable_by_pivots
+from hairpipe.sim.statics.rod_balance import carry_rods
 from hairpipe.sim.statics.settle import settle
-from hairpipe.sim.strands.interface import StrandModel, kind_of, shape_of, spring_constant, springs_from
+from hairpipe.sim.strands.interface import (
+    StrandModel,
+    kind_of,
+    may_be_lost,
+    shape_of,
+    spring_constant,
+    springs_from,
+)
+from hairpipe.sim.strands.network import Network
+from hairpipe.sim.strands.rod.rod import Rod
 
-SPRINGS = 3
-"""That end at every free particle: as many as it has equations."""
 STEP = 1e-5
 """Of differences of forces, over the length of a segment: a curl can be close to exchanging altitude springs."""
 
@@ -67,19 +75,27 @@ class Equilibrium:
 
 
 def carry_weight(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
-    """Find the springs that carry strands at x [m], (rows, 3, W), under gravity [m/s^2], (3,)."""
+    """Find the springs that carry strands at x [m], (rows, 3, W), under gravity [m/s^2], (3,).
+
+    Of rods the bends and twists, too, in the columns that the model has them in.
+    """
+    if isinstance(model, Rod):
+        return Equilibrium(*carry_rods(model, x, gravity))
     lengths, tensions = np.zeros_like(model.inverse_lengths), np.zeros_like(model.inverse_lengths)
     strains = np.zeros((len(model.first) - 1, x.shape[2]))
     _carry_all(model, x, gravity, tensions, lengths, strains)
     return Equilibrium(lengths, tensions, strains)
 
 
-def stands(model: StrandModel, x: np.ndarray, strains: np.ndarray, limit: float) -> np.ndarray:
-    """Tell which strands stand at x [m] with the springs of a model, none strained beyond a limit, (blocks, W) bool."""
-    edges = np.linalg.norm(x[model.first[:-1] + 2] - x[model.first[:-1]], axis=1)
-    stable = np.zeros_like(strains)
-    find_stable(model, x, STEP * edges, stable)
-    return (stable > 0.0) & (strains <= limit)
+def stands(model: StrandModel, x: np.ndarray, found: Equilibrium, limit: float) -> np.ndarray:
+    """Tell which strands stand at x [m] with the springs that were found, none strained too far, (blocks, W) bool."""
+    model, stable = model._replace(inverse_lengths=found.inverse_lengths), np.zeros_like(found.strains)
+    if may_be_lost(model):
+        find_stable_by_pivots(model, x, found.tensions, stable)
+    else:
+        edges = np.linalg.norm(x[model.first[:-1] + 2] - x[model.first[:-1]], axis=1)
+        find_stable(model, x, STEP * edges, stable)
+    return (stable > 0.0) & (found.strains <= limit)
 
 
 def stand(
@@ -91,13 +107,13 @@ def stand(
     x        particles as placed [m], (rows, 3, W)
     gravity  [m/s^2], (3,)
 
-    Raises BadInput where the model is no network, or where strands that cannot stand are refused.
+    Raises BadInput where the model is a chain, or where strands that cannot stand are refused.
     """
-    if model.inverse_lengths.shape[1] != SPRINGS:
+    if not isinstance(model, Network | Rod):
         said = f"a {kind_of(model).name} cannot hold a groomed shape under its weight"
-        raise BadInput(said, where="model", right='"network"')
+        raise BadInput(said, where="model", right='"network" or "rod"')
     found = carry_weight(model, x, gravity)
-    able = stands(model._replace(inverse_lengths=found.inverse_lengths), x, found.strains, wanted.strain)
+    able = stands(model, x, found, wanted.strain)
     _report(able, layout, ids, wanted.unstable)
     keeps = np.repeat(able, np.diff(layout.first), axis=0)
     lengths = np.where(keeps[:, None], found.inverse_lengths, model.inverse_lengths)

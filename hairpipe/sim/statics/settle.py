@@ -18,17 +18,18 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.groom.binding import name_strands
-from hairpipe.kernels.banded import add, eliminate, fix_row, row_size, substitute
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import any_lane, load, maximum, minimum, select, store
-from hairpipe.kernels.simd_arrays import fill
 from hairpipe.sim.layout import Layout
-from hairpipe.sim.solve.implicit_stage import set_tensions
-from hairpipe.sim.strands.interface import StrandModel, add_forces, shape_of
+from hairpipe.sim.solve.stage import Iterate
+from hairpipe.sim.solve.stretch import set_tensions
+from hairpipe.sim.strands.band import add_inertia, eliminate, fix_root, row_size, start_row, substitute
+from hairpipe.sim.strands.interface import StiffnessPart, StrandModel, Terms, add_forces, follow_solve, shape_of
 
 STILL = 1e-7
 """Forces left on a particle along an axis, over the mass of its strand, at rest [m/s^2]: 1e-8 of its weight."""
 _MOST_STEPS = 2000
+_FULL, _PROJECTED = int(StiffnessPart.full), int(StiffnessPart.projected)
 _START = 24.0
 """1 / h of the first step [1/s]."""
 _FURTHEST = 0.5
@@ -83,16 +84,39 @@ def _settle_some(model, block, x, T, gravity, who, left):
 
 
 @inlined
-def _assemble(model, block, A, b, x, still, T, gravity):
-    """Set A to the stiffness of a block and b to the forces on its particles; return the largest on a free one."""
-    fill(A, 0.0)
-    for p in range(x.shape[0]):
+def _assemble(model, block, A, b, at, gravity, part):
+    """Set A to the stiffness of a block and b to the forces on its particles; return the largest on a free one.
+
+    part  of the stiffness, a StiffnessPart
+    """
+    count = at.x.shape[0]
+    for p in range(count):
+        start_row(model, A, p, count)
         m = load(model.mass, (model.first[block] + p,))
         for c in range(3):
             store(b, (p, c), gravity[c] * m)
-    for p in range(x.shape[0]):
-        add_forces(model, A, b, x, still, T, p, block, 1.0, 1.0, 0.0)
+        for c in range(3, b.shape[1]):
+            store(b, (p, c), 0.0)
+    for p in range(count):
+        add_forces(model, (A, b), at, p, block, Terms(1.0, 1.0, 0.0, part))
     return _largest(b, shape_of(model).clamped)
+
+
+@inlined
+def _solve(model, block, A, b, rate):
+    """Replace b by what the system moves a block by; return the lowest pivot, where that may be negative.
+
+    rate  1 / h^2 [1/s^2]
+    """
+    count, lowest = b.shape[0], 0.0 * load(b, (0, 0)) + 1.0
+    for p in range(count):
+        if p < shape_of(model).clamped:
+            lowest = fix_root(model, A, b, p, count, lowest)
+        else:
+            add_inertia(model, A, p, rate * load(model.mass, (model.first[block] + p,)))
+            lowest = eliminate(model, A, b, p, count, lowest)
+    substitute(model, A, b, count)
+    return lowest
 
 
 @inlined
@@ -100,7 +124,7 @@ def _largest(b, first):
     """Largest component from a particle on; not a number stays one."""
     largest = nothing = 0.0 * load(b, (first, 0))
     for p in range(first, b.shape[0]):
-        for c in range(3):
+        for c in range(b.shape[1]):
             size = load(b, (p, c))
             largest = maximum(largest, maximum(size, -size))
             nothing = nothing + 0.0 * size  # unless it is not finite
@@ -109,17 +133,18 @@ def _largest(b, first):
 
 @njit(cache=True, error_model="numpy")
 def _settle(model, block, x, T, gravity, who, left):
-    count, clamped, reach, stride = x.shape[0], shape_of(model).clamped, shape_of(model).reach, shape_of(model).stride
-    A = np.empty((count, row_size(reach), x.shape[2]), x.dtype)
-    b, still = np.empty_like(x), np.zeros_like(x)
+    count, clamped, stride = x.shape[0], shape_of(model).clamped, shape_of(model).stride
+    A = np.empty((count, row_size(shape_of(model)), x.shape[2]), x.dtype)
+    b, dx = np.empty((count, shape_of(model).unknowns, x.shape[2]), x.dtype), np.zeros_like(x)
+    at = Iterate(x, np.zeros_like(x), T)
     mass = 0.0 * load(x, (0, 0))
     for p in range(clamped, count):
         mass = mass + load(model.mass, (model.first[block] + p,))
-    furthest = _FURTHEST / load(model.inverse_lengths, (model.first[block], stride - 1))
+    furthest = _FURTHEST / load(model.inverse_lengths, (model.first[block] + shape_of(model).before, stride - 1))
     rate, before = mass * 0.0 + _START * _START, mass * 0.0
     for step in range(_MOST_STEPS + 1):
         set_tensions(model, block, x, T)
-        force = _assemble(model, block, A, b, x, still, T, gravity) / mass
+        force = _assemble(model, block, A, b, at, gravity, _FULL) / mass
         moving = select(load(who, (block,)) > 0.0, force, 0.0)
         store(left, (block,), moving)
         if step == _MOST_STEPS or not any_lane(moving > STILL):
@@ -127,18 +152,19 @@ def _settle(model, block, x, T, gravity, who, left):
         if step > 0:
             rate = rate * minimum(maximum(force / before, 0.5), 2.0)
         before = force
-        for p in range(count):
-            if p < clamped:
-                fix_row(A, b, p)
-            else:
-                inertia = rate * load(model.mass, (model.first[block] + p,))
-                add(A, p, 0, inertia)
-                add(A, p, 3, inertia)
-                add(A, p, 5, inertia)
-                eliminate(A, b, p, count, reach)
-        substitute(A, b, count, reach)
+        lowest = _solve(model, block, A, b, rate)
+        if any_lane(lowest <= 0.0):
+            _assemble(model, block, A, b, at, gravity, _PROJECTED)
+            _solve(model, block, A, b, rate)
         way = _largest(b, clamped)
         part = select(moving > STILL, select(way > furthest, furthest / way, 1.0), 0.0)
+        for p in range(clamped - 1, count):
+            for c in range(b.shape[1]):
+                store(b, (p, c), part * load(b, (p, c)))
         for p in range(clamped, count):
             for c in range(3):
-                store(x, (p, c), load(x, (p, c)) + part * load(b, (p, c)))
+                store(dx, (p, c), load(b, (p, c)))
+        follow_solve(model, block, at, dx, b, 1.0)
+        for p in range(clamped, count):
+            for c in range(3):
+                store(x, (p, c), load(x, (p, c)) + load(dx, (p, c)))

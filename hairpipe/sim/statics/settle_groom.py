@@ -12,18 +12,22 @@ from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.statics.settle import settle
 from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.registry import ModelName
 
 
-def settle_groom(groom: Groom, material: Material, construction: Construction, gravity: float) -> Groom:
+def settle_groom(
+    groom: Groom, material: Material, construction: Construction, gravity: float, model: ModelName = "network"
+) -> Groom:
     """Return the groom with its strands where they hang at rest, their springs being at rest as groomed.
 
     gravity  along -Y [m/s^2]
+    model    of a strand
 
     Strands that do not come to rest are named in a warning. Raise BadInput where the body holds tips.
     """
     if groom.tip_triangles is not None:
         raise BadInput("tips that the body holds would be let go of", where="in.groom", right="a groom of free tips")
-    hair = build_hair(groom, material, "network", construction)
+    hair = build_hair(groom, material, model, construction)
     everyone = np.ones(hair.layout.strands.shape, bool)
     settled = settle(hair.model, hair.layout, groom.ids, hair.rest, gravity_of(Scene(gravity)), everyone)
     return replace(groom, points=hair.layout.axis(settled.positions))

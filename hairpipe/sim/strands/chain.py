@@ -90,7 +90,8 @@ def _springs(p: int, count: int) -> int:
 
 
 @inlined
-def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):
+def _add_forces(model, system, at, p, block, terms):
+    (A, b), (x, v, T), (h, hh, damping, _) = system, at, terms
     count, row = x.shape[0], model.first[block] + p
     if p + 2 < count:
         joint = 2.0 if p == 0 else 1.0

@@ -1,19 +1,22 @@
 """What the solver asks of a model of a strand, and how a model is registered.
 
 A model is a NamedTuple of arrays (`StrandModel`) and a few kernels (`ModelKind`). Kernels of the solver call
-`add_forces`, `spring_constant`, `springs_from` and `shape_of` below; numba asks here for what the model of that type
-has registered, and inlines it. A kernel that is loaded from the cache needs no registration.
+`add_forces`, `spring_constant`, `springs_from`, `hold_tip`, `follow_solve` and `shape_of` below; numba asks here for
+what the model of that type has registered, and inlines it. A kernel that is loaded from the cache needs no
+registration.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol, Self
+from enum import IntEnum
+from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
 from numba import types
 from numba.core.extending import overload
 
 from hairpipe.data import Groom
+from hairpipe.kernels.compile import inlined
 from hairpipe.sim.layout import Layout, Shape
 from hairpipe.sim.material import Material
 from hairpipe.sim.strands.construction import Construction
@@ -39,7 +42,10 @@ class StrandModel(Protocol):
 
     @property
     def inverse_lengths(self) -> np.ndarray:
-        """1 / l0 of the springs to the next particles [1/m], 0 past the end, (rows, springs, W)."""
+        """1 / l0 of the springs to the next particles [1/m], 0 past the end, (rows, springs, W).
+
+        What else a strand has at rest may follow the springs; what solves leave (`Iterate.T`) has the same shape.
+        """
         ...
 
     @property
@@ -48,6 +54,29 @@ class StrandModel(Protocol):
         ...
 
     def _replace(self, **changes: Any) -> Self: ...
+
+
+class StiffnessPart(IntEnum):
+    """What of the stiffness of a model a matrix takes, where that may be indefinite.
+
+    projected  what is positive semidefinite of every vertex
+    full       all, but compression of edges
+    exact      the second derivative of the energy
+    """
+
+    projected = 0
+    full = 1
+    exact = 2
+
+
+@inlined
+def _hold_nothing(model, block, x, T, held):
+    """Leave what the model remembers as it is."""
+
+
+@inlined
+def _follow_nothing(model, block, at, dx, b, h):
+    """Remember nothing of a solve but tensions."""
 
 
 Build = Callable[[Layout, Groom, Material, Construction], tuple[Any, np.ndarray]]
@@ -74,6 +103,8 @@ class ModelKind:
     add_forces: Any
     springs_from: Any
     spring_constant: Any
+    hold_tip: Any = _hold_nothing
+    follow_solve: Any = _follow_nothing
     warn: Callable[[Groom, Material], None] = lambda groom, material: None
 
 
@@ -86,20 +117,51 @@ def register_model(kind: ModelKind) -> ModelKind:
     return kind
 
 
+def may_be_lost(model: StrandModel) -> bool:
+    """Whether the matrix of a model may be indefinite: a strand for which it is does its step again."""
+    return model.shape.unknowns > 3
+
+
 def kind_of(model: StrandModel) -> ModelKind:
     """Return the kind of a model; KeyError where it is not registered."""
     return _KINDS[type(model)]
 
 
-def add_forces(
-    model: Any, A: Any, b: Any, x: Any, v: Any, T: Any, p: Any, block: Any, h: Any, hh: Any, damping: Any
-) -> None:
-    """Add what begins at particle p of a block: h f to b, and hh K + h D to the rows of A.
+class Terms(NamedTuple):
+    """By what forces and stiffness are multiplied, and which of them are asked for.
 
-    x, v     positions [m] and velocities [m/s] where the system is linearised, (particles, 3, W)
-    T        tensions that the stiffness is to hold [N], (particles, springs, W)
-    hh       h^2, or 0 where the stiffness is left out
+    h        step [s]
+    hh       h^2, or 0 where the stiffness is left out [s^2]
     damping  of the springs, a fraction of critical damping
+    part     of the stiffness, a StiffnessPart, for models whose matrix may be indefinite
+    """
+
+    h: Any
+    hh: Any
+    damping: float
+    part: int
+
+
+def add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any) -> None:
+    """Add what begins at particle p of a block: h f to the right-hand side, and hh K + h D to the rows of the matrix.
+
+    system  matrix and right-hand side, A and b
+    at      positions [m] and velocities [m/s] where the system is linearised, (particles, 3, W), and the tensions that
+            the stiffness is to hold [N], (particles, springs, W): x, v and T
+    terms   a Terms
+    """
+    raise NotImplementedError
+
+
+def hold_tip(model: Any, block: Any, x: Any, T: Any, held: Any) -> Any:
+    """Let what the model remembers of a block, T, follow tips that are held; arguments as in `Stage`; in place."""
+    raise NotImplementedError
+
+
+def follow_solve(model: Any, block: Any, at: Any, dx: Any, b: Any, h: Any) -> Any:
+    """Let what the model remembers of a block, T of the iterate `at`, follow a solve that moves it by dx, in place.
+
+    b   change of velocity, and of what else a row has, (rows, unknowns, W); h  by which it is multiplied [s]
     """
     raise NotImplementedError
 
@@ -123,15 +185,37 @@ def _registered(numba_type: types.Type) -> ModelKind | None:
     return _KINDS.get(getattr(numba_type, "instance_class", type(None)))
 
 
+def shape_registered(numba_type: types.Type) -> Shape | None:
+    """Return the shape of models of a type, for overloads that choose by it; None where it is no model."""
+    kind = _registered(numba_type)
+    return kind.shape if kind else None
+
+
 @overload(add_forces, strict=False)
-def _add_forces(
-    model: Any, A: Any, b: Any, x: Any, v: Any, T: Any, p: Any, block: Any, h: Any, hh: Any, damping: Any
-) -> Callable | None:
+def _add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any) -> Callable | None:
     kind = _registered(model)
     if kind is None:
         return None
     kernel = kind.add_forces
-    return lambda model, A, b, x, v, T, p, block, h, hh, damping: kernel(model, A, b, x, v, T, p, block, h, hh, damping)
+    return lambda model, system, at, p, block, terms: kernel(model, system, at, p, block, terms)
+
+
+@overload(hold_tip, strict=False)
+def _hold_tip(model: Any, block: Any, x: Any, T: Any, held: Any) -> Callable | None:
+    kind = _registered(model)
+    if kind is None:
+        return None
+    kernel = kind.hold_tip
+    return lambda model, block, x, T, held: kernel(model, block, x, T, held)
+
+
+@overload(follow_solve, strict=False)
+def _follow_solve(model: Any, block: Any, at: Any, dx: Any, b: Any, h: Any) -> Callable | None:
+    kind = _registered(model)
+    if kind is None:
+        return None
+    kernel = kind.follow_solve
+    return lambda model, block, at, dx, b, h: kernel(model, block, at, dx, b, h)
 
 
 @overload(shape_of, strict=False)

@@ -157,7 +157,8 @@ def _spring(model, x, v, T, p, block, offset, h, hh, damping):
 
 
 @inlined
-def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):
+def _add_forces(model, system, at, p, block, terms):
+    (A, b), (x, v, T), (h, hh, damping, _) = system, at, terms
     count = x.shape[0]
     if p + 3 < count:
         heights = model.inverse_heights[model.first[block] : model.first[block + 1]]
@@ -172,5 +173,5 @@ def _add_forces(model, A, b, x, v, T, p, block, h, hh, damping):
 
 
 NETWORK = register_model(
-    ModelKind("network", Network, SHAPE, build_of_groom, _add_forces, _springs, _constant, warn_of_softening)
+    ModelKind("network", Network, SHAPE, build_of_groom, _add_forces, _springs, _constant, warn=warn_of_softening)
 )

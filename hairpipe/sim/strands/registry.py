@@ -5,14 +5,15 @@ from typing import TYPE_CHECKING, Literal, get_args
 if TYPE_CHECKING:  # a node that reads the names compiles nothing
     from hairpipe.sim.strands.interface import ModelKind
 
-ModelName = Literal["network", "chain"]
+ModelName = Literal["network", "chain", "rod"]
 
 
 def strand_models() -> dict[str, "ModelKind"]:
     """Import the models of the house, and return them by name."""
     from hairpipe.sim.strands.chain import CHAIN
     from hairpipe.sim.strands.network import NETWORK
+    from hairpipe.sim.strands.rod.rod import ROD
 
-    models = {kind.name: kind for kind in (NETWORK, CHAIN)}
+    models = {kind.name: kind for kind in (NETWORK, CHAIN, ROD)}
     assert tuple(models) == get_args(ModelName)
     return models

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hairpipe.sim.hair_model import HairModel
-from hairpipe.sim.solve.implicit_stage import set_tensions
+from hairpipe.sim.solve.stretch import set_tensions
 from hairpipe.sim.state import State
 
 

@@ -1,0 +1,74 @@
+"""How strands are stretched: tensions of their springs, and which strands a step has lost."""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import either, load, select, sqrt, store
+from hairpipe.sim.strands.forces.spring import tension
+from hairpipe.sim.strands.interface import shape_of, spring_constant, springs_from
+
+
+@inlined
+def overstrained(model, x, block, limit):
+    """Lanes with an axis edge whose strain is beyond +-limit."""
+    first, stride = model.first[block], shape_of(model).stride
+    worst = load(x, (0, 0)) < load(x, (0, 0))
+    for p in range(shape_of(model).before, x.shape[0] - stride - shape_of(model).after, stride):
+        dx = load(x, (p + stride, 0)) - load(x, (p, 0))
+        dy = load(x, (p + stride, 1)) - load(x, (p, 1))
+        dz = load(x, (p + stride, 2)) - load(x, (p, 2))
+        inverse_rest = load(model.inverse_lengths, (first + p, stride - 1))
+        strain = sqrt(dx * dx + dy * dy + dz * dz) * inverse_rest - 1.0
+        worst = either(worst, either(strain > limit, strain < -limit))
+    return worst
+
+
+@njit(cache=True, error_model="numpy")
+def set_tensions(model, block, x, T):
+    """Set T to the tensions of the present stretch of a block [N], in place.
+
+    x  (particles, 3, W); T  (particles, springs, W)
+    """
+    first, count = model.first[block], x.shape[0]
+    for p in range(count):
+        for o in range(1, springs_from(model, p, count) + 1):
+            k = spring_constant(model, block, p, o)
+            store(T, (p, o - 1), tension(x, p, o, k, load(model.inverse_lengths, (first + p, o - 1))))
+
+
+@njit(cache=True, parallel=True)
+def set_all_tensions(model, x, T):
+    """Set T to the tensions of the present stretch of all strands [N], in place."""
+    for block in prange(len(model.first) - 1):
+        rows = slice(model.first[block], model.first[block + 1])
+        set_tensions(model, np.int64(block), x[rows], T[rows])
+
+
+@inlined
+def note_pivot(model, T, lowest):
+    """Remember in what lanes the matrix of a model that may be lost was not positive definite, until `lost_lanes`."""
+    if shape_of(model).unknowns > 3:
+        store(T, (0, 0), select(lowest > 0.0, load(T, (0, 0)), 1.0))
+
+
+@njit(cache=True, parallel=True)
+def lost_lanes(model, x, T, limit, out):
+    """Set out, (blocks, W), to 1 for strands that a step has lost, in place; tell whether any is.
+
+    An edge is strained beyond +-limit, or a matrix since the last call was not positive definite.
+    """
+    for block in prange(len(model.first) - 1):
+        _mark_lost(model, np.int64(block), x, T, limit, out)
+    return out.any()
+
+
+@njit(cache=True, error_model="numpy")
+def _mark_lost(model, block, x, T, limit, out):
+    rows = slice(model.first[block], model.first[block + 1])
+    lanes = overstrained(model, x[rows], block, limit)
+    if shape_of(model).unknowns > 3:
+        first = model.first[block]
+        lanes = either(lanes, load(T, (first, 0)) > 0.0)
+        store(T, (first, 0), 0.0)
+    store(out, (block,), select(lanes, 0.0 * load(out, (block,)) + 1.0, 0.0))

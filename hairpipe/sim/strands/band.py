@@ -1,0 +1,227 @@
+"""The banded matrix of a strand, by the unknowns that a row of its model has: which kernels solve it.
+
+Three unknowns a row are `kernels/banded.py`, four are `kernels/banded_angle.py`. Numba chooses as it compiles for the
+type of a model, as for what `interface.py` asks of it.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from numba.core.extending import overload
+
+from hairpipe.kernels import banded, banded_angle
+from hairpipe.kernels.banded import add, clear_row
+from hairpipe.kernels.banded import row_size as size_by_reach
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import load, store
+from hairpipe.sim.layout import Shape
+from hairpipe.sim.strands.interface import shape_registered
+
+
+@inlined
+def row_size(shape: Shape) -> int:
+    """Numbers in a row of the matrix."""
+    return size_by_reach(shape.reach) if shape.unknowns == 3 else banded_angle.SIZE
+
+
+def start_row(model: Any, A: Any, p: Any, count: Any) -> Any:
+    """Clear row p of a strand of so many rows, in place: zero, and 1 on the diagonal where there is no equation."""
+    raise NotImplementedError
+
+
+def add_inertia(model: Any, A: Any, p: Any, inertia: Any) -> Any:
+    """Add a mass to the position of row p, in lanes, in place."""
+    raise NotImplementedError
+
+
+def add_point(model: Any, A: Any, p: Any, block: Any) -> Any:
+    """Add a symmetric block, a tuple of six lanes, to the position of row p, in place."""
+    raise NotImplementedError
+
+
+def add_next(model: Any, A: Any, p: Any, block: Any) -> Any:
+    """Add a symmetric block, six lanes, between the positions of row p and the next on the axis, in place."""
+    raise NotImplementedError
+
+
+def fix_root(model: Any, A: Any, b: Any, p: Any, count: Any, lowest: Any) -> Any:
+    """Hold row p at the root, in place; return the lowest pivot of this and before."""
+    raise NotImplementedError
+
+
+def fix_lanes(model: Any, A: Any, b: Any, p: Any, fixed: Any) -> Any:
+    """Hold row p in the lanes of a mask, in place."""
+    raise NotImplementedError
+
+
+def eliminate(model: Any, A: Any, b: Any, p: Any, count: Any, lowest: Any) -> Any:
+    """Eliminate row p, in place; return the lowest pivot of this and before, where that may be negative."""
+    raise NotImplementedError
+
+
+def forward(model: Any, A: Any, b: Any, p: Any, count: Any) -> Any:
+    """Do to row p of another right-hand side what `eliminate` did to the first, in place."""
+    raise NotImplementedError
+
+
+def substitute(model: Any, A: Any, b: Any, count: Any) -> Any:
+    """Replace b by the solution, in place; rows that have no equation move as the one before them."""
+    raise NotImplementedError
+
+
+@inlined
+def _start_row4(A, p, count):
+    clear_row(A, p)
+    if p == count - 1:
+        _add_inertia(A, p, (0, 11, 21), 1.0 + 0.0 * load(A, (p, 0)))
+    if p >= count - 2:
+        store(A, (p, 30), 1.0)
+
+
+@inlined
+def _add_inertia(A, p, places, inertia):
+    add(A, p, places[0], inertia)
+    add(A, p, places[1], inertia)
+    add(A, p, places[2], inertia)
+
+
+@inlined
+def _add_point4(A, p, block):
+    add(A, p, 0, block[0])
+    add(A, p, 1, block[1])
+    add(A, p, 2, block[2])
+    add(A, p, 11, block[3])
+    add(A, p, 12, block[4])
+    add(A, p, 21, block[5])
+
+
+@inlined
+def _add_next4(A, p, block):
+    xx, xy, xz, yy, yz, zz = block
+    for row, three in ((4, (xx, xy, xz)), (14, (xy, yy, yz)), (23, (xz, yz, zz))):
+        add(A, p, row, three[0])
+        add(A, p, row + 1, three[1])
+        add(A, p, row + 2, three[2])
+
+
+@inlined
+def _fix_root4(A, b, p, count, lowest, root):
+    """Only the angle of the root's own edge is free."""
+    if p < root:
+        banded_angle.fix_row(A, b, p)
+        return lowest
+    banded_angle.fix_position(A, b, p)
+    return banded_angle.eliminate(A, b, p, count, lowest)
+
+
+@inlined
+def _substitute4(A, b, count):
+    banded_angle.substitute(A, b, count)
+    for c in range(3):
+        store(b, (count - 1, c), load(b, (count - 2, c)))
+
+
+@overload(start_row, strict=False)
+def _start_row(model: Any, A: Any, p: Any, count: Any) -> Callable | None:
+    shape = shape_registered(model)
+    if shape is None:
+        return None
+    if shape.unknowns == 3:
+        return lambda model, A, p, count: clear_row(A, p)
+    return lambda model, A, p, count: _start_row4(A, p, count)
+
+
+@overload(add_inertia, strict=False)
+def _add_mass(model: Any, A: Any, p: Any, inertia: Any) -> Callable | None:
+    shape = shape_registered(model)
+    if shape is None:
+        return None
+    places = (0, 3, 5) if shape.unknowns == 3 else (0, 11, 21)
+    return lambda model, A, p, inertia: _add_inertia(A, p, places, inertia)
+
+
+@overload(add_point, strict=False)
+def _add_point(model: Any, A: Any, p: Any, block: Any) -> Callable | None:
+    shape = shape_registered(model)
+    if shape is None:
+        return None
+    if shape.unknowns == 3:
+        return lambda model, A, p, block: banded.add_diagonal(A, p, *block)
+    return lambda model, A, p, block: _add_point4(A, p, block)
+
+
+@overload(add_next, strict=False)
+def _add_next(model: Any, A: Any, p: Any, block: Any) -> Callable | None:
+    shape = shape_registered(model)
+    if shape is None:
+        return None
+    if shape.unknowns == 3:
+        stride = shape.stride
+        return lambda model, A, p, block: banded.add_coupling(A, p, stride, *block)
+    return lambda model, A, p, block: _add_next4(A, p, block)
+
+
+@overload(fix_root, strict=False)
+def _fix_root(model: Any, A: Any, b: Any, p: Any, count: Any, lowest: Any) -> Callable | None:
+    shape = shape_registered(model)
+    if shape is None:
+        return None
+    if shape.unknowns == 3:
+        return lambda model, A, b, p, count, lowest: _fix_root3(A, b, p, lowest)
+    root = shape.clamped - 1
+    return lambda model, A, b, p, count, lowest: _fix_root4(A, b, p, count, lowest, root)
+
+
+@inlined
+def _fix_root3(A, b, p, lowest):
+    banded.fix_row(A, b, p)
+    return lowest
+
+
+@overload(fix_lanes, strict=False)
+def _fix_lanes(model: Any, A: Any, b: Any, p: Any, fixed: Any) -> Callable | None:
+    shape = shape_registered(model)
+    if shape is None:
+        return None
+    if shape.unknowns == 3:
+        return lambda model, A, b, p, fixed: banded.fix_lanes(A, b, p, fixed)
+    return lambda model, A, b, p, fixed: banded_angle.fix_lanes(A, b, p, fixed)
+
+
+@inlined
+def _eliminate3(A, b, p, count, reach, lowest):
+    banded.eliminate(A, b, p, count, reach)
+    return lowest
+
+
+@overload(eliminate, strict=False)
+def _eliminate(model: Any, A: Any, b: Any, p: Any, count: Any, lowest: Any) -> Callable | None:
+    shape = shape_registered(model)
+    if shape is None:
+        return None
+    if shape.unknowns == 3:
+        reach = shape.reach
+        return lambda model, A, b, p, count, lowest: _eliminate3(A, b, p, count, reach, lowest)
+    return lambda model, A, b, p, count, lowest: banded_angle.eliminate(A, b, p, count, lowest)
+
+
+@overload(forward, strict=False)
+def _forward(model: Any, A: Any, b: Any, p: Any, count: Any) -> Callable | None:
+    shape = shape_registered(model)
+    if shape is None:
+        return None
+    if shape.unknowns == 3:
+        reach = shape.reach
+        return lambda model, A, b, p, count: banded.forward(A, b, p, count, reach)
+    return lambda model, A, b, p, count: banded_angle.forward(A, b, p, count)
+
+
+@overload(substitute, strict=False)
+def _substitute(model: Any, A: Any, b: Any, count: Any) -> Callable | None:
+    shape = shape_registered(model)
+    if shape is None:
+        return None
+    if shape.unknowns == 3:
+        reach = shape.reach
+        return lambda model, A, b, count: banded.substitute(A, b, count, reach)
+    return lambda model, A, b, count: _substitute4(A, b, count)

@@ -1,0 +1,95 @@
+"""Material frames of a rod: carried from the root to the tip over its vertices, and turned there by their twist.
+
+A director m1 across the tangent te is carried by the smallest rotation to tf, and then turned about tf by psi:
+
+    m' = m1 - (tf . m1) / (1 + te . tf) (te + tf),   m1f = cos psi m' + sin psi tf x m'
+
+So the twists of vertices are all that a rod knows of its frames: positions may change as they please, nothing drifts,
+and a turned scene has the same twists. Twist has no inertia of its own: it is where forces of a step balance.
+"""
+
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import load, maximum, minimum, sqrt, store
+from hairpipe.kernels.simd_arrays import difference
+from hairpipe.kernels.vec3 import cross, dot, minus, plus, scaled
+
+GHOST = 1
+"""Row of x_-1; the first vertex is in the row after it."""
+TENSION, TWIST, DIRECTOR = 0, 1, 2
+"""Places of the tension of an edge, the twist of a vertex and the director of an edge in what solves leave."""
+MOST = 6.2
+"""Twist of a vertex beyond which its frame turns no further [rad]."""
+_SMALLEST = 1e-30
+
+
+@inlined
+def unit_of(a):
+    """Unit vector of lanes, and 1 / its length."""
+    inverse = 1.0 / sqrt(maximum(dot(a, a), _SMALLEST))
+    return scaled(inverse, a), inverse
+
+
+@inlined
+def carried(m, te, tf):
+    """Carry a vector across te to tf without twist."""
+    return minus(m, scaled(dot(tf, m) / (1.0 + dot(te, tf)), plus(te, tf)))
+
+
+@inlined
+def turned(m, t, sine, cosine):
+    """Turn a vector across t about it."""
+    return plus(scaled(cosine, m), scaled(sine, cross(t, m)))
+
+
+@inlined
+def sine_cosine(psi):
+    """Sine and cosine of lanes, to 1e-13 up to `MOST`: by their series at a quarter of the angle, doubled twice."""
+    x = 0.25 * maximum(minimum(psi, MOST), -MOST)
+    y = x * x
+    s = 1.0 - y * (1.0 / 156.0) * (1.0 - y * (1.0 / 210.0))
+    s = x * (
+        1.0
+        - y
+        * (1.0 / 6.0)
+        * (1.0 - y * 0.05 * (1.0 - y * (1.0 / 42.0) * (1.0 - y * (1.0 / 72.0) * (1.0 - y * (1.0 / 110.0) * s))))
+    )
+    c = 1.0 - y * (1.0 / 182.0) * (1.0 - y * (1.0 / 240.0))
+    c = 1.0 - y * 0.5 * (
+        1.0
+        - y
+        * (1.0 / 12.0)
+        * (1.0 - y * (1.0 / 30.0) * (1.0 - y * (1.0 / 56.0) * (1.0 - y * (1.0 / 90.0) * (1.0 - y * (1.0 / 132.0) * c))))
+    )
+    for _ in range(2):
+        s, c = 2.0 * s * c, c * c - s * s
+    return s, c
+
+
+@inlined
+def across(q, t):
+    """Unit director that points to q, across a unit tangent."""
+    return unit_of(minus(q, scaled(dot(q, t), t)))[0]
+
+
+@inlined
+def director_of(x, T, p, t):
+    """Director of the edge from row p, whose unit tangent is t: of the buried one as q shows it, else as found."""
+    if p == GHOST:
+        return across(difference(x, GHOST, 0), t)
+    return load(T, (p, DIRECTOR)), load(T, (p, DIRECTOR + 1)), load(T, (p, DIRECTOR + 2))
+
+
+@inlined
+def carry_frame(x, T, p):
+    """Find the director of the edge after row p + 1 by that of the edge before it, and keep it in T.
+
+    Returns both unit tangents, 1 / lengths and directors.
+    """
+    te, ie = unit_of(difference(x, p, p + 1))
+    tf, jf = unit_of(difference(x, p + 1, p + 2))
+    m1e = director_of(x, T, p, te)
+    sine, cosine = sine_cosine(load(T, (p + 1, TWIST)))
+    m1f = turned(carried(m1e, te, tf), tf, sine, cosine)
+    for c in range(3):
+        store(T, (p + 1, DIRECTOR + c), m1f[c])
+    return te, tf, ie, jf, m1e, m1f

@@ -1,0 +1,174 @@
+"""A discrete elastic rod: nodes on the axis, an angle of the material frame on every edge, four unknowns a segment.
+
+    q  x_-1  x_0  x_1  ...  x_n  q'
+
+True at half the segments of the network, twist included, and the same in every orientation. A row has a node and the
+angle of the edge to the next. x_-1 stands behind the root and makes the clamp: with a root vertex of half a length it
+acts at x_0 exactly. q stands beside x_-1 and shows where the director of the buried edge points; q' does so beside x_n
+where the tip is held, and else goes along with it. Neither has an equation.
+
+A vertex has B/2l c^4 |k - k'|^2 + C/2l c^2 (psi - psi')^2 (`vertex.py`), with c = cos(phi'/2) of its natural bend phi':
+2 tan(phi/2) measures a coarse bend too stiffly, and a curl of 8 segments a turn were 18 % too stiff. Edges are springs
+with a multiplier, as in the network.
+
+We differ from the sources: twist has no inertia, so that its angles are no part of the motion but only of each solve,
+and the state of a strand has its twists (`frames.py`). What a solve leaves (see `State.T`) is in a row
+
+    0 tension of the edge to the next node [N], 1 twist of the vertex [rad], 2-4 director of the edge, 5 nothing
+
+and in the row of q, 0: since when the matrix was not positive definite, 1: steps done again. At rest a row has
+
+    0 1/l' [1/m], 1-2 k', 3 psi' [rad], 4 B c^4 / l, 5 C c^2 / l [N m]
+
+Source: Bergou et al., Discrete Elastic Rods, 2008, and Discrete Viscous Threads, 2010.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.data import Groom
+from hairpipe.kernels import sym3
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import load, maximum
+from hairpipe.kernels.simd_arrays import difference
+from hairpipe.kernels.vec3 import dot, scaled
+from hairpipe.sim.layout import Layout, Shape
+from hairpipe.sim.material import Material
+from hairpipe.sim.strands import lattice
+from hairpipe.sim.strands.construction import Construction
+from hairpipe.sim.strands.forces.spring import critical_damping
+from hairpipe.sim.strands.interface import ModelKind, StiffnessPart, register_model
+from hairpipe.sim.strands.rod.frames import GHOST, TENSION, TWIST, carry_frame
+from hairpipe.sim.strands.rod.rows import add_gradient, add_tangent, added_to_f, in_unknowns, pulled_at_f
+from hairpipe.sim.strands.rod.semidefinite import semidefinite
+from hairpipe.sim.strands.rod.twist import follow_solve, hold_tip
+from hairpipe.sim.strands.rod.vertex import bend, force_of, geometric, gradients, stretch_of, sum_of
+
+SHAPE = Shape(reach=2, clamped=3, stride=1, unknowns=4, before=1, after=1)
+RESTS, BEND, TWISTING = 6, 4, 5
+_PROJECTED, _EXACT = int(StiffnessPart.projected), int(StiffnessPart.exact)
+
+
+class Rod(NamedTuple):
+    """Constants of every strand; rows from q to q', block after block.
+
+    first            rows of block b are first[b]:first[b+1], (blocks+1,) int64
+    mass             [kg], (rows, W); none of q and q'
+    inverse_lengths  what the strand has at rest, see above, (rows, 6, W)
+    constants        edge constant EA [N], and 1 / the length that makes angles unknowns [1/m], (blocks, 2, W)
+    shape            of a strand
+    """
+
+    first: np.ndarray
+    mass: np.ndarray
+    inverse_lengths: np.ndarray
+    constants: np.ndarray
+    shape = SHAPE
+
+
+def build_rod(layout: Layout, groom: Groom, material: Material, construction: Construction) -> tuple[Rod, np.ndarray]:
+    """Make the rods whose rest shape is a groom, of round section; a rod has nothing that the construction is about.
+
+    returns  the rods, and their rows at rest [m], (rows, 3, W)
+    """
+    rest = layout.empty(3, dtype=np.float64)
+    rod = Rod(layout.first, layout.empty(), layout.empty(RESTS), layout.empty_blocks(2))
+    for blocks, axis in layout.classes(groom.points):
+        frames = groom.root_frames[layout.strands[blocks].reshape(-1)]
+        rows, mass, natural = shape_at_rest(axis, lattice.first_normals(axis, frames), material)
+        layout.fill(rest, blocks, rows)
+        layout.fill(rod.mass, blocks, mass)
+        layout.fill(rod.inverse_lengths, blocks, natural)
+        mean = natural[:, SHAPE.clamped - 1 : -2, 0].mean(1)
+        layout.fill_blocks(rod.constants, blocks, np.stack([np.full_like(mean, material.axial), mean]))
+    return rod, rest
+
+
+def shape_at_rest(
+    axis: np.ndarray, normals: np.ndarray, material: Material
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Find the rows of strands [m], (s, n+4, 3), their masses [kg], (s, n+4), and what they have at rest, (s, n+4, 6).
+
+    axis     [m], (s, n+1, 3)
+    normals  unit vectors across the first segments: the directors there, (s, 3)
+    """
+    nodes = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
+    edges = np.diff(nodes, axis=1)
+    lengths = np.linalg.norm(edges, axis=2)
+    tangents, strands, count = edges / lengths[:, :, None], len(axis), nodes.shape[1] + 2
+    natural = np.zeros((strands, count, RESTS))
+    natural[:, 1:-2, 0] = 1 / lengths
+    director = normals
+    first = nodes[:, 0] + lengths[:, :1] * director
+    for i in range(1, edges.shape[1]):
+        te, tf = tangents[:, i - 1], tangents[:, i]
+        after = lattice.transport(director, te, tf)
+        twice = np.cross(te, tf) / (1 + np.sum(te * tf, axis=1, keepdims=True))
+        k1 = np.sum((np.cross(te, director) + np.cross(tf, after)) * twice, axis=1)
+        k2 = -np.sum((director + after) * twice, axis=1)
+        flat = 1 / (1 + (k1**2 + k2**2) / 4)  # cos^2 of half the bend
+        share = (lengths[:, i] + (lengths[:, i - 1] if i > 1 else 0.0)) / 2  # the clamp has nothing before it
+        natural[:, i + 1, 1:3] = np.stack([k1, k2], axis=1)
+        natural[:, i + 1, BEND] = material.bending * flat**2 / share
+        natural[:, i + 1, TWISTING] = material.torsion * flat / share
+        director = after
+    last = nodes[:, -1] + lengths[:, -1:] * director
+    mass = np.zeros((strands, count))
+    mass[:, 1:-2] += material.line_density * lengths / 2
+    mass[:, 2:-1] += material.line_density * lengths / 2
+    mass[:, GHOST] *= 2
+    mass[:, GHOST + 1] -= material.line_density * lengths[:, 0] / 2
+    return np.concatenate([first[:, None], nodes, last[:, None]], axis=1), mass, natural
+
+
+@inlined
+def _springs(p: int, count: int) -> int:
+    return 1 if 0 < p < count - 2 else 0
+
+
+@inlined
+def _constant(model, block, p, offset):
+    return load(model.constants, (block, 0))
+
+
+@inlined
+def _add_forces(model, system, at, p, block, terms):
+    (A, b), (x, _, T), (h, hh, _, part) = system, at, terms
+    if not 0 < p < x.shape[0] - 3:
+        return
+    row, inverse = model.first[block] + p + 1, load(model.constants, (block, 1))
+    bending, twisting = load(model.inverse_lengths, (row, BEND)), load(model.inverse_lengths, (row, TWISTING))
+    vertex = bend(*carry_frame(x, T, p))
+    q = (
+        bending * (vertex.k1 - load(model.inverse_lengths, (row, 1))),
+        bending * (vertex.k2 - load(model.inverse_lengths, (row, 2))),
+        twisting * (load(T, (p + 1, TWIST)) - load(model.inverse_lengths, (row, 3))),
+    )
+    g1, g2, g3 = gradients(vertex)
+    H = sum_of(sum_of(stretch_of(bending, g1), stretch_of(bending, g2)), stretch_of(twisting, g3))
+    H = in_unknowns(sum_of(H, geometric(q, vertex)), hh, inverse)
+    if part == _PROJECTED:
+        H = semidefinite(H, x)
+    pull, K = _edge(model, at, p + 1, row, block, (vertex.tf, vertex.jf), terms)
+    add_gradient(b, p, h, inverse, pulled_at_f(force_of(q, (g1, g2, g3)), pull))
+    add_tangent(A, p, added_to_f(H, K))
+
+
+@inlined
+def _edge(model, at, p, row, block, along, terms):
+    """Pull of the edge from row p [N], and hh K + h D of it; along  its unit tangent and 1 / length."""
+    (x, v, T), (t, inverse), (h, hh, damping, part) = at, along, terms
+    k, inverse_rest = load(model.constants, (block, 0)), load(model.inverse_lengths, (row, 0))
+    c = 0.0 * k
+    if damping > 0.0:
+        c = damping * critical_damping(k, inverse_rest, model.mass, row, row + 1)
+    now = k * (inverse_rest * dot(difference(x, p, p + 1), t) - 1.0)
+    held = now if part == _EXACT else maximum(load(T, (p, TENSION)), 0.0)
+    across_it = hh * held * inverse
+    xx, xy, xz, yy, yz, zz = sym3.outer(hh * k * inverse_rest + h * c - across_it, t)
+    K = xx + across_it, xy, xz, yy + across_it, yz, zz + across_it
+    return scaled(now + c * dot(t, difference(v, p, p + 1)), t), K
+
+
+ROD = register_model(ModelKind("rod", Rod, SHAPE, build_rod, _add_forces, _springs, _constant, hold_tip, follow_solve))

@@ -1,0 +1,144 @@
+"""Rods in motion: what a step keeps, and what it does where it is beyond the scheme."""
+
+import warnings
+from dataclasses import replace
+
+import numba
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hairpipe.data import Ends, Mesh
+from hairpipe.errors import BadInput
+from hairpipe.groom.helix import Helix, wound
+from hairpipe.sim.hair_model import Precision, build_hair
+from hairpipe.sim.material import Material
+from hairpipe.sim.settings import Collisions, Scene, Scheme, StepControl, Stiction
+from hairpipe.sim.simulate import Frame, advance_frame, carry_over_cut, next_state, start
+from hairpipe.sim.strands.rod.frames import TWIST
+
+FRAME = 1 / 24
+STEPS = StepControl(longest=1 / 240, travel=10.0, root=10.0)
+
+
+def curl(turn=0.0):
+    """A curl of three turns, 30 cm long, that sticks out at an angle."""
+    return wound(Helix(0.015, 0.03), 0.3, 25) @ Rotation.from_euler("xz", [1.0, turn]).as_matrix().T
+
+
+@pytest.fixture
+def rods(scene):
+    def build(*strands, precision: Precision = "double"):
+        return build_hair(scene(strands).hair.groom, Material(), "rod", precision=precision)
+
+    return build
+
+
+def run(hair, state, body, scene, frames):
+    for _ in range(frames):
+        state = advance_frame(hair, state, (body, body), (), FRAME, scene)
+    return state
+
+
+def test_a_curl_let_go_of_is_not_lost_and_its_edges_keep_their_lengths(rods, triangle):
+    hair, scene = rods(curl(), curl(2.0)), Scene(steps=STEPS)
+    state = run(hair, start(hair, triangle(), scene), triangle(), scene, 24)
+    lengths = np.linalg.norm(np.diff(state.positions[2:-1], axis=0), axis=1) * hair.model.inverse_lengths[2:-2, 0]
+    assert np.abs(lengths - 1).max() < 0.005
+    assert not state.tensions[hair.model.first[:-1], 1].any()
+
+
+def test_a_turned_scene_is_the_same_scene(rods, straight, triangle):
+    """About the vertical; the groom's own frame of the root turns with it."""
+    turn, scene = Rotation.from_euler("y", 0.7).as_matrix(), Scene(steps=STEPS)
+    hair = rods(curl())
+    turned = build_hair(
+        replace(
+            hair.groom,
+            points=hair.groom.points @ turn.T,
+            root_frames=np.einsum("ij,sjk->sik", turn, hair.groom.root_frames),
+        ),
+        Material(),
+        "rod",
+    )
+    ends = [run(each, start(each, None, scene), None, scene, 8).positions[2:-1, :, 0] for each in (hair, turned)]
+    np.testing.assert_allclose(ends[0] @ turn.T, ends[1], atol=1e-9)
+
+
+def twisting(groom, turn, rate):
+    """Roots that stand, and tips that turn about the vertical through them."""
+    still = np.repeat(np.eye(3, 4)[None], 1, axis=0)
+    tips, rates = still.copy(), np.zeros_like(still)
+    point, R = groom.points[-1], Rotation.from_rotvec([0.0, turn, 0.0]).as_matrix()
+    spin = rate * np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]]) @ R
+    tips[0, :, :3], tips[0, :, 3], rates[0, :, :3], rates[0, :, 3] = R, point - R @ point, spin, -spin @ point
+    return Ends(still, np.zeros_like(still), tips, rates)
+
+
+def test_a_held_tip_that_turns_twists_a_straight_rod_evenly(rods, straight):
+    """By 2 rad: the root's vertex has half a length, and the torque is the same everywhere."""
+    hair, scene, twist, frames = rods(straight(0.1, 25, [0, 1, 0])), Scene(0.0, steps=STEPS), 2.0, 12
+    state = start(hair, twisting(hair.groom, 0.0, 0.0), scene)
+    for i in range(frames):
+        now, then = (
+            twisting(hair.groom, twist * k / frames, twist / frames / FRAME * (k < frames)) for k in (i, i + 1)
+        )
+        state = advance_frame(hair, state, (now, then), (), FRAME, scene)
+    torque = (state.tensions[:, TWIST] * hair.model.inverse_lengths[:, 5])[2:-2, 0]
+    np.testing.assert_allclose(torque, Material().torsion * twist / (0.1 * 24.5 / 25), rtol=1e-9)
+    np.testing.assert_allclose(state.positions[2:-1], hair.rest[2:-1], atol=1e-12)
+
+
+def test_a_cut_carries_a_rod_with_its_root(rods, triangle):
+    """Its shape relative to the root, and so its twists and forces, are those before the cut."""
+    hair, scene, turn = rods(curl()), Scene(steps=STEPS), Rotation.from_euler("xyz", [0.4, 1.0, 2.0]).as_matrix()
+    before, body = start(hair, triangle(), scene), triangle()
+    before = run(hair, before, body, scene, 4)
+    after = Mesh(body.points @ turn.T, body.triangles)
+    carried = carry_over_cut(hair, before, (body, after))
+    assert carried.tensions is before.tensions
+    np.testing.assert_allclose(carried.positions[:, :, 0], before.positions[:, :, 0] @ turn.T, atol=1e-9)
+
+
+def test_single_precision_follows_double(rods, triangle):
+    scene = Scene(steps=STEPS)
+    hair, single = rods(curl()), rods(curl(), precision="single")
+    ends = [run(each, start(each, triangle(), scene), triangle(), scene, 12) for each in (hair, single)]
+    tips = [each.layout.axis(end.positions)[-1] for each, end in zip((hair, single), ends, strict=True)]
+    assert np.linalg.norm(tips[0] - tips[1]) < 1e-3 * 0.3
+
+
+@pytest.mark.parametrize("scheme", ["tr_bdf2", "bdf2", "backward_euler"])
+def test_steps_too_long_lose_rods_that_do_them_again_and_this_is_said(rods, triangle, scheme):
+    steps = StepControl(longest=FRAME, travel=100.0, root=100.0)
+    hair, scene = rods(curl(), curl(1.0), curl(2.0), curl(3.0)), Scene(steps=steps, scheme=Scheme(scheme))
+    body, state, said = triangle(), None, []
+    for number in range(36):
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            state = next_state(hair, state, Frame((body, body), (), (), number * FRAME, FRAME), scene)
+        said += [str(each.message) for each in caught]
+    assert state is not None and np.isfinite(state.positions).all()
+    again = state.tensions[hair.model.first[:-1], 1]
+    assert any("were lost by a step" in each for each in said) == bool(again.any())
+    assert 0 < again.sum() < 0.2 * 36 * again.size
+
+
+def test_rods_touch_and_any_number_of_threads_gives_the_same_bytes(rods, straight, triangle):
+    ways = [(1.0, 0.2 * np.sin(i), 0.3 * np.cos(i)) for i in range(9)]
+    strands = [straight(0.08, 10, way) + np.array([0, 4e-4, 2e-4]) * i for i, way in enumerate(ways)]
+    scene = Scene(steps=STEPS, collisions=Collisions(), stiction=Stiction())
+    hair, threads, states = rods(*strands), numba.get_num_threads(), []
+    for count in (1, threads):
+        numba.set_num_threads(count)
+        states.append(run(hair, start(hair, triangle(), scene), triangle(), scene, 4))
+    assert len(states[0].stuck) > 0
+    for name in ("positions", "velocities", "tensions", "stuck_at"):
+        np.testing.assert_array_equal(getattr(states[0], name), getattr(states[1], name))
+
+
+@pytest.mark.parametrize("scheme", [Scheme("nine_steps"), Scheme("backward_euler", spring="printed")])
+def test_schemes_that_leave_out_stiffness_are_refused(rods, straight, triangle, scheme):
+    with pytest.raises(BadInput, match=r"of a rod|a rod needs") as refused:
+        start(rods(straight(0.1, 5, [0, -1, 0])), triangle(), Scene(scheme=scheme))
+    assert "tr_bdf2" in str(refused.value.right) or "multiplier" in str(refused.value.right)
