@@ -25,11 +25,6 @@ class Inlined(CPUDispatcher):
     type: LLVM sees the constant anyway, when it inlines the function.
     """
 
-    def __init__(self, function: Callable) -> None:
-        entries = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-        super().__init__(function, targetoptions=_OPTIONS | entries | {"nopython": True, "forceinline": True})
-        self.enable_caching()
-
     def get_call_template(self, args: Any, kws: Any) -> Any:
         """Compile it for the types of a call in a kernel."""
         plain = {name: types.unliteral(kind) for name, kind in kws.items()}
@@ -44,4 +39,9 @@ class Inlined(CPUDispatcher):
         return self._entered(*args)
 
 
-inlined = Inlined
+def inlined(function: Callable) -> Inlined:
+    """Decorate a function that kernels inline."""
+    entries = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    kernel = Inlined(function, targetoptions=_OPTIONS | entries | {"nopython": True, "forceinline": True})
+    kernel.enable_caching()
+    return kernel
