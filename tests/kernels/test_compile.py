@@ -2,7 +2,6 @@
 
 import pickle
 
-import numpy as np
 from numba import njit
 
 from hairpipe.kernels.compile import Inlined, inlined
@@ -24,7 +23,7 @@ def test_a_literal_is_compiled_as_any_number_of_its_type():
 
 
 def test_python_may_call_one():
-    assert np.array_equal(twice(np.arange(3)), [0, 2, 4])
+    assert twice(1.5) == 3.0
 
 
 def test_one_is_rebuilt_in_another_process_as_what_it_is():
