@@ -12,7 +12,7 @@ it: 164 multiply-adds a row, and 34 multiplications. Nothing is pivoted. Where a
 positive definite: its magnitude is taken, so that what follows stays finite, and the least pivot is given back.
 """
 
-from hairpipe.kernels.banded import clear_row
+from hairpipe.kernels.banded import add, clear_row
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, load_as, maximum, minimum, select, store
 
@@ -21,6 +21,17 @@ UNKNOWNS = 4
 _X, _Y, _Z, _ANGLE = 0, 11, 21, 30
 """Places of the diagonal in a row of A."""
 _LEAST = 1e-30
+
+
+@inlined
+def add_point(A, p, six):
+    """Add a symmetric block, a tuple of six lanes, to the position of row p, in place."""
+    add(A, p, _X, six[0])
+    add(A, p, _X + 1, six[1])
+    add(A, p, _X + 2, six[2])
+    add(A, p, _Y, six[3])
+    add(A, p, _Y + 1, six[4])
+    add(A, p, _Z, six[5])
 
 
 @inlined

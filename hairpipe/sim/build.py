@@ -100,11 +100,12 @@ def _body_contacts(
 def _volume_filter(hair: HairModel, volume: Volume) -> VolumeFilter:
     """Make what hair does to hair through a grid."""
     points, offsets, rest = hair.groom.points, hair.layout.offsets, 0.0
-    masses = following_masses(axis_of(hair.layout), hair.model.mass)
+    masses = hair.once("masses", lambda: following_masses(axis_of(hair.layout), hair.model.mass))
+    reach = hair.once("reach", lambda: reach_of(points, offsets))
     if volume.pressure is not None:
         dense, cell = volume.pressure.density, volume.cell
         rest = dense or hair.once(("density", cell), lambda: rest_density(points, offsets, masses, cell))
-    return VolumeFilter(volume, offsets, masses, reach_of(points, offsets), rest)
+    return VolumeFilter(volume, offsets, masses, reach, rest)
 
 
 def pairs_at_rest(

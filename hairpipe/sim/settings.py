@@ -105,8 +105,8 @@ class Pressure:
 class Volume:
     """Hair as one material on a grid, after Petrovic, Henne, Anderson 2005.
 
-    It gives hair the motion and the room that contact of pairs gives, much cheaper. It makes no locks, and hair may
-    cross hair.
+    Hairs slow each other down and keep room without being looked at pair by pair. It makes no locks, and hair may cross
+    hair.
 
     cell       spacing of the nodes
     friction   rate at which hair takes over the velocity of the hair around it

@@ -64,7 +64,7 @@ class VolumeFilter(Interaction):
         samples = sample_strands(points, self.offsets, self.reach, self.volume.cell)
         if samples is None:
             return np.zeros_like(velocities)
-        present = samples.sums()[:, None] > 0.0
+        present = samples.sums[:, None] > 0.0
         grid, smoothed = self._smoothed(samples, velocities)
         residual = np.where(present, velocities - collect(samples, smoothed), 0.0)
         if self.volume.order == 2:

@@ -35,6 +35,7 @@ class StrandSamples(NamedTuple):
     pieces    of the segment after each point, (P,) int32; 0 for the last ones, and for strands that are left out
     segments  first point of the segment of every sample, slab by slab, (n,) int32; places  its piece, (n,) int32
     slabs     samples of slab s are slabs[s]:slabs[s+1], int64
+    sums      A_i of every point, (P,); 0 where its strand is left out
     """
 
     points: np.ndarray
@@ -46,12 +47,7 @@ class StrandSamples(NamedTuple):
     segments: np.ndarray
     places: np.ndarray
     slabs: np.ndarray
-
-    def sums(self) -> np.ndarray:
-        """Return A_i of every point, (P,); 0 where its strand is left out."""
-        before = np.roll(self.pieces, 1)
-        before[self.offsets[:-1]] = 0
-        return 0.5 * (before + self.pieces)
+    sums: np.ndarray
 
 
 def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, cell: float) -> StrandSamples | None:
@@ -89,7 +85,9 @@ def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, c
     segments, places = np.empty(total, np.int32), np.empty(total, np.int32)
     _sort(points, offsets, pieces, across, starts, segments, places)
     slabs = np.append(ends[0] - found[0], total)
-    return StrandSamples(points, offsets, low, cell, counts.astype(np.int64), pieces, segments, places, slabs)
+    before = np.roll(pieces, 1)  # the last of a strand has none
+    numbers = counts.astype(np.int64)
+    return StrandSamples(points, offsets, low, cell, numbers, pieces, segments, places, slabs, 0.5 * (before + pieces))
 
 
 @njit(cache=True, parallel=True, error_model="numpy")

@@ -22,8 +22,7 @@ def deposit(samples: StrandSamples, masses: np.ndarray, velocities: np.ndarray) 
 
     masses  of points, finite [kg], (P,); velocities  [m/s], (P, 3)
     """
-    sums = samples.sums()
-    own = np.divide(masses, sums, out=np.zeros(len(sums)), where=sums > 0.0)
+    own = np.divide(masses, samples.sums, out=np.zeros(len(masses)), where=samples.sums > 0.0)
     carried = np.concatenate((own[:, None], own[:, None] * velocities), axis=1)
     grid = np.zeros((*samples.counts, 4))
     for parity in range(2):
@@ -56,7 +55,7 @@ def collect(samples: StrandSamples, field: np.ndarray) -> np.ndarray:
     """Return the vectors of a field of nodes, (nx, ny, nz, 3), at points of strands, (P, 3); 0 of those left out."""
     found = np.zeros((len(samples.points), 3))
     _collect(samples, field, found)
-    sums = samples.sums()[:, None]
+    sums = samples.sums[:, None]
     return np.divide(found, sums, out=found, where=sums > 0.0)
 
 

@@ -97,7 +97,7 @@ def test_a_lost_strand_is_left_out_and_makes_no_grid_huge(wrong):
     samples = hair.samples()
     lost = slice(hair.offsets[4], hair.offsets[5])
     assert np.prod(samples.counts) <= np.prod(whole.counts)
-    assert not samples.sums()[lost].any() and np.delete(samples.sums(), np.r_[lost]).all()
+    assert not samples.sums[lost].any() and np.delete(samples.sums, np.r_[lost]).all()
 
 
 def test_hair_that_is_all_lost_has_no_grid():

@@ -23,20 +23,16 @@ STRAIN = 0.1
 
 
 class Began(NamedTuple):
-    """Where a step began: positions [m], velocities [m/s], (rows, 3, W), and what a model that may be lost remembers.
-
-    T is zero where nothing is remembered but tensions.
-    """
+    """Where a step began: positions [m], velocities [m/s], (rows, 3, W), and what a model that may be lost knew."""
 
     x: np.ndarray
     v: np.ndarray
-    T: np.ndarray
+    T: np.ndarray | None
 
 
 def begin(model: StrandModel, state: State) -> Began:
     """Copy what is needed to do a step again."""
-    T = copied(state.T) if may_be_lost(model) else np.zeros_like(state.T)
-    return Began(copied(state.x), copied(state.v), T)
+    return Began(copied(state.x), copied(state.v), copied(state.T) if may_be_lost(model) else None)
 
 
 def find_lost(model: StrandModel, state: State) -> np.ndarray | None:
@@ -58,7 +54,8 @@ def do_again(
         form=int(SpringForm.multiplier), guard=np.inf, iterations=1, part=int(StiffnessPart.projected)
     )
     x0, v0, T0 = began
-    again = State(copied(x0), copied(state.v), np.empty_like(x0), copied(T0), state.fresh)
+    T = np.zeros_like(state.T) if T0 is None else copied(T0)
+    again = State(copied(x0), copied(state.v), np.empty_like(x0), T, state.fresh)
     set_all_tensions(model, again.x, again.T)
     ends, who = step.ends(1.0), rows_of(model, lost != 0.0)
     root = model.shape.clamped - 1
@@ -71,7 +68,7 @@ def do_again(
     stage = Stage(xh, v0, x0, before, ends, step.held, weights, step.time + step.dt, step.dt)
     kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
     again.a[:] = (again.v - v0 - kick) / step.dt
-    if may_be_lost(model):
+    if T0 is not None:
         again.T[model.first[:-1], 1] += 1.0
     take_over(model, state, again, lost)
     return kick

@@ -10,7 +10,7 @@ carry no force, and the tensions follow from the tip to the root, three at a tim
 which is exact. Whether the equilibrium is stable, and how far its
 springs are strained, says if hair so stiff can stand so at all: 10 cm of real hair can stick out, 20 cm cannot.
 
-Rods do the same by four stresses at a time, see `rod_balance.py`.
+Rods do the same by four stresses at a time, see `strands/rod/balance.py`.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,6 @@ from hairpipe.kernels.vec3 import cross, dot, minus, scaled
 from hairpipe.sim.layout import Layout
 from hairpipe.sim.settings import SagFree
 from hairpipe.sim.statics.hessian import find_stable, find_stable_by_pivots
-from hairpipe.sim.statics.rod_balance import carry_rods
 from hairpipe.sim.statics.settle import settle
 from hairpipe.sim.strands.interface import (
     StrandModel,
@@ -37,9 +36,9 @@ from hairpipe.sim.strands.interface import (
     spring_constant,
     springs_from,
 )
-from hairpipe.sim.strands.network import Network
-from hairpipe.sim.strands.rod.rod import Rod
 
+SPRINGS = 3
+"""That end at every free particle: as many as it has equations."""
 STEP = 1e-5
 """Of differences of forces, over the length of a segment: a curl can be close to exchanging altitude springs."""
 
@@ -75,12 +74,13 @@ class Equilibrium:
 
 
 def carry_weight(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> Equilibrium:
-    """Find the springs that carry strands at x [m], (rows, 3, W), under gravity [m/s^2], (3,).
+    """Find the springs, or what a model has in their place, that carry strands at x [m], (rows, 3, W).
 
-    Of rods the bends and twists, too, in the columns that the model has them in.
+    gravity  [m/s^2], (3,)
     """
-    if isinstance(model, Rod):
-        return Equilibrium(*carry_rods(model, x, gravity))
+    carry = kind_of(model).carry
+    if carry is not None:
+        return Equilibrium(*carry(model, x, gravity))
     lengths, tensions = np.zeros_like(model.inverse_lengths), np.zeros_like(model.inverse_lengths)
     strains = np.zeros((len(model.first) - 1, x.shape[2]))
     _carry_all(model, x, gravity, tensions, lengths, strains)
@@ -107,9 +107,9 @@ def stand(
     x        particles as placed [m], (rows, 3, W)
     gravity  [m/s^2], (3,)
 
-    Raises BadInput where the model is a chain, or where strands that cannot stand are refused.
+    Raises BadInput where the model has too few springs for it, or where strands that cannot stand are refused.
     """
-    if not isinstance(model, Network | Rod):
+    if kind_of(model).carry is None and model.inverse_lengths.shape[1] != SPRINGS:
         said = f"a {kind_of(model).name} cannot hold a groomed shape under its weight"
         raise BadInput(said, where="model", right='"network" or "rod"')
     found = carry_weight(model, x, gravity)

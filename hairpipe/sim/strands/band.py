@@ -7,15 +7,13 @@ type of a model, as for what `interface.py` asks of it.
 from collections.abc import Callable
 from typing import Any
 
-from numba.core.extending import overload
-
 from hairpipe.kernels import banded, banded_angle
 from hairpipe.kernels.banded import add, clear_row
 from hairpipe.kernels.banded import row_size as size_by_reach
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, store
 from hairpipe.sim.layout import Shape
-from hairpipe.sim.strands.interface import shape_registered
+from hairpipe.sim.strands.interface import ModelKind, for_models
 
 
 @inlined
@@ -86,16 +84,6 @@ def _add_inertia(A, p, places, inertia):
 
 
 @inlined
-def _add_point4(A, p, block):
-    add(A, p, 0, block[0])
-    add(A, p, 1, block[1])
-    add(A, p, 2, block[2])
-    add(A, p, 11, block[3])
-    add(A, p, 12, block[4])
-    add(A, p, 21, block[5])
-
-
-@inlined
 def _add_next4(A, p, block):
     xx, xy, xz, yy, yz, zz = block
     for row, three in ((4, (xx, xy, xz)), (14, (xy, yy, yz)), (23, (xz, yz, zz))):
@@ -121,51 +109,41 @@ def _substitute4(A, b, count):
         store(b, (count - 1, c), load(b, (count - 2, c)))
 
 
-@overload(start_row, strict=False)
-def _start_row(model: Any, A: Any, p: Any, count: Any) -> Callable | None:
-    shape = shape_registered(model)
-    if shape is None:
-        return None
+@for_models(start_row)
+def _start_row(kind: ModelKind) -> Callable:
+    shape = kind.shape
     if shape.unknowns == 3:
         return lambda model, A, p, count: clear_row(A, p)
     return lambda model, A, p, count: _start_row4(A, p, count)
 
 
-@overload(add_inertia, strict=False)
-def _add_mass(model: Any, A: Any, p: Any, inertia: Any) -> Callable | None:
-    shape = shape_registered(model)
-    if shape is None:
-        return None
+@for_models(add_inertia)
+def _add_mass(kind: ModelKind) -> Callable:
+    shape = kind.shape
     places = (0, 3, 5) if shape.unknowns == 3 else (0, 11, 21)
     return lambda model, A, p, inertia: _add_inertia(A, p, places, inertia)
 
 
-@overload(add_point, strict=False)
-def _add_point(model: Any, A: Any, p: Any, block: Any) -> Callable | None:
-    shape = shape_registered(model)
-    if shape is None:
-        return None
+@for_models(add_point)
+def _add_point(kind: ModelKind) -> Callable:
+    shape = kind.shape
     if shape.unknowns == 3:
         return lambda model, A, p, block: banded.add_diagonal(A, p, *block)
-    return lambda model, A, p, block: _add_point4(A, p, block)
+    return lambda model, A, p, block: banded_angle.add_point(A, p, block)
 
 
-@overload(add_next, strict=False)
-def _add_next(model: Any, A: Any, p: Any, block: Any) -> Callable | None:
-    shape = shape_registered(model)
-    if shape is None:
-        return None
+@for_models(add_next)
+def _add_next(kind: ModelKind) -> Callable:
+    shape = kind.shape
     if shape.unknowns == 3:
         stride = shape.stride
         return lambda model, A, p, block: banded.add_coupling(A, p, stride, *block)
     return lambda model, A, p, block: _add_next4(A, p, block)
 
 
-@overload(fix_root, strict=False)
-def _fix_root(model: Any, A: Any, b: Any, p: Any, count: Any, lowest: Any) -> Callable | None:
-    shape = shape_registered(model)
-    if shape is None:
-        return None
+@for_models(fix_root)
+def _fix_root(kind: ModelKind) -> Callable:
+    shape = kind.shape
     if shape.unknowns == 3:
         return lambda model, A, b, p, count, lowest: _fix_root3(A, b, p, lowest)
     root = shape.clamped - 1
@@ -178,11 +156,9 @@ def _fix_root3(A, b, p, lowest):
     return lowest
 
 
-@overload(fix_lanes, strict=False)
-def _fix_lanes(model: Any, A: Any, b: Any, p: Any, fixed: Any) -> Callable | None:
-    shape = shape_registered(model)
-    if shape is None:
-        return None
+@for_models(fix_lanes)
+def _fix_lanes(kind: ModelKind) -> Callable:
+    shape = kind.shape
     if shape.unknowns == 3:
         return lambda model, A, b, p, fixed: banded.fix_lanes(A, b, p, fixed)
     return lambda model, A, b, p, fixed: banded_angle.fix_lanes(A, b, p, fixed)
@@ -194,33 +170,27 @@ def _eliminate3(A, b, p, count, reach, lowest):
     return lowest
 
 
-@overload(eliminate, strict=False)
-def _eliminate(model: Any, A: Any, b: Any, p: Any, count: Any, lowest: Any) -> Callable | None:
-    shape = shape_registered(model)
-    if shape is None:
-        return None
+@for_models(eliminate)
+def _eliminate(kind: ModelKind) -> Callable:
+    shape = kind.shape
     if shape.unknowns == 3:
         reach = shape.reach
         return lambda model, A, b, p, count, lowest: _eliminate3(A, b, p, count, reach, lowest)
     return lambda model, A, b, p, count, lowest: banded_angle.eliminate(A, b, p, count, lowest)
 
 
-@overload(forward, strict=False)
-def _forward(model: Any, A: Any, b: Any, p: Any, count: Any) -> Callable | None:
-    shape = shape_registered(model)
-    if shape is None:
-        return None
+@for_models(forward)
+def _forward(kind: ModelKind) -> Callable:
+    shape = kind.shape
     if shape.unknowns == 3:
         reach = shape.reach
         return lambda model, A, b, p, count: banded.forward(A, b, p, count, reach)
     return lambda model, A, b, p, count: banded_angle.forward(A, b, p, count)
 
 
-@overload(substitute, strict=False)
-def _substitute(model: Any, A: Any, b: Any, count: Any) -> Callable | None:
-    shape = shape_registered(model)
-    if shape is None:
-        return None
+@for_models(substitute)
+def _substitute(kind: ModelKind) -> Callable:
+    shape = kind.shape
     if shape.unknowns == 3:
         reach = shape.reach
         return lambda model, A, b, count: banded.substitute(A, b, count, reach)

@@ -12,7 +12,6 @@ from enum import IntEnum
 from typing import Any, NamedTuple, Protocol, Self
 
 import numpy as np
-from numba import types
 from numba.core.extending import overload
 
 from hairpipe.data import Groom
@@ -80,6 +79,7 @@ def _follow_nothing(model, block, at, dx, b, h):
 
 
 Build = Callable[[Layout, Groom, Material, Construction], tuple[Any, np.ndarray]]
+Carry = Callable[[Any, np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,6 +92,8 @@ class ModelKind:
     build   makes the models of a groom in a layout, and their particles at rest [m], (rows, 3, W) float64; raises
             BadInput for grooms that it cannot be
     warn    warns of what the model does not take over of a material, once a shot
+    carry   finds what strands at x [m], (rows, 3, W), have at rest that stand there under gravity [m/s^2], (3,): rest
+            state and T, both like `inverse_lengths`, and the largest strain of an edge, (blocks, W); None: springs do
 
     The others are kernels that numba inlines, see the functions of those names below.
     """
@@ -106,6 +108,7 @@ class ModelKind:
     hold_tip: Any = _hold_nothing
     follow_solve: Any = _follow_nothing
     warn: Callable[[Groom, Material], None] = lambda groom, material: None
+    carry: Carry | None = None
 
 
 _KINDS: dict[type, ModelKind] = {}
@@ -181,65 +184,51 @@ def spring_constant(model: Any, block: Any, p: Any, offset: Any) -> Any:
     raise NotImplementedError
 
 
-def _registered(numba_type: types.Type) -> ModelKind | None:
-    return _KINDS.get(getattr(numba_type, "instance_class", type(None)))
+def for_models(stub: Callable) -> Callable:
+    """Decorate a function that gives, for a kind of model, what numba compiles where a stub is called with a model."""
+
+    def decorate(implementation: Callable[[ModelKind], Callable]) -> Callable:
+        def choose(model: Any, *_: Any) -> Callable | None:
+            kind = _KINDS.get(getattr(model, "instance_class", type(None)))
+            return None if kind is None else implementation(kind)
+
+        overload(stub, strict=False)(choose)
+        return implementation
+
+    return decorate
 
 
-def shape_registered(numba_type: types.Type) -> Shape | None:
-    """Return the shape of models of a type, for overloads that choose by it; None where it is no model."""
-    kind = _registered(numba_type)
-    return kind.shape if kind else None
-
-
-@overload(add_forces, strict=False)
-def _add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any) -> Callable | None:
-    kind = _registered(model)
-    if kind is None:
-        return None
+@for_models(add_forces)
+def _add_forces(kind: ModelKind) -> Callable:
     kernel = kind.add_forces
     return lambda model, system, at, p, block, terms: kernel(model, system, at, p, block, terms)
 
 
-@overload(hold_tip, strict=False)
-def _hold_tip(model: Any, block: Any, x: Any, T: Any, held: Any) -> Callable | None:
-    kind = _registered(model)
-    if kind is None:
-        return None
+@for_models(hold_tip)
+def _hold_tip(kind: ModelKind) -> Callable:
     kernel = kind.hold_tip
     return lambda model, block, x, T, held: kernel(model, block, x, T, held)
 
 
-@overload(follow_solve, strict=False)
-def _follow_solve(model: Any, block: Any, at: Any, dx: Any, b: Any, h: Any) -> Callable | None:
-    kind = _registered(model)
-    if kind is None:
-        return None
+@for_models(follow_solve)
+def _follow_solve(kind: ModelKind) -> Callable:
     kernel = kind.follow_solve
     return lambda model, block, at, dx, b, h: kernel(model, block, at, dx, b, h)
 
 
-@overload(shape_of, strict=False)
-def _shape_of(model: Any) -> Callable | None:
-    kind = _registered(model)
-    if kind is None:
-        return None
+@for_models(shape_of)
+def _shape_of(kind: ModelKind) -> Callable:
     shape = kind.shape
     return lambda model: shape
 
 
-@overload(springs_from, strict=False)
-def _springs_from(model: Any, p: Any, count: Any) -> Callable | None:
-    kind = _registered(model)
-    if kind is None:
-        return None
+@for_models(springs_from)
+def _springs_from(kind: ModelKind) -> Callable:
     kernel = kind.springs_from
     return lambda model, p, count: kernel(p, count)
 
 
-@overload(spring_constant, strict=False)
-def _spring_constant(model: Any, block: Any, p: Any, offset: Any) -> Callable | None:
-    kind = _registered(model)
-    if kind is None:
-        return None
+@for_models(spring_constant)
+def _spring_constant(kind: ModelKind) -> Callable:
     kernel = kind.spring_constant
     return lambda model, block, p, offset: kernel(model, block, p, offset)

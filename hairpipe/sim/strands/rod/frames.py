@@ -17,6 +17,8 @@ GHOST = 1
 """Row of x_-1; the first vertex is in the row after it."""
 TENSION, TWIST, DIRECTOR = 0, 1, 2
 """Places of the tension of an edge, the twist of a vertex and the director of an edge in what solves leave."""
+BENDING, TWISTING = 4, 5
+"""Places of the two stiffnesses of a vertex in what a rod has at rest."""
 MOST = 6.2
 """Twist of a vertex beyond which its frame turns no further [rad]."""
 _SMALLEST = 1e-30

@@ -39,14 +39,15 @@ from hairpipe.sim.strands import lattice
 from hairpipe.sim.strands.construction import Construction
 from hairpipe.sim.strands.forces.spring import critical_damping
 from hairpipe.sim.strands.interface import ModelKind, StiffnessPart, register_model
-from hairpipe.sim.strands.rod.frames import GHOST, TENSION, TWIST, carry_frame
+from hairpipe.sim.strands.rod.balance import carry
+from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TENSION, TWIST, TWISTING, carry_frame
 from hairpipe.sim.strands.rod.rows import add_gradient, add_tangent, added_to_f, in_unknowns, pulled_at_f
 from hairpipe.sim.strands.rod.semidefinite import semidefinite
 from hairpipe.sim.strands.rod.twist import follow_solve, hold_tip
 from hairpipe.sim.strands.rod.vertex import bend, force_of, geometric, gradients, stretch_of, sum_of
 
 SHAPE = Shape(reach=2, clamped=3, stride=1, unknowns=4, before=1, after=1)
-RESTS, BEND, TWISTING = 6, 4, 5
+RESTS = 6
 _PROJECTED, _EXACT = int(StiffnessPart.projected), int(StiffnessPart.exact)
 
 
@@ -110,7 +111,7 @@ def shape_at_rest(
         flat = 1 / (1 + (k1**2 + k2**2) / 4)  # cos^2 of half the bend
         share = (lengths[:, i] + (lengths[:, i - 1] if i > 1 else 0.0)) / 2  # the clamp has nothing before it
         natural[:, i + 1, 1:3] = np.stack([k1, k2], axis=1)
-        natural[:, i + 1, BEND] = material.bending * flat**2 / share
+        natural[:, i + 1, BENDING] = material.bending * flat**2 / share
         natural[:, i + 1, TWISTING] = material.torsion * flat / share
         director = after
     last = nodes[:, -1] + lengths[:, -1:] * director
@@ -138,7 +139,7 @@ def _add_forces(model, system, at, p, block, terms):
     if not 0 < p < x.shape[0] - 3:
         return
     row, inverse = model.first[block] + p + 1, load(model.constants, (block, 1))
-    bending, twisting = load(model.inverse_lengths, (row, BEND)), load(model.inverse_lengths, (row, TWISTING))
+    bending, twisting = load(model.inverse_lengths, (row, BENDING)), load(model.inverse_lengths, (row, TWISTING))
     vertex = bend(*carry_frame(x, T, p))
     q = (
         bending * (vertex.k1 - load(model.inverse_lengths, (row, 1))),
@@ -171,4 +172,6 @@ def _edge(model, at, p, row, block, along, terms):
     return scaled(now + c * dot(t, difference(v, p, p + 1)), t), K
 
 
-ROD = register_model(ModelKind("rod", Rod, SHAPE, build_rod, _add_forces, _springs, _constant, hold_tip, follow_solve))
+ROD = register_model(
+    ModelKind("rod", Rod, SHAPE, build_rod, _add_forces, _springs, _constant, hold_tip, follow_solve, carry=carry)
+)

@@ -6,6 +6,7 @@ x_p and f = x_p+2 - x_p+1. Angles are multiplied by a length, so that all unknow
 
 from hairpipe.kernels import sym3
 from hairpipe.kernels.banded import add
+from hairpipe.kernels.banded_angle import add_point
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import minus, plus, scaled
 from hairpipe.sim.strands.rod.vertex import Gradient, Tangent
@@ -43,14 +44,11 @@ def add_gradient(b, p, h, inverse, g: Gradient):
 
 
 @inlined
-def _add_six(A, p, six):
-    """Add a symmetric block to the positions of row p."""
-    add(A, p, 0, six[0])
-    add(A, p, 1, six[1])
-    add(A, p, 2, six[2])
-    add(A, p, 11, six[3])
-    add(A, p, 12, six[4])
-    add(A, p, 21, six[5])
+def _less(nine, six):
+    """A block row by row less a symmetric one."""
+    x, y = minus(nine[0:3], six[0:3]), minus(nine[3:6], (six[1], six[3], six[4]))
+    z = minus(nine[6:9], (six[2], six[4], six[5]))
+    return x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]
 
 
 @inlined
@@ -80,24 +78,9 @@ def _add_angle(A, p, column, three):
 def add_tangent(A, p, H: Tangent):
     """Add the tangent of a vertex at row p + 1, in place."""
     ee, ff, m = H.ee, H.ff, H.ef
-    _add_six(A, p, ee)
+    add_point(A, p, ee)
     _add_column(A, p, 3, scaled(-1.0, H.e_a))
-    _add_columns(
-        A,
-        p,
-        4,
-        (
-            m[0] - ee[0],
-            m[1] - ee[1],
-            m[2] - ee[2],
-            m[3] - ee[1],
-            m[4] - ee[3],
-            m[5] - ee[4],
-            m[6] - ee[2],
-            m[7] - ee[4],
-            m[8] - ee[5],
-        ),
-    )
+    _add_columns(A, p, 4, _less(m, ee))
     _add_column(A, p, 7, scaled(-1.0, H.e_b))
     _add_columns(A, p, 8, (-m[0], -m[1], -m[2], -m[3], -m[4], -m[5], -m[6], -m[7], -m[8]))
     add(A, p, 30, H.aa)
@@ -105,27 +88,12 @@ def add_tangent(A, p, H: Tangent):
     add(A, p, 34, H.ab)
     _add_angle(A, p, 8, H.f_a)
     both = m[0] + m[0], m[1] + m[3], m[2] + m[6], m[4] + m[4], m[5] + m[7], m[8] + m[8]
-    _add_six(A, p + 1, sym3.minus(sym3.plus(ee, ff), both))
+    add_point(A, p + 1, sym3.minus(sym3.plus(ee, ff), both))
     _add_column(A, p + 1, 3, minus(H.e_b, H.f_b))
-    _add_columns(
-        A,
-        p + 1,
-        4,
-        (
-            m[0] - ff[0],
-            m[1] - ff[1],
-            m[2] - ff[2],
-            m[3] - ff[1],
-            m[4] - ff[3],
-            m[5] - ff[4],
-            m[6] - ff[2],
-            m[7] - ff[4],
-            m[8] - ff[5],
-        ),
-    )
+    _add_columns(A, p + 1, 4, _less(m, ff))
     add(A, p + 1, 30, H.bb)
     _add_angle(A, p + 1, 4, H.f_b)
-    _add_six(A, p + 2, ff)
+    add_point(A, p + 2, ff)
 
 
 @inlined

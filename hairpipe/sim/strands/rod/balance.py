@@ -5,7 +5,7 @@ two moments, a torque and a tension. So a strand is solved node by node,
 
     q1 g1_f + q2 g2_f + q3 g3_f + T tf = F,   q1 g1_b + q2 g2_b + q3 = Q
 
-with g the derivatives of `strands/rod/vertex.py` by the edge f that ends at the node and by its angle, and F and Q the
+with g the derivatives of `vertex.py` by the edge f that ends at the node and by its angle, and F and Q the
 weight and what is handed on from beyond. Then
 
     k' = k - q / B1,   psi' = psi - q3 / C1,   l' = l / (1 + T / EA)
@@ -19,11 +19,10 @@ import numpy as np
 
 from hairpipe.sim.strands import lattice
 from hairpipe.sim.strands.interface import StrandModel
-from hairpipe.sim.strands.rod.frames import GHOST, TENSION
-from hairpipe.sim.strands.rod.rod import BEND, TWISTING
+from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TENSION, TWISTING
 
 
-def carry_rods(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def carry(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Find what rods without twist have at rest if they stand at x [m], (rows, 3, W), under gravity [m/s^2], (3,).
 
     Returns their rest state and what they remember, both (rows, 6, W), and the largest strain of an edge, (blocks, W).
@@ -101,7 +100,7 @@ def _carry(x: np.ndarray, weight: np.ndarray, natural: np.ndarray, axial: np.nda
         force[:, row - 1] += e
         torque[:, row - 1] -= np.sum(by_a * q, axis=1)
         rest[:, row, 0] = (1 + pull[:, 0] / axial) / lengths[:, i, 0]
-        rest[:, row, 1:3] = np.concatenate([k1, k2], axis=1) - q[:, :2] / natural[:, row, BEND, None]
+        rest[:, row, 1:3] = np.concatenate([k1, k2], axis=1) - q[:, :2] / natural[:, row, BENDING, None]
         rest[:, row, 3] = -q[:, 2] / natural[:, row, TWISTING]
         tension[:, row] = pull[:, 0]
     return rest, tension
