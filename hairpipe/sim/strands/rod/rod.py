@@ -41,7 +41,14 @@ from hairpipe.sim.strands.forces.spring import critical_damping
 from hairpipe.sim.strands.interface import ModelKind, StiffnessPart, register_model
 from hairpipe.sim.strands.rod.balance import carry
 from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TENSION, TWIST, TWISTING, carry_frame
-from hairpipe.sim.strands.rod.rows import add_gradient, add_tangent, added_to_f, in_unknowns, pulled_at_f
+from hairpipe.sim.strands.rod.rows import (
+    add_gradient,
+    add_tangent,
+    added_to_f,
+    held_at_angles,
+    in_unknowns,
+    pulled_at_f,
+)
 from hairpipe.sim.strands.rod.semidefinite import semidefinite
 from hairpipe.sim.strands.rod.twist import follow_solve, hold_tip
 from hairpipe.sim.strands.rod.vertex import bend, force_of, geometric, gradients, stretch_of, sum_of
@@ -150,7 +157,8 @@ def _add_forces(model, system, at, p, block, terms):
     H = sum_of(sum_of(stretch_of(bending, g1), stretch_of(bending, g2)), stretch_of(twisting, g3))
     H = in_unknowns(sum_of(H, geometric(q, vertex)), hh, inverse)
     if part == _PROJECTED:
-        H = semidefinite(H, x)
+        # Angles have no inertia: with what is left of the stiffness alone, nothing might hold them.
+        H = held_at_angles(semidefinite(H, x), hh * inverse * inverse * twisting)
     pull, K = _edge(model, at, p + 1, row, block, (vertex.tf, vertex.jf), terms)
     add_gradient(b, p, h, inverse, pulled_at_f(force_of(q, (g1, g2, g3)), pull))
     add_tangent(A, p, added_to_f(H, K))

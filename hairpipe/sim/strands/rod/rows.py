@@ -103,6 +103,12 @@ def added_to_f(H, six):
 
 
 @inlined
+def held_at_angles(H, more):
+    """Give a tangent with so much more on the diagonal of both angles."""
+    return Tangent(H.ee, H.ef, H.ff, H.e_a, H.e_b, H.f_a, H.f_b, H.aa + more, H.ab, H.bb + more)
+
+
+@inlined
 def pulled_at_f(g, force):
     """Give a gradient with so much more by f."""
     return Gradient(g.e, plus(g.f, force), g.a, g.b)

@@ -48,6 +48,21 @@ def test_a_curl_let_go_of_is_not_lost_and_its_edges_keep_their_lengths(rods, tri
     assert not state.tensions[hair.model.first[:-1], 1].any()
 
 
+@pytest.mark.parametrize("way", [(1.0, 0.0, 0.0), (0.0, 1.0, 0.5), (-0.5, 0.3, -1.0)])
+def test_a_rod_whose_tip_contact_has_folded_over_comes_back(rods, triangle, way):
+    """Of 150 degrees, and half its length: what is left of the stiffness then holds no angle by itself."""
+    hair, scene = rods(curl()), Scene(gravity=0.0, steps=STEPS)
+    state = start(hair, triangle(), scene)
+    before, node, tip = (state.positions[row, :, 0] for row in (-4, -3, -2))
+    across = np.cross(node - before, way)
+    edge = -np.cos(0.5) * (node - before) / 2 + np.sin(0.5) * across / np.linalg.norm(across) * 0.006
+    state.positions[-2:] += (node + edge - tip)[:, None]
+    state = advance_frame(hair, state, (triangle(), triangle()), (), FRAME, scene)
+    lengths = np.linalg.norm(np.diff(state.positions[2:-1], axis=0), axis=1) * hair.model.inverse_lengths[2:-2, 0]
+    assert state.tensions[hair.model.first[:-1], 1].any()
+    assert np.abs(lengths - 1).max() < 0.05 and np.abs(state.velocities).max() < 20.0
+
+
 def test_a_turned_scene_is_the_same_scene(rods, straight, triangle):
     """About the vertical; the groom's own frame of the root turns with it."""
     turn, scene = Rotation.from_euler("y", 0.7).as_matrix(), Scene(steps=STEPS)
