@@ -1,8 +1,9 @@
 """Strands that a step has lost: they do it again by backward Euler.
 
 An edge that is strained by more than 10 % after a step was beyond the scheme. So is a rod whose matrix was not positive
-definite: what was solved then is no step of any scheme. Backward Euler with the tension of the present stretch, and
-with what of a rod's stiffness is positive semidefinite, loses nothing; it is of first order, and rare.
+definite: what was solved then is no step of any scheme. (One that touches others takes what of it is, within the stage:
+`solve/implicit_stage.py`.) Backward Euler with the tension of the present stretch, and with what of a rod's stiffness
+is positive semidefinite, loses nothing; it is of first order, and rare.
 """
 
 from typing import NamedTuple

@@ -21,7 +21,7 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import any_lane, load, select, store, store_as
 from hairpipe.kernels.simd_arrays import copy, fill
 from hairpipe.sim.solve.spring_form import SpringForm
-from hairpipe.sim.solve.stage import Iterate, Stage, System
+from hairpipe.sim.solve.stage import Iterate, Rule, Stage, System
 from hairpipe.sim.solve.stretch import note_pivot, overstrained, set_tensions
 from hairpipe.sim.strands.band import (
     add_inertia,
@@ -36,6 +36,7 @@ from hairpipe.sim.strands.band import (
 )
 from hairpipe.sim.strands.forces.spring import multiplier
 from hairpipe.sim.strands.interface import (
+    StiffnessPart,
     Terms,
     add_forces,
     follow_solve,
@@ -45,6 +46,7 @@ from hairpipe.sim.strands.interface import (
     springs_from,
 )
 
+_PROJECTED = int(StiffnessPart.projected)
 _EXPLICIT, _PRINTED, _TENSION, _MULTIPLIER = (int(form) for form in SpringForm)
 
 
@@ -80,9 +82,12 @@ def _add_outer(model, A, b, outer, p, n, last):
 
 @inlined
 def _assemble(model, block, system, at, outer, stage, h, rule):
-    """Leave the factors in A, and in b what is left to substitute for the change of velocity [m/s]."""
+    """Leave the factors in A, and in b what is left to substitute for the change of velocity [m/s].
+
+    Returns the lowest pivot, where that may be negative.
+    """
     A, b = system
-    x, v, T = at
+    x, v = at.x, at.v
     vh, held = stage.vh, stage.held
     count, reach = x.shape[0], shape_of(model).reach
     clamped, stride, last = shape_of(model).clamped, shape_of(model).stride, count - 1 - shape_of(model).after
@@ -104,7 +109,7 @@ def _assemble(model, block, system, at, outer, stage, h, rule):
             if len(held) > 0 and p >= count - clamped:
                 fix_lanes(model, A, b, p, load(held, (block,)) > 0.0)
             lowest = eliminate(model, A, b, p, count, lowest)
-    note_pivot(model, T, lowest)
+    return lowest
 
 
 @njit(cache=True, error_model="numpy")
@@ -195,7 +200,7 @@ def run_stage(model, block, at, stage, rule):
     for iteration in range(rule.iterations + int(any_lane(bad))):
         set_form(model, block, x, T, rule)
         hold_tip(model, block, x, T, stage.held)
-        _assemble(model, block, System(A, b), at, nothing, stage, h, rule)
+        note_pivot(model, T, _assemble(model, block, System(A, b), at, nothing, stage, h, rule))
         substitute(model, A, b, x.shape[0])
         _update(model, block, at, b, bad, iteration == rule.iterations, h, rule)
 
@@ -288,7 +293,7 @@ def _carry(model, block, at, stage, h, bad, rule):
     hold_tip(model, block, moved, tensions, stage.held)
     nothing, carried = np.empty((0, 9, x.shape[2]), x.dtype), Iterate(moved, speeds, tensions)
     euler = Stage(before, stage.began, before, stage.began, ends, stage.held, stage.h, stage.time, stage.span)
-    _assemble(model, block, System(A, b), carried, nothing, euler, span, rule)
+    note_pivot(model, tensions, _assemble(model, block, System(A, b), carried, nothing, euler, span, rule))
     substitute(model, A, b, count)
     _update(model, block, carried, b, bad, True, span, rule)
     for p in range(count):
@@ -316,6 +321,20 @@ def factor_stages(model, system, at, outer, active, stage, rule):
             fill(b[model.first[block] : model.first[block + 1]], 0.0)
 
 
+@inlined
+def _with_part(rule, part):
+    """Return the rule with another part of the stiffness: numba knows no `_replace`."""
+    return Rule(rule.form, rule.damping, rule.guard, rule.iterations, rule.gravity, rule.drag, part)
+
+
+@inlined
+def _take_back(new, old, kept):
+    """Put back what was there before, in place, in all lanes but those that are kept."""
+    for p in range(new.shape[0]):
+        for c in range(new.shape[1]):
+            store(new, (p, c), select(kept, load(new, (p, c)), load(old, (p, c))))
+
+
 @njit(cache=True, error_model="numpy")
 def _factor_block(model, block, system, at, outer, active, stage, rule):
     rows, h = slice(model.first[block], model.first[block + 1]), load(stage.h, (block,))
@@ -325,7 +344,20 @@ def _factor_block(model, block, system, at, outer, active, stage, rule):
     set_form(model, block, xs, part.T, rule)
     hold_tip(model, block, xs, part.T, its_stage.held)
     axis = slice(rows.start // shape_of(model).stride, rows.stop // shape_of(model).stride)
-    _assemble(model, block, System(As, bs), part, outer[axis], its_stage, h, rule)
+    coupled, full, indefinite, lowest = A.shape[0] > 0, System(As, bs), h < 0.0, h
+    # Strands that are coupled are one system, which must be positive definite: one that is not would spoil them all.
+    for attempt in range(2 if coupled and shape_of(model).unknowns > 3 else 1):
+        if attempt == 1:
+            indefinite = lowest <= 0.0
+            if not any_lane(indefinite):
+                break
+            full, rule = System(As.copy(), bs.copy()), _with_part(rule, _PROJECTED)
+        lowest = _assemble(model, block, System(As, bs), part, outer[axis], its_stage, h, rule)
+        if attempt == 1:
+            _take_back(As, full.A, indefinite)
+            _take_back(bs, full.b, indefinite)
+    if not coupled:
+        note_pivot(model, part.T, lowest)
     substitute(model, As, bs, xs.shape[0])
     for p in range(bs.shape[0]):
         for c in range(bs.shape[1]):
