@@ -18,7 +18,7 @@ from numba import njit, prange
 
 from hairpipe.kernels.banded import add
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd import any_lane, load, select, store, store_as
+from hairpipe.kernels.simd import any_lane, either, load, select, store, store_as
 from hairpipe.kernels.simd_arrays import copy, fill
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage, System
@@ -41,6 +41,7 @@ from hairpipe.sim.strands.interface import (
     add_forces,
     follow_solve,
     hold_tip,
+    predict,
     shape_of,
     spring_constant,
     springs_from,
@@ -169,7 +170,10 @@ def _guess(model, block, at, stage, h, guard):
         for c in range(3):
             store(x, (p, c), load(stage.xh, (p, c)) + h * load(v, (p, c)))
     _place_ends(x, v, stage.xh, stage.ends, stage.held, block, shape_of(model).clamped, h)
-    return overstrained(model, x, block, guard)
+    bad = overstrained(model, x, block, guard)
+    # Backward Euler, whose weight is the span, is of first order, and what it predicts of long steps is too much.
+    predict(model, at.T, stage.span, either(bad, stage.span + 0.0 * h <= h))
+    return bad
 
 
 @inlined

@@ -1,8 +1,8 @@
 """What the solver asks of a model of a strand, and how a model is registered.
 
 A model is a NamedTuple of arrays (`StrandModel`) and a few kernels (`ModelKind`). Kernels of the solver call
-`add_forces`, `spring_constant`, `springs_from`, `hold_tip`, `follow_solve` and `shape_of` below; numba asks here for
-what the model of that type has registered, and inlines it. A kernel that is loaded from the cache needs no
+`add_forces`, `spring_constant`, `springs_from`, `predict`, `hold_tip`, `follow_solve` and `shape_of` below; numba asks
+here for what the model of that type has registered, and inlines it. A kernel that is loaded from the cache needs no
 registration.
 """
 
@@ -69,6 +69,11 @@ class StiffnessPart(IntEnum):
 
 
 @inlined
+def _predict_nothing(model, T, span, stays):
+    """Leave what the model remembers as it is."""
+
+
+@inlined
 def _hold_nothing(model, block, x, T, held):
     """Leave what the model remembers as it is."""
 
@@ -105,6 +110,7 @@ class ModelKind:
     add_forces: Any
     springs_from: Any
     spring_constant: Any
+    predict: Any = _predict_nothing
     hold_tip: Any = _hold_nothing
     follow_solve: Any = _follow_nothing
     warn: Callable[[Groom, Material], None] = lambda groom, material: None
@@ -156,6 +162,11 @@ def add_forces(model: Any, system: Any, at: Any, p: Any, block: Any, terms: Any)
     raise NotImplementedError
 
 
+def predict(model: Any, T: Any, span: Any, stays: Any) -> Any:
+    """Let what the model remembers of a block go on through a stage [s], but in lanes where it stays, in place."""
+    raise NotImplementedError
+
+
 def hold_tip(model: Any, block: Any, x: Any, T: Any, held: Any) -> Any:
     """Let what the model remembers of a block, T, follow tips that are held; arguments as in `Stage`; in place."""
     raise NotImplementedError
@@ -202,6 +213,12 @@ def for_models(stub: Callable) -> Callable:
 def _add_forces(kind: ModelKind) -> Callable:
     kernel = kind.add_forces
     return lambda model, system, at, p, block, terms: kernel(model, system, at, p, block, terms)
+
+
+@for_models(predict)
+def _predict(kind: ModelKind) -> Callable:
+    kernel = kind.predict
+    return lambda model, T, span, stays: kernel(model, T, span, stays)
 
 
 @for_models(hold_tip)

@@ -15,8 +15,11 @@ from hairpipe.kernels.vec3 import cross, dot, minus, plus, scaled
 
 GHOST = 1
 """Row of x_-1; the first vertex is in the row after it."""
-TENSION, TWIST, DIRECTOR = 0, 1, 2
-"""Places of the tension of an edge, the twist of a vertex and the director of an edge in what solves leave."""
+TENSION, TWIST, DIRECTOR, BEFORE = 0, 1, 2, 5
+"""Places of the tension of an edge, the twist of a vertex, the director of an edge, and the twist where the last stage
+began, in what solves leave."""
+SPAN = 2
+"""Place of the duration of the last stage in the row of q [s]; 0: none."""
 BENDING, TWISTING = 4, 5
 """Places of the two stiffnesses of a vertex in what a rod has at rest."""
 MOST = 6.2

@@ -14,9 +14,11 @@ with a multiplier, as in the network.
 We differ from the sources: twist has no inertia, so that its angles are no part of the motion but only of each solve,
 and the state of a strand has its twists (`frames.py`). What a solve leaves (see `State.T`) is in a row
 
-    0 tension of the edge to the next node [N], 1 twist of the vertex [rad], 2-4 director of the edge, 5 nothing
+    0 tension of the edge to the next node [N], 1 twist of the vertex [rad], 2-4 director of the edge, 5 twist of the
+    vertex when the last stage began [rad]
 
-and in the row of q, 0: since when the matrix was not positive definite, 1: steps done again. At rest a row has
+and in the row of q, 0: whether the matrix was not positive definite, 1: steps done again, 2: duration of the last stage
+[s], by which the next one predicts twists; 0: it does not. At rest a row has
 
     0 1/l' [1/m], 1-2 k', 3 psi' [rad], 4 B c^4 / l, 5 C c^2 / l [N m]
 
@@ -50,7 +52,7 @@ from hairpipe.sim.strands.rod.rows import (
     pulled_at_f,
 )
 from hairpipe.sim.strands.rod.semidefinite import semidefinite
-from hairpipe.sim.strands.rod.twist import follow_solve, hold_tip
+from hairpipe.sim.strands.rod.twist import follow_solve, hold_tip, predict
 from hairpipe.sim.strands.rod.vertex import bend, force_of, geometric, gradients, stretch_of, sum_of
 
 SHAPE = Shape(reach=2, clamped=3, stride=1, unknowns=4, before=1, after=1)
@@ -181,5 +183,7 @@ def _edge(model, at, p, row, block, along, terms):
 
 
 ROD = register_model(
-    ModelKind("rod", Rod, SHAPE, build_rod, _add_forces, _springs, _constant, hold_tip, follow_solve, carry=carry)
+    ModelKind(
+        "rod", Rod, SHAPE, build_rod, _add_forces, _springs, _constant, predict, hold_tip, follow_solve, carry=carry
+    )
 )

@@ -4,10 +4,27 @@ import numpy as np
 from numba import njit
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd import any_lane, load, select, store
+from hairpipe.kernels.simd import any_lane, either, load, maximum, select, store
 from hairpipe.kernels.simd_arrays import difference
 from hairpipe.kernels.vec3 import cross, dot, plus, scaled
-from hairpipe.sim.strands.rod.frames import GHOST, TWIST, across, carried, carry_frame, unit_of
+from hairpipe.sim.strands.rod.frames import BEFORE, GHOST, SPAN, TWIST, across, carried, carry_frame, unit_of
+
+_SHORTEST = 1e-30
+
+
+@inlined
+def predict(model, T, span, stays):
+    """Let twists go on at the rate of the last stage, but in lanes where they stay, in place.
+
+    A solve linearised at the twists where its stage began is of first order.
+    """
+    last = load(T, (0, SPAN))
+    goes = select(either(stays, last <= 0.0), 0.0, span / maximum(last, _SHORTEST))
+    for p in range(GHOST + 1, T.shape[0] - 2):
+        twist = load(T, (p, TWIST))
+        store(T, (p, TWIST), twist + goes * (twist - load(T, (p, BEFORE))))
+        store(T, (p, BEFORE), twist)
+    store(T, (0, SPAN), 0.0 * last + span)
 
 
 @inlined
