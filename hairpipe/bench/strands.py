@@ -9,7 +9,7 @@ from hairpipe.bench.assembly import assembly_of
 from hairpipe.bench.counting import Work, count_work
 from hairpipe.kernels.simd import width
 from hairpipe.sim.boundary import Clamp, ClampPath
-from hairpipe.sim.integrators.interface import everywhere
+from hairpipe.sim.integrators.integrator import everywhere
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.layout import lay_out
 from hairpipe.sim.material import Material

@@ -54,8 +54,9 @@ def add_diagonal(A, p, xx, xy, xz, yy, yz, zz):
 
 
 @inlined
-def add_coupling(A, p, offset, xx, xy, xz, yy, yz, zz):
-    """Add a symmetric block to U_p,offset, in place."""
+def add_coupling(A, p, offset, block):
+    """Add a symmetric block, a tuple of six, to U_p,offset, in place."""
+    xx, xy, xz, yy, yz, zz = block
     c = OFFSET + 9 * (offset - 1)
     add(A, p, c, xx)
     add(A, p, c + 1, xy)

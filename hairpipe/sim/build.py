@@ -24,7 +24,7 @@ from hairpipe.sim.filters.limit_strain import StrainFilter
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.backward_euler import BackwardEuler
 from hairpipe.sim.integrators.bdf2 import Bdf2
-from hairpipe.sim.integrators.interface import Integrator
+from hairpipe.sim.integrators.integrator import Integrator
 from hairpipe.sim.integrators.nine_steps import FullStep, Trapezoid
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.interactions import Interaction, own_interactions

@@ -5,7 +5,7 @@ import pytest
 
 from hairpipe.bench.strands import RULE, STEP, hang
 from hairpipe.sim.integrators.backward_euler import BackwardEuler
-from hairpipe.sim.integrators.interface import everywhere
+from hairpipe.sim.integrators.integrator import everywhere
 from hairpipe.sim.solve.implicit_stage import guess_stages
 from hairpipe.sim.solve.stage import Iterate, Stage
 from hairpipe.sim.state import State, Step

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import everywhere
+from hairpipe.sim.integrators.integrator import everywhere
 from hairpipe.sim.integrators.lost import begin, do_again, find_lost
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import everywhere, rows_of
+from hairpipe.sim.integrators.integrator import everywhere, rows_of
 from hairpipe.sim.integrators.lost import begin, do_again, find_lost
 from hairpipe.sim.integrators.restart import restart_fresh, take_over_change
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.kernels.simd_arrays import copied
-from hairpipe.sim.integrators.interface import everywhere, rows_of
+from hairpipe.sim.integrators.integrator import everywhere, rows_of
 from hairpipe.sim.integrators.restart import ContactChange, take_over
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Rule, Stage

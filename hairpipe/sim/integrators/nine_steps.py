@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hairpipe.sim.integrators.interface import everywhere
+from hairpipe.sim.integrators.integrator import everywhere
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.interface import StrandModel

@@ -12,7 +12,7 @@ or relieved a strand (`length_jump.py`).
 import numpy as np
 
 from hairpipe.kernels.simd_arrays import combine_all
-from hairpipe.sim.integrators.interface import rows_of
+from hairpipe.sim.integrators.integrator import rows_of
 from hairpipe.sim.state import State
 from hairpipe.sim.strands.interface import StrandModel
 

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.kernels.simd_arrays import combine_all, copied
-from hairpipe.sim.integrators.interface import everywhere
+from hairpipe.sim.integrators.integrator import everywhere
 from hairpipe.sim.integrators.lost import begin, do_again, find_lost
 from hairpipe.sim.integrators.restart import (
     ContactChange,

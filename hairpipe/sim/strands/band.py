@@ -137,7 +137,7 @@ def _add_next(kind: ModelKind) -> Callable:
     shape = kind.shape
     if shape.unknowns == 3:
         stride = shape.stride
-        return lambda model, A, p, block: banded.add_coupling(A, p, stride, *block)
+        return lambda model, A, p, block: banded.add_coupling(A, p, stride, block)
     return lambda model, A, p, block: _add_next4(A, p, block)
 
 

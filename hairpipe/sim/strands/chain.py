@@ -91,7 +91,7 @@ def _springs(p: int, count: int) -> int:
 
 @inlined
 def _add_forces(model, system, at, p, block, terms):
-    (A, b), (x, v, T), (h, hh, damping, _) = system, at, terms
+    (A, b), x, (h, hh, damping, _) = system, at.x, terms
     count, row = x.shape[0], model.first[block] + p
     if p + 2 < count:
         joint = 2.0 if p == 0 else 1.0
@@ -100,7 +100,7 @@ def _add_forces(model, system, at, p, block, terms):
         k, inverse_rest = load(model.constants, (block, 0)), load(model.inverse_lengths, (row, 0))
         mass = model.mass[model.first[block] : model.first[block + 1]]
         c = damping * critical_damping(k, inverse_rest, mass, p, p + 1) if damping > 0.0 else 0.0 * k
-        add_spring(A, b, p, 1, linearise_spring(x, v, T, p, 1, k, inverse_rest, c, h, hh))
+        add_spring(A, b, p, 1, linearise_spring(at, p, 1, (k, inverse_rest, c), h, hh))
 
 
 @inlined

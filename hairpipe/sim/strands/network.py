@@ -146,30 +146,30 @@ def _springs(p: int, count: int) -> int:
 
 
 @inlined
-def _spring(model, x, v, T, p, block, offset, h, hh, damping):
+def _spring(model, at, p, block, offset, terms):
     """Linearise the spring from particle p to p + offset."""
     first = model.first[block]
     k, inverse_rest = _constant(model, block, p, offset), load(model.inverse_lengths, (first + p, offset - 1))
     c = 0.0 * k
-    if damping > 0.0:
-        c = damping * critical_damping(k, inverse_rest, model.mass, first + p, first + p + offset)
-    return linearise_spring(x, v, T, p, offset, k, inverse_rest, c, h, hh)
+    if terms.damping > 0.0:
+        c = terms.damping * critical_damping(k, inverse_rest, model.mass, first + p, first + p + offset)
+    return linearise_spring(at, p, offset, (k, inverse_rest, c), terms.h, terms.hh)
 
 
 @inlined
 def _add_forces(model, system, at, p, block, terms):
-    (A, b), (x, v, T), (h, hh, damping, _) = system, at, terms
+    (A, b), x = system, at.x
     count = x.shape[0]
     if p + 3 < count:
         heights = model.inverse_heights[model.first[block] : model.first[block + 1]]
-        altitude = linearise_altitude(x, p, _at_root(p) * load(model.constants, (block, 3)), heights, h, hh)
-        spring1 = _spring(model, x, v, T, p, block, 1, h, hh, damping)
-        spring2 = _spring(model, x, v, T, p, block, 2, h, hh, damping)
-        spring3 = _spring(model, x, v, T, p, block, 3, h, hh, damping)
+        altitude = linearise_altitude(x, p, _at_root(p) * load(model.constants, (block, 3)), heights, terms.h, terms.hh)
+        spring1 = _spring(model, at, p, block, 1, terms)
+        spring2 = _spring(model, at, p, block, 2, terms)
+        spring3 = _spring(model, at, p, block, 3, terms)
         add_tetrahedron(A, b, p, altitude, spring1, spring2, spring3)
     else:
         for offset in range(1, count - p):
-            add_spring(A, b, p, offset, _spring(model, x, v, T, p, block, offset, h, hh, damping))
+            add_spring(A, b, p, offset, _spring(model, at, p, block, offset, terms))
 
 
 NETWORK = register_model(

@@ -53,10 +53,10 @@ def constant(model, block, p, offset):
 
 @inlined
 def forces(model, system, at, p, block, terms):
-    (A, b), (x, v, T) = system, at
+    (A, b), (x, _, _) = system, at
     if p + 1 < x.shape[0]:
         k, inverse_rest = load(model.constants, (block, 0)), load(model.inverse_lengths, (model.first[block] + p, 0))
-        add_spring(A, b, p, 1, linearise_spring(x, v, T, p, 1, k, inverse_rest, 0.0 * k, terms.h, terms.hh))
+        add_spring(A, b, p, 1, linearise_spring(at, p, 1, (k, inverse_rest, 0.0 * k), terms.h, terms.hh))
 
 
 @pytest.fixture

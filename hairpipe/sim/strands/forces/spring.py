@@ -37,14 +37,14 @@ def critical_damping(k, inverse_rest, mass, p, q):
 
 
 @inlined
-def linearise_spring(x, v, T, p, offset, k, inverse_rest, c, h, hh):
+def linearise_spring(at, p, offset, spring, h, hh):
     """Give h f on particle p and hh K + h D for the spring from there to p + offset.
 
-    x, v          positions [m] and velocities [m/s], (particles, 3, W)
-    T             tensions for K [N], (particles, springs, W), by offset
-    k             force per unit strain [N]; inverse_rest  1 / l0 [1/m]; c  damping [kg/s]
-    h             step [s]; hh  its square, or 0 for a spring that is not implicit [s^2]
+    at      positions x [m] and velocities v [m/s], (particles, 3, W), and tensions for K [N], (particles, springs, W)
+    spring  k, force per unit strain [N]; 1 / l0 [1/m]; c, damping [kg/s]
+    h       step [s]; hh  its square, or 0 for a spring that is not implicit [s^2]
     """
+    (x, v, T), (k, inverse_rest, c) = at, spring
     d, length, inverse = _direction(x, p, p + offset)
     closing = dot(d, difference(v, p, p + offset))
     f = h * (k * (inverse_rest * length - 1.0) + c * closing)

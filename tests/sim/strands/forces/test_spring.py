@@ -14,7 +14,7 @@ K, REST, STEP = 3.0, 0.8, 0.5
 @njit
 def _add(A, b, x, v, T, offset, c, h, hh):
     one = 0.0 * load(x, (0, 0)) + 1.0
-    add_spring(A, b, 0, offset, linearise_spring(x, v, T, 0, offset, K * one, one / REST, c * one, h, hh))
+    add_spring(A, b, 0, offset, linearise_spring((x, v, T), 0, offset, (K * one, one / REST, c * one), h, hh))
 
 
 def _apply(system, points, offset, tension=0.0, *, v=None, c=0.0, h=1.0, hh=1.0):
