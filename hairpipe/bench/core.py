@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, get_args
 
 import numba
 
@@ -12,8 +12,10 @@ from hairpipe.bench.counting import Work
 from hairpipe.bench.machine import Machine, this_machine
 from hairpipe.bench.repeat import Spread, repeat
 from hairpipe.bench.roofs import TRIAD, Roofs, measure_roofs
-from hairpipe.bench.strands import Strands, hang, machine_code, solve, step, work_of_a_solve
+from hairpipe.bench.strands import Strands, hang, machine_code, particles_of, solve, step, work_of_a_solve
+from hairpipe.sim.strands.registry import ModelName
 
+MODELS: tuple[ModelName, ...] = get_args(ModelName)
 DTYPES = ("float32", "float64")
 THREADS = (1, 2)
 KERNELS = {"solve": solve, "step": step}
@@ -25,7 +27,7 @@ PROTOTYPE = {
     ("memory", "float64", 1): 74.2,
     ("memory", "float64", 2): 37.6,
 }
-"""What a throw-away prototype took for a solve on a Zen 4 core, per particle [ns]."""
+"""What a throw-away prototype took for a solve of the network on a Zen 4 core, per particle [ns]."""
 
 
 class Sizes(NamedTuple):
@@ -52,33 +54,37 @@ class Case(NamedTuple):
     """One kernel in one place; times are per particle [ns].
 
     kernel     solve: one linearly implicit stage; step: one step of the default integrator
+    model      of a strand
     place      cache or memory
     floor      the least time of a solve on this machine
     prototype  what the prototype took
+    segment    time per segment of a strand
     """
 
     kernel: str
+    model: str
     place: str
     dtype: str
     threads: int
     time: Spread
     floor: float | None
     prototype: float | None
+    segment: float
 
 
 class Report(NamedTuple):
     """All of it.
 
-    work      of a solve, per particle, by dtype
-    code      arithmetic in the machine code of a solve, by dtype
+    work      of a solve, per particle, by model and dtype
+    code      arithmetic in the machine code of a solve, by model and dtype
     compiled  time until every kernel of a frame of hair is compiled, nothing being warm [s]
     """
 
     machine: Machine
     sizes: Sizes
     roofs: Roofs
-    work: dict[str, Work]
-    code: dict[str, Arithmetic]
+    work: dict[str, dict[str, Work]]
+    code: dict[str, dict[str, Arithmetic]]
     cases: list[Case]
     compiled: float
 
@@ -91,17 +97,21 @@ def measure_core(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
     say("multiply-adds and the triad")
     roofs = measure_roofs(DTYPES, threads, sizes.triad, sizes.seconds)
     say("reading machine code")
-    work = {dtype: work_of_a_solve(sizes.segments, dtype) for dtype in DTYPES}
-    code = {dtype: count_arithmetic(machine_code(dtype).splitlines()) for dtype in DTYPES}
-    cases = []
-    for (place, strands), dtype in product([("cache", sizes.cache), ("memory", sizes.memory)], DTYPES):
-        say(f"{strands:,} strands in {dtype}")
-        hair = hang(strands, sizes.segments, dtype)
+    work = {model: {dtype: work_of_a_solve(sizes.segments, dtype, model) for dtype in DTYPES} for model in MODELS}
+    code = {
+        model: {dtype: count_arithmetic(machine_code(dtype, model).splitlines()) for dtype in DTYPES}
+        for model in MODELS
+    }
+    cases, places = [], [("cache", sizes.cache), ("memory", sizes.memory)]
+    for (place, strands), dtype, model in product(places, DTYPES, MODELS):
+        say(f"{strands:,} strands of the {model} in {dtype}")
+        hair = hang(strands, sizes.segments, dtype, model)
+        share = particles_of(model, sizes.segments) / sizes.segments
         for count, kernel in product(threads, KERNELS):
-            time = _time(KERNELS[kernel], hair, count, sizes.seconds)
-            floor = least_time(work[dtype], dtype, place, count, roofs) if kernel == "solve" else None
-            prototype = PROTOTYPE.get((place, dtype, count)) if kernel == "solve" else None
-            cases.append(Case(kernel, place, dtype, count, time, floor, prototype))
+            time, solves = _time(KERNELS[kernel], hair, count, sizes.seconds), kernel == "solve"
+            floor = least_time(work[model][dtype], dtype, place, count, roofs) if solves else None
+            prototype = PROTOTYPE.get((place, dtype, count)) if solves and model == "network" else None
+            cases.append(Case(kernel, model, place, dtype, count, time, floor, prototype, share * time.median))
     return Report(this_machine(), sizes, roofs, work, code, cases, compiled)
 
 

@@ -7,6 +7,7 @@ from numpy.typing import DTypeLike
 
 from hairpipe.bench.assembly import assembly_of
 from hairpipe.bench.counting import Work, count_work
+from hairpipe.groom.strands import unbound
 from hairpipe.kernels.simd import width
 from hairpipe.sim.boundary import Clamp, ClampPath
 from hairpipe.sim.integrators.integrator import everywhere
@@ -18,7 +19,8 @@ from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.strands.construction import Construction
-from hairpipe.sim.strands.network import SHAPE, Network, build_network
+from hairpipe.sim.strands.interface import StrandModel
+from hairpipe.sim.strands.registry import ModelName, strand_models
 from hairpipe.sim.surroundings import Surroundings
 
 LENGTH, STEP = 0.3, 1 / 240
@@ -35,7 +37,7 @@ class Strands(NamedTuple):
     weights  of the end of a stage [s], (blocks, W)
     """
 
-    model: Network
+    model: StrandModel
     rest: np.ndarray
     motion: State
     path: ClampPath
@@ -54,21 +56,22 @@ class Strands(NamedTuple):
             array[:] = 0.0
 
 
-def hang(count: int, segments: int, dtype: DTypeLike) -> Strands:
-    """Make so many strands."""
+def hang(count: int, segments: int, dtype: DTypeLike, model: ModelName = "network") -> Strands:
+    """Make so many strands of a model."""
     # Not along an axis, where products with zero would be what is measured.
     strand = np.linspace(0.0, LENGTH, segments + 1)[:, None] * np.array([0.1, -0.95, 0.2])
-    offsets = np.arange(count + 1, dtype=np.int32) * (segments + 1)
-    layout = lay_out(offsets, SHAPE, dtype)
-    frames = np.broadcast_to(np.eye(3), (count, 3, 3))
-    model, rest = build_network(layout, np.tile(strand, (count, 1)), frames, Material(), Construction())
+    groom = unbound(np.tile(strand, (count, 1, 1)), np.tile(np.eye(3, 4), (count, 1, 1)))
+    kind = strand_models()[model]
+    layout = lay_out(groom.offsets, kind.shape, dtype)
+    built, rest = kind.build(layout, groom, Material(), Construction())
     rest = rest.astype(dtype)
-    roots = rest.reshape(layout.blocks, -1, *rest.shape[1:])[:, : SHAPE.clamped]
+    roots = rest.reshape(layout.blocks, -1, *rest.shape[1:])[:, : kind.shape.clamped]
     ends = np.concatenate([roots, np.zeros_like(roots)], axis=1)
     still = Clamp(ends, np.zeros_like(ends), np.zeros((0, layout.width), layout.dtype))
-    motion = State(*(np.empty_like(rest) for _ in range(4)), np.zeros(layout.strands.shape, bool))
-    weights = everywhere(model, rest, STEP / 4)
-    hair = Strands(model, rest, motion, ClampPath(still, still, STEP), Surroundings(model, layout), weights)
+    x, v, a, T = *(np.empty_like(rest) for _ in range(3)), np.empty_like(built.inverse_lengths)
+    motion = State(x, v, a, T, np.zeros(layout.strands.shape, bool))
+    weights = everywhere(built, rest, STEP / 4)
+    hair = Strands(built, rest, motion, ClampPath(still, still, STEP), Surroundings(built, layout), weights)
     hair.restart()
     return hair
 
@@ -83,19 +86,24 @@ def solve(hair: Strands) -> None:
     run_stages(hair.model, _iterate(hair), _stage(hair, hair.path.start.positions, hair.rest), RULE)
 
 
-def work_of_a_solve(segments: int, dtype: DTypeLike) -> Work:
+def work_of_a_solve(segments: int, dtype: DTypeLike, model: ModelName = "network") -> Work:
     """Count what a solve does, per particle."""
-    return count_work(run_stage, *one_block(segments, dtype)).per(SHAPE.count(segments))
+    return count_work(run_stage, *one_block(segments, dtype, model)).per(particles_of(model, segments))
 
 
-def machine_code(dtype: DTypeLike) -> str:
+def particles_of(model: ModelName, segments: int) -> int:
+    """Return the number of particles of a strand."""
+    return strand_models()[model].shape.count(segments)
+
+
+def machine_code(dtype: DTypeLike, model: ModelName = "network") -> str:
     """Give the assembly of a solve."""
-    return assembly_of(run_stage, *one_block(2, dtype))
+    return assembly_of(run_stage, *one_block(2, dtype, model))
 
 
-def one_block(segments: int, dtype: DTypeLike) -> tuple:
+def one_block(segments: int, dtype: DTypeLike, model: ModelName = "network") -> tuple:
     """Arguments of a solve of one block."""
-    hair = hang(width(dtype), segments, dtype)
+    hair = hang(width(dtype), segments, dtype, model)
     return hair.model, 0, _iterate(hair), _stage(hair, hair.path.start.positions[0], hair.rest.copy()), RULE
 
 

@@ -39,13 +39,19 @@ def lay_strands(
     roots = np.arange(count)[:, None] * np.array(spacing)
     points = roots[:, None] + shape @ frame.T
     frames = np.concatenate([np.broadcast_to(frame, (count, 3, 3)), roots[:, :, None]], axis=2)
+    return unbound(points, np.ascontiguousarray(frames))
+
+
+def unbound(strands: np.ndarray, root_frames: np.ndarray) -> Groom:
+    """Make a groom of strands, (s, n+1, 3) [m], with frames of their roots, (s, 3, 4): bound to nothing."""
+    count, points, _ = strands.shape
     return Groom(
-        points=points.reshape(-1, 3),
-        offsets=offsets_of(np.full(count, segments + 1)),
+        points=strands.reshape(-1, 3),
+        offsets=offsets_of(np.full(count, points)),
         ids=np.arange(count, dtype=np.int32),
         root_triangles=np.zeros(count, np.int32),
         root_barycentrics=np.tile([1.0, 0.0, 0.0], (count, 1)),
-        root_frames=np.ascontiguousarray(frames),
+        root_frames=root_frames,
         root_uv=np.zeros((count, 2), np.float32),
     )
 

@@ -22,6 +22,7 @@ def test_the_least_time_is_that_of_the_tighter_roof():
 
 def test_every_case_is_measured_once(monkeypatch):
     monkeypatch.setattr(core, "measure_compilation", lambda: 12.5)
+    monkeypatch.setattr(core, "MODELS", ("network",))  # others would be compiled for nothing else
     said = []
     before = numba.get_num_threads()
     report = core.measure_core(said.append, TINY)
@@ -31,7 +32,8 @@ def test_every_case_is_measured_once(monkeypatch):
     assert len(set(cases)) == len(cases) == 2 * 2 * 2 * len(threads)
     assert all(0 < case.time.low <= case.time.median <= case.time.high for case in report.cases)
     assert all((case.floor is not None) == (case.kernel == "solve") for case in report.cases)
-    assert report.work["float64"].operations == report.work["float32"].operations
-    assert report.work["float64"].bytes == 2 * report.work["float32"].bytes
+    assert all(case.segment == pytest.approx(case.time.median * 11 / 4) for case in report.cases)
+    single, double = (report.work["network"][dtype] for dtype in ("float32", "float64"))
+    assert double.operations == single.operations and double.bytes == 2 * single.bytes
     assert report.compiled == 12.5 and report.machine.cores >= 1
-    assert "17 strands in float32" in said
+    assert "17 strands of the network in float32" in said

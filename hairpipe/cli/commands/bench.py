@@ -4,6 +4,7 @@ import json
 import os
 import sys
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,7 @@ def bench() -> None:
 @bench.command()
 @options.as_json
 def core(as_json: bool) -> None:
-    """Measure the strand core: time per particle of a solve and of a step.
+    """Measure the strand core: time per particle of a solve and of a step, for every model of a strand.
 
     A solve is one linearly implicit stage: forces, choice of altitude springs, assembly, factorisation and
     substitution. For comparison, measured in the same minutes: the peak arithmetic rate and memory bandwidth of
@@ -183,15 +184,21 @@ def show_contact(report: "ContactReport") -> None:
 def show(report: "Report") -> None:
     """Write the report as tables."""
     show_machine(report.machine)
-    heading = ("kernel", "in", "numbers", "threads", "median", "half between", "floor", "prototype", "ratio")
-    show_table("ns per particle", [heading, *map(row_of, report.cases)], text=3)
+    heading = ("kernel", "model", "in", "numbers", "threads", "median", "half between", "floor", "prototype", "ratio")
+    show_table("ns per particle", [heading, *map(row_of, report.cases)], text=4)
+    show_table(
+        "ns per segment of a strand", [("kernel", "in", "numbers", "threads", *report.work), *by_model(report)], 3
+    )
+    click.echo("(in brackets: over the network's)")
     sizes = report.sizes
     click.echo(f"(strands of {sizes.segments} segments; {sizes.cache:,} in cache, {sizes.memory:,} in memory)")
     show_roofs(report.roofs)
-    code: list[tuple[str, ...]] = [("", "flop/particle", "bytes/particle", "zmm", "ymm", "xmm", "scalar")]
-    for dtype, work in report.work.items():
-        code.append((dtype, f"{work.operations:.0f}", f"{work.bytes:.0f}", *map(str, report.code[dtype])))
-    show_table("a solve", code)
+    code: list[tuple[str, ...]] = [("", "", "flop/particle", "bytes/particle", "zmm", "ymm", "xmm", "scalar")]
+    for model, works in report.work.items():
+        for dtype, work in works.items():
+            counted = map(str, report.code[model][dtype])
+            code.append((model, dtype, f"{work.operations:.0f}", f"{work.bytes:.0f}", *counted))
+    show_table("a solve", code, text=2)
     click.echo("(the last four: instructions of arithmetic, on vectors of 64, 32, 16 bytes and on one number)\n")
     click.echo(f"every kernel of a frame compiled, nothing being warm: {duration(report.compiled)}")
 
@@ -223,6 +230,7 @@ def row_of(case: "Case") -> tuple[str, ...]:
     """Write a case as a row."""
     return (
         case.kernel,
+        case.model,
         case.place,
         case.dtype,
         str(case.threads),
@@ -232,6 +240,16 @@ def row_of(case: "Case") -> tuple[str, ...]:
         "" if case.prototype is None else f"{case.prototype:.1f}",
         "" if case.prototype is None else f"{case.time.median / case.prototype:.2f}",
     )
+
+
+def by_model(report: "Report") -> Iterator[tuple[str, ...]]:
+    """Write rows that have the models beside each other."""
+    found = {(case.kernel, case.place, case.dtype, case.threads): {} for case in report.cases}
+    for case in report.cases:
+        found[case.kernel, case.place, case.dtype, case.threads][case.model] = case.segment
+    for (*where, threads), times in found.items():
+        shown = (f"{times[model]:.1f} ({times[model] / times['network']:.2f})" for model in report.work)
+        yield (*where, str(threads), *shown)
 
 
 def spread(value: "Spread", unit: float) -> str:

@@ -33,15 +33,6 @@ def _set_forces(model, block, A, b, x, still, slack):
         add_forces(model, (A, b), (x, still, slack), p, block, Terms(1.0, 0.0, 0.0, 0))
 
 
-@njit(cache=True)
-def spring_forces(model, block, x) -> np.ndarray:
-    """Find the forces of all springs of a block [N], (particles, 3, W), at positions x [m] of the same shape."""
-    A = np.zeros((x.shape[0], row_size(shape_of(model)), x.shape[2]), x.dtype)
-    b = np.empty_like(x)
-    _set_forces(model, block, A, b, x, np.zeros_like(x), np.zeros_like(x))
-    return b
-
-
 @inlined
 def _add_column(H, slope, p, c, reach):
     """Add what the forces lose as particle p moves along c: half to each of the two places an entry stands for."""

@@ -33,7 +33,7 @@ def cantilever_table(
             for gamma, found in zip(gammas, zip(*sags, strict=True), strict=True):
                 worst = 100 * max(error for _, error in found)
                 lost = sum(not at.found for at, _ in found)
-                rows.append((f"{count} segments, {angle:g} deg", count, angle, gamma, worst, lost))
+                rows.append((f"{sample.name(count)}, {angle:g} deg", count, angle, gamma, worst, lost))
     return table_of_rows(COLUMNS, rows)
 
 
@@ -47,10 +47,11 @@ def sag(specimen: Specimen, angle: float, roll: float, gammas: Iterable[float]) 
     down = np.cos(angle) * axis - np.sin(angle) * aside
     level = np.sin(angle) * axis + np.cos(angle) * aside
     free, at_gamma, at = motions(specimen), 0.0, Balance(specimen.rest, 0.0)
-    weight = specimen.mass[:, None] * down * specimen.material.bending / (specimen.material.line_density * length**3)
+    weight = specimen.weight(down * specimen.material.bending / (specimen.material.line_density * length**3))
     for gamma in gammas:
         while at_gamma < gamma:
             at_gamma = gamma if at_gamma == 0 else min(gamma, _FACTOR * at_gamma)
-            at = balance(specimen, at.positions, at_gamma * weight, free)
+            at = balance(specimen, at.pose, at_gamma * weight, free)
         tip = bend_elastica(gamma, angle - np.pi / 2).tip
-        yield at, float(np.linalg.norm(at.positions[-1] - length * (tip[0] * level - tip[1] * down)) / length)
+        away = at.pose.x[specimen.tip] - length * (tip[0] * level - tip[1] * down)
+        yield at, float(np.linalg.norm(away) / length)

@@ -9,8 +9,8 @@ from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.groom.helix import Helix, wound
 from hairpipe.studies.accuracy.sample import Sample
-from hairpipe.studies.accuracy.specimen import Specimen, specimen_of
-from hairpipe.studies.accuracy.statics import balance, motions, stiffness
+from hairpipe.studies.accuracy.specimen import Specimen, specimen_of, stiffness
+from hairpipe.studies.accuracy.statics import balance, motions
 from hairpipe.studies.theory.clamps import Clamp, hang_rod
 from hairpipe.studies.theory.kirchhoff import Rod
 
@@ -18,7 +18,15 @@ _AT_REST = 1e-5
 """Step over the length of a segment: coarse curls are near a switch of their altitude springs."""
 _SMALL = 1e-3
 """Force that the spring is tried with, over E I / L^2."""
-COLUMNS = ("segments", "gravity [m/s^2]", "sag [% of height]", "sag error [%]", "stiffness error [%]", "no equilibrium")
+COLUMNS = (
+    "strand",
+    "segments",
+    "gravity [m/s^2]",
+    "sag [% of height]",
+    "sag error [%]",
+    "stiffness error [%]",
+    "no equilibrium",
+)
 
 
 def helix_table(
@@ -34,14 +42,14 @@ def helix_table(
         rod, clamp = rod_of(sample, curl, points)
         cases = [(specimen_of(sample, points @ turn.T), turn[:, 2]) for turn in turns(orientations)]
         stiff = spring_of_rod(rod, clamp)
-        soft = largest([100 * (spring_of_network(specimen, axis) / stiff - 1) for specimen, axis in cases])
+        soft = largest([100 * (spring_of_strand(specimen, axis) / stiff - 1) for specimen, axis in cases])
         sags = [list(sag(specimen, gravities, axis)) for specimen, axis in cases]
         for gravity, found in zip(gravities, zip(*sags, strict=True), strict=True):
             weight = np.array([0.0, 0.0, sample.material.line_density * gravity])
             theory = hang_rod(replace(rod, weight=weight), clamp).points[-1, 2] - points[-1, 2]
             error = largest([100 * (sagged / theory - 1) for sagged, _ in found])
             lost = sum(not at_rest for _, at_rest in found)
-            rows.append((count, gravity, 100 * theory / points[-1, 2], error, soft, lost))
+            rows.append((sample.name(count), count, gravity, 100 * theory / points[-1, 2], error, soft, lost))
     return table_of_rows(COLUMNS, rows)
 
 
@@ -75,20 +83,20 @@ def rod_of(sample: Sample, curl: Helix, points: np.ndarray) -> tuple[Rod, Clamp]
 
 def sag(specimen: Specimen, gravities: Sequence[float], down: np.ndarray) -> Iterator[tuple[float, bool]]:
     """Follow the tip down, (3,), as gravity grows [m/s^2]: sag [m], and whether the strand came to rest."""
-    x, free = specimen.rest, motions(specimen)
+    pose, free = specimen.rest, motions(specimen)
     for gravity in gravities:
-        at = balance(specimen, x, specimen.mass[:, None] * gravity * down, free)
-        x = at.positions
-        yield float((x[-1] - specimen.rest[-1]) @ down), at.found
+        at = balance(specimen, pose, specimen.weight(gravity * down), free)
+        pose = at.pose
+        yield float((pose.x - specimen.rest.x)[specimen.tip] @ down), at.found
 
 
-def spring_of_network(specimen: Specimen, axis: np.ndarray) -> float:
+def spring_of_strand(specimen: Specimen, axis: np.ndarray) -> float:
     """Small force along the axis, (3,), on the tip over its way [N/m]."""
     free, stiff = motions(specimen), stiffness(specimen, specimen.rest, _AT_REST)
-    load = np.zeros_like(specimen.rest)
-    load[-1] = axis
+    load = specimen.nothing()
+    load[specimen.tip, :3] = axis
     way = free @ np.linalg.solve(free.T @ stiff @ free, free.T @ load.reshape(-1))
-    return float(1 / (way.reshape(-1, 3)[-1] @ axis))
+    return float(1 / (load.reshape(-1) @ way))
 
 
 def spring_of_rod(rod: Rod, clamp: Clamp) -> float:

@@ -1,17 +1,11 @@
-"""Equilibria of one strand under dead loads, however it is held, and its stiffness there.
-
-The stiffness is that of the kernels' forces: they are differentiated numerically, since the matrix of a step leaves out
-what could make it indefinite, and that is what buckling is about.
-"""
+"""Equilibria of one strand under dead loads, however it is held."""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.studies.accuracy.specimen import Specimen, forces
+from hairpipe.studies.accuracy.specimen import Pose, Specimen, forces, moved, stiffness
 
-_STEP = 1e-3
-"""Step of the finite differences, over the length of a segment: their truncation error is below rounding."""
 _TOLERANCE = 1e-8
 """Largest residual force, over the load and E I / L^2, at which a search has converged."""
 _MOST_STEPS, _MOST_STALLED = 400, 150
@@ -20,9 +14,9 @@ _FURTHEST = 0.5
 
 
 class Balance(NamedTuple):
-    """Where a search for equilibrium ended: particles [m], (p, 3), and the forces left over the load, 1."""
+    """Where a search for equilibrium ended, and the forces left over the load, 1."""
 
-    positions: np.ndarray
+    pose: Pose
     residual: float
 
     @property
@@ -31,41 +25,26 @@ class Balance(NamedTuple):
         return self.residual < 10 * _TOLERANCE
 
 
-def stiffness(specimen: Specimen, x: np.ndarray, step: float = _STEP) -> np.ndarray:
-    """Second derivatives of the energy [N/m], (3p, 3p), at x [m], (p, 3).
-
-    step  of the differences, over the length of a segment
-    """
-    from hairpipe.sim.statics.hessian import tangent
-
-    lanes = np.repeat(x[:, :, None], specimen.model.mass.shape[1], axis=2)
-    bands = tangent(specimen.model, 0, lanes, np.full((1, lanes.shape[2]), step * specimen.segment))[:, :, 0]
-    matrix = np.zeros((3 * len(x), 3 * len(x)))
-    for k, band in enumerate(bands.T):
-        i = np.arange(len(band) - k)
-        matrix[i, i + k] = matrix[i + k, i] = band[: len(i)]
-    return matrix
-
-
 def motions(specimen: Specimen, slides: bool = False) -> np.ndarray:
-    """Motions that are left to a strand clamped at its root, as columns (3p, m).
+    """Motions that are left to a strand clamped at its root, as columns (rows times unknowns, m).
 
-    slides  its last three particles are held, too, but for a common motion along +Z
+    slides  its last rows, as many as hold the root, are held, too, but for a common motion along +Z
     """
-    count = len(specimen.rest)
-    last = count - 3 if slides else count
-    free = np.eye(3 * count)[:, 9 : 3 * last]
+    nothing, clamped = specimen.nothing(), specimen.shape.clamped
+    count, unknowns = nothing.shape
+    angles = unknowns - 3  # that of the last edge held at the root is free, and the tip has none
+    last = count - clamped if slides else count - specimen.shape.after
+    free = np.eye(nothing.size)[:, unknowns * clamped - angles : unknowns * last - (0 if slides else angles)]
     if not slides:
         return free
-    along = np.zeros((count, 3))
-    along[last:, 2] = 1
-    return np.column_stack([free, along.reshape(-1)])
+    nothing[last:, 2] = 1
+    return np.column_stack([free, nothing.reshape(-1)])
 
 
-def balance(specimen: Specimen, x: np.ndarray, load: np.ndarray, free: np.ndarray) -> Balance:
-    """Find the equilibrium that a strand comes to from x [m] under dead loads [N], both (p, 3).
+def balance(specimen: Specimen, pose: Pose, load: np.ndarray, free: np.ndarray) -> Balance:
+    """Find the equilibrium that a strand comes to from a pose under dead loads [N], (rows, unknowns).
 
-    free  motions left to it, (3p, m)
+    free  motions left to it, see `motions`
 
     Newton's method; where the stiffness is not positive it is raised until it is, so that the energy falls.
     """
@@ -75,15 +54,16 @@ def balance(specimen: Specimen, x: np.ndarray, load: np.ndarray, free: np.ndarra
     scale = np.abs(load).sum() + specimen.material.bending / length**2
     best, stalled, residual = np.inf, 0, np.inf
     for _ in range(_MOST_STEPS):
-        left = free.T @ (forces(specimen, x[None])[0] + load).reshape(-1)
+        left = free.T @ (forces(specimen, pose) + load).reshape(-1)
         residual = float(np.abs(left).max() / scale)
         stalled = 0 if residual < 0.7 * best else stalled + 1
         best = min(best, residual)
         if residual < _TOLERANCE or stalled > _MOST_STALLED:
             break
-        way = (free @ cho_solve((raised(free.T @ stiffness(specimen, x) @ free), True), left)).reshape(-1, 3)
-        x = x + way * min(1, _FURTHEST * specimen.segment / np.abs(way).max())
-    return Balance(x, residual)
+        way = free @ cho_solve((raised(free.T @ stiffness(specimen, pose) @ free), True), left)
+        way *= min(1, _FURTHEST * specimen.segment / np.abs(way).max())
+        pose = moved(specimen, pose, way.reshape(load.shape))
+    return Balance(pose, residual)
 
 
 def raised(matrix: np.ndarray) -> np.ndarray:

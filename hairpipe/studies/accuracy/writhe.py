@@ -9,8 +9,8 @@ from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.studies.accuracy.sample import Sample
-from hairpipe.studies.accuracy.specimen import Specimen, straight_specimen
-from hairpipe.studies.accuracy.statics import balance, motions, stiffness
+from hairpipe.studies.accuracy.specimen import Pose, Specimen, stiffness, straight_specimen
+from hairpipe.studies.accuracy.statics import balance, motions
 from hairpipe.studies.accuracy.torsion import held_length, twisted_on
 from hairpipe.studies.theory.twist_buckling import buckling_twist
 
@@ -23,15 +23,15 @@ _ASIDE = 0.1
 """Way of the axis from the straight line, over the length, at which a strand has writhed."""
 _SOFT = 0.25
 """Stiffness over that without twist below which it ends in buckling; above, its springs have given way."""
-COLUMNS = ("segments", "twist / onset in theory", "stiffness / that without twist")
-ONSET = ("segments", "theory [rad]", "network [rad]", "error [%]", "stiffness left", "ends by")
+COLUMNS = ("strand", "segments", "twist / onset in theory", "stiffness / that without twist")
+ONSET = ("strand", "segments", "theory [rad]", "strand [rad]", "error [%]", "stiffness left", "ends by")
 
 
 class State(NamedTuple):
-    """A strand that still stands: twist [rad], particles [m], and its smallest stiffness [N/m]."""
+    """A strand that still stands: twist [rad], pose, and its smallest stiffness [N/m]."""
 
     twist: float
-    positions: np.ndarray
+    pose: Pose
     stiffness: float
 
 
@@ -45,10 +45,10 @@ def writhe_tables(sample: Sample, segments: Sequence[int]) -> tuple[Table, Table
         if not states:
             raise BadInput(f"{count} segments do not stand straight without twist", right="springs that bend and twist")
         unit = states[0].stiffness
-        way += [(count, state.twist / theory, state.stiffness / unit) for state in states]
+        way += [(sample.name(count), count, state.twist / theory, state.stiffness / unit) for state in states]
         last, left = states[-1].twist, states[-1].stiffness / unit
         how = "writhing" if left < _SOFT else "springs"
-        onset.append((count, theory, last, 100 * (last / theory - 1), left, how))
+        onset.append((sample.name(count), count, theory, last, 100 * (last / theory - 1), left, how))
     return table_of_rows(COLUMNS, way), table_of_rows(ONSET, onset)
 
 
@@ -72,11 +72,11 @@ def standing(specimen: Specimen, before: State, twist: float) -> State | None:
     from scipy.linalg import eigh
 
     free = motions(specimen, slides=True)
-    guess = twisted_on(specimen, before.positions, twist, twist - before.twist)
-    at = balance(specimen, guess, np.zeros_like(guess), free)
-    aside = np.linalg.norm(at.positions[::2, :2], axis=1).max() / (specimen.segment * specimen.segments)
+    guess = twisted_on(specimen, before.pose, twist, twist - before.twist)
+    at = balance(specimen, guess, specimen.nothing(), free)
+    aside = np.linalg.norm(specimen.axis(at.pose)[:, :2], axis=1).max() / (specimen.segment * specimen.segments)
     if not at.found or aside > _ASIDE:
         return None
-    matrix = free.T @ stiffness(specimen, at.positions) @ free
+    matrix = free.T @ stiffness(specimen, at.pose) @ free
     least = float(eigh(matrix, eigvals_only=True, subset_by_index=[0, 0])[0])
-    return State(twist, at.positions, least) if least > 0 else None
+    return State(twist, at.pose, least) if least > 0 else None

@@ -52,7 +52,7 @@ def follow(trial: Trial, scheme: Scheme, strain: StrainLimit | None, step: float
 
 def _follow(trial: Trial, strands: list[Strand], scene: Scene, step: float) -> list[np.ndarray]:
     """Follow strands in one kind of air: the fields of their course, (samples, strands, ...) each."""
-    hair = build_hair(groom_of(strands, trial.segments), trial.material)
+    hair = build_hair(groom_of(strands, trial.segments), trial.material, trial.model)
     frame = 1.0 / RATE
     count = max(int(np.ceil(frame / step - 1e-6)), 1)
     times = np.arange(round(trial.seconds * RATE) + 1) * frame

@@ -3,8 +3,7 @@
 import numpy as np
 
 from hairpipe.data import Ends, Groom
-from hairpipe.groom.strand_arrays import offsets_of
-from hairpipe.groom.strands import lay_strands
+from hairpipe.groom.strands import lay_strands, unbound
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track
 from hairpipe.studies.integrators.trial import MOTIONS, Strand
@@ -19,16 +18,7 @@ def groom_of(strands: list[Strand], segments: int) -> Groom:
         one = lay_strands(1, strand.length, segments, direction, (0.0, 0.0, 0.0), None, 0.0)
         points.append(one.points)
         frames.append(one.root_frames)
-    count = len(strands)
-    return Groom(
-        points=np.concatenate(points),
-        offsets=offsets_of(np.full(count, segments + 1)),
-        ids=np.arange(count, dtype=np.int32),
-        root_triangles=np.zeros(count, np.int32),
-        root_barycentrics=np.tile([1.0, 0.0, 0.0], (count, 1)),
-        root_frames=np.concatenate(frames),
-        root_uv=np.zeros((count, 2), np.float32),
-    )
+    return unbound(np.stack(points), np.concatenate(frames))
 
 
 def ends_at(strands: list[Strand], groom: Groom, time: float) -> Ends:

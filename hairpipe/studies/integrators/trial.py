@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 from hairpipe.scripted_ends.wave import Wave
 from hairpipe.sim.material import Material
+from hairpipe.sim.strands.registry import ModelName
 from hairpipe.units import Degrees, Gt, Interval, Metres, PerSecond, Seconds
 
 MotionName = Literal["rest", "swing", "shake 600 deg/s", "square wave", "shake 2500 deg/s"]
@@ -54,6 +55,7 @@ class Trial:
     segments  of each strand
     seconds   from the start; samples are taken 24 times a second
     material  of the fibre
+    model     of a strand
     """
 
     motions: tuple[MotionName, ...] = ("swing",)
@@ -61,6 +63,7 @@ class Trial:
     segments: Annotated[int, Interval(ge=1, le=1000)] = 50
     seconds: Annotated[Seconds, Gt(0.0)] = 3.0
     material: Material = field(default_factory=Material)
+    model: ModelName = "network"
 
     @property
     def strands(self) -> list[Strand]:

@@ -16,11 +16,11 @@ REPORT = core.Report(
     Machine("A Processor", 2, {"numba": "1.2"}),
     core.FULL,
     Roofs({"float64": Spread(58e9, 57e9, 59e9, 9)}, {1: Spread(20e9, 19e9, 21e9, 9)}),
-    {"float64": Work(1200.4, 250.0)},
-    {"float64": Arithmetic(990, 3, 4, 5)},
+    {"network": {"float64": Work(1200.4, 250.0)}, "rod": {"float64": Work(2150.0, 450.0)}},
+    {"network": {"float64": Arithmetic(990, 3, 4, 5)}, "rod": {"float64": Arithmetic(1990, 6, 7, 8)}},
     [
-        core.Case("solve", "cache", "float64", 1, Spread(44.0, 43.0, 46.0, 9), 20.7, 40.0),
-        core.Case("step", "memory", "float64", 1, Spread(123.4, 120.0, 130.0, 9), None, None),
+        core.Case("solve", "network", "cache", "float64", 1, Spread(44.0, 43.0, 46.0, 9), 20.7, 40.0, 90.0),
+        core.Case("solve", "rod", "cache", "float64", 1, Spread(63.0, 62.0, 64.0, 9), 37.0, None, 67.5),
     ],
     23.0,
 )
@@ -40,9 +40,10 @@ def measured(monkeypatch):
 def test_tables_say_what_was_measured(measured, hairpipe):
     text = hairpipe("bench core").stdout
     rows = [line.split() for line in text.splitlines()]
-    assert ["solve", "cache", "float64", "1", "44.0", "43.0-46.0", "20.7", "40.0", "1.10"] in rows
-    assert ["step", "memory", "float64", "1", "123.4", "120.0-130.0"] in rows
-    assert ["float64", "1200", "250", "990", "3", "4", "5"] in rows
+    assert ["solve", "network", "cache", "float64", "1", "44.0", "43.0-46.0", "20.7", "40.0", "1.10"] in rows
+    assert ["solve", "rod", "cache", "float64", "1", "63.0", "62.0-64.0", "37.0"] in rows
+    assert ["solve", "cache", "float64", "1", "90.0", "(1.00)", "67.5", "(0.75)"] in rows
+    assert ["network", "float64", "1200", "250", "990", "3", "4", "5"] in rows
     for part in ("A Processor, 2 cores", "numba 1.2", "58.0 (57.0-59.0) GFLOP/s", "20.0 (19.0-21.0) GB/s", "23.0 s"):
         assert part in text
 
@@ -54,7 +55,7 @@ def test_a_document_has_all_of_it(measured, hairpipe):
     assert document["cases"][0]["time"] == {"median": 44.0, "low": 43.0, "high": 46.0, "runs": 9}
     assert document["roofs"]["triad"]["1"]["median"] == 20e9
     assert document["machine"]["versions"] == {"numba": "1.2"}
-    assert document["code"]["float64"]["scalar"] == 5 and document["compiled"] == 23.0
+    assert document["code"]["network"]["float64"]["scalar"] == 5 and document["compiled"] == 23.0
 
 
 def test_an_unknown_benchmark_is_refused(hairpipe):

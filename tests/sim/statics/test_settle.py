@@ -12,7 +12,7 @@ from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import SagFree
 from hairpipe.sim.simulate import advance_frame, start
-from hairpipe.sim.statics.hessian import spring_forces
+from hairpipe.sim.statics.hessian import assemble
 from hairpipe.sim.statics.settle import STILL, settle
 from hairpipe.sim.statics.settle_groom import settle_groom
 from hairpipe.sim.strands.construction import Construction
@@ -51,7 +51,8 @@ def test_it_finds_the_elastica(settled, straight, gamma, model):
 
 def test_no_force_is_left(settled, straight):
     hair, found = settled([straight(0.3, 50, [1, 0, 0]), straight(0.1, 50, [1, 1, 0]), straight(0.3, 50, [0.05, 1, 0])])
-    left = spring_forces(hair.model, 0, found.positions) + hair.model.mass[:, None] * GRAVITY[:, None]
+    forces = assemble(hair.model, 0, found.positions, found.tensions, 0)[1]
+    left = forces + hair.model.mass[:, None] * GRAVITY[:, None]
     mass = hair.model.mass[3:].sum(0)
     assert np.all(np.abs(left[3:]) <= 1.01 * STILL * mass)
     assert np.all(found.left <= STILL)
