@@ -31,7 +31,7 @@ def body(frame: int) -> Mesh:
 def export(folder: Path, layout: Literal["single", "clips"], volume: Frames[File] | None = None) -> File:
     folder.mkdir()
     frames = Frames(NUMBERS, hair), Frames(NUMBERS, body)
-    return export_usd(*frames, None, volume, Time(1001, 30.0), Workspace(folder), layout=layout, name="shake")
+    return export_usd(*frames, None, None, volume, Time(1001, 30.0), Workspace(folder), layout=layout, name="shake")
 
 
 def publish(file: File, folder: Path) -> None:
@@ -99,4 +99,4 @@ def test_the_same_input_gives_the_same_bytes(tmp_path: Path, layout: Literal["si
 
 def test_refuses_a_name_that_usd_does_not_know(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="'a/b' cannot name a prim"):
-        export_usd(Frames(NUMBERS, hair), None, None, None, Time(1001, 30.0), Workspace(tmp_path), name="a/b")
+        export_usd(Frames(NUMBERS, hair), None, None, None, None, Time(1001, 30.0), Workspace(tmp_path), name="a/b")
