@@ -33,7 +33,7 @@ def interpolate_hair(
     time: Time,
     prepared: KeyWeights,
     *,
-    parting: Annotated[Degrees, Interval(gt=0.0, le=180.0)] = 60.0,
+    parting: Annotated[Degrees, Interval(gt=0.0, le=180.0)] = 30.0,
     thickness: Annotated[Metres, Interval(ge=0.0, le=0.02)] = 1e-3,
     clumps: Clumps | None = None,
 ) -> Strands:

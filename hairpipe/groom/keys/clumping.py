@@ -2,8 +2,8 @@
 
     y(a) = x(a) + p s((a - b) / (1 - b)) (x_g(a) - x(a)),   s(t) = t^2 (3 - 2 t)
 
-at a share a of the length, from the share b on, with x_g the nearest of the keys that it follows and p the pull; its
-lengths are kept, see `lengths_kept`. Velocities are the derivative.
+at a share a of the length, from the share b on, with x_g the nearest of the keys that it follows and p the pull.
+Segments have the directions of those between the y, and the lengths that they had. Velocities are the derivative.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from numba import njit, prange
 
 from hairpipe.data import Strands
 from hairpipe.groom.keys.key_weights import KeyWeights
-from hairpipe.groom.keys.lengths_kept import drawn_to, speed_of_drawn
+from hairpipe.groom.keys.lengths_kept import go_on
 from hairpipe.groom.resampling import put
 from hairpipe.kernels.vec3 import length, minus, mix, row
 
@@ -44,18 +44,19 @@ def _clump(
             continue
         g, first, segments = followed.keys[s, 0], offsets[s], offsets[s + 1] - offsets[s] - 1
         theirs = firsts[g + 1] - firsts[g] - 1
-        before = row(points, first)  # of the point before, as it was
+        x, v = row(points, first), row(velocities, first)
+        before, last, last_speed = x, x, v  # the point before, and where it was drawn to
         for k in range(1, segments + 1):
             i = first + k
-            x, v = row(points, i), row(velocities, i)
-            l, before = length(minus(x, before)), x
+            l, before = length(minus(row(points, i), before)), row(points, i)
             share = min(max((k / segments - begin) / (1.0 - begin), 0.0), 1.0)
             near = pull * share * share * (3.0 - 2.0 * share)
             below = min(k * theirs // segments, theirs - 1)
             rest = k * theirs / segments - below
             a = firsts[g] + below
-            y = mix(x, mix(row(places, a), row(places, a + 1), rest), near)
-            speed = mix(v, mix(row(speeds, a), row(speeds, a + 1), rest), near)
-            root, rate = row(points, i - 1), row(velocities, i - 1)
-            put(points, i, drawn_to(root, y, l))
-            put(velocities, i, speed_of_drawn(root, rate, y, speed, l))
+            y = mix(before, mix(row(places, a), row(places, a + 1), rest), near)
+            speed = mix(row(velocities, i), mix(row(speeds, a), row(speeds, a + 1), rest), near)
+            x, v = go_on(x, v, l, minus(y, last), minus(speed, last_speed))
+            last, last_speed = y, speed
+            put(points, i, x)
+            put(velocities, i, v)

@@ -13,11 +13,10 @@ from numba import njit, prange
 from hairpipe.data import Groom, Strands
 from hairpipe.groom.keys.key_turns import KeyTurns, turned, turns_since
 from hairpipe.groom.keys.key_weights import FOLLOWED, KeyWeights
+from hairpipe.groom.keys.lengths_kept import go_on
 from hairpipe.groom.resampling import put
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, cross, flattened, length, minus, mix, plus, row, scaled
-
-_TINY = 1e-12  # of a segment, which turned by keys that are opposed is shorter than that
+from hairpipe.kernels.vec3 import Vector, cross, length, minus, mix, plus, row, scaled
 
 
 def interpolated(
@@ -61,13 +60,7 @@ def _interpolate(
         for k in range(end - begin - 1):
             T = minus(row(rest, begin + k + 1), row(rest, begin + k))
             way, speed = _turned_by_keys(followed, turns, s, k, end - begin - 1, T)
-            size, l = length(way), length(T)
-            if size > _TINY * l:
-                t = scaled(1.0 / size, way)
-                x = plus(x, scaled(l, t))
-                v = plus(v, scaled(l / size, flattened(speed, t)))
-            else:
-                x = plus(x, T)
+            x, v = go_on(x, v, length(T), way, speed)
             put(points, begin + k + 1, x)
             put(velocities, begin + k + 1, v)
 
@@ -83,7 +76,7 @@ def _turned_by_keys(
         if weight > 0.0:
             g = followed.keys[s, j]
             first = turns.offsets[g]
-            below, rest = place_among(2 * k + 1, 2 * segments, turns.offsets[g + 1] - first - 1)
+            below, rest = middle_among(k, segments, turns.offsets[g + 1] - first - 1)
             t = turned(turns.turns, first + below, T)
             dt = cross(row(turns.spins, first + below), t)
             if rest > 0.0:
@@ -94,18 +87,20 @@ def _turned_by_keys(
 
 
 @inlined
-def place_among(share: int, whole: int, segments: int) -> tuple[int, float]:
-    """Return behind the middle of which segment of a key a share / whole of a hair lies, and how far to the next.
+def middle_among(k: int, segments: int, theirs: int) -> tuple[int, float]:
+    """Return behind which middle of a key's segments that of segment k of a hair lies, and how far to the next.
 
-    In whole numbers, so that it is on a middle exactly where both have as many segments.
+    In whole numbers, so that it is on a middle exactly, where one is.
     """
-    place = 2 * segments * share - whole
+    if theirs == segments:
+        return k, 0.0
+    place = (2 * k + 1) * theirs - segments
     if place <= 0:
         return 0, 0.0
-    below = place // (2 * whole)
-    if below >= segments - 1:
-        return segments - 1, 0.0
-    return below, (place - 2 * whole * below) / (2 * whole)
+    below = place // (2 * segments)
+    if below >= theirs - 1:
+        return theirs - 1, 0.0
+    return below, (place - 2 * segments * below) / (2 * segments)
 
 
 @inlined

@@ -1,7 +1,7 @@
 """Interpolated hair pushed out of bodies.
 
-A point that is nearer than it may be is drawn to the nearest place at its distance from the one before it, see
-`lengths_kept`, that is outside by the plane that the body is there,
+A point that is nearer than it may be is drawn to the nearest place at its distance from the one before it that is
+outside by the plane that the body is there,
 
     n.(x_k+1 - x_k) >= h,   h = kept - phi(y) - n.(x_k - y)
 
@@ -18,7 +18,7 @@ from numba import njit, prange
 
 from hairpipe.data import BodyParts, LevelSet, Strands
 from hairpipe.groom.keys.key_weights import FOLLOWED, KeyWeights
-from hairpipe.groom.keys.lengths_kept import drawn_to, speed_of_drawn
+from hairpipe.groom.keys.lengths_kept import go_on
 from hairpipe.groom.resampling import put
 from hairpipe.groom.strand_arrays import thicknesses
 from hairpipe.kernels.compile import inlined
@@ -123,7 +123,7 @@ def _push(
             deep = known and found.distance[at] < kept[i]
             if moved or deep:
                 root, rate, moved = row(points, i - 1), row(velocities, i - 1), True
-                x, v = drawn_to(root, y, l), speed_of_drawn(root, rate, y, row(velocities, i), l)
+                x, v = go_on(root, rate, l, minus(y, root), minus(row(velocities, i), rate))
                 if deep:
                     normal = row(found.normal, at)
                     x = _outside(root, x, l, normal, kept[i] - found.distance[at] + dot(normal, y))

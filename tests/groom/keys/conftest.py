@@ -47,7 +47,7 @@ def at() -> Callable[..., Strands]:
     return strands_at
 
 
-def show(hair, keys, groom, body=None, ends=None, surface=None, parting=60.0, **settings):
+def show(hair, keys, groom, body=None, ends=None, surface=None, parting=30.0, **settings):
     followed = weigh_keys(keys, groom, parting)
     return interpolate_hair(hair, keys, groom, body, ends, surface, None, Time(1, 24.0), followed, **settings)
 
