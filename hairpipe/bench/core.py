@@ -1,18 +1,22 @@
 """Cost of the strand core, compared with the limits of the machine."""
 
+import subprocess
+import tempfile
+import time
 from collections.abc import Callable
 from itertools import product
+from pathlib import Path
 from typing import NamedTuple
 
 import numba
 
 from hairpipe.bench.assembly import Arithmetic, count_arithmetic
-from hairpipe.bench.cold import measure_compilation
 from hairpipe.bench.counting import Work
 from hairpipe.bench.machine import Machine, this_machine
 from hairpipe.bench.repeat import Spread, repeat
 from hairpipe.bench.roofs import TRIAD, Roofs, measure_roofs
 from hairpipe.bench.strands import Strands, hang, machine_code, solve, step, work_of_a_solve
+from hairpipe.child import command, environment
 
 DTYPES = ("float32", "float64")
 THREADS = (1, 2)
@@ -26,6 +30,8 @@ PROTOTYPE = {
     ("memory", "float64", 2): 37.6,
 }
 """What a throw-away prototype took for a solve on a Zen 4 core, per particle [ns]."""
+_RUN = ("run", "demo", "-q", "-j1", "--to", "hair", "--frames", "1001-1002", "--set", "groom.strands=8")
+_MAIN = "from hairpipe.cli import main; sys.argv[1:] = {!r}; main()"
 
 
 class Sizes(NamedTuple):
@@ -98,11 +104,27 @@ def measure_core(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
         say(f"{strands:,} strands in {dtype}")
         hair = hang(strands, sizes.segments, dtype)
         for count, kernel in product(threads, KERNELS):
-            time = _time(KERNELS[kernel], hair, count, sizes.seconds)
+            spent = _time(KERNELS[kernel], hair, count, sizes.seconds)
             floor = least_time(work[dtype], dtype, place, count, roofs) if kernel == "solve" else None
             prototype = PROTOTYPE.get((place, dtype, count)) if kernel == "solve" else None
-            cases.append(Case(kernel, place, dtype, count, time, floor, prototype))
+            cases.append(Case(kernel, place, dtype, count, spent, floor, prototype))
     return Report(this_machine(), sizes, roofs, work, code, cases, compiled)
+
+
+def measure_compilation() -> float:
+    """Find the time to compile every kernel from groom to hair, body and level set too [s]: two frames of the demo.
+
+    A fresh process runs them with an empty cache for results, first without kernels and then with those it left.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        kernels = environment() | {"NUMBA_CACHE_DIR": str(Path(folder, "kernels"))}
+        times = []
+        for cache in ("first", "second"):
+            begun = time.perf_counter()
+            words = [*_RUN, "--cache", str(Path(folder, cache))]
+            subprocess.run(command(_MAIN.format(words)), env=kernels, check=True)
+            times.append(time.perf_counter() - begun)
+    return times[0] - times[1]
 
 
 def least_time(work: Work, dtype: str, place: str, threads: int, roofs: Roofs) -> float:

@@ -10,8 +10,8 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.data import Strands
+from hairpipe.groom.keys.interpolating import go_on
 from hairpipe.groom.keys.key_weights import KeyWeights
-from hairpipe.groom.keys.lengths_kept import go_on
 from hairpipe.groom.resampling import put
 from hairpipe.kernels.vec3 import length, minus, mix, row
 

@@ -3,7 +3,7 @@
     t_k = l_k sum_g w_g Q_g,k T_k / |sum_g w_g Q_g,k T_k|,   x_k+1 = x_k + t_k
 
 with T_k a segment of the hair at rest, l_k its length, Q_g,k the rotation of the same place of key g since rest, see
-`key_turns`. It is the kinematic limit of Hsu et al. 2024 (Real-time hair interpolation by internal forces): lengths are
+`key_turns`. It is the kinematic limit of Hsu et al. 2024, Real-time Physically Guided Hair Interpolation: lengths are
 exact, curls do not flatten, and hair that is moved rigidly with its root is right. Velocities are the derivative.
 """
 
@@ -13,10 +13,11 @@ from numba import njit, prange
 from hairpipe.data import Groom, Strands
 from hairpipe.groom.keys.key_turns import KeyTurns, turned, turns_since
 from hairpipe.groom.keys.key_weights import FOLLOWED, KeyWeights
-from hairpipe.groom.keys.lengths_kept import go_on
 from hairpipe.groom.resampling import put
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, cross, length, minus, mix, plus, row, scaled
+from hairpipe.kernels.vec3 import Vector, cross, flattened, length, minus, mix, plus, row, scaled
+
+_TINY = 1e-12  # of a segment; a way that is shorter has no direction
 
 
 def interpolated(
@@ -84,6 +85,22 @@ def _turned_by_keys(
                 t, dt = mix(t, above, rest), mix(dt, cross(row(turns.spins, first + below + 1), above), rest)
             way, speed = plus(way, scaled(weight, t)), plus(speed, scaled(weight, dt))
     return way, speed
+
+
+@inlined
+def go_on(x: Vector, v: Vector, l: float, way: Vector, speed: Vector) -> tuple[Vector, Vector]:
+    """Return the point at a distance l [m] from x along a way [m], x + l way/|way|, and its velocity [m/s].
+
+    A way that has no direction, as where keys are opposed, goes down.
+
+    v      of x [m/s]
+    speed  at which the way changes [m/s]
+    """
+    size = length(way)
+    if size <= _TINY * l:
+        return plus(x, (0.0, -l, 0.0)), v
+    t = scaled(1.0 / size, way)
+    return plus(x, scaled(l, t)), plus(v, scaled(l / size, flattened(speed, t)))
 
 
 @inlined

@@ -33,7 +33,7 @@ def weigh_keys(keys: Groom, groom: Groom, parting: float) -> KeyWeights:
     """Return which keys the hairs of a groom follow; pure.
 
     They are the nearest ones by their roots, with weights 1/d^2, of those that lie at rest within an angle of the hair,
-    root to tip, if any do: hair does not follow keys beyond a parting. Where none does, it is the one least far off.
+    root to tip, if any do: hair does not follow keys beyond a parting. Where none does, it is the one most like it.
 
     parting  that angle [deg]
     """

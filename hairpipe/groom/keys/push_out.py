@@ -17,8 +17,8 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.data import BodyParts, LevelSet, Strands
+from hairpipe.groom.keys.interpolating import go_on
 from hairpipe.groom.keys.key_weights import FOLLOWED, KeyWeights
-from hairpipe.groom.keys.lengths_kept import go_on
 from hairpipe.groom.resampling import put
 from hairpipe.groom.strand_arrays import thicknesses
 from hairpipe.kernels.compile import inlined
