@@ -7,8 +7,7 @@ outside by the plane that the body is there,
 
 and what hangs on it follows. Since the body is no plane, it is looked at again, a few times. Lengths stay.
 
-Few points are looked at: the distance of a body changes by no more than the way, so that what is nearer to a place of a
-key than that place to the body is outside. Keys are left where the simulation put them.
+Keys are left where the simulation put them.
 """
 
 from collections.abc import Sequence
@@ -18,7 +17,7 @@ from numba import njit, prange
 
 from hairpipe.data import BodyParts, LevelSet, Strands
 from hairpipe.groom.keys.interpolating import go_on
-from hairpipe.groom.keys.key_weights import FOLLOWED, KeyWeights
+from hairpipe.groom.keys.key_weights import KeyWeights
 from hairpipe.groom.resampling import put
 from hairpipe.groom.strand_arrays import thicknesses
 from hairpipe.kernels.compile import inlined
@@ -34,7 +33,6 @@ LOOKS = 4
 
 def pushed_out(
     hair: Strands,
-    keys: Strands,
     followed: KeyWeights,
     surfaces: Sequence[LevelSet],
     parts: Sequence[BodyParts],
@@ -50,13 +48,10 @@ def pushed_out(
         return hair
     bodies: list[Collider] = [build_collider_field(body, body, frame_dt, Interpolation.linear) for body in surfaces]
     bodies += [build_collider_parts(body, body, frame_dt) for body in parts]
-    band = min(body.voxel * body.half_width for body in (*surfaces, *parts))
     points, velocities = hair.points.copy(), hair.velocities.copy()
     kept = thicknesses(hair.offsets, thickness)
-    near = np.zeros(len(points), np.bool_)
-    around = probed(bodies, keys.points, np.full(len(keys.points), band)).distance
-    _find_near(followed, (keys.points, keys.offsets, around), (points, hair.offsets), kept, near)
-    looked = np.flatnonzero(near)
+    kept[hair.offsets[:-1]] = -np.inf  # roots stay, wherever they are
+    looked = np.flatnonzero(np.repeat(followed.own < 0, np.diff(hair.offsets)))
     for _ in range(LOOKS):
         found = probed(bodies, points[looked], kept[looked])
         deep = found.distance < kept[looked]
@@ -77,28 +72,6 @@ def probed(bodies: Sequence[Collider], points: np.ndarray, reach: np.ndarray) ->
     for body in bodies:
         body.probe(points, 0.0, found)
     return found
-
-
-@njit(cache=True, parallel=True, error_model="numpy")
-def _find_near(
-    followed: KeyWeights,
-    keys: tuple[np.ndarray, np.ndarray, np.ndarray],
-    hair: tuple[np.ndarray, np.ndarray],
-    kept: np.ndarray,
-    near: np.ndarray,
-) -> None:
-    """Mark, in place, the points of hairs that no key tells to be outside."""
-    (places, firsts, around), (points, offsets) = keys, hair
-    for s in prange(len(offsets) - 1):
-        segments = offsets[s + 1] - offsets[s] - 1
-        for k in range(1, segments + 1 if followed.own[s] < 0 else 0):
-            i, outside = offsets[s] + k, False
-            for j in range(FOLLOWED):
-                g = followed.keys[s, j]
-                at = firsts[g] + k * (firsts[g + 1] - firsts[g] - 1) // segments
-                way = length(minus(row(points, i), row(places, at)))
-                outside |= followed.weights[s, j] > 0.0 and around[at] - way > kept[i]
-            near[i] = not outside
 
 
 @njit(cache=True, parallel=True, error_model="numpy")

@@ -65,7 +65,7 @@ def test_keys_stay_where_they_are(curtain, surface, at, shown):
     assert np.array_equal(found.points, groom.points)
 
 
-def test_nothing_that_keys_tell_to_be_outside_is_inside(curtain, surface, at, shown, bent):
+def test_hair_that_is_bent_into_the_body_comes_out(curtain, surface, at, shown, bent):
     groom, keys = curtain
     for seed in range(3):
         points = bent(keys, 60.0, seed)
