@@ -12,6 +12,7 @@ def export_usd(
     body: Frames[Mesh] | None,
     groom: Groom | None,
     volume: Frames[File] | None,
+    keys: Groom | None,
     time: Time,
     workspace: Workspace,
     *,
@@ -20,16 +21,24 @@ def export_usd(
 ) -> File:
     """USD of the hair as Catmull-Rom curves and of the body as a mesh, with velocities, at every frame.
 
+    The groom of the keys of `interpolate_hair` marks the hairs that are simulated: `primvars:groom_guide` is 1 for them
+    and 0 for those that are interpolated. Clients that read it may take the former for guides, and not draw them.
+
     The files of `export_vdb`, given as `volume`, become a Volume, in a folder next to the file.
 
     layout  one file, or one file a frame that the first one joins as value clips
     name    of the root prim, and of the folders of clips and of level sets: give two shots in one place two names
     """
+    from hairpipe.errors import BadInput
+    from hairpipe.groom.keys.key_weights import keys_among
     from hairpipe.io.usd.shot import Shot, write_clips, write_shot
     from hairpipe.io.usd.volume import VolumeFile
     from hairpipe.levelset.vdb_header import box
 
     vdb = {} if volume is None else {frame: volume[frame].path for frame in volume.numbers}
     files = None if volume is None else {frame: VolumeFile(path, box(path)) for frame, path in vdb.items()}
-    path, shot = workspace / f"{name}.usdc", Shot(hair, body, groom, time.fps, name, files)
+    if keys is not None and groom is None:
+        raise BadInput("keys without the groom", right="in.groom: that of all hair")
+    simulated = None if keys is None or groom is None else keys_among(groom, keys) >= 0
+    path, shot = workspace / f"{name}.usdc", Shot(hair, body, groom, time.fps, name, files, simulated)
     return File(path, (write_clips if layout == "clips" else write_shot)(path, shot))

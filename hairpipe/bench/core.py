@@ -1,18 +1,22 @@
 """Cost of the strand core, compared with the limits of the machine."""
 
+import subprocess
+import tempfile
+import time
 from collections.abc import Callable
 from itertools import product
+from pathlib import Path
 from typing import NamedTuple, get_args
 
 import numba
 
 from hairpipe.bench.assembly import Arithmetic, count_arithmetic
-from hairpipe.bench.cold import measure_compilation
 from hairpipe.bench.counting import Work
 from hairpipe.bench.machine import Machine, this_machine
 from hairpipe.bench.repeat import Spread, repeat
 from hairpipe.bench.roofs import TRIAD, Roofs, measure_roofs
 from hairpipe.bench.strands import Strands, hang, machine_code, particles_of, solve, step, work_of_a_solve
+from hairpipe.child import command, environment
 from hairpipe.sim.strands.registry import ModelName
 
 MODELS: tuple[ModelName, ...] = get_args(ModelName)
@@ -28,6 +32,8 @@ PROTOTYPE = {
     ("memory", "float64", 2): 37.6,
 }
 """What a throw-away prototype took for a solve of the network on a Zen 4 core, per particle [ns]."""
+_RUN = ("run", "demo", "-q", "-j1", "--to", "hair", "--frames", "1001-1002", "--set", "groom.strands=8")
+_MAIN = "from hairpipe.cli import main; sys.argv[1:] = {!r}; main()"
 
 
 class Sizes(NamedTuple):
@@ -108,11 +114,27 @@ def measure_core(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
         hair = hang(strands, sizes.segments, dtype, model)
         share = particles_of(model, sizes.segments) / sizes.segments
         for count, kernel in product(threads, KERNELS):
-            time, solves = _time(KERNELS[kernel], hair, count, sizes.seconds), kernel == "solve"
+            spent, solves = _time(KERNELS[kernel], hair, count, sizes.seconds), kernel == "solve"
             floor = least_time(work[model][dtype], dtype, place, count, roofs) if solves else None
             prototype = PROTOTYPE.get((place, dtype, count)) if solves and model == "network" else None
-            cases.append(Case(kernel, model, place, dtype, count, time, floor, prototype, share * time.median))
+            cases.append(Case(kernel, model, place, dtype, count, spent, floor, prototype, share * spent.median))
     return Report(this_machine(), sizes, roofs, work, code, cases, compiled)
+
+
+def measure_compilation() -> float:
+    """Find the time to compile every kernel from groom to hair, body and level set too [s]: two frames of the demo.
+
+    A fresh process runs them with an empty cache for results, first without kernels and then with those it left.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        kernels = environment() | {"NUMBA_CACHE_DIR": str(Path(folder, "kernels"))}
+        times = []
+        for cache in ("first", "second"):
+            begun = time.perf_counter()
+            words = [*_RUN, "--cache", str(Path(folder, cache))]
+            subprocess.run(command(_MAIN.format(words)), env=kernels, check=True)
+            times.append(time.perf_counter() - begun)
+    return times[0] - times[1]
 
 
 def least_time(work: Work, dtype: str, place: str, threads: int, roofs: Roofs) -> float:

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+RISE = 5
+"""Points over which the thickness grows from the root on."""
+
 
 def offsets_of(counts: np.ndarray) -> np.ndarray:
     """Return the offsets of strands with given numbers of points, (S+1,) int32."""
@@ -33,3 +36,9 @@ def shares_of(offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     segments = np.diff(offsets) - 1
     strands = np.repeat(np.arange(len(segments)), segments + 1)
     return strands, (np.arange(len(strands)) - offsets[strands]) / segments[strands]
+
+
+def thicknesses(offsets: np.ndarray, thickness: float) -> np.ndarray:
+    """Return what every point keeps from the body [m], (P,): rising from 0 at the root to all of it at the fifth."""
+    along = np.arange(offsets[-1]) - np.repeat(offsets[:-1], np.diff(offsets))
+    return thickness * np.minimum(along, RISE) / RISE

@@ -8,6 +8,7 @@ from hairpipe.data import LevelSet
 from hairpipe.data.hair import HairState
 from hairpipe.data.parts import BodyParts
 from hairpipe.errors import BadInput
+from hairpipe.groom.strand_arrays import thicknesses
 from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
@@ -15,7 +16,7 @@ from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.sim.air.breeze import Breeze
 from hairpipe.sim.axis import axis_of, following_masses
 from hairpipe.sim.boundary import WORLD
-from hairpipe.sim.contact.body.body_contacts import BodyContacts, thicknesses
+from hairpipe.sim.contact.body.body_contacts import BodyContacts
 from hairpipe.sim.contact.body.fold_preservation import turns_of
 from hairpipe.sim.contact.hair.exclusions import REST
 from hairpipe.sim.contact.hair.hair_contacts import HairContacts

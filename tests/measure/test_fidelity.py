@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.nodes.measure_fidelity import measure_fidelity
+from hairpipe.nodes.measure_fidelity import measure_fidelity
 
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput

@@ -10,7 +10,7 @@ from hairpipe.nodes.export_usd import export_usd
 from hairpipe.nodes.export_vdb import export_vdb
 from pxr import Usd, UsdGeom, UsdVol
 
-from hairpipe.data import LevelSet, Mesh, Strands
+from hairpipe.data import Groom, LevelSet, Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import File, Frames, Time, Workspace
 from hairpipe.io.usd.check.lint import lint
@@ -31,7 +31,24 @@ def body(frame: int) -> Mesh:
 def export(folder: Path, layout: Literal["single", "clips"], volume: Frames[File] | None = None) -> File:
     folder.mkdir()
     frames = Frames(NUMBERS, hair), Frames(NUMBERS, body)
-    return export_usd(*frames, None, volume, Time(1001, 30.0), Workspace(folder), layout=layout, name="shake")
+    return export_usd(*frames, None, volume, None, Time(1001, 30.0), Workspace(folder), layout=layout, name="shake")
+
+
+def test_simulated_hair_is_told_from_interpolated(tmp_path):
+    def groom(ids: list[int], points: np.ndarray) -> Groom:
+        count = len(ids)
+        sites = np.zeros(count, np.int32), np.tile((1.0, 0.0, 0.0), (count, 1)), np.tile(np.eye(3, 4), (count, 1, 1))
+        uv, offsets = np.zeros((count, 2), np.float32), 4 * np.arange(count + 1, dtype=np.int32)
+        return Groom(points.astype(float), offsets, np.array(ids, np.int32), *sites, uv)
+
+    whole, keys = groom([3, 7], hair(1001).points), groom([7], hair(1001).points[4:])
+    settings = Time(1001, 30.0), Workspace(tmp_path)
+    file = export_usd(Frames(NUMBERS, hair), None, whole, None, keys, *settings)
+    stage = Usd.Stage.Open(str(file.path))
+    primvar = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/shot/hair")).GetPrimvar("groom_guide")
+    assert list(primvar.Get()) == [0, 1] and primvar.GetInterpolation() == UsdGeom.Tokens.uniform
+    with pytest.raises(BadInput, match="keys without the groom"):
+        export_usd(Frames(NUMBERS, hair), None, None, None, keys, *settings)
 
 
 def publish(file: File, folder: Path) -> None:
@@ -99,4 +116,4 @@ def test_the_same_input_gives_the_same_bytes(tmp_path: Path, layout: Literal["si
 
 def test_refuses_a_name_that_usd_does_not_know(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="'a/b' cannot name a prim"):
-        export_usd(Frames(NUMBERS, hair), None, None, None, Time(1001, 30.0), Workspace(tmp_path), name="a/b")
+        export_usd(Frames(NUMBERS, hair), None, None, None, None, Time(1001, 30.0), Workspace(tmp_path), name="a/b")

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from hairpipe.bench.paper import Report as PaperReport
     from hairpipe.bench.repeat import Spread
     from hairpipe.bench.roofs import Roofs
+    from hairpipe.bench.volume import Report as VolumeReport
 
 
 @click.group()
@@ -71,6 +72,26 @@ def contact(segments: tuple[int, ...], as_json: bool) -> None:
         click.echo(json.dumps(document(report), indent=2))
     else:
         show_contact(report)
+
+
+@bench.command()
+@options.as_json
+def volume(as_json: bool) -> None:
+    """Measure hair as a volume: 100,000 hairs of 50 segments interpolated between 10,000 keys, ns per point shown.
+
+    The motion of the roots, and bodies that hair is pushed out of, are not in it.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+        from hairpipe.bench.volume import measure_volume
+
+        report = measure_volume(say)
+    if as_json:
+        click.echo(json.dumps(document(report), indent=2))
+    else:
+        show_machine(report.machine)
+        rows = [(case.kernel, str(case.threads), spread(case.time, 1.0)) for case in report.cases]
+        show_table("ns per shown point", [("kernel", "threads", "median (half between)"), *rows])
 
 
 @bench.command()
@@ -257,7 +278,7 @@ def spread(value: "Spread", unit: float) -> str:
     return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
 
 
-def document(report: "Report | ContactReport | PaperReport | FaultReport") -> dict[str, Any]:
+def document(report: "Report | ContactReport | PaperReport | FaultReport | VolumeReport") -> dict[str, Any]:
     """Describe the report as a JSON document."""
 
     def plain(value: Any) -> Any:

@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 from pxr import Kind, Sdf, Tf, Usd, UsdGeom
 
 from hairpipe import __version__
@@ -32,6 +33,7 @@ class Shot:
     fps    frames per second [1/s]
     name   of the root prim, and of the clips
     levelsets  of the body, at the same frames
+    simulated  hairs that are not interpolated between those that are, (S,) bool; None: all of them, and none is marked
     """
 
     hair: Mapping[int, Strands]
@@ -40,6 +42,7 @@ class Shot:
     fps: float
     name: str = "shot"
     levelsets: Mapping[int, VolumeFile] | None = None
+    simulated: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -149,7 +152,7 @@ def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     model = Usd.ModelAPI(stage.GetDefaultPrim())
     model.SetKind(Kind.Tokens.component)
     model.SetAssetName(shot.name)
-    author_hair(_hair(stage), first.hair, shot.groom)
+    author_hair(_hair(stage), first.hair, shot.groom, shot.simulated)
     if first.body is not None:
         author_body(_body(stage), first.body)
     return stage

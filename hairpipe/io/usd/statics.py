@@ -19,8 +19,12 @@ SKIN_COLOUR, SKIN_ROUGHNESS, FLESH = Gf.Vec3f(0.6, 0.4, 0.33), 0.6, 1.4
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
 
 
-def author_hair(prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom | None) -> None:
+def author_hair(
+    prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom | None, simulated: np.ndarray | None = None
+) -> None:
     """Author the strands, their width, ids and material, and from the groom their rest and roots.
+
+    simulated  which are, and are not interpolated, (S,) bool: `groom_guide`, as Unreal and Alembic grooms name it
 
     Raises BadInput if the groom does not have these strands.
     """
@@ -35,6 +39,8 @@ def author_hair(prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom | None
         _primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(np.arange(len(counts))))
     else:
         _author_groom(prim, strands, groom)
+    if simulated is not None:
+        _primvar(prim, "groom_guide", TYPES.IntArray, TOKENS.uniform, integers(simulated))
     _bind(prim, "hair", HAIR_COLOUR, HAIR_ROUGHNESS, KERATIN)
 
 

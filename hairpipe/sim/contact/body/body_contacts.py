@@ -25,17 +25,9 @@ from hairpipe.sim.contact.body.projection import Motion, farthest, project
 from hairpipe.sim.interactions import Interaction, Prediction, Start, StepEnd
 from hairpipe.sim.settings import BodyContact
 
-RISE = 5
-"""Points over which the thickness grows from the root on."""
 _PARTS = 8  # of a step, that the normals are read at where hair ran into something
 _MARGIN = 5e-3  # [m]; points farther than this beyond their thickness are not looked at, nor held
 _NEAR = 1e-4  # [m]; what is farther than this beyond it begins to touch in no case
-
-
-def thicknesses(offsets: np.ndarray, thickness: float) -> np.ndarray:
-    """Return what every point keeps from the body [m], (P,): rising from 0 at the root to all of it at the fifth."""
-    along = np.arange(offsets[-1]) - np.repeat(offsets[:-1], np.diff(offsets))
-    return thickness * np.minimum(along, RISE) / RISE
 
 
 @dataclass(eq=False)

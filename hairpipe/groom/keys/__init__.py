@@ -1,0 +1,1 @@
+"""Key hairs, which are simulated, and hair that is interpolated between them."""

@@ -1,0 +1,129 @@
+"""Hair interpolated between key hairs: its own segments at rest, turned as those of the keys beside it.
+
+    t_k = l_k sum_g w_g Q_g,k T_k / |sum_g w_g Q_g,k T_k|,   x_k+1 = x_k + t_k
+
+with T_k a segment of the hair at rest, l_k its length, Q_g,k the rotation of the same place of key g since rest, see
+`key_turns`. It is the kinematic limit of Hsu et al. 2024, Real-time Physically Guided Hair Interpolation: lengths are
+exact, curls do not flatten, and hair that is moved rigidly with its root is right. Velocities are the derivative.
+"""
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.data import Groom, Strands
+from hairpipe.groom.keys.key_turns import KeyTurns, turned, turns_since
+from hairpipe.groom.keys.key_weights import FOLLOWED, KeyWeights
+from hairpipe.groom.resampling import put
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.vec3 import Vector, cross, flattened, length, minus, mix, plus, row, scaled
+
+_TINY = 1e-12  # of a segment; a way that is shorter has no direction
+
+
+def interpolated(
+    hair: Strands, keys: Groom, groom: Groom, followed: KeyWeights, roots: tuple[np.ndarray, np.ndarray]
+) -> Strands:
+    """Return all hairs of a groom at a frame, those that are keys as these are; pure.
+
+    hair   of the keys at the frame
+    roots  rigid motions of the roots of the groom, x -> R x + t, and their derivatives by time, (S, 3, 4) float64
+    """
+    motions, rates = roots
+    turns = turns_since(keys.points, hair, motions[followed.homes], rates[followed.homes])
+    points, velocities = np.empty_like(groom.points), np.empty((len(groom.points), 3), np.float32)
+    now = hair.points, hair.velocities
+    _interpolate(followed, turns, now, groom.points, groom.offsets, roots, points, velocities)
+    return Strands(points, velocities, groom.offsets, hair.diameter)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _interpolate(
+    followed: KeyWeights,
+    turns: KeyTurns,
+    keys: tuple[np.ndarray, np.ndarray],
+    rest: np.ndarray,
+    offsets: np.ndarray,
+    roots: tuple[np.ndarray, np.ndarray],
+    points: np.ndarray,
+    velocities: np.ndarray,
+) -> None:
+    """Write points and velocities of all hairs, in place."""
+    motions, rates = roots
+    for s in prange(len(offsets) - 1):
+        begin, end, own = offsets[s], offsets[s + 1], followed.own[s]
+        if own >= 0:
+            points[begin:end] = keys[0][turns.offsets[own] : turns.offsets[own + 1]]
+            velocities[begin:end] = keys[1][turns.offsets[own] : turns.offsets[own + 1]]
+            continue
+        x, v = _moved(motions, s, row(rest, begin)), _moved(rates, s, row(rest, begin))
+        put(points, begin, x)
+        put(velocities, begin, v)
+        for k in range(end - begin - 1):
+            T = minus(row(rest, begin + k + 1), row(rest, begin + k))
+            way, speed = _turned_by_keys(followed, turns, s, k, end - begin - 1, T)
+            x, v = go_on(x, v, length(T), way, speed)
+            put(points, begin + k + 1, x)
+            put(velocities, begin + k + 1, v)
+
+
+@inlined
+def _turned_by_keys(
+    followed: KeyWeights, turns: KeyTurns, s: int, k: int, segments: int, T: Vector
+) -> tuple[Vector, Vector]:
+    """Segment k of a hair as its keys turn it, and the derivative of that by time."""
+    way = speed = (0.0, 0.0, 0.0)
+    for j in range(FOLLOWED):
+        weight = followed.weights[s, j]
+        if weight > 0.0:
+            g = followed.keys[s, j]
+            first = turns.offsets[g]
+            below, rest = middle_among(k, segments, turns.offsets[g + 1] - first - 1)
+            t = turned(turns.turns, first + below, T)
+            dt = cross(row(turns.spins, first + below), t)
+            if rest > 0.0:
+                above = turned(turns.turns, first + below + 1, T)
+                t, dt = mix(t, above, rest), mix(dt, cross(row(turns.spins, first + below + 1), above), rest)
+            way, speed = plus(way, scaled(weight, t)), plus(speed, scaled(weight, dt))
+    return way, speed
+
+
+@inlined
+def go_on(x: Vector, v: Vector, l: float, way: Vector, speed: Vector) -> tuple[Vector, Vector]:
+    """Return the point at a distance l [m] from x along a way [m], x + l way/|way|, and its velocity [m/s].
+
+    A way that has no direction, as where keys are opposed, goes down.
+
+    v      of x [m/s]
+    speed  at which the way changes [m/s]
+    """
+    size = length(way)
+    if size <= _TINY * l:
+        return plus(x, (0.0, -l, 0.0)), v
+    t = scaled(1.0 / size, way)
+    return plus(x, scaled(l, t)), plus(v, scaled(l / size, flattened(speed, t)))
+
+
+@inlined
+def middle_among(k: int, segments: int, theirs: int) -> tuple[int, float]:
+    """Return behind which middle of a key's segments that of segment k of a hair lies, and how far to the next.
+
+    In whole numbers, so that it is on a middle exactly, where one is.
+    """
+    if theirs == segments:
+        return k, 0.0
+    place = (2 * k + 1) * theirs - segments
+    if place <= 0:
+        return 0, 0.0
+    below = place // (2 * segments)
+    if below >= theirs - 1:
+        return theirs - 1, 0.0
+    return below, (place - 2 * segments * below) / (2 * segments)
+
+
+@inlined
+def _moved(motions: np.ndarray, s: int, x: Vector) -> Vector:
+    return (
+        motions[s, 0, 0] * x[0] + motions[s, 0, 1] * x[1] + motions[s, 0, 2] * x[2] + motions[s, 0, 3],
+        motions[s, 1, 0] * x[0] + motions[s, 1, 1] * x[1] + motions[s, 1, 2] * x[2] + motions[s, 1, 3],
+        motions[s, 2, 0] * x[0] + motions[s, 2, 1] * x[1] + motions[s, 2, 2] * x[2] + motions[s, 2, 3],
+    )

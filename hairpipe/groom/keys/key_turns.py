@@ -1,0 +1,138 @@
+"""How far the segments of key hairs have turned since rest, and how fast they turn: once a frame.
+
+With T_k the direction of a segment at rest, t_k now, and Q_0 = R the rotation of the root,
+
+    Q_k = M(Q_{k-1} T_k, t_k) Q_{k-1},   w_k = w_M + M w_{k-1}
+
+where M(u, t) is the smallest rotation that takes u to t: twist is carried along the hair and neither made nor lost.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.data import Strands
+from hairpipe.groom.resampling import put
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.vec3 import (
+    Vector,
+    any_across,
+    blend,
+    cross,
+    dot,
+    flattened,
+    length,
+    minus,
+    plus,
+    row,
+    scaled,
+    unit,
+)
+
+_OPPOSED = 1e-8  # of 1 + u.t, below which u and t are opposed and no rotation is the smallest
+_TINY = 1e-300
+
+
+Columns = tuple[Vector, Vector, Vector]
+"""A rotation by its columns."""
+
+
+class KeyTurns(NamedTuple):
+    """Rotations of the segments of key hairs; rows are those of their points, the last of each key is not used.
+
+    turns    from rest, (P, 3, 3) float64
+    spins    angular velocities [rad/s], (P, 3) float64
+    offsets  of the points of keys, (K+1,) int32
+    """
+
+    turns: np.ndarray
+    spins: np.ndarray
+    offsets: np.ndarray
+
+
+def turns_since(rest: np.ndarray, now: Strands, motions: np.ndarray, rates: np.ndarray) -> KeyTurns:
+    """Return how keys have turned; pure.
+
+    rest            points of the keys at rest [m], (P, 3) float64
+    motions, rates  of their roots, x -> R x + t, and their derivative by time, (K, 3, 4) float64
+    """
+    turns, spins = np.zeros((len(rest), 3, 3)), np.zeros((len(rest), 3))
+    _propagate(rest, now.points, now.velocities, now.offsets, (motions, rates), turns, spins)
+    return KeyTurns(turns, spins, now.offsets)
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _propagate(
+    rest: np.ndarray,
+    points: np.ndarray,
+    velocities: np.ndarray,
+    offsets: np.ndarray,
+    roots: tuple[np.ndarray, np.ndarray],
+    turns: np.ndarray,
+    spins: np.ndarray,
+) -> None:
+    """Carry the rotation of every root along its key, in place."""
+    motions, rates = roots
+    for g in prange(len(offsets) - 1):
+        R, spin = _columns_of(motions, g), _spin_of(motions, rates, g)
+        for k in range(offsets[g], offsets[g + 1] - 1):
+            T, speed = minus(row(rest, k + 1), row(rest, k)), minus(row(velocities, k + 1), row(velocities, k))
+            R, spin = _followed(R, spin, T, minus(row(points, k + 1), row(points, k)), speed)
+            put(spins, k, spin)
+            for j in range(3):
+                turns[k, 0, j], turns[k, 1, j], turns[k, 2, j] = R[j]
+
+
+@inlined
+def _followed(R: Columns, spin: Vector, T: Vector, way: Vector, speed: Vector) -> tuple[Columns, Vector]:
+    """Rotation and spin of the segment before, changed so that T lies along the way, which changes at a speed."""
+    u = unit(blend(T, *R), T)
+    t = unit(way, u)
+    a = 1.0 + dot(u, t)
+    if a < _OPPOSED:
+        axis = unit(any_across(u), u)
+        return (_half_turn(axis, R[0]), _half_turn(axis, R[1]), _half_turn(axis, R[2])), spin
+    du, dt = cross(spin, u), scaled(1.0 / max(length(way), _TINY), flattened(speed, t))
+    c, dc, da = cross(u, t), plus(cross(du, t), cross(u, dt)), dot(du, t) + dot(u, dt)
+    # 2 dq/dt q* / |q|^2 of the quaternion q = (a, c) of that rotation
+    own = scaled(1.0 / a, plus(minus(scaled(a, dc), scaled(da, c)), cross(c, dc)))
+    return (_smallest(c, a, R[0]), _smallest(c, a, R[1]), _smallest(c, a, R[2])), plus(own, _smallest(c, a, spin))
+
+
+@inlined
+def _columns_of(R: np.ndarray, g: int) -> Columns:
+    return (
+        (R[g, 0, 0], R[g, 1, 0], R[g, 2, 0]),
+        (R[g, 0, 1], R[g, 1, 1], R[g, 2, 1]),
+        (R[g, 0, 2], R[g, 1, 2], R[g, 2, 2]),
+    )
+
+
+@inlined
+def _spin_of(motions: np.ndarray, rates: np.ndarray, g: int) -> Vector:
+    """The angular velocity of a root: half the sum of R_j x dR_j/dt over the columns."""
+    R, dR = _columns_of(motions, g), _columns_of(rates, g)
+    return scaled(0.5, plus(plus(cross(R[0], dR[0]), cross(R[1], dR[1])), cross(R[2], dR[2])))
+
+
+@inlined
+def _smallest(c: Vector, a: float, v: Vector) -> Vector:
+    """The smallest rotation that takes u to t, of v; c = u x t, a = 1 + u.t."""
+    across = cross(c, v)
+    return plus(plus(v, across), scaled(1.0 / a, cross(c, across)))
+
+
+@inlined
+def _half_turn(axis: Vector, v: Vector) -> Vector:
+    return minus(scaled(2.0 * dot(axis, v), axis), v)
+
+
+@inlined
+def turned(turns: np.ndarray, k: int, v: Vector) -> Vector:
+    """Return a vector turned by rotation k of (P, 3, 3)."""
+    return (
+        turns[k, 0, 0] * v[0] + turns[k, 0, 1] * v[1] + turns[k, 0, 2] * v[2],
+        turns[k, 1, 0] * v[0] + turns[k, 1, 1] * v[1] + turns[k, 1, 2] * v[2],
+        turns[k, 2, 0] * v[0] + turns[k, 2, 1] * v[1] + turns[k, 2, 2] * v[2],
+    )

@@ -1,0 +1,117 @@
+"""Interpolated hair pushed out of bodies.
+
+A point that is nearer than it may be is drawn to the nearest place at its distance from the one before it that is
+outside by the plane that the body is there,
+
+    n.(x_k+1 - x_k) >= h,   h = kept - phi(y) - n.(x_k - y)
+
+and what hangs on it follows. Since the body is no plane, it is looked at again, a few times. Lengths stay.
+
+Keys are left where the simulation put them.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.data import BodyParts, LevelSet, Strands
+from hairpipe.groom.keys.interpolating import go_on
+from hairpipe.groom.keys.key_weights import KeyWeights
+from hairpipe.groom.resampling import put
+from hairpipe.groom.strand_arrays import thicknesses
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.vec3 import Vector, dot, flattened, length, minus, plus, row, scaled, unit
+from hairpipe.levelset.collider import Collider, SdfSample
+from hairpipe.levelset.collider_field import build_collider_field
+from hairpipe.levelset.interpolation import Interpolation
+from hairpipe.levelset.parts.collider_parts import build_collider_parts
+
+LOOKS = 4
+"""Times that bodies are looked at."""
+
+
+def pushed_out(
+    hair: Strands,
+    followed: KeyWeights,
+    surfaces: Sequence[LevelSet],
+    parts: Sequence[BodyParts],
+    thickness: float,
+    frame_dt: float,
+) -> Strands:
+    """Return hair that is outside of bodies at their frame; pure.
+
+    thickness  distance that points keep, less at the root [m]
+    frame_dt   between frames [s]
+    """
+    if not (surfaces or parts):
+        return hair
+    bodies: list[Collider] = [build_collider_field(body, body, frame_dt, Interpolation.linear) for body in surfaces]
+    bodies += [build_collider_parts(body, body, frame_dt) for body in parts]
+    points, velocities = hair.points.copy(), hair.velocities.copy()
+    kept = thicknesses(hair.offsets, thickness)
+    kept[hair.offsets[:-1]] = -np.inf  # roots stay, wherever they are
+    looked = np.flatnonzero(np.repeat(followed.own < 0, np.diff(hair.offsets)))
+    for _ in range(LOOKS):
+        found = probed(bodies, points[looked], kept[looked])
+        deep = found.distance < kept[looked]
+        strands = np.unique(np.searchsorted(hair.offsets, looked[deep], side="right") - 1)
+        if not len(strands):
+            break
+        _push(strands, hair.offsets, looked, found, kept, points, velocities)
+        counts = np.diff(hair.offsets)[strands]
+        begins = np.cumsum(counts) - counts
+        looked = np.arange(counts.sum()) + np.repeat(hair.offsets[strands] - begins, counts)
+    return Strands(points, velocities, hair.offsets, hair.diameter)
+
+
+def probed(bodies: Sequence[Collider], points: np.ndarray, reach: np.ndarray) -> SdfSample:
+    """Return what bodies are like at points, (P, 3), where they are nearer than a reach [m], (P,)."""
+    found = SdfSample.blank(len(points))
+    found.distance[:] = reach
+    for body in bodies:
+        body.probe(points, 0.0, found)
+    return found
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _push(
+    strands: np.ndarray,
+    offsets: np.ndarray,
+    looked: np.ndarray,
+    found: SdfSample,
+    kept: np.ndarray,
+    points: np.ndarray,
+    velocities: np.ndarray,
+) -> None:
+    """Draw strands, (n,), out of what was found of bodies at some points, (m,) ascending, in place."""
+    for n in prange(len(strands)):
+        s = strands[n]
+        at = np.searchsorted(looked, offsets[s] + 1)
+        before, moved = row(points, offsets[s]), False
+        for i in range(offsets[s] + 1, offsets[s + 1]):
+            y, l = row(points, i), length(minus(row(points, i), before))
+            before = y
+            known = at < len(looked) and looked[at] == i
+            deep = known and found.distance[at] < kept[i]
+            if moved or deep:
+                root, rate, moved = row(points, i - 1), row(velocities, i - 1), True
+                x, v = go_on(root, rate, l, minus(y, root), minus(row(velocities, i), rate))
+                if deep:
+                    normal = row(found.normal, at)
+                    x = _outside(root, x, l, normal, kept[i] - found.distance[at] + dot(normal, y))
+                    v = plus(v, scaled(max(dot(normal, minus(row(found.velocity, at), v)), 0.0), normal))
+                put(velocities, i, v)
+                put(points, i, x)
+            at += known
+
+
+@inlined
+def _outside(before: Vector, x: Vector, l: float, normal: Vector, level: float) -> Vector:
+    """The place at a distance l from the point before that is nearest to x of those above a plane n.x = level."""
+    h = level - dot(normal, before)
+    if dot(normal, minus(x, before)) >= h:
+        return x
+    h = min(h, l)
+    aside = unit(flattened(minus(x, before), normal), (0.0, 0.0, 0.0))
+    return plus(before, plus(scaled(h, normal), scaled(np.sqrt(l * l - h * h), aside)))

@@ -1,0 +1,62 @@
+"""Hair shown that is not simulated."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh, Strands
+from hairpipe.graph import Time, node
+from hairpipe.groom.keys.key_weights import KeyWeights, weigh_keys
+from hairpipe.units import Degrees, Fraction, Interval, Metres
+
+
+@dataclass(frozen=True)
+class Clumps:
+    """Tips that taper towards a key.
+
+    pull   share of the way to the key that the tip goes
+    begin  share of the length before which nothing is pulled
+    """
+
+    pull: Fraction = 0.8
+    begin: Annotated[float, Interval(ge=0.0, le=0.99)] = 0.2
+
+
+@node(frames="each", prepare=weigh_keys)
+def interpolate_hair(
+    hair: Strands,
+    keys: Groom,
+    groom: Groom,
+    body: Mesh | None,
+    ends: Ends | None,
+    surface: tuple[LevelSet, ...] | None,
+    parts: tuple[BodyParts, ...] | None,
+    time: Time,
+    prepared: KeyWeights,
+    *,
+    parting: Annotated[Degrees, Interval(gt=0.0, le=180.0)] = 30.0,
+    thickness: Annotated[Metres, Interval(ge=0.0, le=0.02)] = 1e-3,
+    clumps: Clumps | None = None,
+) -> Strands:
+    """All hairs of a groom between its key hairs, which are simulated: their own shape, turned as the keys beside them.
+
+    Lengths are those of the groom; a hair that is a key itself, by id and points, is shown as it was simulated. Given
+    `surface` or `parts`, the others are pushed out of them. The ends are those of the whole groom.
+
+    parting    angle between hairs at rest, root to tip, beyond which one does not follow the other
+    thickness  distance kept from bodies, from the fifth point on; one fifth of it at the first
+    clumps     without, each hair goes to its own place
+    """
+    import numpy as np
+
+    from hairpipe.errors import BadInput
+    from hairpipe.groom.keys.clumping import clumped
+    from hairpipe.groom.keys.interpolating import interpolated
+    from hairpipe.groom.keys.push_out import pushed_out
+    from hairpipe.sim.boundary import lead_of, motion_of_roots
+
+    if not np.array_equal(hair.offsets, keys.offsets):
+        raise BadInput("hair and keys are not the same strands", right="in.keys: the groom that is simulated")
+    shown = interpolated(hair, keys, groom, prepared, motion_of_roots(lead_of(body, ends), groom))
+    if clumps is not None:
+        shown = clumped(shown, hair, prepared, clumps.pull, clumps.begin)
+    return pushed_out(shown, prepared, surface or (), parts or (), thickness, time.dt)

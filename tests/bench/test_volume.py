@@ -1,0 +1,21 @@
+"""The report on hair as a volume."""
+
+import numba
+import numpy as np
+import pytest
+
+from hairpipe.bench import volume
+from hairpipe.data.lengths import strand_lengths
+
+
+def test_every_case_is_measured_once():
+    before, said = numba.get_num_threads(), []
+    report = volume.measure_volume(said.append, volume.Sizes(hairs=30, segments=6, seconds=0.0))
+    assert numba.get_num_threads() == before and said == ["30 hairs between 3 keys"]
+    assert [case.threads for case in report.cases] == [n for n in volume.THREADS if n <= before]
+    assert all(0 < case.time.low <= case.time.median <= case.time.high for case in report.cases)
+
+
+def test_hair_is_as_long_as_it_says():
+    groom = volume.scattered_hair(volume.Sizes(hairs=5, segments=7))
+    assert strand_lengths(groom.points, groom.offsets) == pytest.approx(np.full(5, volume.LENGTH))
