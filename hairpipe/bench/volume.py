@@ -1,4 +1,4 @@
-"""Cost of hair as a volume: of hair that is interpolated between key hairs."""
+"""Cost of hair as a volume: of the grid that key hairs are simulated with, and of hair interpolated between them."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -13,11 +13,18 @@ from hairpipe.groom.keys.interpolating import interpolated
 from hairpipe.groom.keys.key_weights import weigh_keys
 from hairpipe.groom.sampling import thinned
 from hairpipe.groom.strand_arrays import offsets_of
+from hairpipe.sim.settings import Pressure, Volume
+from hairpipe.sim.volume_filter import VolumeFilter, reach_of
 from hairpipe.spatial.morton import morton_order
+from hairpipe.volume.pressure import SWEEPS, densest, filled_cells, spread
+from hairpipe.volume.strand_samples import sample_strands
+from hairpipe.volume.transfer import deposit
 
 THREADS = (1, 2)
 LENGTH, SCALP, PARTING = 0.25, 0.25, 30.0
 """Of a hair [m]; side of the square that roots lie in [m]; see `interpolate_hair` [deg]."""
+STEP, MASS = 1 / 96, 1e-6
+"""Of time [s]; of a point [kg]."""
 
 
 class Sizes(NamedTuple):
@@ -39,9 +46,10 @@ FULL = Sizes()
 
 
 class Case(NamedTuple):
-    """One kernel with so many threads; its time per shown point [ns]."""
+    """One kernel with so many threads; its time for each of what it works on [ns]."""
 
     kernel: str
+    each: str
     threads: int
     time: Spread
 
@@ -58,20 +66,65 @@ def measure_volume(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
     """Measure every case, and report progress."""
     groom = scattered_hair(sizes)
     keys = thinned(groom, sizes.every)
+    say(f"{len(keys.ids):,} hairs on a grid")
+    cases = [*_grid(keys, sizes.seconds), *_pressure(keys, sizes.seconds)]
     say(f"{sizes.hairs:,} hairs between {len(keys.ids):,} keys")
+    return Report(this_machine(), sizes, [*cases, *_interpolation(groom, keys, sizes)])
+
+
+def _grid(keys: Groom, seconds: float) -> list[Case]:
+    """Time a step of friction between hairs."""
+    points, rng = keys.points.astype(float), np.random.default_rng(2)
+    masses, reach = np.full(len(points), MASS), reach_of(points, keys.offsets)
+    grid, velocities = VolumeFilter(Volume(), keys.offsets, masses, reach), rng.normal(size=points.shape)
+    return _cases("grid", "point and step", lambda: grid.change(points, velocities, STEP), len(points), seconds)
+
+
+def _pressure(keys: Groom, seconds: float) -> list[Case]:
+    """Time the pressure of hair where half of it is too dense."""
+    cell, points = Volume().cell, keys.points.astype(float)
+    samples = sample_strands(points, keys.offsets, reach_of(points, keys.offsets), cell)
+    assert samples is not None
+    grid = deposit(samples, np.full(len(points), MASS), np.zeros(points.shape))
+    rest, field = 0.5 * densest(grid, cell), np.zeros((*samples.counts, 3))
+
+    def press() -> None:
+        spread(grid, field, cell, rest, Pressure().compliance, STEP)
+
+    count = np.count_nonzero(filled_cells(grid[..., 0])) * SWEEPS
+    return _cases("pressure", "cell and sweep", press, count, seconds, lambda: field.fill(0.0))
+
+
+def _interpolation(groom: Groom, keys: Groom, sizes: Sizes) -> list[Case]:
     followed = weigh_keys(keys, groom, PARTING)
     bent = scattered_hair(sizes._replace(hairs=len(keys.ids)), seed=1).points
     hair = Strands(bent, np.zeros(bent.shape, np.float32), keys.offsets, 8e-5)
-    still = np.tile(np.eye(3, 4), (sizes.hairs, 1, 1)), np.zeros((sizes.hairs, 3, 4))
+    still = np.tile(np.eye(3, 4), (len(groom.ids), 1, 1)), np.zeros((len(groom.ids), 3, 4))
+
+    def work() -> None:
+        interpolated(hair, keys, groom, followed, still)
+
+    return _cases("interpolate", "shown point", work, len(groom.points), sizes.seconds)
+
+
+def _cases(
+    kernel: str,
+    each: str,
+    work: Callable[[], object],
+    count: int,
+    seconds: float,
+    prepare: Callable[[], object] = lambda: None,
+) -> list[Case]:
+    """Time some work of so many parts, with each number of threads."""
     before, cases = numba.get_num_threads(), []
-    for threads in (count for count in THREADS if count <= before):
+    for threads in (n for n in THREADS if n <= before):
         numba.set_num_threads(threads)
         try:
-            time = repeat(lambda: interpolated(hair, keys, groom, followed, still), sizes.seconds)
+            time = repeat(work, seconds, prepare)
         finally:
             numba.set_num_threads(before)
-        cases.append(Case("interpolate", threads, time.per(1e-9 * len(groom.points))))
-    return Report(this_machine(), sizes, cases)
+        cases.append(Case(kernel, each, threads, time.per(1e-9 * count)))
+    return cases
 
 
 def scattered_hair(sizes: Sizes, seed: int = 0) -> Groom:

@@ -34,7 +34,7 @@ def spread(grid: np.ndarray, velocities: np.ndarray, cell: float, rest: float, c
     compliance  [s^2/m^2]; 0: what is too dense is not compressed further
     """
     mass = np.ascontiguousarray(grid[..., 0])
-    filled = _filled(mass)
+    filled = filled_cells(mass)
     colours = [np.argwhere(filled[i::2, j::2, k::2]) * 2 + (i, j, k) for i in (0, 1) for j in (0, 1) for k in (0, 1)]
     cells = [np.ascontiguousarray(colour, np.int64) for colour in colours]
     impulses = [np.zeros(len(colour)) for colour in cells]
@@ -47,7 +47,7 @@ def spread(grid: np.ndarray, velocities: np.ndarray, cell: float, rest: float, c
 def densest(grid: np.ndarray, cell: float) -> float:
     """Return the largest density of a cell that can have pressure [kg/m^3], 0 without any; grid and cell as there."""
     mass = np.ascontiguousarray(grid[..., 0])
-    return float(_densities(mass, cell).max(initial=0.0, where=_filled(mass)))
+    return float(_densities(mass, cell).max(initial=0.0, where=filled_cells(mass)))
 
 
 def _densities(mass: np.ndarray, cell: float) -> np.ndarray:
@@ -61,7 +61,7 @@ def _densities(mass: np.ndarray, cell: float) -> np.ndarray:
     return total / (8.0 * cell**3)
 
 
-def _filled(mass: np.ndarray) -> np.ndarray:
+def filled_cells(mass: np.ndarray) -> np.ndarray:
     """Return which cells have mass at all eight corners, (nx-1, ny-1, nz-1) bool."""
     filled = mass > 0.0
     for axis in range(3):

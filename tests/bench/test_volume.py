@@ -10,9 +10,11 @@ from hairpipe.data.lengths import strand_lengths
 
 def test_every_case_is_measured_once():
     before, said = numba.get_num_threads(), []
-    report = volume.measure_volume(said.append, volume.Sizes(hairs=30, segments=6, seconds=0.0))
-    assert numba.get_num_threads() == before and said == ["30 hairs between 3 keys"]
-    assert [case.threads for case in report.cases] == [n for n in volume.THREADS if n <= before]
+    report = volume.measure_volume(said.append, volume.Sizes(hairs=200, segments=6, every=2, seconds=0.0))
+    assert numba.get_num_threads() == before and said == ["100 hairs on a grid", "200 hairs between 100 keys"]
+    threads = [n for n in volume.THREADS if n <= before]
+    kernels = ("grid", "pressure", "interpolate")
+    assert [(case.kernel, case.threads) for case in report.cases] == [(name, n) for name in kernels for n in threads]
     assert all(0 < case.time.low <= case.time.median <= case.time.high for case in report.cases)
 
 
