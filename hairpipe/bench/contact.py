@@ -1,12 +1,13 @@
-"""Cost of contact: a frame of a full head with every interaction, and the share of each part."""
+"""Cost of contact: a frame of a full head, and the share of each part."""
 
 from collections.abc import Callable
+from itertools import product
 from typing import NamedTuple
 
 import numba
 
 from hairpipe.bench.core import THREADS
-from hairpipe.bench.head import STEPS, Head, grow_head
+from hairpipe.bench.head import STEPS, Between, Head, grow_head
 from hairpipe.bench.machine import Machine, this_machine
 from hairpipe.bench.roofs import TRIAD, Roofs, measure_roofs
 from hairpipe.bench.shares import shares_of
@@ -16,6 +17,7 @@ class Sizes(NamedTuple):
     """What is measured.
 
     segments  of all hair
+    between   what hair does to hair
     settling  frames before the first that is measured: hair has fallen, touched and stuck by then
     frames    that are measured for each number of threads
     triad     numbers in each array of the triad
@@ -23,6 +25,7 @@ class Sizes(NamedTuple):
     """
 
     segments: tuple[int, ...] = (10_000, 100_000, 1_000_000)
+    between: tuple[Between, ...] = ("pairs", "volume")
     settling: int = 6
     frames: int = 3
     triad: int = TRIAD
@@ -42,6 +45,7 @@ class Case(NamedTuple):
     """
 
     segments: int
+    between: Between
     particles: int
     threads: int
     seconds: float
@@ -65,16 +69,17 @@ def measure_contact(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
     say("multiply-adds and the triad")
     roofs = measure_roofs(("float64",), threads, sizes.triad, sizes.seconds)
     cases = []
-    for segments in sizes.segments:
-        say(f"{segments:,} segments: growing them")
-        head = grow_head(segments)
+    for segments, between in product(sizes.segments, sizes.between):
+        named = f"{segments:,} segments, {between} between hairs"
+        say(f"{named}: growing them")
+        head = grow_head(segments, between)
         for frame in range(sizes.settling):
-            say(f"{segments:,} segments: frame {frame + 1} of {sizes.settling} before the first that counts")
+            say(f"{named}: frame {frame + 1} of {sizes.settling} before the first that counts")
             head.advance(head.surroundings())
         begun = head.state, head.frame
         for count in threads:
             head.state, head.frame = begun
-            say(f"{segments:,} segments: {sizes.frames} frames on {count} threads")
+            say(f"{named}: {sizes.frames} frames on {count} threads")
             numba.set_num_threads(count)
             try:
                 found = [_timed(head) for _ in range(sizes.frames)]
@@ -83,7 +88,7 @@ def measure_contact(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
             seconds, shares = sorted(found, key=lambda case: case[0])[len(found) // 2]
             layout = head.hair.layout
             grown = int(layout.offsets[-1]) - len(layout.offsets) + 1
-            cases.append(Case(grown, layout.particles, count, seconds, shares, len(head.state.stuck)))
+            cases.append(Case(grown, between, layout.particles, count, seconds, shares, len(head.state.stuck)))
     return Report(this_machine(), sizes, STEPS, roofs, cases)
 
 

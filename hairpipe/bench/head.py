@@ -1,8 +1,8 @@
-"""A shaking head of hair with every interaction: what `hairpipe bench contact` measures."""
+"""A shaking head of hair: what `hairpipe bench contact` measures."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -18,9 +18,11 @@ from hairpipe.levelset.bake.parts import bake_parts
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Scene, StepControl, Stiction, StrainLimit
+from hairpipe.sim.settings import Collisions, Scene, StepControl, Stiction, StrainLimit, Volume
 from hairpipe.sim.simulate import advance_frame, start
 
+Between = Literal["pairs", "volume", "nothing"]
+"""What hair does to hair: stick and collide pair by pair, act on a grid, or pass through."""
 FPS, STEPS = 24.0, 10
 """Frames a second, steps a frame."""
 LENGTH, SEGMENTS = 0.25, 50
@@ -51,6 +53,7 @@ class Head:
     bust: Body
     hair: HairModel
     state: HairState
+    scene: Scene
     frame: int = 0
 
     def surroundings(self) -> Frame:
@@ -62,23 +65,26 @@ class Head:
     def advance(self, frame: Frame) -> None:
         """Simulate the next frame, in place."""
         body = build_collider_parts(*frame.parts, 1 / FPS)
-        self.state = advance_frame(self.hair, self.state, frame.meshes, [body], 1 / FPS, everything(), frame.begins)
+        self.state = advance_frame(self.hair, self.state, frame.meshes, [body], 1 / FPS, self.scene, frame.begins)
         self.frame += 1
 
 
-def everything() -> Scene:
-    """Return a scene with all that hair does on hair and body."""
+def scene_of(between: Between) -> Scene:
+    """Return a scene with all that bodies do to hair, and what hair does to hair."""
     steps = StepControl(longest=1 / (FPS * STEPS), root=1.0, travel=1.0, crossings=1.0)
-    return Scene(strain=StrainLimit(), steps=steps, stiction=Stiction(), collisions=Collisions())
+    scene = Scene(strain=StrainLimit(), steps=steps)
+    if between == "volume":
+        return replace(scene, volume=Volume())
+    return replace(scene, stiction=Stiction(), collisions=Collisions()) if between == "pairs" else scene
 
 
-def grow_head(segments: int) -> Head:
+def grow_head(segments: int, between: Between) -> Head:
     """Grow a head of long straight hair with about so many segments in all."""
     bust = build_bust()
     style = Style(length=PaintedMetres(LENGTH))
     groom = grow(Canvas(bust, no_image, 0), style, None, max(segments // SEGMENTS, 1), Cut(SEGMENTS))
-    hair = build_hair(groom, Material())
-    return Head(bust, hair, start(hair, mesh_at(bust, 0.0), everything()))
+    hair, scene = build_hair(groom, Material()), scene_of(between)
+    return Head(bust, hair, start(hair, mesh_at(bust, 0.0), scene), scene)
 
 
 def no_image(path: Path) -> np.ndarray:

@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-PARTS = ("strands", "search", "stiction", "coupling", "collision", "body")
-"""Strand solver, search for neighbours, upkeep of stiction, the solve that couples strands, collisions, bodies."""
-_ROOMS = {"spatial": "search", "ccd": "collision", "levelset": "body", "parts": "body"}
+PARTS = ("strands", "search", "stiction", "coupling", "collision", "grid", "body")
+"""Strands, search for neighbours, upkeep of stiction, the solve that couples strands, collisions, volume, bodies."""
+_ROOMS = {"spatial": "search", "ccd": "collision", "volume": "grid", "levelset": "body", "parts": "body"}
 """Folders of which every file belongs to one part."""
 _FILES = {
     "stiction": ("stiction", "exclusions"),
@@ -22,6 +22,7 @@ _FILES = {
         "strand_inverse",
     ),
     "collision": ("impulses",),
+    "grid": ("volume_filter",),
 }
 
 _DEEPEST = 8

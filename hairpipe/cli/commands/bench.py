@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from hairpipe.bench.contact import Report as ContactReport
     from hairpipe.bench.core import Case, Report
     from hairpipe.bench.faults import Report as FaultReport
+    from hairpipe.bench.head import Between
     from hairpipe.bench.machine import Machine
     from hairpipe.bench.paper import Report as PaperReport
     from hairpipe.bench.repeat import Spread
@@ -55,19 +56,21 @@ def core(as_json: bool) -> None:
 
 @bench.command()
 @click.option("--segments", type=click.IntRange(min=100), multiple=True, help="Of all hair; 1e4, 1e5 and 1e6 without.")
+@click.option("--between", type=click.Choice(["pairs", "volume", "nothing"]), multiple=True, help="Hairs; see above.")
 @options.as_json
-def contact(segments: tuple[int, ...], as_json: bool) -> None:
-    """Measure hair in contact: seconds a frame of a shaking head with all physics on, and their shares.
+def contact(segments: tuple[int, ...], between: tuple["Between", ...], as_json: bool) -> None:
+    """Measure hair in contact: seconds a frame of a shaking head, and their shares.
 
-    Hair of 25 cm and 50 segments a strand on our bust, which turns to and fro by 60 degrees 1.5 times a second;
-    stiction, collisions, strain limit and body; 10 steps to a frame of 1/24 s. Medians over a few frames, after as many
-    as the hair takes to fall, touch and stick.
+    Hair of 25 cm and 50 segments a strand on our bust, which turns to and fro by 60 degrees 1.5 times a second; strain
+    limit and body; between hairs pairs (stiction and collisions), then a volume (a grid); 10 steps to a frame of 1/24
+    s. Medians over a few frames, after as many as the hair takes to fall, touch and stick.
     """
     with tempfile.TemporaryDirectory() as folder:
         os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
         from hairpipe.bench.contact import FULL, measure_contact
 
-        report = measure_contact(say, FULL._replace(segments=segments or FULL.segments))
+        sizes = FULL._replace(segments=segments or FULL.segments, between=between or FULL.between)
+        report = measure_contact(say, sizes)
     if as_json:
         click.echo(json.dumps(document(report), indent=2))
     else:
@@ -192,13 +195,13 @@ def show_contact(report: "ContactReport") -> None:
     """Write the report on contact as tables."""
     show_machine(report.machine)
     rows: list[tuple[str, ...]] = [
-        ("segments", "particles", "connections", "threads", "frame", *report.cases[0].shares)
+        ("segments", "between", "particles", "connections", "threads", "frame", *report.cases[0].shares)
     ]
     for case in report.cases:
         shares = (f"{seconds:.2f}" for seconds in case.shares.values())
         numbers = (f"{case.particles:,}", f"{case.stuck:,}", str(case.threads), f"{case.seconds:.2f}")
-        rows.append((f"{case.segments:,}", *numbers, *shares))
-    show_table(f"seconds a frame of {report.steps} steps", rows, text=0)
+        rows.append((f"{case.segments:,}", case.between, *numbers, *shares))
+    show_table(f"seconds a frame of {report.steps} steps", rows, text=2)
     show_roofs(report.roofs)
 
 

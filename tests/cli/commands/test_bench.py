@@ -89,12 +89,11 @@ def test_a_table_that_is_wider_than_the_screen_is_whole(monkeypatch, hairpipe):
     monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
     monkeypatch.setenv("COLUMNS", "40")
     shares = {name: 10.25 for name in ("strands", "search", "stiction", "coupling", "collisions", "body", "other")}
-    report = contact.Report(
-        REPORT.machine, contact.FULL, 10, REPORT.roofs, [contact.Case(1_000_000, 2_040_000, 2, 117.5, shares, 987_654)]
-    )
+    case = contact.Case(1_000_000, "pairs", 2_040_000, 2, 117.5, shares, 987_654)
+    report = contact.Report(REPORT.machine, contact.FULL, 10, REPORT.roofs, [case])
     monkeypatch.setattr(contact, "measure_contact", lambda say, sizes: report)
     lines = [line.split() for line in hairpipe("bench contact").stdout.splitlines()]
-    assert ["1,000,000", "2,040,000", "987,654", "2", "117.50", *["10.25"] * 7] in lines
+    assert ["1,000,000", "pairs", "2,040,000", "987,654", "2", "117.50", *["10.25"] * 7] in lines
     assert ["triad,", "1", "thread", "20.0", "(19.0-21.0)", "GB/s"] in lines
 
 
