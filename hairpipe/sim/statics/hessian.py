@@ -17,6 +17,7 @@ from hairpipe.kernels.banded import add
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load, select, store
 from hairpipe.kernels.simd_arrays import fill
+from hairpipe.sim.solve.stage import Iterate, System
 from hairpipe.sim.strands.band import eliminate, fix_root, row_size, start_row
 from hairpipe.sim.strands.interface import StiffnessPart, Terms, add_forces, shape_of
 
@@ -30,7 +31,7 @@ def _set_forces(model, block, A, b, x, still, slack):
     """Set b to the forces of a block's springs; still and slack are zero, and nothing but zeros is added to A."""
     fill(b, 0.0)
     for p in range(x.shape[0]):
-        add_forces(model, (A, b), (x, still, slack), p, block, Terms(1.0, 0.0, 0.0, 0))
+        add_forces(model, System(A, b), Iterate(x, still, slack), p, block, Terms(1.0, 0.0, 0.0, 0))
 
 
 @inlined
@@ -114,7 +115,7 @@ def assemble(model, block, x, T, part):
     for p in range(count):
         start_row(model, A, p, count)
     for p in range(count):
-        add_forces(model, (A, b), (x, still, T), p, block, Terms(1.0, 1.0, 0.0, part))
+        add_forces(model, System(A, b), Iterate(x, still, T), p, block, Terms(1.0, 1.0, 0.0, part))
     return A, b
 
 
