@@ -1,6 +1,7 @@
 """The values that travel along the edges of a graph: frozen dataclasses of numpy arrays and scalars, nothing else."""
 
 from hairpipe.data.body import Body, Pose, Skeleton
+from hairpipe.data.density import Density
 from hairpipe.data.elastic import ElasticState, Shell, Solid
 from hairpipe.data.ends import Ends
 from hairpipe.data.groom import Groom, Strands
@@ -12,6 +13,7 @@ from hairpipe.data.table import Table
 __all__ = [
     "Body",
     "BodyParts",
+    "Density",
     "ElasticState",
     "Ends",
     "Groom",

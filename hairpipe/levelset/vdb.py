@@ -1,20 +1,19 @@
-"""The level set as an OpenVDB file, written without OpenVDB: its module has no wheel for each Python.
+"""OpenVDB files, written without OpenVDB: its module has no wheel for each Python.
 
 The file is an archive of version 224, which any OpenVDB since 4.0 (2016) reads. A grid is a tree: the root has nodes of
-32^3 children, they have nodes of 16^3, and those have leaves of 8^3 voxels, which our bricks are. Layout after
+32^3 children, they have nodes of 16^3, and those have leaves of 8^3 voxels. Layout after
 OpenVDB's io/Archive.cc, tree/RootNode.h, tree/InternalNode.h, tree/LeafNode.h and io/Compression.h.
 """
 
 import hashlib
 import math
 import struct
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.data import LevelSet
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.vdb_header import MAGIC, UUID
 
@@ -54,57 +53,32 @@ class Tree(NamedTuple):
     voxel: float
 
 
-def write(path: Path, surface: LevelSet, frame: int, half: bool = False) -> None:
-    """Write the grids `surface` (level set) and `vel` (vectors, where the band is) as an OpenVDB file.
+class Grid(NamedTuple):
+    """A grid, and what its metadata tell beside its extent: its class and so on."""
+
+    name: str
+    tree: Tree
+    facts: Mapping[str, Fact]
+
+
+def write(path: Path, grids: Sequence[Grid], frame: int, half: bool = False) -> None:
+    """Write grids as an OpenVDB file.
 
     frame  number of the frame, kept as metadata
     half   keep 16 bits of every value: half the size, and off by at most 1 in 2000
 
-    Values are those of the bricks, bit for bit unless halved; the same values give the same bytes.
+    The same values give the same bytes.
     """
     own = {"creator": "hairpipe", "file_units": "metres", "frame": frame}
-    facts = {**own, "voxel": surface.voxel, "half_width": surface.half_width, "is_saved_as_half_float": half}
     data = bytearray(struct.pack("<q3I?", MAGIC, VERSION, *LIBRARY, True) + bytes(36) + metadata(own))
-    data += struct.pack("<I", 2)
-    level_set = {**facts, "class": "level set", "name": "surface"}
-    vectors = {**facts, "class": "unknown", "name": "vel", "vector_type": "contravariant relative"}
-    add_grid(data, "Tree_float_5_4_3", surface_tree(surface), level_set, half)
-    add_grid(data, "Tree_vec3s_5_4_3", velocity_tree(surface), vectors, half)
+    data += struct.pack("<I", len(grids))
+    for grid in grids:
+        facts = {**own, "voxel": grid.tree.voxel, "is_saved_as_half_float": half, "name": grid.name, **grid.facts}
+        kind = "Tree_float_5_4_3" if grid.tree.values.ndim == 4 else "Tree_vec3s_5_4_3"
+        add_grid(data, kind, grid.tree, facts, half)
     digest = hashlib.sha256(data).hexdigest()
     data[UUID] = "-".join([digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]]).encode()
     path.write_bytes(data)
-
-
-def surface_tree(surface: LevelSet) -> Tree:
-    """Return the distance, active in the band; beyond it is the width of the band with the distance's sign."""
-    background = np.float32(surface.voxel * surface.half_width)
-    leaves, bricks = leaves_of(surface)
-    distance = surface.distance[bricks, :BRICK, :BRICK, :BRICK]
-    inside = first_leaf(surface) + np.argwhere(surface.bricks == LevelSet.FAR_INSIDE)
-    return Tree(leaves, distance, np.abs(distance) < background, distance > 0, inside, float(background), surface.voxel)
-
-
-def velocity_tree(surface: LevelSet) -> Tree:
-    """Return the velocity in the band; 0 beyond it."""
-    leaves, bricks = leaves_of(surface)
-    distance, velocity = (values[bricks, :BRICK, :BRICK, :BRICK] for values in (surface.distance, surface.velocity))
-    active = (np.abs(distance) < np.float32(surface.voxel * surface.half_width)) & velocity.any(axis=-1)
-    kept = active.any(axis=(1, 2, 3))
-    return Tree(leaves[kept], velocity[kept], active[kept], None, np.empty((0, 3), int), 0.0, surface.voxel)
-
-
-def leaves_of(surface: LevelSet) -> tuple[np.ndarray, np.ndarray]:
-    """Return the indices of the bricks' leaves, (B, 3) int, and of the bricks, (B,) int, in the order of a tree."""
-    places = np.argwhere(surface.bricks >= 0)
-    leaves = first_leaf(surface) + places
-    units = [leaves >> sum(BRANCHES[level:]) for level in (0, 1, 2)]
-    order = np.lexsort(np.concatenate(units, axis=1).T[::-1])
-    return leaves[order], surface.bricks[tuple(places[order].T)]
-
-
-def first_leaf(surface: LevelSet) -> np.ndarray:
-    """Return the index of the leaf that the first block of the bricks' lattice is, (3,) int."""
-    return np.rint(surface.origin / (BRICK * surface.voxel)).astype(int)
 
 
 def add_grid(data: bytearray, kind: str, tree: Tree, facts: Mapping[str, Fact], half: bool) -> None:

@@ -1,0 +1,18 @@
+"""How much hair there is, and where."""
+
+from typing import Annotated
+
+from hairpipe.data import Density, Strands
+from hairpipe.graph import node
+from hairpipe.units import Interval, Metres
+
+
+@node(frames="each")
+def measure_density(hair: Strands, *, cell: Annotated[Metres, Interval(ge=5e-4, le=0.2)] = 0.006) -> Density:
+    """Length of hair per volume and its mean velocity, as `[hair.volume]` sees hair.
+
+    cell  spacing of the nodes
+    """
+    from hairpipe.volume.density import density_of
+
+    return density_of(hair, cell)
