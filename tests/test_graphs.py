@@ -71,6 +71,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_scheme": {"trial.seconds": 0.125, "rates": [24]},
     "measure_extremes": {"rates": [24], "seconds": 0.05},
     "plot_interpolation": {"voxel": 0.2, "half_width": 2},
+    "measure_packing": {"skip": 0},
     "time_hair": {"warm": 1, "timed": 1},
     "preview": {"width": 64, "height": 64},
     "preview_meshes": {"width": 64, "height": 64},
@@ -84,6 +85,7 @@ SOME = {
     "experiments/speed_accuracy_head.toml": ["hair_error", "hair_cost"],
     "experiments/speed_accuracy_tuft.toml": ["hair_error", "hair_cost"],
     "experiments/stability_contact.toml": ["all", "nine", "converged"],
+    "volume/head.toml": ["shake_both_packing"],
 }
 """Of graphs that do the same many times, the nodes that are computed, with what they depend on."""
 FIRST = 2

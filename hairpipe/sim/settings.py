@@ -116,7 +116,7 @@ class Volume:
     """
 
     cell: Annotated[Metres, Interval(ge=5e-4, le=0.2)] = 0.006
-    friction: Annotated[PerSecond, Interval(ge=0.0, le=1e5)] = 60.0
+    friction: Annotated[PerSecond, Interval(ge=0.0, le=1e5)] = 120.0
     order: Annotated[int, Interval(ge=1, le=2)] = 1
     smoothing: Annotated[int, Interval(ge=0, le=8)] = 1
     pressure: Pressure | None = None
