@@ -78,7 +78,7 @@ def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, c
         )
     planes = int(counts[0])
     found = np.zeros((chunks, -(-(planes - 1) // SLAB)), np.int64)
-    across = float(low[0]), cell, planes
+    across = float(low[0]), 1.0 / cell, planes
     _count(points, offsets, pieces, across, found)
     ends = np.cumsum(found.T.ravel()).reshape(found.T.shape).T
     total, starts = int(ends[-1, -1]), np.ascontiguousarray(ends - found)
@@ -127,15 +127,18 @@ def share_of(place: int, pieces: int) -> float:
 
 
 @inlined
-def coordinate(points: np.ndarray, k: int, t: float, c: int, low: float, cell: float) -> float:
-    """Return coordinate c of a sample at share t of the segment from point k, in cells from the first node."""
-    return (points[k, c] + t * (points[k + 1, c] - points[k, c])) / cell - low
+def coordinate(points: np.ndarray, k: int, t: float, c: int, low: float, inverse: float) -> float:
+    """Return coordinate c of a sample at share t of the segment from point k, in cells from the first node.
+
+    inverse  1 over a cell [1/m]
+    """
+    return (points[k, c] + t * (points[k + 1, c] - points[k, c])) * inverse - low
 
 
 @inlined
 def _slab_of(points, k, t, across):
-    low, cell, planes = across
-    u = coordinate(points, k, t, 0, low, cell)
+    low, inverse, planes = across
+    u = coordinate(points, k, t, 0, low, inverse)
     return min(int(max(u, 0.0)), planes - 2) // SLAB
 
 

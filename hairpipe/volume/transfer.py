@@ -33,15 +33,16 @@ def deposit(samples: StrandSamples, masses: np.ndarray, velocities: np.ndarray) 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _deposit(samples, carried, parity, grid):
     """Add what the samples of every second slab carry, (P, 4) a piece, to the nodes, in place."""
-    points, pieces, slabs, low, cell = samples.points, samples.pieces, samples.slabs, samples.low, samples.cell
+    points, pieces, slabs = samples.points, samples.pieces, samples.slabs
+    low, inverse = samples.low, 1.0 / samples.cell
     for n in prange((len(slabs) - parity) // 2):
         slab = 2 * n + parity
         for at in range(slabs[slab], slabs[slab + 1]):
             k = samples.segments[at]
             t = share_of(samples.places[at], pieces[k])
-            u = coordinate(points, k, t, 0, low[0], cell)
-            v = coordinate(points, k, t, 1, low[1], cell)
-            w = coordinate(points, k, t, 2, low[2], cell)
+            u = coordinate(points, k, t, 0, low[0], inverse)
+            v = coordinate(points, k, t, 1, low[1], inverse)
+            w = coordinate(points, k, t, 2, low[2], inverse)
             row = (
                 carried[k, 0] + t * (carried[k + 1, 0] - carried[k, 0]),
                 carried[k, 1] + t * (carried[k + 1, 1] - carried[k, 1]),
@@ -62,15 +63,16 @@ def collect(samples: StrandSamples, field: np.ndarray) -> np.ndarray:
 @njit(cache=True, parallel=True, error_model="numpy")
 def _collect(samples, field, found):
     """Sum the field over the samples of points, each by its share, in place."""
-    points, offsets, pieces, low, cell = samples.points, samples.offsets, samples.pieces, samples.low, samples.cell
+    points, offsets, pieces = samples.points, samples.offsets, samples.pieces
+    low, inverse = samples.low, 1.0 / samples.cell
     strands = len(offsets) - 1
     for chunk in prange((strands + _CHUNK - 1) // _CHUNK):
         for k in range(offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, strands)]):
             for place in range(pieces[k]):
                 t = share_of(place, pieces[k])
-                u = coordinate(points, k, t, 0, low[0], cell)
-                v = coordinate(points, k, t, 1, low[1], cell)
-                w = coordinate(points, k, t, 2, low[2], cell)
+                u = coordinate(points, k, t, 0, low[0], inverse)
+                v = coordinate(points, k, t, 1, low[1], inverse)
+                w = coordinate(points, k, t, 2, low[2], inverse)
                 x, y, z = sample_vector(field, voxel_at(field, u, v, w))
                 found[k, 0] += (1.0 - t) * x
                 found[k, 1] += (1.0 - t) * y
