@@ -7,6 +7,8 @@ from hairpipe.data.lengths import strand_lengths
 from hairpipe.volume.strand_samples import sample_strands
 from hairpipe.volume.transfer import deposit, mean_velocities
 
+_BEYOND = 1.5  # lengths of a strand: a straight one may be longer from root to tip than along it, by rounding
+
 
 def density_of(hair: Strands, cell: float) -> Density:
     """Return the density of hair on nodes at a distance [m]; strands that are not finite are left out; pure.
@@ -14,7 +16,9 @@ def density_of(hair: Strands, cell: float) -> Density:
     Raises BadInput where the grid would be too large, see `sample_strands`.
     """
     points, offsets = hair.points.astype(float), hair.offsets
-    samples = sample_strands(points, offsets, strand_lengths(points, offsets), cell)
+    lengths = strand_lengths(points, offsets)
+    reach = np.where(np.isfinite(lengths), _BEYOND * lengths, 0.0)
+    samples = sample_strands(points, offsets, reach, cell)
     if samples is None:
         return Density(np.zeros(3, np.int32), cell, np.zeros((0, 0, 0), np.float32), np.zeros((0, 0, 0, 3), np.float32))
     grid = deposit(samples, lengths_at_points(points, offsets), hair.velocities.astype(float))
