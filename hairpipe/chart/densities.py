@@ -26,9 +26,8 @@ def draw_densities(
     with sheet(path, *size, grid=(1, len(panels))) as axes:
         for here, (name, values, extent) in zip(axes, panels, strict=True):
             if values.size:
-                here.imshow(
-                    values, norm=scale, cmap=COLOUR_MAP, origin="lower", extent=extent, interpolation="bilinear"
-                )
+                edges = widened(extent, values.shape)
+                here.imshow(values, norm=scale, cmap=COLOUR_MAP, origin="lower", extent=edges, interpolation="bilinear")
             here.set(xlim=room[:2], ylim=room[2:], aspect="equal", xlabel="m", title=name)
             here.grid(visible=False)
         axes[0].set_ylabel("m")
@@ -36,3 +35,10 @@ def draw_densities(
             ScalarMappable(scale, COLOUR_MAP), ax=list(axes), label="hair per volume [m/m³]", shrink=0.8
         )
         axes[0].figure.suptitle(title, x=0.01, ha="left")
+
+
+def widened(extent: tuple[float, float, float, float], shape: tuple[int, ...]) -> tuple[float, float, float, float]:
+    """Return the edges of an image whose pixels have their centres at nodes: half a cell beyond the outer ones."""
+    left, right, bottom, top = extent
+    x, y = (0.5 * (b - a) / (n - 1) for a, b, n in ((left, right, shape[1]), (bottom, top, shape[0])))
+    return left - x, right + x, bottom - y, top + y
