@@ -6,12 +6,11 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from hairpipe.data import Strands, Table
-from hairpipe.data.lengths import strand_lengths
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.measure.deviation import deviation
 from hairpipe.measure.tuft import at_levels, nearest
-from hairpipe.volume.strand_samples import sample_strands
+from hairpipe.volume.strand_samples import reach_of, sample_strands
 
 COLUMNS = (
     "neighbours [m/s]",
@@ -25,7 +24,6 @@ DENSEST = 0.99
 """Quantile of the density around hair."""
 PER_OCTAVE = 2
 """Bins of the histogram of density to a doubling of it."""
-_BEYOND = 1.5  # lengths of a strand, that none of its points is away from its root
 
 
 def packing_table(
@@ -89,7 +87,7 @@ def densities(hair: Strands, cell: float) -> tuple[np.ndarray, np.ndarray]:
     A segment is sampled as on the grid of `[hair.volume]`. BadInput where no strand is sound.
     """
     points = hair.points.astype(float)
-    found = sample_strands(points, hair.offsets, _BEYOND * strand_lengths(points, hair.offsets), cell)
+    found = sample_strands(points, hair.offsets, reach_of(points, hair.offsets), cell)
     if found is None:
         raise BadInput("no strand is sound", where="hair", right="finite points")
     k, pieces = found.segments, found.pieces[found.segments]

@@ -34,9 +34,10 @@ from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Rule
 from hairpipe.sim.strands.interface import StrandModel, kind_of, may_be_lost
 from hairpipe.sim.surroundings import Surroundings
-from hairpipe.sim.volume_filter import VolumeFilter, reach_of, rest_density
+from hairpipe.sim.volume_filter import VolumeFilter, rest_density
 from hairpipe.spatial.pairs import key_of
 from hairpipe.spatial.proximity import near_pairs
+from hairpipe.volume.strand_samples import reach_of
 
 _SCHEMES = {"tr_bdf2": TrBdf2, "bdf2": Bdf2, "backward_euler": BackwardEuler}
 _NINE_STEPS = {"trapezoid": Trapezoid, "full_step": FullStep}

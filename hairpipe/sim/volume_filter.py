@@ -18,18 +18,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
 from hairpipe.sim.interactions import Interaction, StepEnd
 from hairpipe.sim.settings import Volume
 from hairpipe.volume.pressure import densest, spread
 from hairpipe.volume.smoothing import smooth
-from hairpipe.volume.strand_samples import StrandSamples, sample_strands
+from hairpipe.volume.strand_samples import StrandSamples, reach_of, sample_strands
 from hairpipe.volume.transfer import collect, deposit, mean_velocities
 
 ACROSS = 3
 """Cells that hair at rest must fill along its longest side: in fewer there are no neighbours."""
-_BEYOND = 1.5  # lengths of a strand, that none of its points is away from its root
 
 
 @dataclass(eq=False)
@@ -87,11 +85,6 @@ class VolumeFilter(Interaction):
             smooth(grid, before, self._nu, after)
             before, after = after, before
         return grid, before
-
-
-def reach_of(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return how far from its root a point of a strand can be, unless it is lost [m], (S,)."""
-    return _BEYOND * strand_lengths(points, offsets)
 
 
 def rest_density(points: np.ndarray, offsets: np.ndarray, masses: np.ndarray, cell: float) -> float:

@@ -3,11 +3,8 @@
 import numpy as np
 
 from hairpipe.data import Density, Strands
-from hairpipe.data.lengths import strand_lengths
-from hairpipe.volume.strand_samples import sample_strands
+from hairpipe.volume.strand_samples import reach_of, sample_strands
 from hairpipe.volume.transfer import deposit, mean_velocities
-
-_BEYOND = 1.5  # lengths of a strand: a straight one may be longer from root to tip than along it, by rounding
 
 
 def density_of(hair: Strands, cell: float) -> Density:
@@ -16,9 +13,7 @@ def density_of(hair: Strands, cell: float) -> Density:
     Raises BadInput where the grid would be too large, see `sample_strands`.
     """
     points, offsets = hair.points.astype(float), hair.offsets
-    lengths = strand_lengths(points, offsets)
-    reach = np.where(np.isfinite(lengths), _BEYOND * lengths, 0.0)
-    samples = sample_strands(points, offsets, reach, cell)
+    samples = sample_strands(points, offsets, reach_of(points, offsets), cell)
     if samples is None:
         return Density(np.zeros(3, np.int32), cell, np.zeros((0, 0, 0), np.float32), np.zeros((0, 0, 0, 3), np.float32))
     grid = deposit(samples, lengths_at_points(points, offsets), hair.velocities.astype(float))

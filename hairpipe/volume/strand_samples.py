@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
 from hairpipe.kernels.compile import inlined
 
@@ -24,6 +25,7 @@ MOST_NODES = 1 << 24
 SLAB = 4
 """Planes of nodes in a slab, two at least."""
 _CHUNK = 128  # strands that are sorted together
+_BEYOND = 1.5  # lengths of a strand, that none of its points is away from its root
 
 
 class StrandSamples(NamedTuple):
@@ -48,6 +50,12 @@ class StrandSamples(NamedTuple):
     places: np.ndarray
     slabs: np.ndarray
     sums: np.ndarray
+
+
+def reach_of(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return how far from its root a point of a strand can be, unless it is lost [m], (S,); 0 if it is not finite."""
+    lengths = strand_lengths(points, offsets)
+    return np.where(np.isfinite(lengths), _BEYOND * lengths, 0.0)
 
 
 def sample_strands(points: np.ndarray, offsets: np.ndarray, reach: np.ndarray, cell: float) -> StrandSamples | None:

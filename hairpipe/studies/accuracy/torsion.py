@@ -7,6 +7,7 @@ import numpy as np
 
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
 from hairpipe.sim.strands.interface import may_be_lost
 from hairpipe.studies.accuracy.sample import Sample
 from hairpipe.studies.accuracy.specimen import (
@@ -89,6 +90,8 @@ def couple(specimen: Specimen) -> np.ndarray:
     if may_be_lost(specimen.model):
         load[-clamped, 3] = 1 / specimen.lever
         return load
+    if specimen.shape.stride == 1:
+        raise BadInput("particles on a line cannot be twisted", where="sample.model", right='"network" or "rod"')
     arms = specimen.rest.x[-clamped:] - specimen.rest.x[-clamped:].mean(axis=0)
     inertia = np.eye(3) * np.sum(arms**2) - arms.T @ arms
     load[-clamped:] = np.cross(np.linalg.solve(inertia, [0.0, 0.0, 1.0]), arms)

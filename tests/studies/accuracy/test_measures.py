@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hairpipe.errors import BadInput
 from hairpipe.groom.helix import Helix, wound
 from hairpipe.studies.accuracy.cantilever import cantilever_table
 from hairpipe.studies.accuracy.helix import helix_table, rod_of, spring_of_rod, spring_of_strand, turns
@@ -21,6 +22,11 @@ def test_a_calibrated_strand_sags_as_the_elastica_and_a_guessed_one_does_not():
     guessed = cantilever_table(GUESSED, [12], [90.0], 1, [1.0])
     assert not calibrated["no equilibrium"].any()
     assert max(calibrated["tip error [% of length]"]) < 1.0 < guessed["tip error [% of length]"][0]
+
+
+def test_a_chain_is_not_twisted():
+    with pytest.raises(BadInput, match="cannot be twisted"):
+        torsion_table(Sample(model="chain"), [5], [1.0])
 
 
 def test_torque_is_that_of_the_rod_and_both_senses_are_tried():
