@@ -64,7 +64,7 @@ def level_set(folder: Path, frame: int) -> File:
     velocity, inner = np.zeros((1, 9, 9, 9, 3), np.float32), np.zeros((2, 2, 2, 4), np.float32)
     surface = LevelSet(np.zeros((1, 1, 1), np.int32), distance, velocity, inner, np.zeros(3), 0.1, 3)
     folder.mkdir()
-    return export_vdb(surface, Time(frame, 30.0), Workspace(folder))
+    return export_vdb(surface, None, Time(frame, 30.0), Workspace(folder))
 
 
 @pytest.mark.parametrize("layout", ["single", "clips"])
