@@ -19,7 +19,7 @@ PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name
 ORDER = (
     *("errors", "units", "plain_file", "child"),  # what everything may need
     *("kernels", "data", "spatial", "volume", "body", "levelset", "groom", "scripted_ends"),
-    *("sim", "table", "measure", "studies"),
+    *("sim", "particles", "table", "measure", "studies"),
 )
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 WITHIN = {

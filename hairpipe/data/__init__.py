@@ -7,18 +7,21 @@ from hairpipe.data.ends import Ends
 from hairpipe.data.groom import Groom, Strands
 from hairpipe.data.levelset import LevelSet
 from hairpipe.data.mesh import Mesh
+from hairpipe.data.particles import Cloud, Particles
 from hairpipe.data.parts import BodyParts
 from hairpipe.data.table import Table
 
 __all__ = [
     "Body",
     "BodyParts",
+    "Cloud",
     "Density",
     "ElasticState",
     "Ends",
     "Groom",
     "LevelSet",
     "Mesh",
+    "Particles",
     "Pose",
     "Shell",
     "Skeleton",

@@ -1,0 +1,65 @@
+"""Hair as loosely connected particles, after Bando, Chen, Nishita 2003: at rest, at one frame, between two frames."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hairpipe.data.groom import Groom
+
+
+@dataclass(frozen=True, eq=False)
+class Particles:
+    """Particles that stand for hair at rest, and the links between them; those below the skin come first.
+
+    hair        strands that particles lie on, as they are at rest
+    strands     strand of `hair` that each lies on, (N,) int32
+    arcs        where on it, from the skin; negative below the skin [m], (N,) float64
+    points      [m], (N, 3) float64
+    directions  of the hair there, to the tip, unit vectors, (N, 3) float64
+    masses      [kg], (N,) float64
+    links       the particle towards the root, then that towards the tip, (E, 2) int32
+    alignments  a_ij of equation (6) at rest, (E,) float64
+    reach       h_1: links fade at twice this distance [m]
+    range       h_2: hair acts on hair within twice this distance [m]
+    """
+
+    hair: Groom
+    strands: np.ndarray
+    arcs: np.ndarray
+    points: np.ndarray
+    directions: np.ndarray
+    masses: np.ndarray
+    links: np.ndarray
+    alignments: np.ndarray
+    reach: float
+    range: float
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Particles at one frame; order and count are those at rest.
+
+    points      [m], (N, 3) float64
+    velocities  [m/s], (N, 3) float32
+    directions  of the hair there, unit vectors, (N, 3) float64
+    """
+
+    points: np.ndarray
+    velocities: np.ndarray
+    directions: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class ParticleState:
+    """Everything the next frame of particles needs.
+
+    points      [m], (N, 3) float64
+    velocities  [m/s], (N, 3) float64
+    directions  unit vectors, (N, 3) float64
+    tensions    of the links [N], (E,) float64
+    """
+
+    points: np.ndarray
+    velocities: np.ndarray
+    directions: np.ndarray
+    tensions: np.ndarray

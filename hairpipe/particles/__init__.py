@@ -1,0 +1,1 @@
+"""Hair as loosely connected particles, after Bando, Chen, Nishita 2003."""
