@@ -25,7 +25,7 @@ ORDER = (
 WITHIN = {
     "graph": "node store file key plan run results",
     "levelset": """grid_layout collider sample interpolation sphere_tracing collider_field parts bake vdb_header vdb
-        vdb_grids""",
+        vdb_read vdb_grids""",
     "sim": """material layout axis strands.construction strands.forces strands boundary state air.wind settings
         contact.hair.couplings interactions air hair_model contact.contact_points contact.body contact.ccd contact.hair
         filters volume_filter volume_target solve surroundings integrators build diagnostics statics precision
