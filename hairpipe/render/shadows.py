@@ -57,7 +57,7 @@ def cast_shadow(
     cell, to_cells = cells_of(light, centre, radius)
     depth = np.zeros((CELLS, CELLS, CELLS), np.float32)
     scatter(depth, apply(to_cells, points), offsets, width / cell)
-    accumulate(depth, front(apply(to_cells, body.points), body.triangles))
+    accumulate(depth, front(apply(to_cells, body.points), body.triangles, FINE))
     return Shadow(light, to_cells, cell, depth)
 
 
@@ -80,10 +80,10 @@ def across(towards: np.ndarray) -> np.ndarray:
     return np.stack([aside, np.cross(aside, -towards), -towards])
 
 
-def front(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Where along the rays the body begins [cells], infinite beside it, (FINE*CELLS, FINE*CELLS); vertices in cells."""
+def front(places: np.ndarray, triangles: np.ndarray, fine: int) -> np.ndarray:
+    """Where along the rays the body begins [cells], infinite beside it, (fine*CELLS, fine*CELLS); vertices in cells."""
     far = places[:, 2].max(initial=0.0) + 1.0
-    _, close = rasterise(FINE * places[:, 1::-1], triangles, far - places[:, 2], FINE * CELLS, FINE * CELLS)
+    _, close = rasterise(fine * places[:, 1::-1], triangles, far - places[:, 2], fine * CELLS, fine * CELLS)
     return np.where(close > 0.0, far - close, np.inf)
 
 
