@@ -1,5 +1,7 @@
 """The film: what is behind everything, and how light becomes a picture."""
 
+from functools import lru_cache
+
 import numpy as np
 from numba import njit
 
@@ -14,7 +16,12 @@ EDGE = np.array([0.06, 0.07, 0.09])
 
 
 def backdrop(height: int, width: int) -> np.ndarray:
-    """Light a plain wall softly from the middle, linear, (height, width, 3) float32."""
+    """Light a plain wall softly from the middle, linear, (height, width, 3) float32: a film to paint on."""
+    return _wall(height, width).copy()
+
+
+@lru_cache(maxsize=1)
+def _wall(height: int, width: int) -> np.ndarray:
     down = np.exp(-5.0 * ((np.arange(height) + 0.5) / height - 0.46) ** 2)
     along = np.exp(-5.0 * ((np.arange(width) + 0.5) / width - 0.5) ** 2)
     glow = np.outer(down, along).astype(np.float32)

@@ -13,9 +13,9 @@ from hairpipe.render.billboards.view_pass import paint
 from hairpipe.render.camera import NEAR, Camera
 from hairpipe.render.film import GRAIN, backdrop, develop
 from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
-from hairpipe.render.lights import Light, studio
+from hairpipe.render.lights import studio
 from hairpipe.render.portrait import NOBODY, SCALP, SCENE
-from hairpipe.render.raster.surface import at_pixels, look_at_body, turn_to
+from hairpipe.render.raster.surface import Sight, at_pixels, look_at_body, seen_vertices, turn_to
 from hairpipe.render.shading import kajiya_kay, skin
 from hairpipe.render.shading.scalp_tint import hair_share
 from hairpipe.render.shadows import apply, cells_of, front
@@ -25,6 +25,8 @@ HALF = 1.6
 """Half of a billboard's length over the range of particles, which is about their distance from each other."""
 OPACITY = 0.6
 """Of a streak."""
+RAYS = [1, 0, 2]
+"""Axes of a lamp's cells that are columns, rows and depth of its rays, see `front`."""
 SHADES = 0.25
 """How much strands differ in brightness: a factor of 2 to this power, up or down."""
 
@@ -76,7 +78,7 @@ def draw_cloud(cloud: Cloud, style: CloudStyle, body: Mesh | None, shot: Shot, g
     framing = frame_cloud(cloud, style)
     camera = place_camera(shot, framing).enlarged(grain)
     film, sight = backdrop(camera.height, camera.width), look_at_body(body, camera)
-    hair, flesh = _shaded(cloud, style, body, framing, camera)
+    hair, flesh = _shaded(cloud, style, body, sight, (framing, camera))
     film[sight.rows, sight.columns] = at_pixels(sight, body.triangles, flesh)
     paint(film, sight.depth, _seen(cloud, style, camera), hair, streak_levels())
     return develop(film, grain)
@@ -109,27 +111,36 @@ def check(cloud: Cloud, particles: Particles, body: Mesh) -> None:
 
 
 def _shaded(
-    cloud: Cloud, style: CloudStyle, body: Mesh, framing: Framing, camera: Camera
+    cloud: Cloud, style: CloudStyle, body: Mesh, sight: Sight, place: tuple[Framing, Camera]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Light that particles, (N, 3), and the vertices of the body, (V, 3), send to the eye, linear."""
-    normals, tilts = vertex_normals(body), np.full(len(cloud.points), kajiya_kay.TILT)
-    turn_to(camera.eye, body.points, normals)
-    clay = skin.CLAY + _haired(style, body, camera) * (0.5 * style.colour - skin.CLAY)
+    """Light that particles, (N, 3), and the vertices of the body, (V, 3), send to the eye, linear; unseen ones none."""
+    framing, camera = place
+    seen = seen_vertices(sight, body.triangles)
+    points, normals = body.points[seen], vertex_normals(body)[seen]
+    turn_to(camera.eye, points, normals)
+    clay = skin.CLAY + _haired(style, body, points, camera) * (0.5 * style.colour - skin.CLAY)
+    tilts = np.full(len(cloud.points), kajiya_kay.TILT)
     hair, flesh = kajiya_kay.AMBIENT * style.colours, skin.AMBIENT * clay
     for light in studio(camera.axes):
-        on_hair, on_skin = _depths(light, framing, cloud, style, body)
+        cell, to_cells = cells_of(light, framing.target, SCENE * framing.radius)
+        sprites = _lit(cloud, style, cell, to_cells)
+        begins = front(apply(to_cells, body.points), body.triangles, 1)
+        depths = -np.log(transmittances(sprites, streak_levels(), apply(to_cells, points)[:, RAYS], begins))
+        on_hair, on_skin = depths[: len(hair)] / kajiya_kay.DENSITY, depths[len(hair) :] / skin.DENSITY
         kajiya_kay.add_light(hair, cloud.points, cloud.directions, style.colours, tilts, camera.eye, light, on_hair)
-        skin.add_light(flesh, body.points, normals, clay, camera.eye, light, on_skin)
-    return hair, flesh
+        skin.add_light(flesh, points, normals, clay, camera.eye, light, on_skin)
+    shed = np.zeros_like(body.points)
+    shed[seen] = flesh
+    return hair, shed
 
 
-def _haired(style: CloudStyle, body: Mesh, camera: Camera) -> np.ndarray:
-    """How far the skin at the vertices of the body takes the colour of the hair, (V, 1)."""
-    if not len(body.points):
+def _haired(style: CloudStyle, body: Mesh, points: np.ndarray, camera: Camera) -> np.ndarray:
+    """How far the skin at points takes the colour of the hair, (n, 1)."""
+    if not len(points):
         return np.zeros((0, 1))
     hair = style.particles.hair
     roots = np.einsum("sc,sci->si", hair.root_barycentrics, body.points[body.triangles[hair.root_triangles]])
-    return SCALP * hair_share(body.points, roots, camera.axes)[:, None]
+    return SCALP * hair_share(points, roots, camera.axes)[:, None]
 
 
 def _seen(cloud: Cloud, style: CloudStyle, camera: Camera) -> Sprites:
@@ -142,15 +153,8 @@ def _seen(cloud: Cloud, style: CloudStyle, camera: Camera) -> Sprites:
     return lay_sprites(places, along, scale, style.half, OPACITY, style.kinds)
 
 
-def _depths(
-    light: Light, framing: Framing, cloud: Cloud, style: CloudStyle, body: Mesh
-) -> tuple[np.ndarray, np.ndarray]:
-    """Optical depth between a lamp and particles, (N,), and vertices of the body, (V,), as their shaders count it."""
-    cell, to_cells = cells_of(light, framing.target, SCENE * framing.radius)
-    places, vertices = apply(to_cells, cloud.points), apply(to_cells, body.points)
-    rays, along = [1, 0, 2], cloud.directions @ to_cells[:, :3].T  # rows of rays run along the first axis of the cells
+def _lit(cloud: Cloud, style: CloudStyle, cell: float, to_cells: np.ndarray) -> Sprites:
+    """Billboards as a lamp sees them."""
+    places, along = apply(to_cells, cloud.points), cloud.directions @ to_cells[:, :3].T
     scale = np.full(len(places), 1.0 / cell)
-    sprites = lay_sprites(places[:, rays], along[:, rays], scale, style.half, OPACITY, style.kinds)
-    left = transmittances(sprites, streak_levels(), vertices[:, rays], front(vertices, body.triangles, 1))
-    depth = -np.log(left)
-    return depth[: len(places)] / kajiya_kay.DENSITY, depth[len(places) :] / skin.DENSITY
+    return lay_sprites(places[:, RAYS], along[:, RAYS], scale, style.half, OPACITY, style.kinds)

@@ -60,6 +60,14 @@ def look_at_body(body: Mesh, camera: Camera) -> Sight:
     return Sight(rows, columns, depth, seen, places, closeness)
 
 
+def seen_vertices(sight: Sight, triangles: np.ndarray) -> np.ndarray:
+    """List the vertices of triangles that any pixel sees, ascending."""
+    faces, corners = np.zeros(len(triangles), bool), np.zeros(len(sight.places), bool)
+    faces[sight.seen[sight.rows, sight.columns]] = True
+    corners[triangles[faces]] = True
+    return np.flatnonzero(corners)
+
+
 def at_pixels(sight: Sight, triangles: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Interpolate values of vertices, (v, 3), at the pixels that see the body, (n, 3) float64."""
     taken = np.empty((len(sight.rows), 3))
