@@ -5,7 +5,8 @@ import math
 import numpy as np
 from numba import njit
 
-from hairpipe.render.shadows import Shadow, look_up
+from hairpipe.render.lights import Light
+from hairpipe.render.shadows import Shadow, look_up_all
 
 AMBIENT = 0.12
 """Light that comes from everywhere."""
@@ -35,7 +36,8 @@ def shade_hair(
     colours, along, tilts = strand_colours(colour, offsets), tangents(points, offsets), strand_tilts(offsets)
     shed = AMBIENT * colours
     for shadow in shadows:
-        add_light(shed, points, along, colours, tilts, eye, shadow)
+        between = look_up_all(shadow.depth, shadow.to_cells, points + LIFT * shadow.cell * shadow.light.towards)
+        add_light(shed, points, along, colours, tilts, eye, shadow.light, between)
     return shed
 
 
@@ -90,9 +92,12 @@ def add_light(
     colours: np.ndarray,
     tilts: np.ndarray,
     eye: np.ndarray,
-    shadow: Shadow,
+    light: Light,
+    between: np.ndarray,
 ) -> None:
     """Add what one lamp makes the points (p, 3) send to the eye, into `shed` (p, 3).
+
+    between  optical depth of what is between them and the lamp, (p,)
 
     With l and e unit vectors to lamp and eye and t along the hair, diffuse kd sin(t,l) and specular
     ks max(0, sin(t,l) sin(t,e) - cos(t,l) cos(t,e))^n (Kajiya and Kay 1989), which is -cos of the sum of both angles: a
@@ -100,8 +105,7 @@ def add_light(
     (1 + kappa)/2 + r (1 - kappa)/2 with kappa = cos(t x l, t x e) (Goldman 1997). Light dies away as exp(-depth),
     slower in the colour of the hair: what comes through is tinted.
     """
-    lx, ly, lz = shadow.light.towards
-    light, depth, to_cells, lift = shadow.light.colour, shadow.depth, shadow.to_cells, LIFT * shadow.cell
+    lx, ly, lz = light.towards
     for i in range(len(shed)):
         tx, ty, tz = along[i, 0], along[i, 1], along[i, 2]
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -116,10 +120,9 @@ def add_light(
         side = 0.5 * (1.0 + kappa) + 0.5 * BACK * (1.0 - kappa)
         gloss = GLOSS * max(0.0, -cosine(cos_sum, sin_sum, -2.0 * tilts[i])) ** 64
         sheen = SHEEN * max(0.0, -cosine(cos_sum, sin_sum, 3.0 * tilts[i])) ** 16
-        between = look_up(depth, to_cells, x + lift * lx, y + lift * ly, z + lift * lz)
         for c in range(3):
-            through = math.exp(-between * DENSITY * (1.0 + TINT * (1.0 - colours[i, c])))
-            shed[i, c] += light[c] * through * side * (colours[i, c] * (MATT * sin_l + sheen) + gloss)
+            through = math.exp(-between[i] * DENSITY * (1.0 + TINT * (1.0 - colours[i, c])))
+            shed[i, c] += light.colour[c] * through * side * (colours[i, c] * (MATT * sin_l + sheen) + gloss)
 
 
 @njit(cache=True, nogil=True, inline="always")

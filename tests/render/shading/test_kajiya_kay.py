@@ -5,12 +5,11 @@ import pytest
 
 from hairpipe.render.lights import Light
 from hairpipe.render.shading.kajiya_kay import add_light, noise, strand_colours, tangents
-from hairpipe.render.shadows import CELLS, Shadow
 
 
 def shine(along: np.ndarray, to_eye: np.ndarray, towards: np.ndarray, tilt: float = 0.0) -> float:
     """What one black hair, which has the white highlight only, sends to a far eye."""
-    shed, open_air = np.zeros((1, 3)), np.zeros((CELLS, CELLS, CELLS), np.float32)
+    shed = np.zeros((1, 3))
     add_light(
         shed,
         np.zeros((1, 3)),
@@ -18,7 +17,8 @@ def shine(along: np.ndarray, to_eye: np.ndarray, towards: np.ndarray, tilt: floa
         np.zeros((1, 3)),
         np.array([tilt]),
         1e6 * to_eye,
-        Shadow(Light(towards, np.ones(3)), np.zeros((3, 4)), 0.0, open_air),
+        Light(towards, np.ones(3)),
+        np.zeros(1),
     )
     return float(shed[0, 0])
 
