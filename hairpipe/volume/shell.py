@@ -1,7 +1,7 @@
 """The hair shell: the surface at which hair, seen as a volume, is as dense as a share of what hair has around it.
 
-After Petrovic, Henne, Anderson 2005, Sec. 4.1, whose shell is the level set of a distance |grad S| = 1; we take the mesh
-between, and bake that as we bake bodies: the shell is shown, exported and a collider as any of them is.
+After Petrovic, Henne, Anderson 2005, Sec. 4.1. They solve |grad S| = 1 from the density; we take the mesh between, and
+bake that as we bake bodies: the shell is shown, exported and a collider as any of them is.
 """
 
 import numpy as np
