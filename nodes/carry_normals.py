@@ -11,8 +11,8 @@ def carry_normals(hair: Strands, groom: Groom, shell: LevelSet, body: Mesh | Non
     `shell` is that of `rest_hair` of the same groom: `measure_density`, `mesh_shell`, `bake_levelset`. Body or ends are
     those that lead the roots.
     """
-    from hairpipe.groom.keys.shell_normals import carried_normals, shell_normals
+    from hairpipe.groom.keys.shell_normals import carried_normals, probe_shell
     from hairpipe.sim.boundary import lead_of, motion_of_roots
 
-    rest = shell_normals(groom.points, shell)
+    rest = probe_shell(groom.points, shell).normal
     return carried_normals(rest, groom, hair, motion_of_roots(lead_of(body, ends), groom))

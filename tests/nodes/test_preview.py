@@ -14,10 +14,12 @@ from hairpipe.graph import Workspace
 
 @pytest.fixture
 def hair() -> Strands:
-    """Forty straight strands from a disc."""
+    """Forty strands that zigzag down from a disc."""
     rng = np.random.default_rng(2)
     roots = np.c_[rng.uniform(-0.1, 0.1, 40), np.full(40, 1.7), rng.uniform(-0.1, 0.1, 40)]
-    points = (roots[:, None] + np.linspace(0, 0.2, 9)[None, :, None] * [0, -1, 0]).reshape(-1, 3).astype(np.float32)
+    points = roots[:, None] + np.linspace(0, 0.2, 9)[None, :, None] * [0, -1, 0]
+    points[:, ::2, 0] += 0.004
+    points = points.reshape(-1, 3).astype(np.float32)
     return Strands(points, np.zeros_like(points), np.arange(0, 361, 9, dtype=np.int32), 80e-6)
 
 
@@ -41,6 +43,7 @@ def test_every_setting_shows(hair: Strands, tmp_path: Path) -> None:
         {"fov": 12.0},
         {"colour": (0.8, 0.7, 0.4)},
         {"thickness": 2.0},
+        {"curve": "bspline"},
     ):
         assert not np.array_equal(plain, shoot(hair, tmp_path, width=96, height=96, **changed)), changed
 

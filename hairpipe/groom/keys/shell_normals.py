@@ -16,11 +16,11 @@ from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 
 
-def shell_normals(points: np.ndarray, shell: LevelSet) -> np.ndarray:
-    """Return the unit gradient of a signed distance at points [m], (P, 3); 0 beyond its band."""
+def probe_shell(points: np.ndarray, shell: LevelSet) -> SdfSample:
+    """Return the signed distance and its unit gradient at points [m], (P, 3); inf and 0 beyond its band."""
     found = SdfSample.blank(len(points))
     build_collider_field(shell, shell, 1.0, Interpolation.linear).probe(points, 0.0, found)
-    return found.normal
+    return found
 
 
 def carried_normals(rest: np.ndarray, groom: Groom, hair: Strands, roots: tuple[np.ndarray, np.ndarray]) -> Normals:
