@@ -43,9 +43,9 @@ def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Tab
 
     count  of strands in the first lock, which come first
 
-    crossed pairs  of hairs, one of each lock, that lie on other sides of each other than their roots, along the way from
-                   the roots of the first lock to those of the second, at the same share of their length from half on
-    crossed hairs  those that do with more than half of the other lock, at any such share
+    crossed pairs  of hairs, one of each lock, on other sides of each other than their locks at the roots: along the
+                   way from those of the first lock to those of the second, at the same share of length, from half on
+    crossed hairs  those that are in more than half of their pairs, over all these shares
     Raise BadInput where one lock has no strands.
     """
     frames = list(hair)
@@ -58,7 +58,7 @@ def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Tab
         way = roots[count:].mean(axis=0) - roots[:count].mean(axis=0)
         places = at_levels(hair[frame]) @ way
         crossed = places[:, :count, None] > places[:, None, count:]
-        hairs = np.concatenate([(crossed.mean(axis=axis) > 0.5).any(axis=0) for axis in (2, 1)])
+        hairs = np.concatenate([crossed.mean(axis=axes) > 0.5 for axes in ((0, 2), (0, 1))])
         rows.append(((frame - frames[0]) / fps, 100.0 * crossed.mean(), 100.0 * hairs.mean()))
     return table_of_rows(CROSSING, rows)
 
