@@ -12,6 +12,6 @@ def measure_target(hair: Frames[Strands], target: Frames[Density], *, settings: 
 
     The second is 0 where hair has the density of the target, and about 2 where it is all elsewhere.
     """
-    from hairpipe.measure.target import target_table
+    from hairpipe.measure.volume.target import target_table
 
     return target_table(hair, target, settings.cell, settings.levels)

@@ -8,7 +8,7 @@ import pytest
 
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
-from hairpipe.measure.target import target_table
+from hairpipe.measure.volume.target import target_table
 from hairpipe.sim.settings import Target, Volume
 from hairpipe.sim.simulate import Frame, next_state, strands_of
 from hairpipe.volume.density import density_of

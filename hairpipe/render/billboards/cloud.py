@@ -119,7 +119,8 @@ def _shaded(
     points, normals = body.points[seen], vertex_normals(body)[seen]
     turn_to(camera.eye, points, normals)
     clay = skin.CLAY + _haired(style, body, points, camera) * (0.5 * style.colour - skin.CLAY)
-    tilts = np.full(len(cloud.points), kajiya_kay.TILT)
+    tilts, no_normals = np.full(len(cloud.points), kajiya_kay.TILT), np.zeros_like(cloud.points)
+    fibres = kajiya_kay.Fibres(cloud.points, cloud.directions, no_normals, style.colours, tilts)
     hair, flesh = kajiya_kay.AMBIENT * style.colours, skin.AMBIENT * clay
     for light in studio(camera.axes):
         cell, to_cells = cells_of(light, framing.target, SCENE * framing.radius)
@@ -127,7 +128,7 @@ def _shaded(
         begins = front(apply(to_cells, body.points), body.triangles, 1)
         depths = -np.log(transmittances(sprites, streak_levels(), apply(to_cells, points)[:, RAYS], begins))
         on_hair, on_skin = depths[: len(hair)] / kajiya_kay.DENSITY, depths[len(hair) :] / skin.DENSITY
-        kajiya_kay.add_light(hair, cloud.points, cloud.directions, style.colours, tilts, camera.eye, light, on_hair)
+        kajiya_kay.add_light(hair, fibres, camera.eye, light, on_hair)
         skin.add_light(flesh, points, normals, clay, camera.eye, light, on_skin)
     shed = np.zeros_like(body.points)
     shed[seen] = flesh
