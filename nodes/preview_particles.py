@@ -10,7 +10,8 @@ from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels
 if TYPE_CHECKING:
     from hairpipe.render.billboards.cloud import CloudStyle
 
-Place, Colour = tuple[Metres, Metres, Metres], tuple[Fraction, Fraction, Fraction]
+Place = tuple[Metres, Metres, Metres]
+Colour = tuple[Fraction, Fraction, Fraction]
 
 
 def style(particles: Particles, colour: Colour, size: float) -> "CloudStyle":
