@@ -1,17 +1,20 @@
 """Hair that acts on hair: pressure, collision and friction of particles, (16) to (18) of Bando, Chen, Nishita 2003.
 
-Once a frame of duration dt, pair by pair, each with the velocities that the last has left. Pressure gives the impulse
+Once a frame of duration dt, one after another, each with the velocities that the last has left. What is denser than it
+was at rest has the energy k_a m_i (rho_i - rho_0)^2 / (2 rho_i^2), of which (16) is the force. By backward Euler
 
-    j_p = m_i m_j (p_i + p_j) |dW/dr| dt,   p = k_a max(rho - rho_0, 0) / rho^2              (16)
+    lambda = k_a m_i / rho_i^2 dt max(rho_i - rho_0 + dt rho_i', 0) / (1 + k_a m_i / rho_i^2 dt^2 G . M^-1 G),
 
-away from each other. Collision takes speed v_n along the normal n of both hairs, where they approach, and friction that
-across it, v_t, (17) and (18): with d W dt / mu = a, 1/mu = 1/m_i + 1/m_j, backward Euler of the pair gives
+with G the derivative of rho_i by all places, and impulses -lambda G. Collision takes speed v_n along the normal n of
+both hairs, where they approach, and friction that across it, v_t, (17) and (18): with d W dt / m = a, m the reduced
+mass, backward Euler of the pair gives
 
-    j_c = a / (1 + a) mu v_n,   j_f = min(a / (1 + a) mu v_t, bound (j_c + j_p)),   d = m rate pi h_2^3
+    j_c = a / (1 + a) m v_n,   j_f = min(a / (1 + a) m v_t, bound (j_c + j_p)),   d = m_i rate pi h_2^3
 
-We differ from the paper: explicit forces of these rates blow up; these impulses never add energy, at any rate. Pressure
-does not attract, and rho_0 is the particle's own at rest: one for all draws in what is at the surface of the hair, where
-particles then clump. Friction has Coulomb's bound. Rates do not depend on how many particles stand for the hair.
+We differ from the paper: explicit forces of these rates blow up, or make hair tremble that lies on a body; these
+impulses never do, at any rate. Pressure does not attract, and rho_0 is the particle's own at rest: one for all draws in
+what is at the surface of the hair, where particles then clump. Friction has Coulomb's bound. Rates do not depend on how
+many particles stand for the hair.
 """
 
 from typing import NamedTuple
@@ -20,7 +23,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import cross, dot, flattened, length, minus, row, scaled
+from hairpipe.kernels.vec3 import cross, dot, flattened, length, minus, plus, row, scaled
 from hairpipe.particles.smoothing_kernel import shape, slope
 
 PARALLEL = 0.1
@@ -32,6 +35,7 @@ class Law(NamedTuple):
 
     pressure, collision, friction, bound  as in `Interaction`
     h     smoothing length h_2 [m]
+    mass  of a particle [kg]
     rest  density of every particle at rest [kg/m^3], (N,)
     """
 
@@ -40,19 +44,24 @@ class Law(NamedTuple):
     friction: float
     bound: float
     h: float
+    mass: float
     rest: np.ndarray
 
 
 class Pairs(NamedTuple):
-    """Particles near each other, and what they are like.
+    """Particles near each other.
 
-    ends      (P, 2) int32
-    apart     distance [m], (P,)
-    density   at every particle [kg/m^3], (N,)
+    ends     (P, 2) int32
+    apart    distance [m], (P,)
+    rows     of particle k are rows[k]:rows[k+1] in the next, (N+1,) int32
+    by       the pairs that each is in, (2 P,) int32
+    density  at every particle [kg/m^3], (N,)
     """
 
     ends: np.ndarray
     apart: np.ndarray
+    rows: np.ndarray
+    by: np.ndarray
     density: np.ndarray
 
 
@@ -60,43 +69,64 @@ class Pairs(NamedTuple):
 def exchange(
     law: Law,
     pairs: Pairs,
-    masses: np.ndarray,
-    deep: int,
+    inverse_masses: np.ndarray,
     points: np.ndarray,
     directions: np.ndarray,
     dt: float,
     velocities: np.ndarray,
 ) -> None:
-    """Change the velocities of free particles by what they exchange in dt [s], in place.
+    """Change the velocities of particles by what they exchange in dt [s], in place.
 
-    Those below the skin, which come first, act as if they had no end of mass.
+    inverse_masses  of particles, 0 where they are led [1/kg], (N,)
     """
-    h, mass = law.h, masses[deep:].mean()
-    pressures = np.empty(len(masses))
-    for k in range(len(masses)):
-        over = max(pairs.density[k] - law.rest[k], 0.0)
-        pressures[k] = law.pressure * over / (pairs.density[k] * pairs.density[k])
-    for k in range(len(pairs.ends)):
+    pressed, count = np.zeros(len(pairs.ends)), len(pairs.ends)
+    ways = np.empty((count, 3))
+    for k in range(count):
+        r = pairs.apart[k]
+        away = minus(row(points, pairs.ends[k, 1]), row(points, pairs.ends[k, 0]))
+        ways[k, 0], ways[k, 1], ways[k, 2] = scaled(1.0 / r if r > 0.0 else 0.0, away)
+    if law.pressure > 0.0:
+        for k in range(len(velocities)):
+            if pairs.density[k] > law.rest[k]:
+                _press(law, pairs, inverse_masses, ways, dt, k, velocities, pressed)
+    for k in range(count):
         i, j = pairs.ends[k, 0], pairs.ends[k, 1]
-        if i < deep and j < deep:
-            continue
-        way, r = minus(row(points, j), row(points, i)), pairs.apart[k]
-        away = scaled(1.0 / r if r > 0.0 else 0.0, way)
-        q = r / h
-        pressed = masses[i] * masses[j] * (pressures[i] + pressures[j])
-        pressed *= -slope(q) / (4.0 * np.pi * h**4) * dt
-        first = 0.0 if i < deep else 1.0 / masses[i]
-        second = 0.0 if j < deep else 1.0 / masses[j]
-        pair = mass * 0.25 * shape(q) * dt * (first + second)
-        u = minus(row(velocities, j), row(velocities, i))
-        n = _normal(row(directions, i), row(directions, j), way)
-        impulse = _lost(
-            u, n, way, (law.collision * pair, law.friction * pair), 1.0 / (first + second), law.bound, pressed
-        )
+        first, second = inverse_masses[i], inverse_masses[j]
+        if first + second > 0.0:
+            pair = law.mass * 0.25 * shape(pairs.apart[k] / law.h) * dt * (first + second)
+            u, way = minus(row(velocities, j), row(velocities, i)), row(ways, k)
+            n = _normal(row(directions, i), row(directions, j), way)
+            rates = (law.collision * pair, law.friction * pair)
+            impulse = _lost(u, n, way, rates, 1.0 / (first + second), law.bound, pressed[k])
+            for c in range(3):
+                velocities[i, c] += first * impulse[c]
+                velocities[j, c] -= second * impulse[c]
+
+
+@njit(cache=True, error_model="numpy")
+def _press(law, pairs, inverse_masses, ways, dt, k, velocities, pressed):
+    """Let particle k, which is too dense, press on those around it, in place; add the impulse to those of its pairs."""
+    scale = law.mass / (4.0 * np.pi * law.h**4)
+    rate, weight, total = 0.0, 0.0, (0.0, 0.0, 0.0)
+    for at in range(pairs.rows[k], pairs.rows[k + 1]):
+        pair = pairs.by[at]
+        i, j = pairs.ends[pair, 0], pairs.ends[pair, 1]
+        g = scale * slope(pairs.apart[pair] / law.h)
+        n = row(ways, pair)
+        rate += g * dot(n, minus(row(velocities, j), row(velocities, i)))
+        weight += g * g * (inverse_masses[i] + inverse_masses[j] - inverse_masses[k])
+        total = plus(total, scaled(g if i == k else -g, n))
+    weight += inverse_masses[k] * dot(total, total)
+    stiff = law.pressure * law.mass / (pairs.density[k] * pairs.density[k])
+    push = stiff * dt * max(pairs.density[k] - law.rest[k] + dt * rate, 0.0) / (1.0 + stiff * dt * dt * weight)
+    for at in range(pairs.rows[k], pairs.rows[k + 1]):
+        pair = pairs.by[at]
+        i, j = pairs.ends[pair, 0], pairs.ends[pair, 1]
+        impulse = -push * scale * slope(pairs.apart[pair] / law.h)
+        pressed[pair] += impulse
         for c in range(3):
-            given = impulse[c] - pressed * away[c]
-            velocities[i, c] += first * given
-            velocities[j, c] -= second * given
+            velocities[i, c] -= inverse_masses[i] * impulse * ways[pair, c]
+            velocities[j, c] += inverse_masses[j] * impulse * ways[pair, c]
 
 
 @inlined

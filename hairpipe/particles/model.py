@@ -72,9 +72,10 @@ class Moving(NamedTuple):
 def build_model(particles: Particles) -> Model:
     """Build the arrays of particles; pure.
 
-    Hair that hangs is a bar. A particle has the room V, and with S = sum l K = E A towards the root, a strain e takes
-    the energy sum K (l e)^2 / 2 = e^2 E A <l> / 2 in it, with <l> the mean of l weighted by l K: its modulus is
-    E A <l> / V. Its weight m g / V a volume stretches it at the root by m g L / (E A <l>).
+    Hair that hangs is a bar. A particle has the room V, and with sum l K = E A towards the root a strain e along the
+    hair, which a link at an angle of cosine a feels as e a^2, takes the energy sum K (l e a^2)^2 / 2 = e^2 E A s / 2 in
+    it, with s the mean of l a^4 weighted by l K: its modulus is E A s / V. Its weight, m g / V a volume, stretches it
+    at the root by m g L / (E A s).
     """
     deep = int(np.count_nonzero(particles.arcs < 0.0))
     ends, points = particles.links, particles.points
@@ -95,8 +96,13 @@ def build_model(particles: Particles) -> Model:
     sections = (particles.masses / free.mean()) ** (2.0 / 3.0)
     hair = particles.hair
     mean = strand_lengths(hair.points, hair.offsets)[particles.strands[deep:]].mean()
-    hang = free.mean() * mean * weights.sum() / (weights * lengths).sum()
+    hang = free.mean() * mean * weights.sum() / (weights * lengths * particles.alignments**4).sum()
     return Model(deep, particles.masses, sections, links, particles.reach, particles.range, float(hang))
+
+
+def inverse_masses(model: Model) -> np.ndarray:
+    """Return 1 / m of particles, 0 of those below the skin [1/kg], (N,); pure."""
+    return np.where(np.arange(len(model.masses)) < model.deep, 0.0, 1.0 / model.masses)
 
 
 def _keeps(ends: np.ndarray, lengths: np.ndarray, weights: np.ndarray) -> np.ndarray:

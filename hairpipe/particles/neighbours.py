@@ -116,3 +116,20 @@ def densities(masses: np.ndarray, pairs: np.ndarray, apart: np.ndarray, h: float
         density[i] += masses[j] * weight
         density[j] += masses[i] * weight
     return density
+
+
+@njit(cache=True)
+def rows_of(pairs: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the pairs of every one of so many particles are listed, (count + 1,), and these, int32; pure."""
+    rows = np.zeros(count + 1, np.int32)
+    for k in range(len(pairs)):
+        rows[pairs[k, 0] + 1] += 1
+        rows[pairs[k, 1] + 1] += 1
+    for k in range(count):
+        rows[k + 1] += rows[k]
+    by, filled = np.empty(2 * len(pairs), np.int32), rows[:-1].copy()
+    for k in range(len(pairs)):
+        for end in range(2):
+            by[filled[pairs[k, end]]] = k
+            filled[pairs[k, end]] += 1
+    return rows, by

@@ -12,8 +12,8 @@ from hairpipe.levelset.collider import Collider
 from hairpipe.particles.contact import look, planes_of, put_right, stale
 from hairpipe.particles.directions import redirect
 from hairpipe.particles.interaction import Law, Pairs, exchange
-from hairpipe.particles.model import Model, Moving, build_model
-from hairpipe.particles.neighbours import densities, near_pairs
+from hairpipe.particles.model import Model, Moving, build_model, inverse_masses
+from hairpipe.particles.neighbours import densities, near_pairs, rows_of
 from hairpipe.particles.sag_free import rest_lengths
 from hairpipe.particles.settings import Interaction, ParticleSettings
 from hairpipe.particles.step import Forces, Springs, advance
@@ -77,7 +77,7 @@ def law_of(interaction: Interaction, model: Model, points: np.ndarray) -> Law:
     pairs, apart = near_pairs(points, 2.0 * model.range)
     rest = densities(model.masses, pairs, apart, model.range)
     rates = (interaction.pressure, interaction.collision, interaction.friction, interaction.bound)
-    return Law(*rates, model.range, rest)
+    return Law(*rates, model.range, float(model.masses.mean()), rest)
 
 
 def next_state(
@@ -134,9 +134,10 @@ def advance_frame(
     points, velocities, directions = state.points.copy(), state.velocities.copy(), state.directions.copy()
     ways = _ways_of_roots(particles, frame, deep, steps)
     if law is not None:
-        pairs, apart = near_pairs(points, 2.0 * model.range)
-        near = Pairs(pairs, apart, densities(model.masses, pairs, apart, model.range))
-        exchange(law, near, model.masses, deep, points, directions, frame_dt, velocities)
+        ends, apart = near_pairs(points, 2.0 * model.range)
+        rows, by = rows_of(ends, len(points))
+        pairs = Pairs(ends, apart, rows, by, densities(model.masses, ends, apart, model.range))
+        exchange(law, pairs, inverse_masses(model), points, directions, frame_dt, velocities)
     forces = _forces_on(prepared, settings, (points, directions, velocities), frame.began)
     places = points + frame_dt * velocities
     found = look(bodies, places, frame_dt)
