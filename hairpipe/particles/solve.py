@@ -14,6 +14,7 @@ from numba import njit
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd_vec4 import dot, item, load_four, zeros
+from hairpipe.kernels.vec3 import Vector
 from hairpipe.particles.model import Links
 
 MOST = 500
@@ -89,14 +90,42 @@ def inverted(blocks: np.ndarray) -> np.ndarray:
     """Return the inverses of symmetric blocks, (N, 6) float64, in float32; pure."""
     inverses = np.empty(blocks.shape, np.float32)
     for k in range(len(blocks)):
-        a, b, c, d, e, f = blocks[k]
-        A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
-        over = 1.0 / (a * A + b * B + c * C)
-        inverses[k, 0], inverses[k, 1], inverses[k, 2] = over * A, over * B, over * C
-        inverses[k, 3] = over * (a * f - c * c)
-        inverses[k, 4] = over * (b * c - a * e)
-        inverses[k, 5] = over * (a * d - b * b)
+        _invert(blocks, k, inverses)
     return inverses
+
+
+@inlined
+def _invert(blocks, k, inverses):
+    """Write the inverse of block k, in place."""
+    a, b, c, d, e, f = blocks[k, 0], blocks[k, 1], blocks[k, 2], blocks[k, 3], blocks[k, 4], blocks[k, 5]
+    A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
+    over = 1.0 / (a * A + b * B + c * C)
+    inverses[k, 0], inverses[k, 1], inverses[k, 2] = over * A, over * B, over * C
+    inverses[k, 3] = over * (a * f - c * c)
+    inverses[k, 4] = over * (b * c - a * e)
+    inverses[k, 5] = over * (a * d - b * b)
+
+
+@njit(cache=True, error_model="numpy")
+def yielding(inverses: np.ndarray, k: int, n: Vector) -> float:
+    """Return by how much particle k, alone, gives way along a unit vector to an impulse along it [1/kg]."""
+    x, y, z = n
+    B = inverses[k]
+    return B[0] * x * x + B[3] * y * y + B[5] * z * z + 2.0 * (B[1] * x * y + B[2] * x * z + B[4] * y * z)
+
+
+@njit(cache=True, error_model="numpy")
+def damp_across(system: System, k: int, n: Vector, damper: float) -> None:
+    """Add a damper [kg] across a unit vector to particle k, in place."""
+    x, y, z = n
+    B = system.blocks[k]
+    B[0] += damper * (1.0 - x * x)
+    B[1] -= damper * x * y
+    B[2] -= damper * x * z
+    B[3] += damper * (1.0 - y * y)
+    B[4] -= damper * y * z
+    B[5] += damper * (1.0 - z * z)
+    _invert(system.blocks, k, system.inverses)
 
 
 @njit(cache=True, error_model="numpy")

@@ -18,16 +18,18 @@ import numpy as np
 from numba import njit
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import dot, row
+from hairpipe.kernels.vec3 import dot, flattened, length, minus, plus, row, scaled
 from hairpipe.particles.contact import Planes, least_speed, rubbed
 from hairpipe.particles.model import Model, Moving
-from hairpipe.particles.solve import System, inverted, multiply, precondition, solve
+from hairpipe.particles.solve import System, damp_across, inverted, multiply, precondition, solve, yielding
 from hairpipe.particles.stiffness import measure_links, stiffen
 
 TOLERANCE = 1e-2
 """Of the residual; links tear where it is 5e-2."""
 STILL = 1e-4
 """Velocity below which nothing is solved more exactly, nor let go [m/s]."""
+CREEP = 1e-4
+"""Speed at which what does not slide gives way [m/s]."""
 ROUNDS = 3
 """In which particles are let go that a body would have to pull at."""
 
@@ -87,7 +89,7 @@ def advance(
             for c in range(3):
                 along += ways[e, c] * (moving.velocities[j, c] - moving.velocities[i, c])
             moving.tensions[e] = stiffness[e] * (ways[e, 3] - springs.rest[e] + dt * along)
-        _touch(system, planes, model.masses, residual, left, dt, moving)
+        _touch(system, planes, left, dt, moving)
         moving.points[deep:] += dt * moving.velocities[deep:]
         moving.points[:deep] = roots[step + 1]
     return made
@@ -140,7 +142,10 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness, blocks, joins
 
 @njit(cache=True, error_model="numpy")
 def _hold(system, planes, moving, left, dt, residual, change):
-    """Hold particles that would come too near to bodies by themselves, and move them as those do, in place."""
+    """Hold particles that would come too near to bodies by themselves, and move them as those do, in place.
+
+    By what holds each alone its friction is known: a damper of mu times that over the speed at which it slides.
+    """
     alone, held = np.zeros_like(change), 0
     precondition(system, residual, alone)
     for k in range(system.deep, len(system.blocks)):
@@ -149,8 +154,13 @@ def _hold(system, planes, moving, left, dt, residual, change):
         ahead = dot(n, v) + n[0] * alone[4 * k] + n[1] * alone[4 * k + 1] + n[2] * alone[4 * k + 2]
         if ahead < least:
             held += 1
+            u = flattened(minus(v, row(planes.drifts, k)), n)
+            load = (least - ahead) / yielding(system.inverses, k, n)
+            damper = planes.friction * load / max(length(u), CREEP)
+            damp_across(system, k, n, damper)
             for c in range(3):
                 system.normals[k, c] = n[c]
+                residual[4 * k + c] -= damper * u[c]
                 change[4 * k + c] = (least - dot(n, v)) * n[c]
     if held > 0:
         multiply(system, change, alone)
@@ -185,15 +195,11 @@ def _push(system, residual, k):
 
 
 @njit(cache=True, error_model="numpy")
-def _touch(system, planes, masses, residual, left, dt, moving):
-    """Let bodies rub what they hold, and stop what came too near since, in place."""
-    for k in range(system.deep, len(masses)):
-        push, v = _push(system, residual, k) / masses[k], row(moving.velocities, k)
-        n = row(planes.normals, k)
+def _touch(system, planes, left, dt, moving):
+    """Stop what came too near since, with the friction of that, in place."""
+    for k in range(system.deep, len(system.blocks)):
+        n, v = row(planes.normals, k), row(moving.velocities, k)
         missing = least_speed(planes, k, row(moving.points, k), left, dt) - dot(n, v)
         if missing > 0.0:
-            v = (v[0] + missing * n[0], v[1] + missing * n[1], v[2] + missing * n[2])
-            push += missing
-        if push > 0.0:
-            v = rubbed(planes, k, v, push)
+            v = rubbed(planes, k, plus(v, scaled(missing, n)), missing)
             moving.velocities[k, 0], moving.velocities[k, 1], moving.velocities[k, 2] = v
