@@ -6,8 +6,8 @@ than its thickness moves as
 
     n . v = n . v_b + min((thickness - gap) / dt, 0.5 m/s)
 
-within the solve, so that links see what the body carries; one that the body would have to pull at is let go. Friction
-takes from what slides along it, after Coulomb, mu times the impulse along n. What the planes missed is put right by a
+within the solve, so that links see what the body carries; held is what would come too near if its links stayed as they
+are. Friction, mu times what holds it, is a damper in the solve. What the planes missed is put right by a
 second look at the end, where particles are moved out and lose what points inwards.
 """
 

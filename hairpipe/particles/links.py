@@ -1,4 +1,4 @@
-"""Links between particles that are neighbours at rest, (5) and (6) of Bando, Chen, Nishita 2003; they stay for the shot.
+"""Links between particles that are neighbours at rest, (5) and (6) of Bando, Chen, Nishita 2003.
 
 With theta_ij the angle between the hair at i and the way x_ij from i to j,
 
@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from hairpipe.data import Particles
 from hairpipe.errors import BadInput
@@ -80,8 +80,8 @@ def reach_with(points: np.ndarray, neighbours: float) -> float:
     if neighbours > len(points) - 1:
         told = f"{len(points)} particles cannot have {neighbours:g} neighbours each"
         raise BadInput(told, where="particles", right=f"more than {neighbours:g}")
-    tree, some = cKDTree(points), points[:: -(-len(points) // SURVEYED)]
-    few, low, high = cKDTree(some), 0.0, float(np.linalg.norm(np.ptp(points, axis=0)))
+    tree, some = KDTree(points), points[:: -(-len(points) // SURVEYED)]
+    few, low, high = KDTree(some), 0.0, float(np.linalg.norm(np.ptp(points, axis=0)))
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         found = few.count_neighbors(tree, middle) / len(some) - 1.0
@@ -113,7 +113,7 @@ def find_links(
 
 def _candidates(points: np.ndarray, directions: np.ndarray, deep: int, reach: float) -> Candidates:
     """Return all pairs within reach that are aligned at all, but for those below the skin."""
-    pairs = cKDTree(points).query_pairs(2.0 * reach, output_type="ndarray").astype(np.int64)
+    pairs = KDTree(points).query_pairs(2.0 * reach, output_type="ndarray").astype(np.int64)
     pairs = pairs[pairs.max(axis=1) >= deep]
     here, there, lengths = _cosines(points, directions, pairs)
     aligned = here * there > 0.0

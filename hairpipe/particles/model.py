@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 
 from hairpipe.data import Particles
 from hairpipe.data.lengths import strand_lengths
@@ -100,9 +101,12 @@ def build_model(particles: Particles) -> Model:
     return Model(deep, particles.masses, sections, links, particles.reach, particles.range, float(hang))
 
 
+@njit(cache=True)
 def inverse_masses(model: Model) -> np.ndarray:
     """Return 1 / m of particles, 0 of those below the skin [1/kg], (N,); pure."""
-    return np.where(np.arange(len(model.masses)) < model.deep, 0.0, 1.0 / model.masses)
+    inverses = 1.0 / model.masses
+    inverses[: model.deep] = 0.0
+    return inverses
 
 
 def _keeps(ends: np.ndarray, lengths: np.ndarray, weights: np.ndarray) -> np.ndarray:

@@ -37,7 +37,7 @@ def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndar
                                 continue
                             line = (x * ny + y) * nz
                             begin, end = first[line + max(cz - 1, 0)], first[line + min(cz + 1, nz - 1) + 1]
-                        if found + end - begin > len(pairs):
+                        if found + end - begin >= len(pairs):
                             pairs = _longer_pairs(pairs, end - begin)
                             apart = _longer(apart, end - begin)
                         for b in range(begin, end):
@@ -45,10 +45,9 @@ def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndar
                             v = place[b, 1] - place[a, 1]
                             w = place[b, 2] - place[a, 2]
                             square = u * u + v * v + w * w
-                            if square < most:
-                                pairs[found, 0], pairs[found, 1] = order[a], order[b]
-                                apart[found] = square
-                                found += 1
+                            pairs[found, 0], pairs[found, 1] = order[a], order[b]
+                            apart[found] = square
+                            found += square < most  # always written, and kept or not: no branch to be guessed
     return pairs[:found], np.sqrt(apart[:found])
 
 
@@ -70,7 +69,7 @@ def _longer_pairs(array, more):
 
 @njit(cache=True, error_model="numpy")
 def _sorted_into_cells(points, size):
-    """Return particles cell by cell, where each cell's begin, and the number of cells along the axes; z goes fastest."""
+    """Return particles cell by cell, where each begins, and how many there are along the axes; z goes fastest."""
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for k in range(len(points)):
         for c in range(3):

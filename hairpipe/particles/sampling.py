@@ -15,7 +15,7 @@ it by; masses are equal, as unequal ones double the range of frequencies.
 from typing import Literal, NamedTuple
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from hairpipe.data import Groom
 from hairpipe.data.lengths import segment_lengths
@@ -147,7 +147,7 @@ class _OnStrands:
     """Roots a spacing apart, and points a spacing apart on their hair, from a place of its own on each."""
 
     def __init__(self, lines: Lines, seed: int) -> None:
-        self.lines, self.tree = lines, cKDTree(lines.points[lines.offsets[:-1]])
+        self.lines, self.tree = lines, KDTree(lines.points[lines.offsets[:-1]])
         self.order = stream(seed, "roots of particles").permutation(self.tree.n)
         self.shifts = stream(seed, "first particles").uniform(size=self.tree.n)
 
@@ -170,7 +170,7 @@ class _InSpace:
     """Points of all hair that are a spacing apart."""
 
     def __init__(self, lines: Lines, seed: int) -> None:
-        self.lines, self.seed, self.tree = lines, seed, cKDTree(lines.points)
+        self.lines, self.seed, self.tree = lines, seed, KDTree(lines.points)
         self.order = stream(seed, "particles in space").permutation(len(lines.points))
         self.whose = np.repeat(np.arange(len(lines.offsets) - 1), np.diff(lines.offsets))
 
@@ -182,14 +182,14 @@ class _InSpace:
         steps, count = np.arange(1, 1 + int(np.ceil(4 * DEPTH))), len(self.lines.offsets) - 1
         deep = Places(np.repeat(np.arange(count), len(steps)), -0.25 * spacing * np.tile(steps, count))
         deep = Places(*(column[deep.arcs >= -DEPTH * spacing] for column in deep))
-        points, taken = self.lines.at(deep)[0], cKDTree(self.lines.at(places)[0])
+        points, taken = self.lines.at(deep)[0], KDTree(self.lines.at(places)[0])
         order = stream(self.seed, "particles below the skin").permutation(len(points))
         room = taken.query(points)[0] >= spacing
-        kept = darts(cKDTree(points), order[room[order]], spacing)
+        kept = darts(KDTree(points), order[room[order]], spacing)
         return Places(deep.strands[kept], deep.arcs[kept])
 
 
-def darts(tree: cKDTree, order: np.ndarray, spacing: float) -> np.ndarray:
+def darts(tree: KDTree, order: np.ndarray, spacing: float) -> np.ndarray:
     """Take points of a tree in an order, each that is a spacing [m] from all that were taken; return which, ascending.
 
     Source: R. L. Cook, Stochastic sampling in computer graphics, 1986: dart throwing.

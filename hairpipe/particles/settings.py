@@ -95,8 +95,8 @@ class ParticleSettings:
     steps: Annotated[int, Interval(ge=1, le=100)] = 1
     gravity: Annotated[MetresPerSecondSquared, Gt(0.0), Interval(le=1000.0)] = 9.81
     air: Air = Air(3.0)  # noqa: RUF009 (frozen)
-    fibre: Fibre = Fibre()  # noqa: RUF009
-    contact: ParticleContact = ParticleContact()  # noqa: RUF009
+    fibre: Fibre = Fibre()
+    contact: ParticleContact = ParticleContact()
     interaction: Interaction | None = None
     sag_free: RestTension | None = None
     wind: Wind | None = None

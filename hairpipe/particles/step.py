@@ -17,21 +17,18 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import dot, flattened, length, minus, plus, row, scaled
 from hairpipe.particles.contact import Planes, least_speed, rubbed
-from hairpipe.particles.model import Model, Moving
+from hairpipe.particles.model import Model, Moving, inverse_masses
 from hairpipe.particles.solve import System, damp_across, inverted, multiply, precondition, solve, yielding
 from hairpipe.particles.stiffness import measure_links, stiffen
 
-TOLERANCE = 1e-2
-"""Of the residual; links tear where it is 5e-2."""
+TOLERANCE = 2e-2
+"""Of sqrt(r . M^-1 r), r being the residual and M the blocks of particles; links tear where it is twice that."""
 STILL = 1e-4
-"""Velocity below which nothing is solved more exactly, nor let go [m/s]."""
+"""Velocity below which nothing is solved more exactly [m/s]."""
 CREEP = 1e-4
 """Speed at which what does not slide gives way [m/s]."""
-ROUNDS = 3
-"""In which particles are let go that a body would have to pull at."""
 
 
 class Springs(NamedTuple):
@@ -74,12 +71,10 @@ def advance(
         moving.velocities[:deep] = (roots[step + 1] - roots[step]) / dt
         measure_links(links, moving.points, ways)
         stiffen(links, model.reach, springs.axial, ways, stiffness)
-        blocks, joins = np.empty((count, 6)), np.empty(4 * len(links.ends), np.float32)
-        residual = _assemble(model, springs, forces, moving, dt, ways, stiffness, blocks, joins)
-        system = System(links, deep, blocks, joins, inverted(blocks), np.zeros((count, 3)))
+        system, residual = _assemble(model, springs, forces, moving, dt, ways, stiffness)
         change = np.zeros(4 * count, np.float32)
         _hold(system, planes, moving, left, dt, residual, change)
-        made += _solve_with_bodies(system, model.masses, residual, change)
+        made += solve(system, residual, change, _size_of(system, model.masses, residual))
         for k in range(deep, count):
             for c in range(3):
                 moving.velocities[k, c] += change[4 * k + c]
@@ -96,48 +91,45 @@ def advance(
 
 
 @njit(cache=True, error_model="numpy")
-def _assemble(model, springs, forces, moving, dt, ways, stiffness, blocks, joins):
-    """Write blocks and joins of a system, in place; return its residual, (4 N,) float32, where v' = v."""
+def _assemble(model, springs, forces, moving, dt, ways, stiffness):
+    """Return the system of a step, and its residual where v' = v, (4 N,) float32."""
     links, masses, v = model.links, model.masses, moving.velocities
-    pull = dt * forces.push
-    for k in range(model.deep, len(masses)):
-        D = forces.drag[k]
-        pull[k, 0] -= dt * (D[0] * v[k, 0] + D[1] * v[k, 1] + D[2] * v[k, 2])
-        pull[k, 1] -= dt * (D[1] * v[k, 0] + D[3] * v[k, 1] + D[4] * v[k, 2])
-        pull[k, 2] -= dt * (D[2] * v[k, 0] + D[4] * v[k, 1] + D[5] * v[k, 2])
-    for k in range(len(masses)):
-        for c in range(6):
-            blocks[k, c] = dt * forces.drag[k, c]
-        blocks[k, 0] += masses[k]
-        blocks[k, 3] += masses[k]
-        blocks[k, 5] += masses[k]
+    joins, pull = np.empty(4 * len(links.ends), np.float32), dt * forces.push
+    inverses = inverse_masses(model)
     for e in range(len(links.ends)):
         i, j = links.ends[e, 0], links.ends[e, 1]
-        x, y, z, r = ways[e, 0], ways[e, 1], ways[e, 2], ways[e, 3]
-        over = (0.0 if i < model.deep else 1.0 / masses[i]) + (0.0 if j < model.deep else 1.0 / masses[j])
-        K = stiffness[e]
+        d, r, K = row(ways, e), ways[e, 3], stiffness[e]
         across = dt * dt * max(moving.tensions[e], 0.0) / r if r > 0.0 else 0.0
-        along = max(2.0 * springs.damping * np.sqrt(K / over) * dt + dt * dt * K - across, 0.0)
-        root = np.sqrt(along)
-        joins[4 * e], joins[4 * e + 1], joins[4 * e + 2], joins[4 * e + 3] = root * x, root * y, root * z, across
-        u, w, t = v[j, 0] - v[i, 0], v[j, 1] - v[i, 1], v[j, 2] - v[i, 2]
-        s = dt * K * (r - springs.rest[e]) + along * (x * u + y * w + z * t)
-        a, b, c = s * x + across * u, s * y + across * w, s * z + across * t
-        for k, sign in ((i, 1.0), (j, -1.0)):
-            pull[k, 0] += sign * a
-            pull[k, 1] += sign * b
-            pull[k, 2] += sign * c
-            blocks[k, 0] += along * x * x + across
-            blocks[k, 1] += along * x * y
-            blocks[k, 2] += along * x * z
-            blocks[k, 3] += along * y * y + across
-            blocks[k, 4] += along * y * z
-            blocks[k, 5] += along * z * z + across
-    residual = np.zeros(4 * len(masses), np.float32)
-    for k in range(model.deep, len(masses)):
+        damper = 2.0 * springs.damping * np.sqrt(K / (inverses[i] + inverses[j]))
+        along = max(dt * damper + dt * dt * K - across, 0.0)
+        root, u = np.sqrt(along), minus(row(v, j), row(v, i))
+        joins[4 * e], joins[4 * e + 1], joins[4 * e + 2] = root * d[0], root * d[1], root * d[2]
+        joins[4 * e + 3] = across
+        force = plus(scaled(dt * K * (r - springs.rest[e]) + along * dot(d, u), d), scaled(across, u))
         for c in range(3):
-            residual[4 * k + c] = pull[k, c]
-    return residual
+            pull[i, c] += force[c]
+            pull[j, c] -= force[c]
+    blocks, residual = np.empty((len(masses), 6)), np.zeros(4 * len(masses), np.float32)
+    for k in range(len(masses)):
+        xx = xy = xz = yy = yz = zz = 0.0
+        for at in range(links.rows[k], links.rows[k + 1]):
+            e = 4 * links.by[at]
+            x, y, z, across = joins[e], joins[e + 1], joins[e + 2], joins[e + 3]
+            xx += x * x + across
+            xy += x * y
+            xz += x * z
+            yy += y * y + across
+            yz += y * z
+            zz += z * z + across
+        drag = forces.drag[k]
+        a, b, c, d, e, f = dt * drag[0], dt * drag[1], dt * drag[2], dt * drag[3], dt * drag[4], dt * drag[5]
+        blocks[k, 0], blocks[k, 1], blocks[k, 2] = xx + a + masses[k], xy + b, xz + c
+        blocks[k, 3], blocks[k, 4], blocks[k, 5] = yy + d + masses[k], yz + e, zz + f + masses[k]
+        if k >= model.deep:
+            residual[4 * k] = pull[k, 0] - (a * v[k, 0] + b * v[k, 1] + c * v[k, 2])
+            residual[4 * k + 1] = pull[k, 1] - (b * v[k, 0] + d * v[k, 1] + e * v[k, 2])
+            residual[4 * k + 2] = pull[k, 2] - (c * v[k, 0] + e * v[k, 1] + f * v[k, 2])
+    return System(links, model.deep, blocks, joins, inverted(blocks), np.zeros((len(masses), 3))), residual
 
 
 @njit(cache=True, error_model="numpy")
@@ -169,29 +161,12 @@ def _hold(system, planes, moving, left, dt, residual, change):
 
 
 @njit(cache=True, error_model="numpy")
-def _solve_with_bodies(system, masses, residual, change):
-    """Solve a system, letting go of particles that bodies would have to pull at, in place; return the iterations."""
-    z, made, still = np.empty_like(change), 0, 0.0
+def _size_of(system, masses, residual):
+    """Return r . z at which a system is solved."""
+    still = 0.0
     for k in range(system.deep, len(masses)):
         still += masses[k] * STILL * STILL
-    size = max(TOLERANCE * TOLERANCE * precondition(system, residual, z), still)
-    for _ in range(ROUNDS):
-        made += solve(system, residual, change, size)
-        let_go = 0
-        for k in range(system.deep, len(masses)):
-            if _push(system, residual, k) < -STILL * masses[k]:
-                system.normals[k] = 0.0
-                let_go += 1
-        if let_go == 0:
-            break
-    return made
-
-
-@inlined
-def _push(system, residual, k):
-    """Return the impulse of a body on particle k along its normal [N s]."""
-    n = row(system.normals, k)
-    return -(n[0] * residual[4 * k] + n[1] * residual[4 * k + 1] + n[2] * residual[4 * k + 2])
+    return max(TOLERANCE * TOLERANCE * precondition(system, residual, np.empty_like(residual)), still)
 
 
 @njit(cache=True, error_model="numpy")
