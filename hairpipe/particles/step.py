@@ -23,7 +23,7 @@ from hairpipe.particles.model import Model, Moving, inverse_masses
 from hairpipe.particles.solve import System, damp_across, inverted, multiply, precondition, solve, yielding
 from hairpipe.particles.stiffness import measure_links, stiffen
 
-TOLERANCE = 2e-2
+TOLERANCE = 1e-2
 """Of sqrt(r . M^-1 r), r being the residual and M the blocks of particles; links tear where it is twice that."""
 STILL = 1e-4
 """Velocity below which nothing is solved more exactly [m/s]."""
@@ -136,19 +136,24 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
 def _hold(system, planes, moving, left, dt, residual, change):
     """Hold particles that would come too near to bodies by themselves, and move them as those do, in place.
 
-    By what holds each alone its friction is known: a damper of mu times that over the speed at which it slides.
+    What holds each alone, were its links to stay as they are, bears friction: a damper that takes mu times that at the
+    speed at which the particle, alone, would slide.
     """
     alone, held = np.zeros_like(change), 0
     precondition(system, residual, alone)
     for k in range(system.deep, len(system.blocks)):
         n, v = row(planes.normals, k), row(moving.velocities, k)
         least = least_speed(planes, k, row(moving.points, k), left, dt)
-        ahead = dot(n, v) + n[0] * alone[4 * k] + n[1] * alone[4 * k + 1] + n[2] * alone[4 * k + 2]
-        if ahead < least:
+        ahead = plus(v, (alone[4 * k], alone[4 * k + 1], alone[4 * k + 2]))
+        if dot(n, ahead) < least:
             held += 1
-            u = flattened(minus(v, row(planes.drifts, k)), n)
-            load = (least - ahead) / yielding(system.inverses, k, n)
-            damper = planes.friction * load / max(length(u), CREEP)
+            push = planes.friction * (least - dot(n, ahead)) / yielding(system.inverses, k, n)
+            drift = row(planes.drifts, k)
+            sliding = flattened(minus(ahead, drift), n)
+            speed = length(sliding)
+            if speed > 0.0:
+                speed -= push * yielding(system.inverses, k, scaled(1.0 / speed, sliding))
+            damper, u = push / max(speed, CREEP), flattened(minus(v, drift), n)
             damp_across(system, k, n, damper)
             for c in range(3):
                 system.normals[k, c] = n[c]
