@@ -20,7 +20,10 @@ HALF, DEPTH, LENGTH = 0.1, 0.03, 0.2
 """Half the width of the curtain, half its depth, and the length of its hair [m]."""
 
 
-def plate(way=(0.0, 0.0, 0.0), turn=np.eye(3), velocities=None):
+NO_TURN = np.eye(3)
+
+
+def plate(way=(0.0, 0.0, 0.0), turn=NO_TURN, velocities=None):
     """A large triangle that faces down, turned about the origin and moved [m]."""
     corners = np.array([[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 0.0, 2.0]])
     return Mesh(corners @ np.asarray(turn).T + way, np.array([[0, 1, 2]], np.int32), velocities)
