@@ -1,4 +1,4 @@
-"""The ledgers of `hairpipe/sim/README.md` and `hairpipe/particles/README.md`: what they say of files and tests is so."""
+"""The ledgers of `hairpipe/sim/` and `hairpipe/particles/`: what their READMEs say of files and tests is so."""
 
 import ast
 import re
