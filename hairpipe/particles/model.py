@@ -104,8 +104,9 @@ def build_model(particles: Particles) -> Model:
 @njit(cache=True)
 def inverse_masses(model: Model) -> np.ndarray:
     """Return 1 / m of particles, 0 of those below the skin [1/kg], (N,); pure."""
-    inverses = 1.0 / model.masses
-    inverses[: model.deep] = 0.0
+    inverses = np.zeros(len(model.masses))
+    for k in range(model.deep, len(inverses)):
+        inverses[k] = 1.0 / model.masses[k]
     return inverses
 
 

@@ -18,7 +18,10 @@ def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndar
     """Return all pairs nearer than a distance [m], (P, 2) int32, and how far apart they are [m], (P,); pure."""
     order, first, counts = _sorted_into_cells(points, distance)
     nx, ny, nz = counts
-    place = points[order]
+    place = np.empty(points.shape)
+    for a in range(len(order)):
+        for c in range(3):
+            place[a, c] = points[order[a], c]
     room = 16 * len(points) + 64
     pairs, apart, found = np.empty((room, 2), np.int32), np.empty(room), 0
     most = distance * distance
@@ -38,8 +41,7 @@ def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndar
                             line = (x * ny + y) * nz
                             begin, end = first[line + max(cz - 1, 0)], first[line + min(cz + 1, nz - 1) + 1]
                         if found + end - begin >= len(pairs):
-                            pairs = _longer_pairs(pairs, end - begin)
-                            apart = _longer(apart, end - begin)
+                            pairs, apart = _longer(pairs, apart, end - begin)
                         for b in range(begin, end):
                             u = place[b, 0] - place[a, 0]
                             v = place[b, 1] - place[a, 1]
@@ -48,31 +50,27 @@ def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndar
                             pairs[found, 0], pairs[found, 1] = order[a], order[b]
                             apart[found] = square
                             found += square < most  # always written, and kept or not: no branch to be guessed
-    return pairs[:found], np.sqrt(apart[:found])
+    for k in range(found):
+        apart[k] = np.sqrt(apart[k])
+    return pairs[:found], apart[:found]
 
 
 @njit(cache=True)
-def _longer(array, more):
-    """Return an array with room for as much again, and more."""
-    longer = np.empty(2 * len(array) + more, array.dtype)
-    longer[: len(array)] = array
-    return longer
-
-
-@njit(cache=True)
-def _longer_pairs(array, more):
-    """Return an array of rows with room for as many again, and more."""
-    longer = np.empty((2 * len(array) + more, 2), array.dtype)
-    longer[: len(array)] = array
-    return longer
+def _longer(pairs, apart, more):
+    """Return both with room for as many again, and more."""
+    longer, far = np.empty((2 * len(pairs) + more, 2), np.int32), np.empty(2 * len(pairs) + more)
+    for k in range(len(pairs)):
+        longer[k, 0], longer[k, 1], far[k] = pairs[k, 0], pairs[k, 1], apart[k]
+    return longer, far
 
 
 @njit(cache=True, error_model="numpy")
 def _sorted_into_cells(points, size):
     """Return particles cell by cell, where each begins, and how many there are along the axes; z goes fastest."""
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
-    for k in range(len(points)):
-        for c in range(3):
+    low, high = np.empty(3), np.empty(3)
+    for c in range(3):
+        low[c], high[c] = np.inf, -np.inf
+        for k in range(len(points)):
             low[c], high[c] = min(low[c], points[k, c]), max(high[c], points[k, c])
     while True:
         nx, ny, nz = (
@@ -94,9 +92,9 @@ def _sorted_into_cells(points, size):
         first[cells[k] + 1] += 1
     for cell in range(x * y * z):
         first[cell + 1] += first[cell]
-    order, filled = np.empty(len(points), np.int64), first[:-1].copy()
+    order, filled = np.empty(len(points), np.int64), np.zeros(len(first), np.int64)
     for k in range(len(points)):
-        order[filled[cells[k]]] = k
+        order[first[cells[k]] + filled[cells[k]]] = k
         filled[cells[k]] += 1
     return order, first, (x, y, z)
 
@@ -108,7 +106,9 @@ def densities(masses: np.ndarray, pairs: np.ndarray, apart: np.ndarray, h: float
     masses  [kg], (N,); pairs, apart  as `near_pairs` gives them; h  smoothing length [m]
     """
     scale = 1.0 / (4.0 * np.pi * h * h * h)
-    density = 4.0 * scale * masses
+    density = np.empty(len(masses))
+    for k in range(len(masses)):
+        density[k] = 4.0 * scale * masses[k]
     for k in range(len(pairs)):
         i, j = pairs[k, 0], pairs[k, 1]
         weight = scale * shape(apart[k] / h)
@@ -126,9 +126,10 @@ def rows_of(pairs: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
         rows[pairs[k, 1] + 1] += 1
     for k in range(count):
         rows[k + 1] += rows[k]
-    by, filled = np.empty(2 * len(pairs), np.int32), rows[:-1].copy()
+    by, filled = np.empty(2 * len(pairs), np.int32), np.zeros(count, np.int32)
     for k in range(len(pairs)):
         for end in range(2):
-            by[filled[pairs[k, end]]] = k
-            filled[pairs[k, end]] += 1
+            particle = pairs[k, end]
+            by[rows[particle] + filled[particle]] = k
+            filled[particle] += 1
     return rows, by

@@ -68,7 +68,9 @@ def advance(
     ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
     for step in range(len(roots) - 1):
         left = (len(roots) - 1 - step) * dt
-        moving.velocities[:deep] = (roots[step + 1] - roots[step]) / dt
+        for k in range(deep):
+            for c in range(3):
+                moving.velocities[k, c] = (roots[step + 1, k, c] - roots[step, k, c]) / dt
         measure_links(links, moving.points, ways)
         stiffen(links, model.reach, springs.axial, ways, stiffness)
         system, residual = _assemble(model, springs, forces, moving, dt, ways, stiffness)
@@ -85,8 +87,10 @@ def advance(
                 along += ways[e, c] * (moving.velocities[j, c] - moving.velocities[i, c])
             moving.tensions[e] = stiffness[e] * (ways[e, 3] - springs.rest[e] + dt * along)
         _touch(system, planes, left, dt, moving)
-        moving.points[deep:] += dt * moving.velocities[deep:]
-        moving.points[:deep] = roots[step + 1]
+        for k in range(count):
+            for c in range(3):
+                x = moving.points[k, c] + dt * moving.velocities[k, c]
+                moving.points[k, c] = x if k >= deep else roots[step + 1, k, c]
     return made
 
 
@@ -94,7 +98,8 @@ def advance(
 def _assemble(model, springs, forces, moving, dt, ways, stiffness):
     """Return the system of a step, and its residual where v' = v, (4 N,) float32."""
     links, masses, v = model.links, model.masses, moving.velocities
-    joins, pull = np.empty(4 * len(links.ends), np.float32), dt * forces.push
+    push, drag = forces.push, forces.drag
+    joins, pull = np.empty(4 * len(links.ends), np.float32), np.zeros(v.shape)
     inverses = inverse_masses(model)
     for e in range(len(links.ends)):
         i, j = links.ends[e, 0], links.ends[e, 1]
@@ -121,14 +126,14 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
             yy += y * y + across
             yz += y * z
             zz += z * z + across
-        drag = forces.drag[k]
-        a, b, c, d, e, f = dt * drag[0], dt * drag[1], dt * drag[2], dt * drag[3], dt * drag[4], dt * drag[5]
+        a, b, c = dt * drag[k, 0], dt * drag[k, 1], dt * drag[k, 2]
+        d, e, f = dt * drag[k, 3], dt * drag[k, 4], dt * drag[k, 5]
         blocks[k, 0], blocks[k, 1], blocks[k, 2] = xx + a + masses[k], xy + b, xz + c
         blocks[k, 3], blocks[k, 4], blocks[k, 5] = yy + d + masses[k], yz + e, zz + f + masses[k]
         if k >= model.deep:
-            residual[4 * k] = pull[k, 0] - (a * v[k, 0] + b * v[k, 1] + c * v[k, 2])
-            residual[4 * k + 1] = pull[k, 1] - (b * v[k, 0] + d * v[k, 1] + e * v[k, 2])
-            residual[4 * k + 2] = pull[k, 2] - (c * v[k, 0] + e * v[k, 1] + f * v[k, 2])
+            residual[4 * k] = pull[k, 0] + dt * push[k, 0] - (a * v[k, 0] + b * v[k, 1] + c * v[k, 2])
+            residual[4 * k + 1] = pull[k, 1] + dt * push[k, 1] - (b * v[k, 0] + d * v[k, 1] + e * v[k, 2])
+            residual[4 * k + 2] = pull[k, 2] + dt * push[k, 2] - (c * v[k, 0] + e * v[k, 1] + f * v[k, 2])
     return System(links, model.deep, blocks, joins, inverted(blocks), np.zeros((len(masses), 3))), residual
 
 
