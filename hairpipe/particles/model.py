@@ -21,7 +21,8 @@ class Links(NamedTuple):
     strength  c_ij l_ij / (4 pi h_1^3) of (5), (10), (11), so that times `shape` it is l k of (7) [1/m], (E,)
     keeps     distance beyond which a link fades no farther [m], (E,); inf but for that which holds a particle
     cosines   of the hair at both ends with the way from the first to the second, (E, 2)
-    rows      of particle k are rows[k]:rows[k+1] in the next two, (N+1,) int32
+    rows      of particle k are rows[k]:rows[k+1] in others and by, (N+1,) int32
+    mids      where in these the particles begin that come after it, (N,) int32
     others    the particles that each is linked to, and by which links, (2 E,) int32 each
     by        see others
     """
@@ -32,6 +33,7 @@ class Links(NamedTuple):
     keeps: np.ndarray
     cosines: np.ndarray
     rows: np.ndarray
+    mids: np.ndarray
     others: np.ndarray
     by: np.ndarray
 
@@ -119,10 +121,11 @@ def _keeps(ends: np.ndarray, lengths: np.ndarray, weights: np.ndarray) -> np.nda
     return keeps
 
 
-def _rows(ends: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return where the links of every particle are listed, the other ends, and the links."""
+def _rows(ends: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
+    """Return where the links of every particle are listed, and the middles, the other ends ascending, and the links."""
     own, others = ends.T.ravel(), ends[:, ::-1].T.ravel()
     by = np.tile(np.arange(len(ends), dtype=np.int32), 2)
-    order = np.lexsort((by, own))
+    order = np.lexsort((others, own))
     rows = np.concatenate([[0], np.cumsum(np.bincount(own, minlength=count))]).astype(np.int32)
-    return rows, np.ascontiguousarray(others[order]), np.ascontiguousarray(by[order])
+    mids = rows[:-1] + np.bincount(own[others < own], minlength=count).astype(np.int32)
+    return rows, mids, np.ascontiguousarray(others[order]), np.ascontiguousarray(by[order])

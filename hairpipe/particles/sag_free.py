@@ -8,7 +8,7 @@ links that cannot carry it. Hair that lies on a body still sinks: what supports 
 import numpy as np
 
 from hairpipe.particles.model import Model
-from hairpipe.particles.solve import System, inverted, precondition, solve
+from hairpipe.particles.solve import System, inverted, solve
 from hairpipe.particles.stiffness import measure_links, stiffen
 
 SOFT = 1e-4
@@ -39,7 +39,7 @@ def rest_lengths(model: Model, points: np.ndarray, axial: np.ndarray, gravity: f
     sunk, residual = np.zeros(4 * count, np.float32), np.zeros((count, 4), np.float32)
     residual[model.deep :, 1] = -gravity * model.masses[model.deep :]
     residual = residual.ravel()
-    solve(system, residual, sunk, EXACT**2 * precondition(system, residual, np.zeros_like(sunk)))
+    solve(system, residual, sunk, EXACT, 0.0)
     u = sunk.reshape(-1, 4)[:, :3].astype(float)
     stretch = np.sum(d * (u[links.ends[:, 1]] - u[links.ends[:, 0]]), axis=1) / links.lengths
     return links.lengths * (1.0 - np.clip(stretch, -strain, strain))

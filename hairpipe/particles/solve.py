@@ -1,10 +1,16 @@
-"""The linear system of a step, by conjugate gradients preconditioned with the blocks of particles.
+"""The linear system of a step, by conjugate gradients preconditioned with symmetric Gauss-Seidel sweeps.
 
-    A = diag(D_i) - sum over links of B_e,   B_e = a d d^T + b,   D_i = m_i + dt C_i + sum of B_e
+    A = L + D + L^T = diag(D_i) - sum over links of B_e,   B_e = a d d^T + b,   D_i = m_i + dt C_i + sum of B_e
 
-is symmetric and positive definite. Particles that a body holds are kept from moving along its normal: residuals and
-directions of search are taken across it, after Baraff and Witkin, Large steps in cloth simulation, 1998. Each particle
-sums its links in their order. Vectors are in single precision, since memory is what they cost; what they add to is not.
+is symmetric and positive definite. With M = (D + L) D^-1 (D + L^T) conjugate gradients take less than half of the
+iterations that they do with the blocks D alone; after Eisenstat, Efficient implementation of a class of preconditioned
+conjugate gradient methods, 1981, they cost no more each, as for r = (D + L) s, x = (D + L^T)^-1 y
+
+    (D + L)^-1 A (D + L^T)^-1 p = t + (D + L)^-1 (p - D t),   t = (D + L^T)^-1 p.
+
+Particles that a body holds do not move along its normal n: their rows are those of A across n, as in Baraff and Witkin,
+Large steps in cloth simulation, 1998. Sweeps go through particles in their order, on one thread. Vectors are in single
+precision, since memory is what they cost; what they add to is not.
 """
 
 from typing import NamedTuple
@@ -41,48 +47,111 @@ class System(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def solve(system: System, residual: np.ndarray, change: np.ndarray, size: float) -> int:
+def solve(system: System, residual: np.ndarray, change: np.ndarray, tolerance: float, still: float) -> int:
     """Solve A x = b on; return how many iterations that took.
 
-    residual  b - A x, (4 N,) float32; changed in place
-    change    x, the same; changed in place
-    size      r . z at which it is solved
+    residual   b - A x, (4 N,) float32
+    change     x, the same; changed in place
+    tolerance  of sqrt(r . M^-1 r), and still its square that is as good as solved
     """
     deep, count = system.deep, len(system.blocks)
-    z, p, q = np.zeros_like(change), np.zeros_like(change), np.empty_like(change)
-    before, made = 0.0, 0
-    while True:
-        rz = precondition(system, residual, z)
-        if not rz > size or made == MOST:
-            return made
-        turn = np.float32(rz / before) if made > 0 else np.float32(0.0)
+    s, t, p, q = (np.zeros_like(change), np.zeros_like(change), np.zeros_like(change), np.zeros_like(change))
+    sweep_down(system, residual, s)
+    rz, size, before, made = 0.0, still, np.inf, 0
+    for k in range(deep, count):
+        rz += _dot(s, times_block(system.blocks, s, k), k)
+    size = max(size, tolerance * tolerance * rz)
+    while rz > size and made < MOST:
+        _sweep_up(system, s, np.float32(rz / before), p, t, q)
+        sweep_down(system, q, q)
+        pq = 0.0
         for k in range(4 * deep, 4 * count):
-            p[k] = z[k] + turn * p[k]
-        pq = multiply(system, p, q)
+            q[k] += t[k]
+            pq += np.float64(p[k]) * q[k]
         step = np.float32(rz / pq)
-        for k in range(4 * deep, 4 * count):
-            change[k] += step * p[k]
-            residual[k] -= step * q[k]
-        before, made = rz, made + 1
+        before, rz, made = rz, 0.0, made + 1
+        for k in range(deep, count):
+            for c in range(4 * k, 4 * k + 3):
+                change[c] += step * t[c]
+                s[c] -= step * q[c]
+            rz += _dot(s, times_block(system.blocks, s, k), k)
+    return made
 
 
 @njit(cache=True, error_model="numpy")
-def multiply(system: System, p: np.ndarray, q: np.ndarray) -> float:
-    """Write A p, (4 N,) float32, in place; return p . A p."""
-    links, total = system.links, 0.0
+def sweep_down(system: System, r: np.ndarray, s: np.ndarray) -> None:
+    """Write (D + L)^-1 r, (4 N,) float32, in place; both may be one."""
+    links = system.links
     for k in range(system.deep, len(system.blocks)):
-        across = zeros()
-        for at in range(links.rows[k], links.rows[k + 1]):
-            other, join = load_four(p, 4 * links.others[at]), load_four(system.joins, 4 * links.by[at])
-            across = across + join * dot(other, join) + other * item(join, 3)
-        x, y, z = p[4 * k], p[4 * k + 1], p[4 * k + 2]
-        D = system.blocks
-        u = np.float32(D[k, 0] * x + D[k, 1] * y + D[k, 2] * z) - item(across, 0)
-        v = np.float32(D[k, 1] * x + D[k, 3] * y + D[k, 4] * z) - item(across, 1)
-        w = np.float32(D[k, 2] * x + D[k, 4] * y + D[k, 5] * z) - item(across, 2)
-        q[4 * k], q[4 * k + 1], q[4 * k + 2], q[4 * k + 3] = u, v, w, 0.0
-        total += np.float64(x) * u + np.float64(y) * v + np.float64(z) * w
-    return total
+        across = _across(system, links.rows[k], links.mids[k], s, k)
+        x, y, z = r[4 * k] + across[0], r[4 * k + 1] + across[1], r[4 * k + 2] + across[2]
+        s[4 * k], s[4 * k + 1], s[4 * k + 2] = times(system.inverses, k, x, y, z)
+
+
+@njit(cache=True, error_model="numpy")
+def _sweep_up(system, s, turn, p, t, q):
+    """Write the next p = D s + turn p, t = (D + L^T)^-1 p, and p - D t to q, (4 N,) float32, in place."""
+    links = system.links
+    for k in range(len(system.blocks) - 1, system.deep - 1, -1):
+        across, more = _across(system, links.mids[k], links.rows[k + 1], t, k), times_block(system.blocks, s, k)
+        for c in range(3):
+            p[4 * k + c] = more[c] + turn * p[4 * k + c]
+            q[4 * k + c] = -across[c]
+        x, y, z = p[4 * k] + across[0], p[4 * k + 1] + across[1], p[4 * k + 2] + across[2]
+        t[4 * k], t[4 * k + 1], t[4 * k + 2] = times(system.inverses, k, x, y, z)
+
+
+@njit(cache=True, error_model="numpy")
+def take_off(system: System, change: np.ndarray, residual: np.ndarray) -> None:
+    """Take A x from a residual, (4 N,) float32 each, in place."""
+    links = system.links
+    for k in range(system.deep, len(system.blocks)):
+        mine, others = (
+            times_block(system.blocks, change, k),
+            _gathered(system, links.rows[k], links.rows[k + 1], change),
+        )
+        for c in range(3):
+            residual[4 * k + c] -= mine[c] - others[c]
+
+
+@inlined
+def _gathered(system, begin, end, v):
+    """Return the sum of B v over links of a particle, from one to another of its row."""
+    across = zeros()
+    for at in range(begin, end):
+        other, join = load_four(v, 4 * system.links.others[at]), load_four(system.joins, 4 * system.links.by[at])
+        across = across + join * dot(other, join) + other * item(join, 3)
+    return item(across, 0), item(across, 1), item(across, 2)
+
+
+@inlined
+def _across(system, begin, end, v, k):
+    """Return the same across the normal of particle k."""
+    x, y, z = _gathered(system, begin, end, v)
+    n = system.normals
+    nx, ny, nz = np.float32(n[k, 0]), np.float32(n[k, 1]), np.float32(n[k, 2])
+    along = x * nx + y * ny + z * nz
+    return x - along * nx, y - along * ny, z - along * nz
+
+
+@inlined
+def times(matrices: np.ndarray, k: int, x: float, y: float, z: float) -> Vector:
+    """Return the symmetric matrix k times a vector, in float32."""
+    u = np.float32(matrices[k, 0] * x + matrices[k, 1] * y + matrices[k, 2] * z)
+    v = np.float32(matrices[k, 1] * x + matrices[k, 3] * y + matrices[k, 4] * z)
+    return u, v, np.float32(matrices[k, 2] * x + matrices[k, 4] * y + matrices[k, 5] * z)
+
+
+@inlined
+def times_block(matrices: np.ndarray, v: np.ndarray, k: int) -> Vector:
+    """Return the symmetric matrix k times what particle k has of v, (4 N,) float32."""
+    return times(matrices, k, v[4 * k], v[4 * k + 1], v[4 * k + 2])
+
+
+@inlined
+def _dot(v, u, k):
+    """Return the scalar product of what particle k has of v with u, in double precision."""
+    return np.float64(v[4 * k]) * u[0] + np.float64(v[4 * k + 1]) * u[1] + np.float64(v[4 * k + 2]) * u[2]
 
 
 @njit(cache=True, error_model="numpy")
@@ -115,40 +184,18 @@ def yielding(inverses: np.ndarray, k: int, n: Vector) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def damp_across(system: System, k: int, n: Vector, damper: float) -> None:
-    """Add a damper [kg] across a unit vector to particle k, in place."""
-    x, y, z = n
-    B = system.blocks[k]
-    B[0] += damper * (1.0 - x * x)
-    B[1] -= damper * x * y
-    B[2] -= damper * x * z
-    B[3] += damper * (1.0 - y * y)
-    B[4] -= damper * y * z
-    B[5] += damper * (1.0 - z * z)
-    _invert(system.blocks, k, system.inverses)
-
-
-@njit(cache=True, error_model="numpy")
-def precondition(system: System, residual: np.ndarray, z: np.ndarray) -> float:
-    """Write what every particle moves by, alone and across its normal, (4 N,) float32, in place; return r . z."""
-    total = 0.0
-    for k in range(system.deep, len(system.blocks)):
-        total += _precondition(system, residual, k, z)
-    return total
-
-
-@inlined
-def _precondition(system, r, k, z):
-    """Write what particle k moves by, alone and across its normal, in place; return what that is along its residual."""
-    normals, inverses = system.normals, system.inverses
-    nx, ny, nz = np.float32(normals[k, 0]), np.float32(normals[k, 1]), np.float32(normals[k, 2])
-    x, y, w = r[4 * k], r[4 * k + 1], r[4 * k + 2]
-    along = x * nx + y * ny + w * nz
-    x, y, w = x - along * nx, y - along * ny, w - along * nz
-    u = inverses[k, 0] * x + inverses[k, 1] * y + inverses[k, 2] * w
-    v = inverses[k, 1] * x + inverses[k, 3] * y + inverses[k, 4] * w
-    t = inverses[k, 2] * x + inverses[k, 4] * y + inverses[k, 5] * w
-    along = u * nx + v * ny + t * nz
-    u, v, t = u - along * nx, v - along * ny, t - along * nz
-    z[4 * k], z[4 * k + 1], z[4 * k + 2] = u, v, t
-    return np.float64(x) * u + np.float64(y) * v + np.float64(w) * t
+def hold(system: System, k: int, n: Vector, damper: float) -> None:
+    """Hold particle k along a unit vector, and add a damper [kg] across it, in place."""
+    B = system.blocks
+    a = B[k, 0] * n[0] + B[k, 1] * n[1] + B[k, 2] * n[2]
+    b = B[k, 1] * n[0] + B[k, 3] * n[1] + B[k, 4] * n[2]
+    c = B[k, 2] * n[0] + B[k, 4] * n[1] + B[k, 5] * n[2]
+    D = (a, b, c)  # D n; across n is D - n (D n)^T - (D n) n^T + n (n . D n) n^T, and along it n (n . D n) n^T
+    along = 2.0 * (a * n[0] + b * n[1] + c * n[2]) - damper
+    at = 0
+    for i in range(3):
+        for j in range(i, 3):
+            B[k, at] += along * n[i] * n[j] - n[i] * D[j] - D[i] * n[j] + (damper if i == j else 0.0)
+            system.normals[k, i] = n[i]
+            at += 1
+    _invert(B, k, system.inverses)

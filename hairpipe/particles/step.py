@@ -20,7 +20,7 @@ from numba import njit
 from hairpipe.kernels.vec3 import dot, flattened, length, minus, plus, row, scaled
 from hairpipe.particles.contact import Planes, least_speed, rubbed
 from hairpipe.particles.model import Model, Moving, inverse_masses
-from hairpipe.particles.solve import System, damp_across, inverted, multiply, precondition, solve, yielding
+from hairpipe.particles.solve import System, hold, inverted, solve, take_off, times_block, yielding
 from hairpipe.particles.stiffness import measure_links, stiffen
 
 TOLERANCE = 1e-2
@@ -66,6 +66,7 @@ def advance(
     """
     links, deep, count, made = model.links, model.deep, len(model.masses), 0
     ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
+    still = STILL * STILL * (count - deep) * model.masses[deep]
     for step in range(len(roots) - 1):
         left = (len(roots) - 1 - step) * dt
         for k in range(deep):
@@ -76,7 +77,7 @@ def advance(
         system, residual = _assemble(model, springs, forces, moving, dt, ways, stiffness)
         change = np.zeros(4 * count, np.float32)
         _hold(system, planes, moving, left, dt, residual, change)
-        made += solve(system, residual, change, _size_of(system, model.masses, residual))
+        made += solve(system, residual, change, TOLERANCE, still)
         for k in range(deep, count):
             for c in range(3):
                 moving.velocities[k, c] += change[4 * k + c]
@@ -144,39 +145,30 @@ def _hold(system, planes, moving, left, dt, residual, change):
     What holds each alone, were its links to stay as they are, bears friction: a damper that takes mu times that at the
     speed at which the particle, alone, would slide.
     """
-    alone, held = np.zeros_like(change), 0
-    precondition(system, residual, alone)
+    held, dampers = np.zeros(len(system.blocks), np.bool_), np.empty(len(system.blocks))
     for k in range(system.deep, len(system.blocks)):
-        n, v = row(planes.normals, k), row(moving.velocities, k)
+        n, v, drift = row(planes.normals, k), row(moving.velocities, k), row(planes.drifts, k)
         least = least_speed(planes, k, row(moving.points, k), left, dt)
-        ahead = plus(v, (alone[4 * k], alone[4 * k + 1], alone[4 * k + 2]))
+        ahead = plus(v, times_block(system.inverses, residual, k))
         if dot(n, ahead) < least:
-            held += 1
+            held[k] = True
             push = planes.friction * (least - dot(n, ahead)) / yielding(system.inverses, k, n)
-            drift = row(planes.drifts, k)
             sliding = flattened(minus(ahead, drift), n)
             speed = length(sliding)
             if speed > 0.0:
                 speed -= push * yielding(system.inverses, k, scaled(1.0 / speed, sliding))
-            damper, u = push / max(speed, CREEP), flattened(minus(v, drift), n)
-            damp_across(system, k, n, damper)
+            dampers[k] = push / max(speed, CREEP)
             for c in range(3):
-                system.normals[k, c] = n[c]
-                residual[4 * k + c] -= damper * u[c]
                 change[4 * k + c] = (least - dot(n, v)) * n[c]
-    if held > 0:
-        multiply(system, change, alone)
-        for k in range(4 * system.deep, len(residual)):
-            residual[k] -= alone[k]
-
-
-@njit(cache=True, error_model="numpy")
-def _size_of(system, masses, residual):
-    """Return r . z at which a system is solved."""
-    still = 0.0
-    for k in range(system.deep, len(masses)):
-        still += masses[k] * STILL * STILL
-    return max(TOLERANCE * TOLERANCE * precondition(system, residual, np.empty_like(residual)), still)
+    take_off(system, change, residual)
+    for k in range(system.deep, len(system.blocks)):
+        if held[k]:
+            n = row(planes.normals, k)
+            u = flattened(minus(row(moving.velocities, k), row(planes.drifts, k)), n)
+            r = flattened((residual[4 * k], residual[4 * k + 1], residual[4 * k + 2]), n)
+            for c in range(3):
+                residual[4 * k + c] = r[c] - dampers[k] * u[c]
+            hold(system, k, n, dampers[k])
 
 
 @njit(cache=True, error_model="numpy")

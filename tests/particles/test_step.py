@@ -27,6 +27,7 @@ class Pendulum:
             LENGTH * one,
             np.array([[1.0, 1.0]]),
             np.array([0, 1, 2], np.int32),
+            np.array([0, 2], np.int32),
             np.array([1, 0], np.int32),
             np.array([0, 0], np.int32),
         )
