@@ -44,11 +44,11 @@ class Planes(NamedTuple):
     friction: float
 
 
-def look(bodies: Sequence[Collider], points: np.ndarray, seconds: float) -> SdfSample:
-    """Return what is nearest of bodies at points [m], (n, 3), at a time since the previous frame [s]; pure."""
+def look(bodies: Sequence[Collider], points: np.ndarray, seconds: float, first: int = 0) -> SdfSample:
+    """Return what is nearest of bodies at points [m], (n, 3), from the first on, at a time in the frame [s]."""
     found = SdfSample.blank(len(points))
     for body in bodies:
-        body.probe(points, seconds, found)
+        body.probe(points[first:], seconds, SdfSample(*(values[first:] for values in found)))
     return found
 
 

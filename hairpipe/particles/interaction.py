@@ -23,7 +23,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import cross, dot, flattened, length, minus, plus, row, scaled
+from hairpipe.kernels.vec3 import cross, dot, flattened, length, minus, plus, row, scaled, unit
 from hairpipe.particles.smoothing_kernel import shape, slope
 
 PARALLEL = 0.1
@@ -80,78 +80,80 @@ def exchange(
     inverse_masses  of particles, 0 where they are led [1/kg], (N,)
     """
     pressed, count = np.zeros(len(pairs.ends)), len(pairs.ends)
-    ways = np.empty((count, 3))
-    for k in range(count):
-        r = pairs.apart[k]
-        away = minus(row(points, pairs.ends[k, 1]), row(points, pairs.ends[k, 0]))
-        ways[k, 0], ways[k, 1], ways[k, 2] = scaled(1.0 / r if r > 0.0 else 0.0, away)
     if law.pressure > 0.0:
+        gradients = np.empty((count, 4))
+        for k in range(count):
+            r = pairs.apart[k]
+            g = law.mass * slope(r / law.h) / (4.0 * np.pi * law.h**4)
+            away = minus(row(points, pairs.ends[k, 1]), row(points, pairs.ends[k, 0]))
+            gradients[k, 0], gradients[k, 1], gradients[k, 2] = scaled(g / r if r > 0.0 else 0.0, away)
+            gradients[k, 3] = g
         for k in range(len(velocities)):
             if pairs.density[k] > law.rest[k]:
-                _press(law, pairs, inverse_masses, ways, dt, k, velocities, pressed)
+                _press(law, pairs, inverse_masses, gradients, dt, k, velocities, pressed)
     for k in range(count):
         i, j = pairs.ends[k, 0], pairs.ends[k, 1]
         first, second = inverse_masses[i], inverse_masses[j]
-        if first + second > 0.0:
+        u, way = minus(row(velocities, j), row(velocities, i)), minus(row(points, j), row(points, i))
+        n = _normal(row(directions, i), row(directions, j), way)
+        hits = dot(u, n) * dot(way, n) < 0.0
+        if first + second > 0.0 and (hits or pressed[k] > 0.0):  # else there is nothing, and no friction of it
             pair = law.mass * 0.25 * shape(pairs.apart[k] / law.h) * dt * (first + second)
-            u, way = minus(row(velocities, j), row(velocities, i)), row(ways, k)
-            n = _normal(row(directions, i), row(directions, j), way)
-            rates = (law.collision * pair, law.friction * pair)
-            impulse = _lost(u, n, way, rates, 1.0 / (first + second), law.bound, pressed[k])
+            n = unit(n, n)
+            collision = law.collision * pair if hits else 0.0
+            impulse = _lost(u, n, collision, law.friction * pair, 1.0 / (first + second), law.bound, pressed[k])
             for c in range(3):
                 velocities[i, c] += first * impulse[c]
                 velocities[j, c] -= second * impulse[c]
 
 
-@njit(cache=True, error_model="numpy")
-def _press(law, pairs, inverse_masses, ways, dt, k, velocities, pressed):
-    """Let particle k, which is too dense, press on those around it, in place; add the impulse to those of its pairs."""
-    scale = law.mass / (4.0 * np.pi * law.h**4)
-    rate, weight, total = 0.0, 0.0, (0.0, 0.0, 0.0)
+@inlined
+def _press(law, pairs, inverse_masses, gradients, dt, k, velocities, pressed):
+    """Let particle k, which is too dense, press on those around it, in place; add the impulse to those of its pairs.
+
+    gradients  of the density by the place of the second of a pair, and their length with its sign [kg/m^4], (P, 4)
+    """
+    rate, weight, total, mine = 0.0, 0.0, (0.0, 0.0, 0.0), row(velocities, k)
     for at in range(pairs.rows[k], pairs.rows[k + 1]):
         pair = pairs.by[at]
         i, j = pairs.ends[pair, 0], pairs.ends[pair, 1]
-        g = scale * slope(pairs.apart[pair] / law.h)
-        n = row(ways, pair)
-        rate += g * dot(n, minus(row(velocities, j), row(velocities, i)))
-        weight += g * g * (inverse_masses[i] + inverse_masses[j] - inverse_masses[k])
-        total = plus(total, scaled(g if i == k else -g, n))
+        other, sign = i + j - k, np.float64((i == k) - (j == k))  # no branch to be guessed
+        g = scaled(sign, row(gradients, pair))
+        rate += dot(g, minus(row(velocities, other), mine))
+        weight += dot(g, g) * inverse_masses[other]
+        total = plus(total, g)
     weight += inverse_masses[k] * dot(total, total)
     stiff = law.pressure * law.mass / (pairs.density[k] * pairs.density[k])
     push = stiff * dt * max(pairs.density[k] - law.rest[k] + dt * rate, 0.0) / (1.0 + stiff * dt * dt * weight)
     for at in range(pairs.rows[k], pairs.rows[k + 1]):
         pair = pairs.by[at]
         i, j = pairs.ends[pair, 0], pairs.ends[pair, 1]
-        impulse = -push * scale * slope(pairs.apart[pair] / law.h)
-        pressed[pair] += impulse
+        other, sign = i + j - k, np.float64((i == k) - (j == k))
+        pressed[pair] -= push * gradients[pair, 3]
         for c in range(3):
-            velocities[i, c] -= inverse_masses[i] * impulse * ways[pair, c]
-            velocities[j, c] += inverse_masses[j] * impulse * ways[pair, c]
+            velocities[other, c] -= sign * inverse_masses[other] * push * gradients[pair, c]
+    for c in range(3):
+        velocities[k, c] += inverse_masses[k] * push * total[c]
 
 
 @inlined
 def _normal(t, s, way):
-    """Return the unit normal of two hairs; that of parallel ones is the way from one to the other, across them."""
+    """Return a normal of two hairs, of any length; that of parallel ones is the way from one to the other, across."""
     n = cross(t, s)
-    size = length(n)
-    if size < PARALLEL:
-        n = flattened(way, t)
-        size = length(n)
-    return scaled(1.0 / size if size > 0.0 else 0.0, n)
+    return n if dot(n, n) > PARALLEL * PARALLEL else flattened(way, t)
 
 
 @inlined
-def _lost(u, n, way, rates, mass, bound, pressed):
+def _lost(u, n, collision, friction, mass, bound, pressed):
     """Return the impulse [N s] on the first of two particles by collision and friction.
 
-    u      velocity of the second against the first; rates  a of both laws; mass  reduced mass of both
+    u  velocity of the second against the first; collision, friction  a of both; mass  reduced mass of both
     """
     along = dot(u, n)
-    hit = rates[0] / (1.0 + rates[0]) * mass * along if along * dot(way, n) < 0.0 else 0.0
+    hit = collision / (1.0 + collision) * mass * along
     across = flattened(u, n)
     speed = length(across)
-    rub = rates[1] / (1.0 + rates[1]) * mass
-    most = bound * (abs(hit) + pressed)
+    rub, most = friction / (1.0 + friction) * mass, bound * (abs(hit) + pressed)
     if rub * speed > most:
         rub = most / speed
     return hit * n[0] + rub * across[0], hit * n[1] + rub * across[1], hit * n[2] + rub * across[2]

@@ -140,7 +140,7 @@ def advance_frame(
         exchange(law, pairs, inverse_masses(model), points, directions, frame_dt, velocities)
     forces = _forces_on(prepared, settings, (points, directions, velocities), frame.began)
     places = points + frame_dt * velocities
-    found = look(bodies, places, frame_dt)
+    found = look(bodies, places, frame_dt, deep)
     thickness = np.minimum(settings.contact.thickness, NEAR_ROOT * np.maximum(particles.arcs, 0.0))
     planes = planes_of(found, places, thickness, settings.contact.friction)
     moving = Moving(points, velocities, state.tensions.copy())

@@ -175,7 +175,7 @@ def _invert(blocks, k, inverses):
     inverses[k, 5] = over * (a * d - b * b)
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def yielding(inverses: np.ndarray, k: int, n: Vector) -> float:
     """Return by how much particle k, alone, gives way along a unit vector to an impulse along it [1/kg]."""
     x, y, z = n
@@ -183,7 +183,7 @@ def yielding(inverses: np.ndarray, k: int, n: Vector) -> float:
     return B[0] * x * x + B[3] * y * y + B[5] * z * z + 2.0 * (B[1] * x * y + B[2] * x * z + B[4] * y * z)
 
 
-@njit(cache=True, error_model="numpy")
+@inlined
 def hold(system: System, k: int, n: Vector, damper: float) -> None:
     """Hold particle k along a unit vector, and add a damper [kg] across it, in place."""
     B = system.blocks
