@@ -152,14 +152,15 @@ class _OnStrands:
         self.shifts = stream(seed, "first particles").uniform(size=self.tree.n)
 
     def free(self, spacing: float) -> Places:
-        return self._along(darts(self.tree, self.order, spacing), spacing, 0.0)
+        strands = darts(self.tree, self.order, spacing)
+        return self._along(strands, spacing, 0.0, self.lines.lengths[strands] / spacing)
 
     def below(self, places: Places, spacing: float) -> Places:
-        return self._along(np.unique(places.strands), spacing, -DEPTH)
+        return self._along(np.unique(places.strands), spacing, -DEPTH, 0.0)
 
-    def _along(self, strands: np.ndarray, spacing: float, first: float) -> Places:
+    def _along(self, strands: np.ndarray, spacing: float, first: float, last: np.ndarray | float) -> Places:
+        """Return the places on strands from the first on to before the last, both in spacings."""
         shifts = self.shifts[strands]
-        last = self.lines.lengths[strands] / spacing if first == 0.0 else np.zeros(len(strands))
         begin, end = np.ceil(first - shifts), np.ceil(last - shifts)
         counts = np.maximum(end - begin, 0.0).astype(int)
         steps = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
