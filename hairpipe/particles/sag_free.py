@@ -14,7 +14,7 @@ from hairpipe.particles.stiffness import measure_links, stiffen
 SOFT = 1e-4
 """Of the mean diagonal, that is added."""
 EXACT = 1e-4
-"""Residual of the solve."""
+"""Error of the solve, as `TOLERANCE` of a step."""
 
 
 def rest_lengths(model: Model, points: np.ndarray, axial: np.ndarray, gravity: float, strain: float) -> np.ndarray:

@@ -25,6 +25,8 @@ from hairpipe.particles.model import Links
 
 MOST = 500
 """Iterations."""
+DELAY = 2
+"""Iterations whose gains are the error before them."""
 
 
 class System(NamedTuple):
@@ -52,16 +54,21 @@ def solve(system: System, residual: np.ndarray, change: np.ndarray, tolerance: f
 
     residual   b - A x, (4 N,) float32
     change     x, the same; changed in place
-    tolerance  of sqrt(r . M^-1 r), and still its square that is as good as solved
+    tolerance  of the error over the change, both in the norm of A
+    still      square of an error in that norm that is as good as none
+
+    An iteration takes step r . M^-1 r from the square of the error; the last DELAY of them together tell what it was
+    before them, after Hestenes and Stiefel, Methods of conjugate gradients for solving linear systems, 1952. A residual
+    alone does not: the more particles a hair has, the more of the error is in what moves all of it.
     """
     deep, count = system.deep, len(system.blocks)
     s, t, p, q = (np.zeros_like(change), np.zeros_like(change), np.zeros_like(change), np.zeros_like(change))
     sweep_down(system, residual, s)
-    rz, size, before, made = 0.0, still, np.inf, 0
+    rz, before, made = 0.0, np.inf, 0
     for k in range(deep, count):
         rz += _dot(s, times_block(system.blocks, s, k), k)
-    size = max(size, tolerance * tolerance * rz)
-    while rz > size and made < MOST:
+    gains, total = np.zeros(DELAY), 0.0
+    while rz > 0.0 and made < MOST:
         _sweep_up(system, s, np.float32(rz / before), p, t, q)
         sweep_down(system, q, q)
         pq = 0.0
@@ -69,12 +76,16 @@ def solve(system: System, residual: np.ndarray, change: np.ndarray, tolerance: f
             q[k] += t[k]
             pq += np.float64(p[k]) * q[k]
         step = np.float32(rz / pq)
+        gains[made % DELAY] = step * rz
+        total += step * rz
         before, rz, made = rz, 0.0, made + 1
         for k in range(deep, count):
             for c in range(4 * k, 4 * k + 3):
                 change[c] += step * t[c]
                 s[c] -= step * q[c]
             rz += _dot(s, times_block(system.blocks, s, k), k)
+        if made >= DELAY and not gains[0] + gains[1] > max(tolerance * tolerance * total, still):
+            break
     return made
 
 
