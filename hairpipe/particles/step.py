@@ -23,7 +23,7 @@ from hairpipe.particles.model import Model, Moving, inverse_masses
 from hairpipe.particles.solve import System, hold, inverted, solve, take_off, times_block, yielding
 from hairpipe.particles.stiffness import measure_links, stiffen
 
-TOLERANCE = 2e-2
+TOLERANCE = 1e-2
 """Of the error of a solve over the change it makes, in the norm of its energy; links tear where it is much more."""
 STILL = 1e-4
 """Velocity below which nothing is solved more exactly [m/s]."""

@@ -75,6 +75,22 @@ def test_shaken_hair_is_torn_nowhere_for_long_and_comes_to_rest(shot, place_plat
     assert hair.state.points[:, 1].min() > hair.particles.points[:, 1].min() - 0.05
 
 
+def test_hair_of_a_head_thrown_at_2500_degrees_a_second_stays_finite_and_comes_back(shot, place_plate):
+    rate = np.deg2rad(2500.0)
+
+    def thrown(frame):
+        angle, spin = rate * FRAME * min(frame + 1, 6), rate if frame < 5 else 0.0
+        turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+        body = place_plate(turn=turn)
+        return replace(body, velocities=spin * np.cross([0.0, 1.0, 0.0], body.points))
+
+    hair = shot(interaction=Interaction()).run(6, thrown)
+    assert np.isfinite(hair.state.points).all()
+    fastest = np.linalg.norm(hair.state.velocities, axis=1).max()
+    hair.run(96, lambda frame: thrown(6))
+    assert fastest > 3.0 and hair.pace < 0.02 and hair.out < 0.05
+
+
 @pytest.mark.parametrize("steps", [1, 2])
 def test_no_particle_is_in_a_ball_that_goes_through_the_curtain(shot, ball, steps):
     hair, velocity = shot(interaction=Interaction(), steps=steps), np.array([0.0, 0.0, 1.5])
