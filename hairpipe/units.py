@@ -22,6 +22,7 @@ __all__ = [
     "Metres",
     "MetresPerSecond",
     "MetresPerSecondSquared",
+    "MetresSquaredPerSecondSquared",
     "MinLen",
     "Newtons",
     "NewtonsPerMetre",
@@ -57,6 +58,7 @@ SecondsSquaredPerMetreSquared = Annotated[float, Unit("s^2/m^2")]
 PerSecond = Annotated[float, Unit("1/s")]
 MetresPerSecond = Annotated[float, Unit("m/s")]
 MetresPerSecondSquared = Annotated[float, Unit("m/s^2")]
+MetresSquaredPerSecondSquared = Annotated[float, Unit("m^2/s^2")]
 Degrees = Annotated[float, Unit("deg")]
 DegreesPerSecond = Annotated[float, Unit("deg/s")]
 Newtons = Annotated[float, Unit("N")]

@@ -13,7 +13,7 @@ class Particles:
 
     hair        strands that particles lie on, as they are at rest
     strands     strand of `hair` that each lies on, (N,) int32
-    arcs        where on it, from the skin; negative below the skin [m], (N,) float64
+    arcs        where on it, from the skin, of a curl along its axis; negative below the skin [m], (N,) float64
     points      [m], (N, 3) float64
     directions  of the hair there, to the tip, unit vectors, (N, 3) float64
     masses      [kg], (N,) float64

@@ -1,4 +1,4 @@
-"""A helix cut into equal segments."""
+"""A helix cut into equal segments, and the turn of a curve that was."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -42,3 +42,34 @@ def wound(curl: Helix, length: float, segments: int) -> np.ndarray:
     turns = low * np.arange(segments + 1)
     around = curl.radius * np.column_stack([np.cos(turns) - 1.0, np.sin(turns)])
     return np.column_stack([around, curl.pitch * turns / (2.0 * np.pi)])
+
+
+def turn_of(points: np.ndarray) -> float:
+    """Return how many segments of a curve, (n, 3), make a turn, on the median; inf where it is straight.
+
+    The bend from one segment to the next points to the axis: it turns about that by the same angle every segment.
+    """
+    bends = np.diff(points, 2, axis=0)
+    sizes = np.linalg.norm(bends, axis=1)
+    if len(bends) < 2 or not (sizes > 1e-6 * np.linalg.norm(points[1] - points[0])).all():
+        return float("inf")
+    cosines = np.sum(bends[1:] * bends[:-1], axis=1) / (sizes[1:] * sizes[:-1])
+    angle = float(np.median(np.arccos(np.clip(cosines, -1.0, 1.0))))
+    return 2.0 * np.pi / angle if angle > 0.0 else float("inf")
+
+
+def centres_of(points: np.ndarray, turn: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mean of a curve, (n, 3), over one turn about each point, and the points that have one; pure.
+
+    turn  segments
+    """
+    at = np.arange(len(points))
+    middle = at[(at >= 0.5 * turn) & (at <= at[-1] - 0.5 * turn)]
+    sums = np.concatenate([np.zeros((1, 3)), np.cumsum(0.5 * (points[1:] + points[:-1]), axis=0)])
+
+    def integral(place: np.ndarray) -> np.ndarray:
+        k = np.minimum(place.astype(int), len(points) - 2)
+        s = (place - k)[:, None]
+        return sums[k] + s * points[k] + 0.5 * s**2 * (points[k + 1] - points[k])
+
+    return (integral(middle + 0.5 * turn) - integral(middle - 0.5 * turn)) / turn, middle

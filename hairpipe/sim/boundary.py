@@ -116,10 +116,11 @@ def _motion_on(
     if mesh is None:
         still = np.broadcast_to(np.eye(3, 4), (len(triangles), 3, 4))
         return still, np.zeros_like(still)
-    ahead = np.zeros_like(mesh.points) if mesh.velocities is None else _INSTANT * mesh.velocities
+    corners = mesh.triangles[triangles].ravel()  # of the few triangles that hold ends
+    points, ahead = mesh.points[corners], _INSTANT * mesh.rates[corners]
+    own, each = np.arange(len(corners), dtype=np.int32).reshape(-1, 3), np.arange(len(triangles), dtype=np.int32)
     before, now, after = (
-        _from_rest(root_frames(mesh.points + way * ahead, mesh.triangles, triangles, barycentrics), rest)
-        for way in (-1.0, 0.0, 1.0)
+        _from_rest(root_frames(points + way * ahead, own, each, barycentrics), rest) for way in (-1.0, 0.0, 1.0)
     )
     return now, (after - before) / (2 * _INSTANT)
 

@@ -7,9 +7,9 @@ from hairpipe.graphs.experiments.nodes.measure_curls import measure_curls
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time
-from hairpipe.groom.helix import Helix
+from hairpipe.groom.helix import Helix, turn_of
 from hairpipe.groom.strands import lay_strands
-from hairpipe.measure.curls import radius, turn_of
+from hairpipe.measure.curls import radius
 
 
 def curls(width, pitch=0.02, segments=80):

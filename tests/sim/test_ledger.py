@@ -1,4 +1,4 @@
-"""The ledger of `hairpipe/sim/README.md`: what it says of files and tests is so."""
+"""The ledgers of `hairpipe/sim/` and `hairpipe/particles/`: what their READMEs say of files and tests is so."""
 
 import ast
 import re
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import pytest
 
 HOME = Path(__file__).resolve().parents[2]
-README = HOME / "hairpipe/sim/README.md"
+STRANDS, PARTICLES = HOME / "hairpipe/sim/README.md", HOME / "hairpipe/particles/README.md"
 IN_THE_PAPER = ("Sec. 3.1", "Sec. 3.2", "Sec. 4", "Sec. 4.1", "Sec. 4.2", "Sec. 5.1", "Sec. 5.2", "Sec. 5.3", "Sec. 6")
 
 
@@ -21,9 +21,9 @@ class Row(NamedTuple):
     tests: tuple[str, ...]
 
 
-def read_ledger():
+def read_ledger(readme):
     """Read the rows of the table below "The ledger"."""
-    section = README.read_text(encoding="utf-8").partition("\n## The ledger\n")[2].partition("\n## ")[0]
+    section = readme.read_text(encoding="utf-8").partition("\n## The ledger\n")[2].partition("\n## ")[0]
     rows = [re.split(r"(?<!\\)\|", line.strip("|")) for line in section.splitlines() if line.startswith("|")][2:]
     return [
         Row(cells[0].strip(), cells[1].strip(), cells[2].strip(" `"), tuple(re.findall(r"`([^`]+)`", cells[3])))
@@ -41,7 +41,9 @@ def imported(path):
             yield from (alias.name for alias in item.names)
 
 
-@pytest.mark.parametrize("row", read_ledger(), ids=lambda row: f"{row.citation}-{Path(row.file).stem}")
+@pytest.mark.parametrize(
+    "row", read_ledger(STRANDS) + read_ledger(PARTICLES), ids=lambda row: f"{row.citation}-{Path(row.file).stem}"
+)
 def test_a_row_names_a_file_that_cites_the_equation_and_tests_that_import_the_file(row):
     file = HOME / row.file
     assert file.is_file(), f"{row.file}: there is no such file"
@@ -56,7 +58,13 @@ def test_a_row_names_a_file_that_cites_the_equation_and_tests_that_import_the_fi
 
 
 def test_every_section_of_the_paper_and_every_step_has_a_row():
-    rows = read_ledger()
+    rows = read_ledger(STRANDS)
     assert not [section for section in IN_THE_PAPER if section not in {row.citation for row in rows}]
     groups = re.findall(r"steps? ([\d, and]+)", " ".join(row.equation for row in rows))
     assert sorted(re.findall(r"\d", " ".join(groups))) == list("123456789")
+
+
+def test_every_equation_of_the_particles_has_a_row_but_that_of_their_beam():
+    """(4) and the strength (5) are said where (3) and (6) are."""
+    cited = [row.citation for row in read_ledger(PARTICLES)]
+    assert cited == ["(1)", "(2)", "(3)", "(6)", "(7) to (14)", "(15)", "(16) to (18)"]

@@ -1,0 +1,112 @@
+"""Particles and bodies: half-spaces for the steps of a frame, and a last look at its end.
+
+Bodies are looked at once where particles would be at the end of the frame; what is found is a plane for each, which
+moves as the body does there. A step keeps the gap from its plane: along the normal n a particle that would come nearer
+than its thickness moves as
+
+    n . v = n . v_b + min((thickness - gap) / dt, 0.5 m/s)
+
+within the solve, so that links see what the body carries; held is what would come too near if its links stayed as they
+are. Friction, mu times what holds it, is a damper in the solve. What the planes missed is put right by a
+second look at the end, where particles are moved out and lose what points inwards.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.vec3 import Vector, dot, minus, plus, row, scaled
+from hairpipe.levelset.collider import Collider, SdfSample
+from hairpipe.particles.model import Moving
+from hairpipe.sim.contact.body.projection import slide
+
+PUSH_OUT = 0.5
+"""Speed at which a particle that is too near is moved out [m/s]."""
+
+
+class Planes(NamedTuple):
+    """What bodies are like near particles.
+
+    normals    unit, outward; 0 where there is no body, (N, 3)
+    offsets    gap of a place x at the end of the frame is n . x + offset [m], (N,)
+    drifts     velocity of the body there [m/s], (N, 3)
+    thickness  distance that particles keep [m], (N,)
+    friction   Coulomb coefficient
+    """
+
+    normals: np.ndarray
+    offsets: np.ndarray
+    drifts: np.ndarray
+    thickness: np.ndarray
+    friction: float
+
+
+def look(bodies: Sequence[Collider], points: np.ndarray, seconds: float, first: int = 0) -> SdfSample:
+    """Return what is nearest of bodies at points [m], (n, 3), from the first on, at a time in the frame [s]."""
+    found = SdfSample.blank(len(points))
+    for body in bodies:
+        body.probe(points[first:], seconds, SdfSample(*(values[first:] for values in found)))
+    return found
+
+
+def planes_of(found: SdfSample, places: np.ndarray, thickness: np.ndarray, friction: float) -> Planes:
+    """Return the planes of what was found at places [m], (N, 3); pure."""
+    near = np.isfinite(found.distance)
+    offsets = np.where(near, found.distance, 1.0) - np.sum(found.normal * places, axis=1)
+    return Planes(found.normal, offsets, found.velocity, thickness, friction)
+
+
+@inlined
+def gap_of(planes: Planes, k: int, x: Vector, left: float) -> float:
+    """Return the gap of particle k at x, so many seconds before the end of the frame [m]."""
+    n = row(planes.normals, k)
+    return dot(n, x) + planes.offsets[k] + left * dot(n, row(planes.drifts, k))
+
+
+@inlined
+def least_speed(planes: Planes, k: int, x: Vector, left: float, dt: float) -> float:
+    """Return the least speed along its normal that a particle may have in a step that begins at x [m/s]."""
+    n, missing = row(planes.normals, k), planes.thickness[k] - gap_of(planes, k, x, left)
+    return dot(n, row(planes.drifts, k)) + min(missing / dt, PUSH_OUT)
+
+
+@inlined
+def rubbed(planes: Planes, k: int, v: Vector, push: float) -> Vector:
+    """Return a velocity after the friction of a push along the normal that it has had, both [m/s]."""
+    n, drift = row(planes.normals, k), row(planes.drifts, k)
+    u = slide(minus(minus(v, drift), scaled(push, n)), n, push, planes.friction)
+    return plus(u, drift)
+
+
+def stale(planes: Planes, found: SdfSample, places: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return the particles whose planes do not tell where the body is, of those looked at elsewhere, (n,); pure."""
+    way = np.linalg.norm(points - places, axis=1)
+    near = np.where(np.isfinite(found.distance), found.distance, 2.0 * planes.thickness)
+    return np.flatnonzero(near - 2.0 * way < planes.thickness)
+
+
+@njit(cache=True, error_model="numpy")
+def put_right(
+    found: SdfSample, which: np.ndarray, planes: Planes, starts: np.ndarray, dt: float, moving: Moving
+) -> None:
+    """Move particles out that are nearer than their thickness, and take what points inwards, in place.
+
+    found   bodies where the particles which, (n,), are at the end of the frame
+    starts  where they began it [m], (N, 3); dt  it lasted [s]
+    """
+    for a in range(len(which)):
+        k, phi = which[a], found.distance[a]
+        kept, n, b = planes.thickness[k], row(found.normal, a), row(found.velocity, a)
+        if not phi < kept or dot(n, n) < 0.5:
+            continue
+        began = gap_of(planes, k, row(starts, k), dt)
+        most = min(kept, max(began + PUSH_OUT * dt, 0.0))
+        u = minus(row(moving.velocities, k), b)
+        inwards = max(-dot(u, n), 0.0)
+        u = slide(u, n, inwards, planes.friction)
+        for c in range(3):
+            moving.points[k, c] += max(most - phi, 0.0) * n[c]
+            moving.velocities[k, c] = b[c] + u[c]

@@ -1,0 +1,180 @@
+"""Links between particles that are neighbours at rest, (5) and (6) of Bando, Chen, Nishita 2003.
+
+With theta_ij the angle between the hair at i and the way x_ij from i to j,
+
+    a_ij = |cos theta_ij - cos theta_ji| / 2 where the cosines have opposite signs, else 0      (6)
+    c_ij = a_ij l_ij                                                                            (5)
+
+Pairs within 2 h_1 with a >= a_0 are linked. Of these the weakest, by c W(l, h_1), are let go as long as both ends keep
+more links than are wanted, and the end towards the tip keeps another one towards the root.
+
+We differ from the paper: reaches follow from the number of neighbours, since hair of even roots is uneven in space; a
+particle that no link joins to the root gets its strongest below a_0.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from hairpipe.data import Particles
+from hairpipe.errors import BadInput
+from hairpipe.particles.sampling import Samples
+from hairpipe.particles.smoothing_kernel import kernel
+
+SURVEYED = 2000
+"""Particles whose neighbours are counted."""
+HALVINGS = 40
+
+
+class LinkRule(NamedTuple):
+    """Which neighbours are linked.
+
+    most       links that a particle keeps, N_n
+    alignment  least a of a link, a_0
+    linked     neighbours within 2 h_1, on the mean
+    touching   neighbours within 2 h_2, on the mean
+    """
+
+    most: int
+    alignment: float
+    linked: float
+    touching: float
+
+
+class Candidates(NamedTuple):
+    """Pairs of particles.
+
+    pairs       that towards the root first, (E, 2) int64
+    alignments  a_ij, (E,)
+    weights     c_ij W(l_ij, h_1), (E,)
+    """
+
+    pairs: np.ndarray
+    alignments: np.ndarray
+    weights: np.ndarray
+
+
+def link(samples: Samples, rule: LinkRule, line_density: float) -> Particles:
+    """Link particles, which share the mass of all hair, equally; pure.
+
+    line_density  of a fibre [kg/m]
+
+    BadInput where there are too few of them.
+    """
+    hair, places, points, directions, length = samples
+    deep = int(np.count_nonzero(places.arcs < 0.0))
+    masses = np.full(len(points), line_density * length / (len(points) - deep))
+    reach, span = (reach_with(points, neighbours) for neighbours in (rule.linked, rule.touching))
+    links, alignments = find_links(points, directions, deep, reach, rule)
+    return Particles(hair, *places, points, directions, masses, links, alignments, reach, span)
+
+
+def reach_with(points: np.ndarray, neighbours: float) -> float:
+    """Return h [m] such that particles have so many neighbours within 2 h, on the mean; pure.
+
+    BadInput where there are no more particles than that.
+    """
+    if neighbours > len(points) - 1:
+        told = f"{len(points)} particles cannot have {neighbours:g} neighbours each"
+        raise BadInput(told, where="particles", right=f"more than {neighbours:g}")
+    tree, some = KDTree(points), points[:: -(-len(points) // SURVEYED)]
+    few, low, high = KDTree(some), 0.0, float(np.linalg.norm(np.ptp(points, axis=0)))
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        found = few.count_neighbors(tree, middle) / len(some) - 1.0
+        low, high = (middle, high) if found < neighbours else (low, middle)
+    return 0.5 * high
+
+
+def find_links(
+    points: np.ndarray, directions: np.ndarray, deep: int, reach: float, rule: LinkRule
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the links, (E, 2) int32, that towards the root first and ordered by it, and their a_ij, (E,); pure.
+
+    points      [m], (N, 3), of which so many are deep below the skin, and come first
+    directions  unit vectors, (N, 3)
+    reach       h_1 [m]
+
+    BadInput where particles hang on no root.
+    """
+    near = _candidates(points, directions, deep, reach)
+    near = Candidates(*(column[near.alignments >= rule.alignment] for column in near))
+    led = np.bincount(near.pairs[:, 1], minlength=len(points))
+    led[:deep] = 1
+    near = _joined([near, *(_strongest(points, directions, reach, j) for j in np.flatnonzero(led == 0))])
+    kept = _pruned(near, len(points), rule.most)
+    pairs, alignments = near.pairs[kept], near.alignments[kept]
+    _check_connected(pairs, len(points), deep)
+    return pairs.astype(np.int32), alignments
+
+
+def _candidates(points: np.ndarray, directions: np.ndarray, deep: int, reach: float) -> Candidates:
+    """Return all pairs within reach that are aligned at all, but for those below the skin."""
+    pairs = KDTree(points).query_pairs(2.0 * reach, output_type="ndarray").astype(np.int64)
+    pairs = pairs[pairs.max(axis=1) >= deep]
+    here, there, lengths = _cosines(points, directions, pairs)
+    aligned = here * there > 0.0
+    pairs = np.where((here > 0.0)[:, None], pairs, pairs[:, ::-1])
+    alignments = 0.5 * np.abs(here + there)
+    return _weighed(pairs[aligned], alignments[aligned], lengths[aligned], reach)
+
+
+def _strongest(points: np.ndarray, directions: np.ndarray, reach: float, j: int) -> Candidates:
+    """Return the pair by which a particle is led best by any that is behind it, if there is one."""
+    others = np.flatnonzero(np.linalg.norm(points - points[j], axis=1) < 2.0 * reach)
+    pairs = np.stack([others[others != j], np.full(len(others) - 1, j)], axis=1)
+    here, there, lengths = _cosines(points, directions, pairs)
+    behind = (there > 0.0) & (here + there != 0.0)
+    found = _weighed(pairs[behind], 0.5 * np.abs(here + there)[behind], lengths[behind], reach)
+    best = np.argsort(-found.weights, kind="stable")[:1]
+    return Candidates(*(column[best] for column in found))
+
+
+def _cosines(
+    points: np.ndarray, directions: np.ndarray, pairs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the cosines of the hair at both ends with the way from the first to the second, and its length [m]."""
+    ways = points[pairs[:, 1]] - points[pairs[:, 0]]
+    lengths = np.linalg.norm(ways, axis=1)
+    ways /= np.maximum(lengths, 1e-12)[:, None]
+    here, there = (np.sum(directions[pairs[:, end]] * ways, axis=1) for end in range(2))
+    return here, there, lengths
+
+
+def _weighed(pairs: np.ndarray, alignments: np.ndarray, lengths: np.ndarray, reach: float) -> Candidates:
+    return Candidates(pairs, alignments, alignments * lengths * kernel(lengths, reach))
+
+
+def _joined(parts: list[Candidates]) -> Candidates:
+    """Return all pairs, ordered."""
+    pairs, alignments, weights = (np.concatenate(columns) for columns in zip(*parts, strict=True))
+    order = np.lexsort((pairs[:, 1], pairs[:, 0]))
+    return Candidates(pairs[order], alignments[order], weights[order])
+
+
+def _pruned(near: Candidates, count: int, most: int) -> np.ndarray:
+    """Return which of the pairs stay, ascending."""
+    links = np.bincount(near.pairs.ravel(), minlength=count).tolist()
+    towards_root = np.bincount(near.pairs[:, 1], minlength=count).tolist()
+    kept = np.ones(len(near.pairs), bool)
+    order = np.argsort(near.weights, kind="stable")
+    for k, (i, j) in zip(order.tolist(), near.pairs[order].tolist(), strict=True):
+        if links[i] > most and links[j] > most and towards_root[j] > 1:
+            kept[k] = False
+            links[i] -= 1
+            links[j] -= 1
+            towards_root[j] -= 1
+    return np.flatnonzero(kept)
+
+
+def _check_connected(pairs: np.ndarray, count: int, deep: int) -> None:
+    """Raise BadInput where particles hang on no root."""
+    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    labels = connected_components(graph, directed=False)[1]
+    loose = ~np.isin(labels, labels[:deep])
+    if loose.any():
+        told = f"{np.count_nonzero(loose)} of {count - deep} particles hang on no root"
+        raise BadInput(told, where="particles", right="more particles, or neighbours")

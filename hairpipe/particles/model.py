@@ -1,0 +1,131 @@
+"""What particles are for the whole shot: flat arrays as kernels take them, computed once from those at rest."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from hairpipe.data import Particles
+from hairpipe.data.lengths import strand_lengths
+from hairpipe.particles.smoothing_kernel import kernel
+
+ALIGNED = 8
+"""Power of the alignment by which the link is chosen that never fades: one along the hair, not one across a parting."""
+
+
+class Links(NamedTuple):
+    """Springs between particles.
+
+    ends      that towards the root first, (E, 2) int32
+    lengths   at rest, l_ij [m], (E,)
+    strength  c_ij l_ij / (4 pi h_1^3) of (5), (10), (11), so that times `shape` it is l k of (7) [1/m], (E,)
+    keeps     distance beyond which a link fades no farther [m], (E,); inf but for that which holds a particle
+    cosines   of the hair at both ends with the way from the first to the second, (E, 2)
+    rows      of particle k are rows[k]:rows[k+1] in others and by, (N+1,) int32
+    mids      where in these the particles begin that come after it, (N,) int32
+    others    the particles that each is linked to, and by which links, (2 E,) int32 each
+    by        see others
+    """
+
+    ends: np.ndarray
+    lengths: np.ndarray
+    strength: np.ndarray
+    keeps: np.ndarray
+    cosines: np.ndarray
+    rows: np.ndarray
+    mids: np.ndarray
+    others: np.ndarray
+    by: np.ndarray
+
+
+class Model(NamedTuple):
+    """Particles and their links.
+
+    deep      number of those below the skin, which are led by their roots, and come first
+    masses    [kg], (N,)
+    sections  area of the hair that each stands for over that of all of them, A_i of (9), (N,)
+    links     between them
+    reach     h_1 [m]
+    range     h_2 [m]
+    hang      m g L / (l sag) with sag and g of 1: stiffness E A [N s^2/m] at which hair of mean length L is stretched
+              by itself at the root
+    """
+
+    deep: int
+    masses: np.ndarray
+    sections: np.ndarray
+    links: Links
+    reach: float
+    range: float
+    hang: float
+
+
+class Moving(NamedTuple):
+    """Particles that move, and the tensions of their links; kernels write to them.
+
+    points, velocities  [m], [m/s], (N, 3)
+    tensions            [N], (E,)
+    """
+
+    points: np.ndarray
+    velocities: np.ndarray
+    tensions: np.ndarray
+
+
+def build_model(particles: Particles) -> Model:
+    """Build the arrays of particles; pure.
+
+    Hair that hangs is a bar. A particle has the room V, and with sum l K = E A towards the root a strain e along the
+    hair, which a link at an angle of cosine a feels as e a^2, takes the energy sum K (l e a^2)^2 / 2 = e^2 E A s / 2 in
+    it, with s the mean of l a^4 weighted by l K: its modulus is E A s / V. Its weight, m g / V a volume, stretches it
+    at the root by m g L / (E A s).
+    """
+    deep = int(np.count_nonzero(particles.arcs < 0.0))
+    ends, points = particles.links, particles.points
+    ways = points[ends[:, 1]] - points[ends[:, 0]]
+    lengths = np.linalg.norm(ways, axis=1)
+    ways = ways / lengths[:, None]
+    cosines = np.stack([np.sum(particles.directions[ends[:, end]] * ways, axis=1) for end in range(2)], axis=1)
+    weights = particles.alignments * lengths**2 * kernel(lengths, particles.reach)
+    links = Links(
+        ends,
+        lengths,
+        particles.alignments * lengths**2 / (4.0 * np.pi * particles.reach**3),
+        _keeps(ends, lengths, weights * particles.alignments**ALIGNED),
+        cosines,
+        *_rows(ends, len(points)),
+    )
+    free = particles.masses[deep:]
+    sections = (particles.masses / free.mean()) ** (2.0 / 3.0)
+    hair = particles.hair
+    mean = strand_lengths(hair.points, hair.offsets)[particles.strands[deep:]].mean()
+    hang = free.mean() * mean * weights.sum() / (weights * lengths * particles.alignments**4).sum()
+    return Model(deep, particles.masses, sections, links, particles.reach, particles.range, float(hang))
+
+
+@njit(cache=True)
+def inverse_masses(model: Model) -> np.ndarray:
+    """Return 1 / m of particles, 0 of those below the skin [1/kg], (N,); pure."""
+    inverses = np.zeros(len(model.masses))
+    for k in range(model.deep, len(inverses)):
+        inverses[k] = 1.0 / model.masses[k]
+    return inverses
+
+
+def _keeps(ends: np.ndarray, lengths: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return at which distance links stop fading [m], (E,): of each particle's links to the root the strongest."""
+    keeps = np.full(len(ends), np.inf)
+    order = np.lexsort((-weights, ends[:, 1]))
+    strongest = order[np.unique(ends[order, 1], return_index=True)[1]]
+    keeps[strongest] = lengths[strongest]
+    return keeps
+
+
+def _rows(ends: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
+    """Return where the links of every particle are listed, and the middles, the other ends ascending, and the links."""
+    own, others = ends.T.ravel(), ends[:, ::-1].T.ravel()
+    by = np.tile(np.arange(len(ends), dtype=np.int32), 2)
+    order = np.lexsort((others, own))
+    rows = np.concatenate([[0], np.cumsum(np.bincount(own, minlength=count))]).astype(np.int32)
+    mids = rows[:-1] + np.bincount(own[others < own], minlength=count).astype(np.int32)
+    return rows, mids, np.ascontiguousarray(others[order]), np.ascontiguousarray(by[order])

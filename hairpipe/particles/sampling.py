@@ -1,0 +1,221 @@
+"""Particles that stand for the hair of a groom, Sec. 3.2 of Bando, Chen, Nishita 2003.
+
+"strands": roots are chosen that are a spacing apart, and points on their hair a spacing after the other. As the paper's
+distance (3), this is even on the scalp and along the hair, whatever becomes of hair in space.
+"even":    points of all hair are chosen that are a spacing apart in space; they cover it evenly, and belong to hairs
+that have nothing else in common.
+
+Either way some more lie below the skin, down to 2.5 spacings, and move with the root. The spacing is that which gives
+the number of particles asked for.
+
+We differ from the paper: hair is that of a groom, so there is no map of the scalp to a square, and no beam (4) to grow
+it by; masses are equal, as unequal ones double the range of frequencies.
+"""
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from hairpipe.data import Groom
+from hairpipe.data.lengths import segment_lengths
+from hairpipe.errors import BadInput
+from hairpipe.groom.random_streams import stream
+from hairpipe.groom.sampling import take
+from hairpipe.particles.curl_axis import axes_of
+from hairpipe.spatial.morton import morton_order
+
+Sampling = Literal["strands", "even"]
+DEPTH = 2.5
+"""How far below the skin there are particles [spacings]: links reach 2.4."""
+CLOSE, ENOUGH = 0.002, 0.1
+"""Of the number asked for: where the search for the spacing ends, and what is refused beyond."""
+TRIES = 60
+
+
+class Places(NamedTuple):
+    """Places on strands.
+
+    strands  whose each is, (n,)
+    arcs     from the skin, negative below it [m], (n,)
+    """
+
+    strands: np.ndarray
+    arcs: np.ndarray
+
+
+class Samples(NamedTuple):
+    """Particles without their links; those below the skin come first.
+
+    hair        strands that they lie on
+    places      on these
+    points      [m], (N, 3)
+    directions  unit vectors to the tip, (N, 3)
+    length      of all hair that they stand for [m]
+    """
+
+    hair: Groom
+    places: Places
+    points: np.ndarray
+    directions: np.ndarray
+    length: float
+
+
+class Lines(NamedTuple):
+    """The lines that hair runs along.
+
+    points   of all strands [m], (p, 3)
+    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
+    arcs     of the points from their root [m], (p,)
+    ways     directions at the points, unit vectors, (p, 3)
+    """
+
+    points: np.ndarray
+    offsets: np.ndarray
+    arcs: np.ndarray
+    ways: np.ndarray
+
+    @property
+    def lengths(self) -> np.ndarray:
+        """Of the strands [m], (S,)."""
+        return self.arcs[self.offsets[1:] - 1]
+
+    def at(self, places: Places) -> tuple[np.ndarray, np.ndarray]:
+        """Return points [m] and directions, (n, 3) each; below the skin they go straight on."""
+        strands, arcs = places
+        begin, end = self.offsets[strands], self.offsets[strands + 1]
+        reach = 1.0 + float(self.lengths.max())
+        whose = np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
+        after = np.searchsorted(self.arcs + reach * whose, arcs + reach * strands, side="right")
+        below = np.clip(after - 1, begin, end - 2)
+        span = np.maximum(self.arcs[below + 1] - self.arcs[below], 1e-12)
+        share = np.clip((arcs - self.arcs[below]) / span, 0.0, 1.0)[:, None]
+        points = (1.0 - share) * self.points[below] + share * self.points[below + 1]
+        ways = (1.0 - share) * self.ways[below] + share * self.ways[below + 1]
+        points += np.minimum(arcs, 0.0)[:, None] * self.ways[begin]
+        return points, ways / np.linalg.norm(ways, axis=1)[:, None]
+
+
+def lines_of(groom: Groom) -> Lines:
+    """Find the lines that the hair of a groom runs along; pure."""
+    points, offsets = axes_of(groom), groom.offsets
+    steps = np.diff(points, axis=0, prepend=points[:1])
+    sizes = np.linalg.norm(steps, axis=1)
+    steps[offsets[:-1]], sizes[offsets[:-1]] = 0.0, 0.0
+    sums = np.cumsum(sizes)
+    arcs = sums - np.repeat(sums[offsets[:-1]], np.diff(offsets))
+    ahead = np.roll(steps, -1, axis=0)
+    ahead[offsets[1:] - 1] = 0.0
+    ways = steps + ahead
+    sizes = np.linalg.norm(ways, axis=1)
+    return Lines(points, offsets, arcs, ways / np.where(sizes > 0.0, sizes, 1.0)[:, None])
+
+
+def sample(groom: Groom, count: int, sampling: Sampling, seed: int) -> Samples:
+    """Choose so many free particles, and those below the skin; pure.
+
+    BadInput where the groom has no strands, or too few points for so many.
+    """
+    if not len(groom.ids):
+        raise BadInput("no hair grows from the scalp", where="in.groom", right="a groom with strands")
+    if count > len(groom.points):
+        told = f"{count} particles on a groom of {len(groom.points)} points"
+        raise BadInput(told, where="particles", right="fewer particles, or a groom of more strands")
+    lines = lines_of(groom)
+    choose = _OnStrands(lines, seed) if sampling == "strands" else _InSpace(lines, seed)
+    places, spacing = _with_count(choose, count, float(np.ptp(lines.points, axis=0).max()))
+    deep = choose.below(places, spacing)
+    free = _ordered(places, morton_order(lines.at(places)[0]))
+    deep = _ordered(deep, morton_order(lines.at(deep)[0]))
+    both = Places(*(np.concatenate(pair) for pair in zip(deep, free, strict=True)))
+    points, directions = lines.at(both)
+    used, whose = np.unique(both.strands, return_inverse=True)
+    return Samples(
+        take(groom, used),
+        Places(whose.astype(np.int32), both.arcs),
+        points,
+        directions,
+        float(segment_lengths(groom.points, groom.offsets).sum()),
+    )
+
+
+def _ordered(places: Places, order: np.ndarray) -> Places:
+    return Places(places.strands[order], places.arcs[order])
+
+
+class _OnStrands:
+    """Roots a spacing apart, and points a spacing apart on their hair, from a place of its own on each."""
+
+    def __init__(self, lines: Lines, seed: int) -> None:
+        self.lines, self.tree = lines, KDTree(lines.points[lines.offsets[:-1]])
+        self.order = stream(seed, "roots of particles").permutation(self.tree.n)
+        self.shifts = stream(seed, "first particles").uniform(size=self.tree.n)
+
+    def free(self, spacing: float) -> Places:
+        strands = darts(self.tree, self.order, spacing)
+        return self._along(strands, spacing, 0.0, self.lines.lengths[strands] / spacing)
+
+    def below(self, places: Places, spacing: float) -> Places:
+        return self._along(np.unique(places.strands), spacing, -DEPTH, 0.0)
+
+    def _along(self, strands: np.ndarray, spacing: float, first: float, last: np.ndarray | float) -> Places:
+        """Return the places on strands from the first on to before the last, both in spacings."""
+        shifts = self.shifts[strands]
+        begin, end = np.ceil(first - shifts), np.ceil(last - shifts)
+        counts = np.maximum(end - begin, 0.0).astype(int)
+        steps = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        return Places(np.repeat(strands, counts), spacing * (np.repeat(begin + shifts, counts) + steps))
+
+
+class _InSpace:
+    """Points of all hair that are a spacing apart."""
+
+    def __init__(self, lines: Lines, seed: int) -> None:
+        self.lines, self.seed, self.tree = lines, seed, KDTree(lines.points)
+        self.order = stream(seed, "particles in space").permutation(len(lines.points))
+        self.whose = np.repeat(np.arange(len(lines.offsets) - 1), np.diff(lines.offsets))
+
+    def free(self, spacing: float) -> Places:
+        chosen = darts(self.tree, self.order, spacing)
+        return Places(self.whose[chosen], self.lines.arcs[chosen])
+
+    def below(self, places: Places, spacing: float) -> Places:
+        steps, count = np.arange(1, 1 + int(np.ceil(4 * DEPTH))), len(self.lines.offsets) - 1
+        deep = Places(np.repeat(np.arange(count), len(steps)), -0.25 * spacing * np.tile(steps, count))
+        deep = Places(*(column[deep.arcs >= -DEPTH * spacing] for column in deep))
+        points, taken = self.lines.at(deep)[0], KDTree(self.lines.at(places)[0])
+        order = stream(self.seed, "particles below the skin").permutation(len(points))
+        room = taken.query(points)[0] >= spacing
+        kept = darts(KDTree(points), order[room[order]], spacing)
+        return Places(deep.strands[kept], deep.arcs[kept])
+
+
+def darts(tree: KDTree, order: np.ndarray, spacing: float) -> np.ndarray:
+    """Take points of a tree in an order, each that is a spacing [m] from all that were taken; return which, ascending.
+
+    Source: R. L. Cook, Stochastic sampling in computer graphics, 1986: dart throwing.
+    """
+    taken, blocked = [], bytearray(tree.n)
+    marks = np.frombuffer(blocked, np.uint8)
+    for k in order.tolist():
+        if not blocked[k]:
+            taken.append(k)
+            marks[tree.query_ball_point(tree.data[k], spacing)] = 1
+    return np.sort(np.array(taken, np.int64))
+
+
+def _with_count(choose: _OnStrands | _InSpace, count: int, size: float) -> tuple[Places, float]:
+    """Find the spacing [m] at which there are so many; their number goes about as its third power."""
+    spacing, best = size / count ** (1.0 / 3.0), (np.inf, Places(np.empty(0), np.empty(0)), 0.0)
+    for _ in range(TRIES):
+        places = choose.free(spacing)
+        off = abs(len(places.arcs) / count - 1.0)
+        if off < best[0]:
+            best = (off, places, spacing)
+        if off <= CLOSE:
+            break
+        spacing *= (max(len(places.arcs), 1) / count) ** (1.0 / 3.0)
+    if best[0] > ENOUGH:
+        told = f"{count} particles do not fit the groom: {len(best[1].arcs)} do"
+        raise BadInput(told, where="particles", right="another number, or a groom of more strands")
+    return best[1], best[2]

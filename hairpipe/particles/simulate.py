@@ -1,0 +1,228 @@
+"""A shot of particles, frame by frame: its start, its steps, and cuts, over which they go with their roots."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hairpipe.data import BodyParts, Cloud, LevelSet, Mesh, Particles
+from hairpipe.data.particles import ParticleState
+from hairpipe.errors import BadInput
+from hairpipe.levelset.collider import Collider
+from hairpipe.particles.contact import look, planes_of, put_right, stale
+from hairpipe.particles.directions import redirect
+from hairpipe.particles.interaction import Law, Pairs, exchange
+from hairpipe.particles.model import Model, Moving, build_model, inverse_masses
+from hairpipe.particles.neighbours import densities, near_pairs, rows_of
+from hairpipe.particles.sag_free import rest_lengths
+from hairpipe.particles.settings import Interaction, ParticleSettings
+from hairpipe.particles.step import Forces, Springs, advance
+from hairpipe.particles.wind import add_wind
+from hairpipe.sim.boundary import motion_of_roots
+from hairpipe.sim.build import bodies_of
+from hairpipe.sim.settings import BodyContact
+
+MOST_NAMED = 10
+NEAR_ROOT = 0.5
+"""Of the way along the hair to its root that a particle keeps from bodies, at most: it cannot be farther than all."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """What a shot needs of its particles.
+
+    model     their arrays
+    springs   what links are like
+    law       how hair acts on hair; None: not at all
+    """
+
+    model: Model
+    springs: Springs
+    law: Law | None
+
+
+@dataclass(frozen=True, eq=False)
+class ParticleFrame:
+    """What particles are given of a frame and the one before it, in this order in all pairs.
+
+    leads     bodies that the hair grows on; None: roots stand still
+    surfaces  level sets of whole bodies
+    parts     bodies in parts
+    began     time of the shot at the previous frame [s]
+    frame_dt  time between the two [s]
+    cut       the shot begins anew at this frame
+    """
+
+    leads: tuple[Mesh | None, Mesh | None]
+    surfaces: Sequence[tuple[LevelSet, LevelSet]]
+    parts: Sequence[tuple[BodyParts, BodyParts]]
+    began: float
+    frame_dt: float
+    cut: bool = False
+
+
+def prepare(particles: Particles, settings: ParticleSettings) -> Prepared:
+    """Find what links and pairs are like in a shot; pure."""
+    model = build_model(particles)
+    axial = settings.gravity * model.hang / settings.sag * model.sections
+    rest = model.links.lengths
+    if settings.sag_free is not None:
+        rest = rest_lengths(model, particles.points, axial, settings.gravity, settings.sag_free.strain)
+    law = None if settings.interaction is None else law_of(settings.interaction, model, particles.points)
+    return Prepared(model, Springs(axial, rest, settings.damping), law)
+
+
+def law_of(interaction: Interaction, model: Model, points: np.ndarray) -> Law:
+    """Return the law by which particles act on each other that are at points [m], (N, 3), at rest; pure."""
+    pairs, apart = near_pairs(points, 2.0 * model.range)
+    rest = densities(model.masses, pairs, apart, model.range)
+    rates = (interaction.pressure, interaction.collision, interaction.friction, interaction.bound)
+    return Law(*rates, model.range, float(model.masses.mean()), rest)
+
+
+def next_state(
+    particles: Particles,
+    prepared: Prepared,
+    previous: ParticleState | None,
+    frame: ParticleFrame,
+    settings: ParticleSettings,
+) -> ParticleState:
+    """Return particles at a frame from those at the previous one; there are none at the first. Pure.
+
+    Raises BadInput where a body swallows all of them, ArithmeticError naming hair that is not finite.
+    """
+    if previous is not None and frame.cut:
+        return carry_over_cut(particles, previous, frame.leads)
+    contact = settings.contact
+    bodies = bodies_of(frame.surfaces, frame.parts, BodyContact(contact.friction, contact.thickness), frame.frame_dt)
+    if previous is None:
+        return start(particles, prepared, frame, bodies)
+    state = advance_frame(particles, prepared, previous, frame, bodies, settings)
+    lost = ~(np.isfinite(state.points).all(1) & np.isfinite(state.velocities).all(1))
+    if lost.any():
+        ids = np.unique(particles.hair.ids[particles.strands[lost]])
+        named = ", ".join(map(str, ids[:MOST_NAMED]))
+        raise ArithmeticError(f"{np.count_nonzero(lost)} particles are not finite, among them on strands {named}")
+    return state
+
+
+def start(particles: Particles, prepared: Prepared, frame: ParticleFrame, bodies: Sequence[Collider]) -> ParticleState:
+    """Put particles where their roots are, moving with them; their links are as at rest."""
+    motions, rates = (m[particles.strands] for m in motion_of_roots(frame.leads[1], particles.hair))
+    points, directions = moved(motions, particles.points), turned(motions, particles.directions)
+    deep, links = prepared.model.deep, prepared.model.links
+    if bodies and (look(bodies, points[deep:], frame.frame_dt).distance < 0.0).all():
+        right = "hair outside the body; look at the unit, the place and the pose of groom and body"
+        raise BadInput("the body swallows all particles", where="in.body", right=right)
+    stiffness = np.empty(len(links.ends))
+    redirect(links, prepared.model.reach, prepared.springs.axial, deep, points, stiffness, directions.copy())
+    tensions = stiffness * (links.lengths - prepared.springs.rest)
+    return ParticleState(points, moved(rates, particles.points), directions, tensions)
+
+
+def advance_frame(
+    particles: Particles,
+    prepared: Prepared,
+    state: ParticleState,
+    frame: ParticleFrame,
+    bodies: Sequence[Collider],
+    settings: ParticleSettings,
+) -> ParticleState:
+    """Advance particles from the previous frame to this one; pure."""
+    model, springs, law = prepared.model, prepared.springs, prepared.law
+    deep, frame_dt, steps = model.deep, frame.frame_dt, settings.steps
+    points, velocities, directions = state.points.copy(), state.velocities.copy(), state.directions.copy()
+    ways = _ways_of_roots(particles, frame, deep, steps)
+    if law is not None:
+        ends, apart = near_pairs(points, 2.0 * model.range)
+        rows, by = rows_of(ends, len(points))
+        pairs = Pairs(ends, apart, rows, by, densities(model.masses, ends, apart, model.range))
+        exchange(law, pairs, inverse_masses(model), points, directions, frame_dt, velocities)
+    forces = _forces_on(prepared, settings, (points, directions, velocities), frame.began)
+    places = points + frame_dt * velocities
+    found = look(bodies, places, frame_dt, deep)
+    thickness = np.minimum(settings.contact.thickness, NEAR_ROOT * np.maximum(particles.arcs, 0.0))
+    planes = planes_of(found, places, thickness, settings.contact.friction)
+    moving = Moving(points, velocities, state.tensions.copy())
+    advance(model, springs, forces, planes, ways.points, frame_dt / steps, moving)
+    if bodies:
+        again = stale(planes, found, places, points)
+        again = again[again >= deep]
+        put_right(look(bodies, points[again], frame_dt), again, planes, state.points, frame_dt, moving)
+    velocities[:deep], directions[:deep] = ways.velocities, ways.directions
+    redirect(model.links, model.reach, springs.axial, deep, points, np.empty(len(model.links.ends)), directions)
+    return ParticleState(points, velocities, directions, moving.tensions)
+
+
+@dataclass(frozen=True, eq=False)
+class RootWays:
+    """How particles below the skin go through a frame.
+
+    points      where they are as each step begins, and at the end [m], (steps + 1, deep, 3)
+    velocities  at the end [m/s], (deep, 3)
+    directions  at the end, (deep, 3)
+    """
+
+    points: np.ndarray
+    velocities: np.ndarray
+    directions: np.ndarray
+
+
+def _ways_of_roots(particles: Particles, frame: ParticleFrame, deep: int, steps: int) -> RootWays:
+    """Find them: on the cubic through places and velocities at both frames, as roots of strands go."""
+    strands, rest = particles.strands[:deep], particles.points[:deep]
+    both = [[m[strands] for m in motion_of_roots(lead, particles.hair)] for lead in frame.leads]
+    (x0, v0), (x1, v1) = ([moved(m, rest) for m in motions] for motions in both)
+    s = (np.arange(steps + 1) / steps)[:, None, None]
+    points = (1 + 2 * s) * (1 - s) ** 2 * x0 + s * (1 - s) ** 2 * frame.frame_dt * v0
+    points = points + s**2 * (3 - 2 * s) * x1 + s**2 * (s - 1) * frame.frame_dt * v1
+    return RootWays(points, v1, turned(both[1][0], particles.directions[:deep]))
+
+
+def _forces_on(prepared: Prepared, settings: ParticleSettings, now: tuple[np.ndarray, ...], seconds: float) -> Forces:
+    """Return gravity, and the drag of the air."""
+    masses, links = prepared.model.masses, prepared.model.links
+    forces = Forces(np.zeros((len(masses), 3)), np.zeros((len(masses), 6)))
+    forces.push[:, 1] = -settings.gravity * masses
+    if settings.wind is None:
+        forces.drag[:, [0, 3, 5]] = settings.air.drag * masses[:, None]
+    else:
+        add_wind(settings.wind, settings.fibre, float(links.lengths.mean()), masses, now, seconds, forces)
+    return forces
+
+
+def carry_over_cut(particles: Particles, state: ParticleState, leads: tuple[Mesh | None, Mesh | None]) -> ParticleState:
+    """Move particles with their roots to a body that is somewhere else, and moves otherwise; pure.
+
+    leads  bodies before the cut and after it
+
+    As `hairpipe.sim.simulate.carry_over_cut` does with strands: places, directions, and velocities against the root
+    are turned and moved as the root is; tensions stay, and no time passes.
+    """
+    (here, rate), (there, rate_there) = (
+        [m[particles.strands] for m in motion_of_roots(lead, particles.hair)] for lead in leads
+    )
+    own = np.einsum("nji,nj->ni", here[:, :, :3], state.points - here[:, :, 3])
+    against = np.einsum("nji,nj->ni", here[:, :, :3], state.velocities - moved(rate, own))
+    directions = np.einsum("nji,nj->ni", here[:, :, :3], state.directions)
+    return replace(
+        state,
+        points=moved(there, own),
+        velocities=turned(there, against) + moved(rate_there, own),
+        directions=turned(there, directions),
+    )
+
+
+def moved(motions: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return points x -> R x + t [m], (n, 3), by rigid motions [R | t], (n, 3, 4); pure."""
+    return turned(motions, points) + motions[:, :, 3]
+
+
+def turned(motions: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Return directions t -> R t, (n, 3), by rigid motions [R | t], (n, 3, 4); pure."""
+    return np.einsum("nij,nj->ni", motions[:, :, :3], directions)
+
+
+def cloud_of(state: ParticleState) -> Cloud:
+    """Return what is shown of particles; pure."""
+    return Cloud(state.points, state.velocities.astype(np.float32), state.directions)

@@ -1,0 +1,182 @@
+"""The steps of a frame: links, air and bodies in one linearly implicit step each.
+
+With v' the velocities at the end of a step, and T the tension that the last one found,
+
+    M (v' - v) = dt (M g + p - C v' + sum f_e),
+    f_e = d (K (r - l) + dt K d . u' + c d . u') + dt max(T, 0) / r (u' - d d . u'),   T' = K (r - l + dt d . u')
+
+over the links of a particle, u' being the velocity of the other end against this one, c = 2 zeta sqrt(K m) of the
+reduced mass m; x' = x + dt v'. Those below the skin go where their roots do.
+
+We differ from the paper, whose steps are explicit and in the frame of the head: this is stable at a step a frame, and
+finds inertia by itself.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from hairpipe.kernels.vec3 import dot, flattened, length, minus, plus, row, scaled
+from hairpipe.particles.contact import Planes, least_speed, rubbed
+from hairpipe.particles.model import Model, Moving, inverse_masses
+from hairpipe.particles.solve import System, hold, inverted, solve, take_off, times_block, yielding
+from hairpipe.particles.stiffness import measure_links, stiffen
+
+TOLERANCE = 1e-2
+"""Of the error of a solve over the change it makes, in the norm of its energy; links tear where it is much more."""
+STILL = 1e-4
+"""Velocity below which nothing is solved more exactly [m/s]."""
+CREEP = 1e-4
+"""Speed at which what does not slide gives way [m/s]."""
+
+
+class Springs(NamedTuple):
+    """What links are like in a shot.
+
+    axial    E A of every particle [N], (N,)
+    rest     length at which a link has no tension [m], (E,)
+    damping  a fraction of critical damping
+    """
+
+    axial: np.ndarray
+    rest: np.ndarray
+    damping: float
+
+
+class Forces(NamedTuple):
+    """What else acts on particles in a frame: the force push - drag v.
+
+    push   [N], (N, 3)
+    drag   symmetric xx xy xz yy yz zz [kg/s], (N, 6)
+    """
+
+    push: np.ndarray
+    drag: np.ndarray
+
+
+@njit(cache=True, error_model="numpy")
+def advance(
+    model: Model, springs: Springs, forces: Forces, planes: Planes, roots: np.ndarray, dt: float, moving: Moving
+) -> int:
+    """Do the steps of a frame, in place; return how many iterations they took.
+
+    roots  where particles below the skin are as each step begins, and at the end [m], (steps + 1, deep, 3)
+    dt     duration of a step [s]
+    """
+    links, deep, count, made = model.links, model.deep, len(model.masses), 0
+    ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
+    still = STILL * STILL * (count - deep) * model.masses[deep]
+    for step in range(len(roots) - 1):
+        left = (len(roots) - 1 - step) * dt
+        for k in range(deep):
+            for c in range(3):
+                moving.velocities[k, c] = (roots[step + 1, k, c] - roots[step, k, c]) / dt
+        measure_links(links, moving.points, ways)
+        stiffen(links, model.reach, springs.axial, ways, stiffness)
+        system, residual = _assemble(model, springs, forces, moving, dt, ways, stiffness)
+        change = np.zeros(4 * count, np.float32)
+        _hold(system, planes, moving, left, dt, residual, change)
+        made += solve(system, residual, change, TOLERANCE, still)
+        for k in range(deep, count):
+            for c in range(3):
+                moving.velocities[k, c] += change[4 * k + c]
+        for e in range(len(links.ends)):
+            i, j = links.ends[e, 0], links.ends[e, 1]
+            along = 0.0
+            for c in range(3):
+                along += ways[e, c] * (moving.velocities[j, c] - moving.velocities[i, c])
+            moving.tensions[e] = stiffness[e] * (ways[e, 3] - springs.rest[e] + dt * along)
+        _touch(system, planes, left, dt, moving)
+        for k in range(count):
+            for c in range(3):
+                x = moving.points[k, c] + dt * moving.velocities[k, c]
+                moving.points[k, c] = x if k >= deep else roots[step + 1, k, c]
+    return made
+
+
+@njit(cache=True, error_model="numpy")
+def _assemble(model, springs, forces, moving, dt, ways, stiffness):
+    """Return the system of a step, and its residual where v' = v, (4 N,) float32."""
+    links, masses, v = model.links, model.masses, moving.velocities
+    push, drag = forces.push, forces.drag
+    joins, pull = np.empty(4 * len(links.ends), np.float32), np.zeros(v.shape)
+    inverses = inverse_masses(model)
+    for e in range(len(links.ends)):
+        i, j = links.ends[e, 0], links.ends[e, 1]
+        d, r, K = row(ways, e), ways[e, 3], stiffness[e]
+        across = dt * dt * max(moving.tensions[e], 0.0) / r if r > 0.0 else 0.0
+        damper = 2.0 * springs.damping * np.sqrt(K / (inverses[i] + inverses[j]))
+        along = max(dt * damper + dt * dt * K - across, 0.0)
+        root, u = np.sqrt(along), minus(row(v, j), row(v, i))
+        joins[4 * e], joins[4 * e + 1], joins[4 * e + 2] = root * d[0], root * d[1], root * d[2]
+        joins[4 * e + 3] = across
+        force = plus(scaled(dt * K * (r - springs.rest[e]) + along * dot(d, u), d), scaled(across, u))
+        for c in range(3):
+            pull[i, c] += force[c]
+            pull[j, c] -= force[c]
+    blocks, residual = np.empty((len(masses), 6)), np.zeros(4 * len(masses), np.float32)
+    for k in range(len(masses)):
+        xx = xy = xz = yy = yz = zz = 0.0
+        for at in range(links.rows[k], links.rows[k + 1]):
+            e = 4 * links.by[at]
+            x, y, z, across = joins[e], joins[e + 1], joins[e + 2], joins[e + 3]
+            xx += x * x + across
+            xy += x * y
+            xz += x * z
+            yy += y * y + across
+            yz += y * z
+            zz += z * z + across
+        a, b, c = dt * drag[k, 0], dt * drag[k, 1], dt * drag[k, 2]
+        d, e, f = dt * drag[k, 3], dt * drag[k, 4], dt * drag[k, 5]
+        blocks[k, 0], blocks[k, 1], blocks[k, 2] = xx + a + masses[k], xy + b, xz + c
+        blocks[k, 3], blocks[k, 4], blocks[k, 5] = yy + d + masses[k], yz + e, zz + f + masses[k]
+        if k >= model.deep:
+            residual[4 * k] = pull[k, 0] + dt * push[k, 0] - (a * v[k, 0] + b * v[k, 1] + c * v[k, 2])
+            residual[4 * k + 1] = pull[k, 1] + dt * push[k, 1] - (b * v[k, 0] + d * v[k, 1] + e * v[k, 2])
+            residual[4 * k + 2] = pull[k, 2] + dt * push[k, 2] - (c * v[k, 0] + e * v[k, 1] + f * v[k, 2])
+    return System(links, model.deep, blocks, joins, inverted(blocks), np.zeros((len(masses), 3))), residual
+
+
+@njit(cache=True, error_model="numpy")
+def _hold(system, planes, moving, left, dt, residual, change):
+    """Hold particles that would come too near to bodies by themselves, and move them as those do, in place.
+
+    What holds each alone, were its links to stay as they are, bears friction: a damper that takes mu times that at the
+    speed at which the particle, alone, would slide.
+    """
+    held, dampers = np.zeros(len(system.blocks), np.bool_), np.empty(len(system.blocks))
+    for k in range(system.deep, len(system.blocks)):
+        n, v, drift = row(planes.normals, k), row(moving.velocities, k), row(planes.drifts, k)
+        least = least_speed(planes, k, row(moving.points, k), left, dt)
+        ahead = plus(v, times_block(system.inverses, residual, k))
+        if dot(n, ahead) < least:
+            held[k] = True
+            push = planes.friction * (least - dot(n, ahead)) / yielding(system.inverses, k, n)
+            sliding = flattened(minus(ahead, drift), n)
+            speed = length(sliding)
+            if speed > 0.0:
+                speed -= push * yielding(system.inverses, k, scaled(1.0 / speed, sliding))
+            dampers[k] = push / max(speed, CREEP)
+            for c in range(3):
+                change[4 * k + c] = (least - dot(n, v)) * n[c]
+    take_off(system, change, residual)
+    for k in range(system.deep, len(system.blocks)):
+        if held[k]:
+            n = row(planes.normals, k)
+            u = flattened(minus(row(moving.velocities, k), row(planes.drifts, k)), n)
+            r = flattened((residual[4 * k], residual[4 * k + 1], residual[4 * k + 2]), n)
+            for c in range(3):
+                residual[4 * k + c] = r[c] - dampers[k] * u[c]
+            hold(system, k, n, dampers[k])
+
+
+@njit(cache=True, error_model="numpy")
+def _touch(system, planes, left, dt, moving):
+    """Stop what came too near since, with the friction of that, in place."""
+    for k in range(system.deep, len(system.blocks)):
+        n, v = row(planes.normals, k), row(moving.velocities, k)
+        missing = least_speed(planes, k, row(moving.points, k), left, dt) - dot(n, v)
+        if missing > 0.0:
+            v = rubbed(planes, k, plus(v, scaled(missing, n)), missing)
+            moving.velocities[k, 0], moving.velocities[k, 1], moving.velocities[k, 2] = v

@@ -1,0 +1,55 @@
+"""The hair simulation by particles."""
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from hairpipe.data import BodyParts, Cloud, LevelSet, Mesh, Particles
+from hairpipe.data.particles import ParticleState
+from hairpipe.graph import Pair, Time, flat_group, node
+from hairpipe.particles.settings import Interaction, ParticleSettings, RestTension
+
+if TYPE_CHECKING:
+    from hairpipe.particles.simulate import Prepared
+
+
+class LooseHair(NamedTuple):
+    """Particles to look at, and the state the next frame starts from."""
+
+    cloud: Cloud
+    state: ParticleState
+
+
+def prepare_particles(
+    particles: Particles,
+    sag: float,
+    damping: float,
+    gravity: float,
+    interaction: Interaction | None,
+    sag_free: RestTension | None,
+) -> "Prepared":
+    """Find what links and pairs are like, for the whole shot."""
+    from hairpipe.particles.simulate import prepare
+
+    settings = ParticleSettings(sag, damping, gravity=gravity, interaction=interaction, sag_free=sag_free)
+    return prepare(particles, settings)
+
+
+@node(frames="scan", prepare=prepare_particles)
+@flat_group("settings")
+def simulate_particles(
+    particles: Particles,
+    body: Pair[Mesh] | None,
+    surface: tuple[Pair[LevelSet], ...] | None,
+    parts: tuple[Pair[BodyParts], ...] | None,
+    previous: ParticleState | None,
+    time: Time,
+    prepared: "Prepared",
+    *,
+    settings: ParticleSettings,
+) -> LooseHair:
+    """Hair as loosely connected particles after Bando, Chen, Nishita 2003; `carry_strands` makes strands of them."""
+    from hairpipe.particles.simulate import ParticleFrame, cloud_of, next_state
+
+    began, cut = (time.frame - 1) * time.dt, time.frame in settings.cuts
+    frame = ParticleFrame(body or (None, None), surface or (), parts or (), began, time.dt, cut)
+    state = next_state(particles, prepared, previous, frame, settings)
+    return LooseHair(cloud_of(state), state)

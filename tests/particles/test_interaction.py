@@ -1,0 +1,86 @@
+"""Hair that acts on hair keeps momentum and never adds energy of its own."""
+
+import numpy as np
+import pytest
+
+from hairpipe.particles.interaction import Law, Pairs, exchange
+from hairpipe.particles.neighbours import densities, near_pairs, rows_of
+
+H, DT = 0.02, 1 / 24
+
+
+class Crowd:
+    """Particles close together that move and point at random."""
+
+    def __init__(self, count=150, seed=0, deep=0):
+        rng = np.random.default_rng(seed)
+        self.points, self.velocities = rng.uniform(0.0, 0.08, (count, 3)), rng.normal(size=(count, 3))
+        directions = rng.normal(size=(count, 3))
+        self.directions = directions / np.linalg.norm(directions, axis=1)[:, None]
+        self.masses = rng.uniform(1e-5, 2e-5, count)
+        self.inverses = np.where(np.arange(count) < deep, 0.0, 1.0 / self.masses)
+
+    # Without a bound, one times nothing is no number, and bounds nothing.
+    def after(self, pressure=0.0, collision=0.0, friction=0.0, bound=np.inf, rest=np.inf):
+        ends, apart = near_pairs(self.points, 2.0 * H)
+        rows, by = rows_of(ends, len(self.points))
+        pairs = Pairs(ends, apart, rows, by, densities(self.masses, ends, apart, H))
+        law = Law(pressure, collision, friction, bound, H, 1.5e-5, np.full(len(self.points), rest))
+        velocities = self.velocities.copy()
+        exchange(law, pairs, self.inverses, self.points, self.directions, DT, velocities)
+        return velocities
+
+    def energy(self, velocities):
+        return 0.5 * self.masses @ np.sum(velocities**2, axis=1)
+
+
+@pytest.mark.parametrize(
+    "law", [{"pressure": 4.0, "rest": 1.0}, {"collision": 50.0}, {"collision": 50.0, "friction": 50.0}]
+)
+def test_momentum_is_kept(law):
+    crowd = Crowd()
+    after = crowd.after(**law)
+    assert np.abs(after - crowd.velocities).max() > 0.1
+    scale = crowd.masses @ np.linalg.norm(crowd.velocities, axis=1)
+    assert np.abs(crowd.masses @ (after - crowd.velocities)).max() < 1e-15 * scale
+
+
+@pytest.mark.parametrize("rate", [1.0, 20.0, 200.0, 1e4])
+def test_collision_and_friction_take_energy_at_any_rate(rate):
+    for law in ({"collision": rate}, {"friction": rate}, {"collision": rate, "friction": rate, "bound": 0.3}):
+        crowd = Crowd(seed=1)
+        assert crowd.energy(crowd.after(**law)) < crowd.energy(crowd.velocities)
+
+
+def test_those_that_are_led_take_no_part_but_push_the_others():
+    crowd = Crowd(deep=30)
+    after = crowd.after(4.0, 50.0, 50.0, 0.3, 1.0)
+    assert np.array_equal(after[:30], crowd.velocities[:30])
+    assert not np.array_equal(after[30:], crowd.velocities[30:])
+
+
+def test_pressure_pushes_only_what_is_denser_than_at_rest_and_however_stiff_no_farther_than_that():
+    """A pair at rest: that too dense parts, and the stiffer the more, up to where its density would be right."""
+    crowd = Crowd(2)
+    crowd.points, crowd.velocities = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]]), np.zeros((2, 3))
+    crowd.masses = np.full(2, 1.5e-5)
+    crowd.inverses = 1.0 / crowd.masses
+    dense = densities(crowd.masses, *near_pairs(crowd.points, 2.0 * H), H)[0]
+    assert not crowd.after(1.0, rest=1.01 * dense).any()
+    speeds = [np.ptp(crowd.after(k, rest=0.9 * dense)[:, 0]) for k in (0.01, 0.1, 1.0, 1e2, 1e6)]
+    assert (np.diff(speeds) > 0.0).all() and speeds[-1] < 1.1 * speeds[-2]
+    # Explicit, a soft one: (16) with both pressures alike.
+    r = 0.01 / H
+    slope = 1.5e-5 / (np.pi * H**4) * (3.0 * r - 2.25 * r**2)
+    expected = 4.0 * 0.01 * 0.1 / dense * slope * DT
+    assert speeds[0] == pytest.approx(expected, rel=0.05)
+
+
+def test_friction_is_bounded_by_what_presses():
+    """Two that meet head on with a sideways speed: of that at most bound times what the collision took."""
+    crowd = Crowd(2)
+    crowd.points = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]])
+    crowd.directions = np.tile([0.0, 0.0, 1.0], (2, 1))
+    crowd.velocities = np.array([[0.1, 0.0, 0.0], [-0.1, 1.0, 0.0]])
+    change = np.diff(crowd.after(0.0, 50.0, 1e4, 0.3), axis=0)[0] - np.diff(crowd.velocities, axis=0)[0]
+    assert change[0] > 0.05 and -change[1] == pytest.approx(0.3 * change[0], rel=1e-9)

@@ -1,0 +1,24 @@
+"""Pairs and densities are those of brute force."""
+
+import numpy as np
+import pytest
+
+from hairpipe.particles.neighbours import densities, near_pairs, rows_of
+from hairpipe.particles.smoothing_kernel import kernel
+
+
+@pytest.mark.parametrize("spread", [(1.0, 1.0, 1.0), (10.0, 0.01, 1.0), (1e3, 1e3, 1e3)])
+def test_all_pairs_are_found_once(spread):
+    points = np.random.default_rng(0).normal(size=(400, 3)) * spread
+    points[7:20] = points[7]
+    h = 0.15
+    pairs, apart = near_pairs(points, 2.0 * h)
+    distances = np.linalg.norm(points[:, None] - points, axis=2)
+    expected = np.argwhere(np.triu(distances < 2.0 * h, 1))
+    assert sorted(map(tuple, np.sort(pairs, axis=1).tolist())) == sorted(map(tuple, expected.tolist()))
+    assert apart == pytest.approx(distances[tuple(pairs.T)])
+    masses = np.linspace(1.0, 2.0, 400)
+    assert densities(masses, pairs, apart, h) == pytest.approx(kernel(distances, h) @ masses)
+    rows, by = rows_of(pairs, 400)
+    for k in (0, 7, 399):
+        assert sorted(by[rows[k] : rows[k + 1]]) == sorted(np.flatnonzero((pairs == k).any(axis=1)))

@@ -1,0 +1,47 @@
+"""The nodes: particles of a groom, frame by frame."""
+
+import numpy as np
+import pytest
+from hairpipe.nodes.sample_particles import sample_particles
+from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
+
+from hairpipe.errors import BadInput
+from hairpipe.graph import Time
+from hairpipe.particles.settings import Interaction
+from hairpipe.sim.air.wind import Wind
+
+DEFAULTS = {"sag": 0.1, "damping": 0.2, "gravity": 9.81, "interaction": Interaction(), "sag_free": None}
+
+
+def frames_of(particles, bodies, **settings):
+    """Simulate a frame for every body, from the first on; return the clouds."""
+    prepared, state, clouds = prepare_particles(particles, **DEFAULTS), None, []
+    for frame, body in enumerate(bodies, 1):
+        pair = (bodies[max(frame - 2, 0)], body)
+        hair = simulate_particles(
+            particles, pair, None, None, state, Time(frame, 24.0), prepared, interaction=Interaction(), **settings
+        )
+        clouds, state = [*clouds, hair.cloud], hair.state
+    return clouds
+
+
+def test_hair_follows_the_body_and_the_wind(curtain, place_plate):
+    particles = sample_particles(curtain, particles=300)
+    still = frames_of(particles, 4 * [place_plate()])
+    assert np.array_equal(still[0].points, particles.points)
+    assert still[-1].points[:, 1].mean() < still[0].points[:, 1].mean()
+    blown = frames_of(particles, 4 * [place_plate()], wind=Wind((3.0, 0.0, 0.0)))
+    assert np.mean(blown[-1].points - still[-1].points, axis=0)[0] > 1e-3
+    assert np.linalg.norm(blown[-1].directions, axis=1) == pytest.approx(1.0)
+
+
+def test_at_a_cut_hair_goes_with_its_body(curtain, place_plate):
+    particles, there = sample_particles(curtain, particles=300, sampling="even"), place_plate((5.0, 0.0, 0.0))
+    clouds = frames_of(particles, [place_plate(), place_plate(), there, there], cuts=(3,))
+    assert clouds[2].points == pytest.approx(clouds[1].points + np.array([5.0, 0.0, 0.0]))
+    assert np.abs(clouds[3].velocities).max() < 2.0
+
+
+def test_a_groom_that_cannot_carry_so_many_is_refused_in_one_line(curtain):
+    with pytest.raises(BadInput, match="particles: 100000 particles on a groom of 41000 points"):
+        sample_particles(curtain, particles=100_000)

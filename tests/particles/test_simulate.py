@@ -1,0 +1,162 @@
+"""A curtain of particles hangs, splits and merges, keeps out of bodies, and comes to rest."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree
+
+from hairpipe.data.particles import ParticleState
+from hairpipe.errors import BadInput
+from hairpipe.particles.settings import Interaction, RestTension
+from hairpipe.particles.simulate import ParticleFrame, carry_over_cut, cloud_of, next_state, start
+
+FRAME = 1 / 24
+
+
+def moved_by(shot):
+    return np.linalg.norm(shot.state.points - shot.particles.points, axis=1)
+
+
+def test_hair_sags_as_asked_and_not_at_all_with_links_that_carry_it(shot):
+    """The bar that it is taken for: stretched by `sag` at the root, half of that on the mean, which lowers its tip."""
+    hung, carried = (
+        shot(interaction=Interaction()).run(72),
+        shot(interaction=Interaction(), sag_free=RestTension()).run(72),
+    )
+    lowest = hung.particles.arcs > 0.18
+    assert moved_by(hung)[lowest].mean() == pytest.approx(0.05 * 0.2, rel=0.6)
+    assert moved_by(carried).mean() < 0.1 * moved_by(hung).mean()
+    for at_rest in (hung, carried):
+        assert at_rest.pace < 1e-3 and at_rest.out < 0.02
+
+
+def test_stiff_pressure_neither_draws_particles_together_nor_makes_them_tremble(shot):
+    pressed = shot(interaction=Interaction(pressure=100.0))
+    before = KDTree(pressed.particles.points).query(pressed.particles.points, k=2)[0][:, 1]
+    pressed.run(48)
+    after = KDTree(pressed.state.points).query(pressed.state.points, k=2)[0][:, 1]
+    assert np.quantile(after, 0.01) >= 0.9 * np.quantile(before, 0.01)
+    assert pressed.pace < 1e-3
+
+
+def test_hair_that_is_pulled_apart_splits_and_merges(shot):
+    torn = shot(interaction=Interaction())
+    rest, links = torn.particles.points, torn.particles.links
+    side = np.where(rest[:, 0] > 0.0, 1.0, -1.0)
+    free, low = torn.particles.arcs >= 0.0, torn.particles.arcs > 0.1
+    across = side[links[:, 0]] != side[links[:, 1]]
+
+    def gap():
+        x = torn.state.points[:, 0]
+        return np.quantile(x[low & (side > 0)], 0.05) - np.quantile(x[low & (side < 0)], 0.95)
+
+    def open_links():
+        ends = torn.state.points[links[across]]
+        return np.mean(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) > 2.0 * torn.particles.reach)
+
+    began = gap()
+    torn.run(24, kick=lambda frame: np.outer(side * free, (15.0 * FRAME, 0.0, 0.0)))
+    assert gap() > 4.0 * began and open_links() > 0.5
+    torn.run(72)
+    assert open_links() < 0.02 and gap() < 2.0 * began
+    assert np.mean(side[low] * torn.state.points[low, 0] < -0.01) < 0.01
+
+
+def test_shaken_hair_is_torn_nowhere_for_long_and_comes_to_rest(shot, place_plate):
+    def shaken(frame):
+        seconds = (frame + 1) * FRAME
+        return place_plate((0.08 * np.sin(2.0 * np.pi * 2.0 * seconds), 0.0, 0.0))
+
+    hair = shot(interaction=Interaction()).run(24, shaken)
+    swung = np.abs(hair.state.velocities[:, 0]).max()
+    hair.run(72)
+    assert swung > 0.5 and hair.pace < 5e-3 and hair.out < 0.05
+    assert hair.state.points[:, 1].min() > hair.particles.points[:, 1].min() - 0.05
+
+
+def test_hair_of_a_head_thrown_at_2500_degrees_a_second_stays_finite_and_comes_back(shot, place_plate):
+    rate = np.deg2rad(2500.0)
+
+    def thrown(frame):
+        angle, spin = rate * FRAME * min(frame + 1, 6), rate if frame < 5 else 0.0
+        turn = np.array([[np.cos(angle), 0, np.sin(angle)], [0, 1, 0], [-np.sin(angle), 0, np.cos(angle)]])
+        body = place_plate(turn=turn)
+        return replace(body, velocities=spin * np.cross([0.0, 1.0, 0.0], body.points))
+
+    hair = shot(interaction=Interaction()).run(6, thrown)
+    assert np.isfinite(hair.state.points).all()
+    fastest = np.linalg.norm(hair.state.velocities, axis=1).max()
+    hair.run(96, lambda frame: thrown(6))
+    assert fastest > 3.0 and hair.pace < 0.02 and hair.out < 0.05
+
+
+@pytest.mark.parametrize("steps", [1, 2])
+def test_no_particle_is_in_a_ball_that_goes_through_the_curtain(shot, ball, steps):
+    hair, velocity = shot(interaction=Interaction(), steps=steps), np.array([0.0, 0.0, 1.5])
+
+    def at(frame):
+        return (ball(np.array([0.0, -0.1, -0.12 + frame * FRAME * 1.5]), velocity),)
+
+    pushed = 0.0
+    for frame in range(6):
+        hair.run(1, bodies=at(frame))
+        centre = np.array([0.0, -0.1, -0.12 + (frame + 1) * FRAME * 1.5])
+        assert np.linalg.norm(hair.state.points - centre, axis=1).min() > 0.04 - 1e-12
+        pushed = max(pushed, hair.state.velocities[:, 2].max())
+    assert pushed > 1.0
+
+
+def test_bytes_are_the_same_again_with_other_threads_and_from_any_frame_on(shot, threads, bytes_of):
+    def swung(count, frames=6):
+        threads(count)
+        hair = shot(interaction=Interaction(), steps=2)
+        return hair.run(frames, kick=lambda frame: np.array([0.5, 0.0, 0.2]))
+
+    one, two = swung(1), swung(2)
+    assert bytes_of(one.state) == bytes_of(two.state)
+    half = swung(2, 3)
+    assert bytes_of(half.run(3, kick=lambda frame: np.array([0.5, 0.0, 0.2])).state) == bytes_of(one.state)
+
+
+def test_over_a_cut_shape_and_motion_against_the_roots_are_kept(shot, place_plate):
+    hair = shot().run(4, kick=lambda frame: np.array([0.5, 0.0, 0.2]))
+    turn = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    there = place_plate((3.0, 2.0, -4.0), turn)
+    carried = carry_over_cut(hair.particles, hair.state, (place_plate(), there))
+    assert carried.points == pytest.approx(hair.state.points @ turn.T + (3.0, 2.0, -4.0), abs=1e-12)
+    assert carried.velocities == pytest.approx(hair.state.velocities @ turn.T, abs=1e-9)
+    assert carried.directions == pytest.approx(hair.state.directions @ turn.T, abs=1e-12)
+    hair.settings, given = (
+        replace(hair.settings, cuts=(7,)),
+        ParticleFrame((place_plate(), there), (), (), 0.0, FRAME, True),
+    )
+    cut = next_state(hair.particles, hair.prepared, hair.state, given, hair.settings)
+    assert np.array_equal(cut.points, carried.points)
+    # Gravity turns about itself, so what follows is the same, there.
+    straight = hair.run(6).state.points @ turn.T + (3.0, 2.0, -4.0)
+    hair.state, hair.body = carried, there
+    assert hair.run(6).state.points == pytest.approx(straight, abs=1e-5)
+
+
+def test_particles_start_with_their_roots_as_they_move(shot, place_plate):
+    hair = shot()
+    moving = place_plate((1.0, 0.0, 0.0), velocities=np.tile([0.0, 2.0, 0.0], (3, 1)))
+    begun = start(hair.particles, hair.prepared, ParticleFrame((None, moving), (), (), 0.0, FRAME), ())
+    assert begun.points == pytest.approx(hair.particles.points + np.array([1.0, 0.0, 0.0]), abs=1e-12)
+    assert begun.velocities == pytest.approx(np.tile([0.0, 2.0, 0.0], (len(begun.points), 1)), abs=1e-9)
+    assert cloud_of(begun).velocities.dtype == np.float32
+
+
+def test_hair_that_is_not_finite_is_named_and_a_body_around_all_of_it_refused(shot, ball):
+    hair = shot()
+    broken = hair.state.velocities.copy()
+    lost = hair.prepared.model.deep + 3
+    broken[lost] = np.nan
+    state = ParticleState(hair.state.points, broken, hair.state.directions, hair.state.tensions)
+    given = ParticleFrame((hair.body, hair.body), (), (), 0.0, FRAME)
+    with pytest.raises(ArithmeticError, match=f"strands {hair.particles.hair.ids[hair.particles.strands[lost]]}"):
+        next_state(hair.particles, hair.prepared, state, given, hair.settings)
+    around = ball(np.array([0.0, -0.1, 0.0]), np.zeros(3), 2.0)
+    with pytest.raises(BadInput, match="the body swallows all particles"):
+        start(hair.particles, hair.prepared, given, (around,))
