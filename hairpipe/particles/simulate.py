@@ -133,13 +133,16 @@ def advance_frame(
     deep, frame_dt, steps = model.deep, frame.frame_dt, settings.steps
     points, velocities, directions = state.points.copy(), state.velocities.copy(), state.directions.copy()
     ways = _ways_of_roots(particles, frame, deep, steps)
+    forces, ahead = _forces_on(prepared, settings, (points, directions, velocities), frame.began), velocities
     if law is not None:
         ends, apart = near_pairs(points, 2.0 * model.range)
         rows, by = rows_of(ends, len(points))
         pairs = Pairs(ends, apart, rows, by, densities(model.masses, ends, apart, model.range))
-        exchange(law, pairs, inverse_masses(model), points, directions, frame_dt, velocities)
-    forces = _forces_on(prepared, settings, (points, directions, velocities), frame.began)
-    places = points + frame_dt * velocities
+        ahead = velocities.copy()
+        exchange(law, pairs, inverse_masses(model), points, directions, frame_dt, ahead)
+        # As a force through the frame: what is given at its beginning would be undone in the steps that follow.
+        forces.push[:] += model.masses[:, None] * (ahead - velocities) / frame_dt
+    places = points + frame_dt * ahead
     found = look(bodies, places, frame_dt, deep)
     thickness = np.minimum(settings.contact.thickness, NEAR_ROOT * np.maximum(particles.arcs, 0.0))
     planes = planes_of(found, places, thickness, settings.contact.friction)
