@@ -79,7 +79,7 @@ class ParticleSettings:
 
     sag          by which hair of mean length that hangs is stretched at its root; all stiffness follows from it
     damping      of a link, a fraction of critical damping
-    steps        in a frame; where hair rests on a body one is calmest
+    steps        in a frame; one is faster, and damps swings more
     gravity      along -Y
     air          what slows hair
     fibre        that hair consists of; wind takes hold of it
@@ -92,7 +92,7 @@ class ParticleSettings:
 
     sag: Annotated[float, Interval(gt=1e-3, le=1.0)] = 0.1
     damping: Annotated[float, Ge(0.0)] = 0.2
-    steps: Annotated[int, Interval(ge=1, le=100)] = 1
+    steps: Annotated[int, Interval(ge=1, le=100)] = 2
     gravity: Annotated[MetresPerSecondSquared, Gt(0.0), Interval(le=1000.0)] = 9.81
     air: Air = Air(3.0)  # noqa: RUF009 (frozen)
     fibre: Fibre = Fibre()

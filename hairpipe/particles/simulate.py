@@ -132,14 +132,17 @@ def advance_frame(
     model, springs, law = prepared.model, prepared.springs, prepared.law
     deep, frame_dt, steps = model.deep, frame.frame_dt, settings.steps
     points, velocities, directions = state.points.copy(), state.velocities.copy(), state.directions.copy()
-    ways = _ways_of_roots(particles, frame, deep, steps)
+    ways = _ways_of_roots(particles, state, frame, deep, steps)
+    forces, ahead = _forces_on(prepared, settings, (points, directions, velocities), frame.began), velocities
     if law is not None:
         ends, apart = near_pairs(points, 2.0 * model.range)
         rows, by = rows_of(ends, len(points))
         pairs = Pairs(ends, apart, rows, by, densities(model.masses, ends, apart, model.range))
-        exchange(law, pairs, inverse_masses(model), points, directions, frame_dt, velocities)
-    forces = _forces_on(prepared, settings, (points, directions, velocities), frame.began)
-    places = points + frame_dt * velocities
+        ahead = velocities.copy()
+        exchange(law, pairs, inverse_masses(model), points, directions, frame_dt, ahead)
+        # As a force through the frame: what is given at its beginning would be undone in the steps that follow.
+        forces.push[:] += model.masses[:, None] * (ahead - velocities) / frame_dt
+    places = points + frame_dt * ahead
     found = look(bodies, places, frame_dt, deep)
     thickness = np.minimum(settings.contact.thickness, NEAR_ROOT * np.maximum(particles.arcs, 0.0))
     planes = planes_of(found, places, thickness, settings.contact.friction)
@@ -168,15 +171,20 @@ class RootWays:
     directions: np.ndarray
 
 
-def _ways_of_roots(particles: Particles, frame: ParticleFrame, deep: int, steps: int) -> RootWays:
+def _ways_of_roots(particles: Particles, state: ParticleState, frame: ParticleFrame, deep: int, steps: int) -> RootWays:
     """Find them: on the cubic through places and velocities at both frames, as roots of strands go."""
-    strands, rest = particles.strands[:deep], particles.points[:deep]
-    both = [[m[strands] for m in motion_of_roots(lead, particles.hair)] for lead in frame.leads]
-    (x0, v0), (x1, v1) = ([moved(m, rest) for m in motions] for motions in both)
+    x0, v0, strands, rest = (
+        state.points[:deep],
+        state.velocities[:deep],
+        particles.strands[:deep],
+        particles.points[:deep],
+    )
+    motions, rates = (m[strands] for m in motion_of_roots(frame.leads[1], particles.hair))
+    x1, v1 = moved(motions, rest), moved(rates, rest)
     s = (np.arange(steps + 1) / steps)[:, None, None]
     points = (1 + 2 * s) * (1 - s) ** 2 * x0 + s * (1 - s) ** 2 * frame.frame_dt * v0
     points = points + s**2 * (3 - 2 * s) * x1 + s**2 * (s - 1) * frame.frame_dt * v1
-    return RootWays(points, v1, turned(both[1][0], particles.directions[:deep]))
+    return RootWays(points, v1, turned(motions, particles.directions[:deep]))
 
 
 def _forces_on(prepared: Prepared, settings: ParticleSettings, now: tuple[np.ndarray, ...], seconds: float) -> Forces:

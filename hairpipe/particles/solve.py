@@ -146,7 +146,7 @@ def _across(system, begin, end, v, k):
 
 
 @inlined
-def times(matrices: np.ndarray, k: int, x: float, y: float, z: float) -> Vector:
+def times(matrices, k, x, y, z):
     """Return the symmetric matrix k times a vector, in float32."""
     u = np.float32(matrices[k, 0] * x + matrices[k, 1] * y + matrices[k, 2] * z)
     v = np.float32(matrices[k, 1] * x + matrices[k, 3] * y + matrices[k, 4] * z)
