@@ -68,12 +68,14 @@ class Lines(NamedTuple):
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
     arcs     of the points from their root [m], (p,)
     ways     directions at the points, unit vectors, (p, 3)
+    roots    directions below the skin, unit vectors, (S, 3)
     """
 
     points: np.ndarray
     offsets: np.ndarray
     arcs: np.ndarray
     ways: np.ndarray
+    roots: np.ndarray
 
     @property
     def lengths(self) -> np.ndarray:
@@ -81,7 +83,7 @@ class Lines(NamedTuple):
         return self.arcs[self.offsets[1:] - 1]
 
     def at(self, places: Places) -> tuple[np.ndarray, np.ndarray]:
-        """Return points [m] and directions, (n, 3) each; below the skin they go straight on."""
+        """Return points [m] and directions, (n, 3) each; below the skin they go along `roots`."""
         strands, arcs = places
         begin, end = self.offsets[strands], self.offsets[strands + 1]
         reach = 1.0 + float(self.lengths.max())
@@ -92,7 +94,8 @@ class Lines(NamedTuple):
         share = np.clip((arcs - self.arcs[below]) / span, 0.0, 1.0)[:, None]
         points = (1.0 - share) * self.points[below] + share * self.points[below + 1]
         ways = (1.0 - share) * self.ways[below] + share * self.ways[below + 1]
-        points += np.minimum(arcs, 0.0)[:, None] * self.ways[begin]
+        points += np.minimum(arcs, 0.0)[:, None] * self.roots[strands]
+        ways = np.where((arcs < 0.0)[:, None], self.roots[strands], ways)
         return points, ways / np.linalg.norm(ways, axis=1)[:, None]
 
 
@@ -107,8 +110,24 @@ def lines_of(groom: Groom) -> Lines:
     ahead = np.roll(steps, -1, axis=0)
     ahead[offsets[1:] - 1] = 0.0
     ways = steps + ahead
-    sizes = np.linalg.norm(ways, axis=1)
-    return Lines(points, offsets, arcs, ways / np.where(sizes > 0.0, sizes, 1.0)[:, None])
+    ways = _units(ways)
+    return Lines(points, offsets, arcs, ways, _root_directions(ways[offsets[:-1]], groom.root_frames[:, :, 2]))
+
+
+def _root_directions(ways: np.ndarray, normals: np.ndarray) -> np.ndarray:
+    """Return t_r of (4), with w_t = w_n: as hair leaves the skin, but at 45 degrees where it would be flatter; pure.
+
+    Straight on below the skin, hair that begins along it, or inwards, would come out again elsewhere.
+    """
+    across = _units(ways - np.sum(ways * normals, axis=1)[:, None] * normals)
+    flat = np.sum(ways * normals, axis=1) < np.sqrt(0.5)
+    return np.where(flat[:, None], _units(across + normals), ways)
+
+
+def _units(vectors: np.ndarray) -> np.ndarray:
+    """Return vectors, (n, 3), at length 1; those without length as they are."""
+    sizes = np.linalg.norm(vectors, axis=1)[:, None]
+    return vectors / np.where(sizes > 0.0, sizes, 1.0)
 
 
 def sample(groom: Groom, count: int, sampling: Sampling, seed: int) -> Samples:

@@ -51,6 +51,20 @@ def test_no_two_darts_are_nearer_than_the_spacing_and_there_is_no_room_for_more(
     assert KDTree(points[taken]).query(points)[0].max() <= 0.2
 
 
+@pytest.mark.parametrize("lean", [-20.0, 0.0, 30.0, 45.0, 70.0])
+def test_below_the_skin_they_go_in_at_45_degrees_or_steeper(make_groom, lean):
+    """Hair that leaves skin that faces down, at an angle from along it; less than none is into the head."""
+    way = np.array([np.cos(np.radians(lean)), -np.sin(np.radians(lean)), 0.0])
+    roots = np.random.default_rng(2).uniform(-0.05, 0.05, (60, 3)) * (1.0, 0.0, 1.0)
+    samples = sample(make_groom([root + np.linspace(0.0, 0.2, 21)[:, None] * way for root in roots]), 300, "strands", 0)
+    deep = samples.places.arcs < 0.0
+    steep = np.radians(max(lean, 45.0))
+    assert samples.directions[deep] == pytest.approx(
+        np.tile([np.cos(steep), -np.sin(steep), 0.0], (np.count_nonzero(deep), 1)), abs=1e-12
+    )
+    assert samples.points[deep, 1] == pytest.approx(-samples.places.arcs[deep] * np.sin(steep))
+
+
 def test_those_of_a_curl_lie_on_its_axis_and_point_along_it(make_groom):
     curl = wound(Helix(0.01, 0.02), 0.5, 120) @ np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
     roots = np.random.default_rng(2).uniform(-0.05, 0.05, (60, 3)) * (1.0, 0.0, 1.0)

@@ -36,16 +36,16 @@ class CloudStyle(NamedTuple):
 
     particles  at rest
     framing    of the hair they lie on
-    buried     of them, those below the skin, which move with the roots, (B,)
+    buried     how many of them, the first, are below the skin, move with the roots, and are not drawn
     half       of the length of billboards [m]
-    kinds      texture of every particle, (N,)
+    kinds      texture of every other particle, (N,)
     colour     of the hair, linear, (3,)
-    colours    of every particle, linear, (N, 3)
+    colours    of every other particle, linear, (N, 3)
     """
 
     particles: Particles
     framing: Framing
-    buried: np.ndarray
+    buried: int
     half: float
     kinds: np.ndarray
     colour: np.ndarray
@@ -59,11 +59,12 @@ def style_cloud(particles: Particles, colour: np.ndarray, size: float) -> CloudS
     size    of billboards, over what covers hair evenly
     """
     framing = frame_hair(particles.hair.points, particles.hair.offsets)
-    shade = np.exp2(SHADES * kajiya_kay.noise(len(particles.hair.ids), 1))[particles.strands]
-    kinds = np.arange(len(particles.points)) % KINDS
+    buried = int(np.count_nonzero(particles.arcs < 0.0))
+    shade = np.exp2(SHADES * kajiya_kay.noise(len(particles.hair.ids), 1))[particles.strands[buried:]]
+    kinds = np.arange(buried, len(particles.points)) % KINDS
     colours = np.clip(shade[:, None] * colour, 0.0, 0.95)
     half = HALF * size * particles.range
-    return CloudStyle(particles, framing, np.flatnonzero(particles.arcs < 0.0), half, kinds, colour, colours)
+    return CloudStyle(particles, framing, buried, half, kinds, colour, colours)
 
 
 def draw_cloud(cloud: Cloud, style: CloudStyle, body: Mesh | None, shot: Shot, grain: int = GRAIN) -> np.ndarray:
@@ -78,15 +79,16 @@ def draw_cloud(cloud: Cloud, style: CloudStyle, body: Mesh | None, shot: Shot, g
     framing = frame_cloud(cloud, style)
     camera = place_camera(shot, framing).enlarged(grain)
     film, sight = backdrop(camera.height, camera.width), look_at_body(body, camera)
-    hair, flesh = _shaded(cloud, style, body, sight, (framing, camera))
+    shown = Cloud(*(values[style.buried :] for values in (cloud.points, cloud.velocities, cloud.directions)))
+    hair, flesh = _shaded(shown, style, body, sight, (framing, camera))
     film[sight.rows, sight.columns] = at_pixels(sight, body.triangles, flesh)
-    paint(film, sight.depth, _seen(cloud, style, camera), hair, streak_levels())
+    paint(film, sight.depth, _seen(shown, style, camera), hair, streak_levels())
     return develop(film, grain)
 
 
 def frame_cloud(cloud: Cloud, style: CloudStyle) -> Framing:
     """Frame the hair as at rest, moved as the particles below the skin have been."""
-    moved = cloud.points[style.buried] - style.particles.points[style.buried]
+    moved = cloud.points[: style.buried] - style.particles.points[: style.buried]
     return Framing(style.framing.target + (moved.mean(axis=0) if len(moved) else 0.0), style.framing.radius)
 
 
