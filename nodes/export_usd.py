@@ -17,9 +17,10 @@ def export_usd(
     workspace: Workspace,
     *,
     layout: Literal["single", "clips"] = "single",
+    curve: Literal["catmull_rom", "bspline"] = "catmull_rom",
     name: str = "shot",
 ) -> File:
-    """USD of the hair as Catmull-Rom curves and of the body as a mesh, with velocities, at every frame.
+    """USD of the hair as smooth curves and of the body as a mesh, with velocities, at every frame.
 
     The groom of the keys of `interpolate_hair` marks the hairs that are simulated: `primvars:groom_guide` is 1 for them
     and 0 for those that are interpolated. Clients that read it may take the former for guides, and not draw them.
@@ -27,6 +28,8 @@ def export_usd(
     The files of `export_vdb`, given as `volume`, become a Volume, in a folder next to the file.
 
     layout  one file, or one file a frame that the first one joins as value clips
+    curve   Catmull-Rom, through the points of the hair; or a B-spline whose control hull they are, from root to tip, of
+            which `usd check` says that it misses them
     name    of the root prim, and of the folders of clips and of level sets: give two shots in one place two names
     """
     from hairpipe.errors import BadInput
@@ -40,5 +43,5 @@ def export_usd(
     if keys is not None and groom is None:
         raise BadInput("keys without the groom", right="in.groom: that of all hair")
     simulated = None if keys is None or groom is None else keys_among(groom, keys) >= 0
-    path, shot = workspace / f"{name}.usdc", Shot(hair, body, groom, time.fps, name, files, simulated)
+    path, shot = workspace / f"{name}.usdc", Shot(hair, body, groom, time.fps, name, files, simulated, curve)
     return File(path, (write_clips if layout == "clips" else write_shot)(path, shot))

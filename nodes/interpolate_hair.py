@@ -59,4 +59,4 @@ def interpolate_hair(
     shown = interpolated(hair, keys, groom, prepared, motion_of_roots(lead_of(body, ends), groom))
     if clumps is not None:
         shown = clumped(shown, hair, prepared, clumps.pull, clumps.begin)
-    return pushed_out(shown, prepared, surface or (), parts or (), thickness, time.dt)
+    return pushed_out(shown, prepared.own < 0, surface or (), parts or (), thickness, time.dt)

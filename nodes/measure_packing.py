@@ -24,6 +24,6 @@ def measure_packing(
     near  distance up to which points of two strands are neighbours
     skip  frames at the beginning that do not count
     """
-    from hairpipe.measure.packing import packing_table
+    from hairpipe.measure.volume.packing import packing_table
 
     return packing_table(hair, reference, cell, near, skip)

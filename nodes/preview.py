@@ -1,8 +1,8 @@
 """A quick picture of the hair."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
-from hairpipe.data import Mesh, Strands
+from hairpipe.data import Mesh, Normals, Strands
 from hairpipe.graph import File, Workspace, node
 from hairpipe.render.framing import View
 from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels
@@ -14,6 +14,7 @@ Place = tuple[Metres, Metres, Metres]
 def preview(
     hair: Strands,
     body: Mesh | None,
+    normals: Normals | None,
     workspace: Workspace,
     *,
     width: Annotated[Pixels, Interval(ge=16, le=4096)] = 720,
@@ -24,6 +25,8 @@ def preview(
     fov: Annotated[Degrees, Interval(ge=1.0, le=120.0)] = 24.0,
     colour: tuple[Fraction, Fraction, Fraction] = (0.37, 0.25, 0.17),
     thickness: Annotated[float, Interval(gt=0.0, le=100.0)] = 1.0,
+    curve: Literal["catmull_rom", "bspline"] = "catmull_rom",
+    lambert: Fraction = 0.4,
 ) -> File:
     """PNG of the hair, and of the body where there is one, lit as in a studio.
 
@@ -35,13 +38,24 @@ def preview(
     fov        field of view across the shorter side
     colour     of the hair: red, green and blue, sRGB
     thickness  of a strand, over what makes so many look full: few are drawn thick, very many as thick as they are
+    curve      through the points of the hair; or a B-spline whose control hull they are, as of the paper's key hairs
+    lambert    share of the diffuse light that is a surface's, by `normals`; without these there is none
     """
+    from dataclasses import replace
+
+    from hairpipe.errors import BadInput
+    from hairpipe.groom.resampling import spline_knots
     from hairpipe.io.picture import write_png
     from hairpipe.render.film import linear
     from hairpipe.render.framing import Shot
     from hairpipe.render.portrait import draw_portrait
 
     shot = Shot(width, height, view, fov, eye, target)
-    path = workspace / "picture.png"
-    write_png(path, draw_portrait(hair, body, shot, linear(colour), thickness))
+    if normals is not None and len(normals.vectors) != len(hair.points):
+        what = f"{len(normals.vectors)} normals of {len(hair.points)} points"
+        raise BadInput(what, where="in.normals", right="those that this hair carries")
+    if curve == "bspline":
+        hair = replace(hair, points=spline_knots(hair.points, hair.offsets))
+    facing, path = None if normals is None else lambert * normals.vectors.astype(float), workspace / "picture.png"
+    write_png(path, draw_portrait(hair, body, shot, linear(colour), thickness, facing))
     return File(path)

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, NamedTuple
 
-from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh, Strands
+from hairpipe.data import BodyParts, Density, Ends, Groom, LevelSet, Mesh, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.graph import Pair, Time, flat_group, node
 from hairpipe.sim.material import Material
@@ -36,6 +36,7 @@ def simulate_hair(
     surface: tuple[Pair[LevelSet], ...] | None,
     parts: tuple[Pair[BodyParts], ...] | None,
     ends: Pair[Ends] | None,
+    target: Pair[Density] | None,
     previous: HairState | None,
     time: Time,
     prepared: "HairModels",
@@ -53,6 +54,6 @@ def simulate_hair(
     solid, leads = bool(surface or parts), lead_of(body, ends) or (None, None)
     hair = choose_precision(settings.precision, prepared, settings, bodies=solid, first=previous is None)
     began, cut = (time.frame - 1) * time.dt, time.frame in settings.cuts
-    frame = Frame(leads, surface or (), parts or (), began, time.dt, cut)
+    frame = Frame(leads, surface or (), parts or (), began, time.dt, cut, target)
     state = next_state(hair, previous, frame, settings)
     return Hair(strands_of(hair, state), state)

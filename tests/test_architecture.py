@@ -25,10 +25,11 @@ ORDER = (
 WITHIN = {
     "graph": "node store file key plan run results",
     "levelset": """grid_layout collider sample interpolation sphere_tracing collider_field parts bake vdb_header vdb
-        vdb_grids""",
+        vdb_read vdb_grids""",
     "sim": """material layout axis strands.construction strands.forces strands boundary state air.wind settings
         contact.hair.couplings interactions air hair_model contact.contact_points contact.body contact.ccd contact.hair
-        filters volume_filter solve surroundings integrators build diagnostics statics precision simulate elastic""",
+        filters volume_filter volume_target solve surroundings integrators build diagnostics statics precision
+        simulate elastic""",
     "io": """text polygons mocap makehuman obj usd usd.check.finding usd.check.snapshot usd.check.track usd.check.scene
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules
         usd.check.body_rules usd.check.lint body csv hdf5 npz image picture panels table tfx value""",

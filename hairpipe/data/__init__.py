@@ -7,6 +7,7 @@ from hairpipe.data.ends import Ends
 from hairpipe.data.groom import Groom, Strands
 from hairpipe.data.levelset import LevelSet
 from hairpipe.data.mesh import Mesh
+from hairpipe.data.normals import Normals
 from hairpipe.data.particles import Cloud, Particles
 from hairpipe.data.parts import BodyParts
 from hairpipe.data.table import Table
@@ -21,6 +22,7 @@ __all__ = [
     "Groom",
     "LevelSet",
     "Mesh",
+    "Normals",
     "Particles",
     "Pose",
     "Shell",

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.data import Groom, Mesh
+from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.kernels.vec3 import blend, cross, minus, row, unit
 from hairpipe.spatial.closest import project
@@ -86,3 +86,15 @@ def root_frames(
             frames[s, k, 0], frames[s, k, 1] = tangent[k], bitangent[k]
             frames[s, k, 2], frames[s, k, 3] = normal[k], origin[k]
     return frames
+
+
+def rigid_strands(groom: Groom, motions: np.ndarray, rates: np.ndarray, diameter: float) -> Strands:
+    """Return a groom's strands, each rigid, where their roots are led; pure.
+
+    motions, rates  of the roots from rest, x -> R x + t, and their derivative by time, (S, 3, 4)
+    diameter        of every strand [m]
+    """
+    strand = np.repeat(np.arange(len(groom.ids)), np.diff(groom.offsets))
+    placed = np.concatenate([groom.points, np.ones((len(groom.points), 1))], axis=1)
+    points, velocities = (np.einsum("pij,pj->pi", led[strand], placed) for led in (motions, rates))
+    return Strands(points, velocities.astype(np.float32), groom.offsets, diameter)

@@ -107,6 +107,19 @@ def catmull_rom(a: Vector, b: Vector, c: Vector, d: Vector, t: float) -> Vector:
     return plus(plus(scaled(wa, a), scaled(wb, b)), plus(scaled(wc, c), scaled(wd, d)))
 
 
+def spline_knots(hull: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the knots of uniform cubic B-splines, (p, 3), each beside a point of their control hull; pure.
+
+    (p_k-1 + 4 p_k + p_k+1) / 6; the ends are pinned by mirrored points, as in USD: there it is the point itself.
+
+    hull     points that control the curves [m], (p, 3); offsets  strand s owns hull[offsets[s]:offsets[s+1]], (S+1,)
+    """
+    knots = (np.roll(hull, 1, axis=0) + 4.0 * hull + np.roll(hull, -1, axis=0)) / 6.0
+    for ends in (offsets[:-1], offsets[1:] - 1):
+        knots[ends] = hull[ends]
+    return knots
+
+
 @njit(cache=True, parallel=True)
 def equal_segments(points: np.ndarray, offsets: np.ndarray, new_offsets: np.ndarray) -> np.ndarray:
     """Return strands cut anew, along smooth curves through their points, into segments of equal length each.

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hairpipe.errors import BadInput
 from hairpipe.levelset.grid_layout import BRICK
 from hairpipe.levelset.vdb_header import MAGIC, UUID
 
@@ -67,7 +68,7 @@ def write(path: Path, grids: Sequence[Grid], frame: int, half: bool = False) -> 
     frame  number of the frame, kept as metadata
     half   keep 16 bits of every value: half the size, and off by at most 1 in 2000
 
-    The same values give the same bytes.
+    The same values give the same bytes. Raise BadInput where a value is too large for 16 bits.
     """
     own = {"creator": "hairpipe", "file_units": "metres", "frame": frame}
     data = bytearray(struct.pack("<q3I?", MAGIC, VERSION, *LIBRARY, True) + bytes(36) + metadata(own))
@@ -87,6 +88,10 @@ def add_grid(data: bytearray, kind: str, tree: Tree, facts: Mapping[str, Fact], 
     facts  metadata, by name; among it is the name
     """
     if half:
+        most = float(np.abs(tree.values).max(initial=0.0))
+        if most > np.finfo(np.float16).max:
+            what = f"'{facts['name']}' has values up to {most:.3g}, too large for 16 bits"
+            raise BadInput(what, where="half", right="false")
         tree = tree._replace(values=tree.values.astype(np.float16), background=float(np.float16(tree.background)))
     data += text(str(facts["name"])) + text(kind + "_HalfFloat" * half) + text("")
     start = len(data) + struct.calcsize("<3q")

@@ -92,6 +92,11 @@ def box(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 def read_grids(cursor: Cursor) -> list[Grid]:
     """Return the grids of a file, from its first byte on."""
+    return [read_grid(cursor) for _ in range(open_archive(cursor))]
+
+
+def open_archive(cursor: Cursor) -> int:
+    """Read the head of a file, from its first byte to its first grid; return how many grids follow."""
     if cursor.number("q") != MAGIC:
         raise cursor.fail("this is no OpenVDB file")
     version, _, _ = cursor.numbers("3I")
@@ -101,7 +106,7 @@ def read_grids(cursor: Cursor) -> list[Grid]:
         raise cursor.fail("the file was written as a stream, without a table of its grids", "a file that OpenVDB saved")
     cursor.bytes(UUID.stop - UUID.start)
     read_metadata(cursor)
-    return [read_grid(cursor) for _ in range(checked_count(cursor, 36))]
+    return checked_count(cursor, 36)
 
 
 def checked_count(cursor: Cursor, least: int) -> int:

@@ -1,4 +1,4 @@
-"""Spread and clumping of a tuft."""
+"""Spread and clumping of a tuft, and how far two of them have passed through each other."""
 
 from collections.abc import Mapping
 
@@ -12,6 +12,8 @@ from hairpipe.errors import BadInput
 LEVELS = np.linspace(0.5, 1.0, 9)
 """Where strands are looked at: shares of their length from the root, the outer half of them."""
 COLUMNS = ("time [s]", "spread of tips [mm]", "nearest strand [mm]", "over random [1]")
+
+CROSSING = ("time [s]", "crossed pairs [%]", "crossed hairs [%]")
 
 
 def measure_spread(hair: Mapping[int, Strands], fps: float) -> Table:
@@ -34,6 +36,31 @@ def measure_spread(hair: Mapping[int, Strands], fps: float) -> Table:
         share = np.mean(np.divide(gaps, chance, out=np.ones_like(gaps), where=chance > 0.0))
         rows.append(((frame - frames[0]) / fps, 1e3 * spreads[-1], 1e3 * gaps.mean(), share))
     return table_of_rows(COLUMNS, rows)
+
+
+def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Table:
+    """Return a row for every frame, of two locks; time zero is the first.
+
+    count  of strands in the first lock, which come first
+
+    crossed pairs  of hairs, one of each lock, on other sides of each other than their locks at the roots: along the
+                   way from those of the first lock to those of the second, at the same share of length, from half on
+    crossed hairs  those that are in more than half of their pairs, over all these shares
+    Raise BadInput where one lock has no strands.
+    """
+    frames = list(hair)
+    total = len(hair[frames[0]].offsets) - 1
+    if not 0 < count < total:
+        raise BadInput(f"{count} of {total} strands are no lock beside another", where="in.lock", right="fewer")
+    rows = []
+    for frame in frames:
+        roots = hair[frame].points[hair[frame].offsets[:-1]].astype(float)
+        way = roots[count:].mean(axis=0) - roots[:count].mean(axis=0)
+        places = at_levels(hair[frame]) @ way
+        crossed = places[:, :count, None] > places[:, None, count:]
+        hairs = np.concatenate([crossed.mean(axis=axes) > 0.5 for axes in ((0, 2), (0, 1))])
+        rows.append(((frame - frames[0]) / fps, 100.0 * crossed.mean(), 100.0 * hairs.mean()))
+    return table_of_rows(CROSSING, rows)
 
 
 def at_levels(hair: Strands) -> np.ndarray:

@@ -1,10 +1,12 @@
 """The film: what is behind everything, and how light becomes a picture."""
 
+from functools import lru_cache
+
 import numpy as np
 from numba import njit
 
 GRAIN = 2
-"""Pixels of the film across one pixel of the picture."""
+"""Pixels of the film across one pixel of a picture that may take its time."""
 EXPOSURE, VIGNETTE = 0.75, 0.6
 """Light of the film that reaches the picture, and how much of it is lost towards the corners."""
 CENTRE = np.array([0.30, 0.325, 0.36])
@@ -14,39 +16,47 @@ EDGE = np.array([0.06, 0.07, 0.09])
 
 
 def backdrop(height: int, width: int) -> np.ndarray:
-    """Light a plain wall softly from the middle, linear, (height, width, 3) float32."""
+    """Light a plain wall softly from the middle, linear, (height, width, 3) float32: a film to paint on."""
+    return _wall(height, width).copy()
+
+
+@lru_cache(maxsize=1)
+def _wall(height: int, width: int) -> np.ndarray:
     down = np.exp(-5.0 * ((np.arange(height) + 0.5) / height - 0.46) ** 2)
     along = np.exp(-5.0 * ((np.arange(width) + 0.5) / width - 0.5) ** 2)
     glow = np.outer(down, along).astype(np.float32)
     return np.stack([edge + (centre - edge) * glow for edge, centre in zip(EDGE, CENTRE, strict=True)], axis=2)
 
 
-def develop(film: np.ndarray) -> np.ndarray:
-    """Make the picture of a film, (height/GRAIN, width/GRAIN, 3) uint8, sRGB.
+def develop(film: np.ndarray, grain: int = GRAIN) -> np.ndarray:
+    """Make the picture of a film of so many pixels across each of its own, (height/grain, width/grain, 3) uint8, sRGB.
 
     Bright light is compressed by the curve x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14), a fit to ACES by Narkowicz
     2015, before the film is averaged: one bright speck does not outshine its pixel.
     """
     levels = np.linspace(0.0, 1.0, 4097)
     encoded = np.where(levels <= 0.0031308, 12.92 * levels, 1.055 * levels ** (1 / 2.4) - 0.055)
-    return expose(film, np.rint(255.0 * encoded).astype(np.uint8))
+    return expose(film, np.rint(255.0 * encoded).astype(np.uint8), grain)
 
 
-@njit(cache=True, nogil=True)
-def expose(film: np.ndarray, encoded: np.ndarray) -> np.ndarray:
-    """Compress the light, average GRAIN x GRAIN pixels, and look the code up in a table over 0..1."""
-    height, width = film.shape[0] // GRAIN, film.shape[1] // GRAIN
+@njit(cache=True, nogil=True, error_model="numpy")
+def expose(film: np.ndarray, encoded: np.ndarray, grain: int) -> np.ndarray:
+    """Compress the light, average grain x grain pixels, and look the code up in a table over 0..1."""
+    height, width = film.shape[0] // grain, film.shape[1] // grain
     reach = 1.0 / (height**2 + width**2)
-    picture = np.empty((height, width, 3), np.uint8)
+    picture, total, light = np.empty((height, width, 3), np.uint8), np.empty((width, 3)), np.empty(width)
     for i in range(height):
         for j in range(width):
-            light = EXPOSURE * (1.0 - VIGNETTE * reach * ((2 * i - height) ** 2 + (2 * j - width) ** 2))
+            light[j] = EXPOSURE * (1.0 - VIGNETTE * reach * ((2 * i - height) ** 2 + (2 * j - width) ** 2))
+        total[:] = 0.0
+        for k in range(grain * grain):
+            for j in range(width):
+                for c in range(3):
+                    x = light[j] * film[grain * i + k // grain, grain * j + k % grain, c]
+                    total[j, c] += x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
+        for j in range(width):
             for c in range(3):
-                total = 0.0
-                for k in range(GRAIN * GRAIN):
-                    x = light * film[GRAIN * i + k // GRAIN, GRAIN * j + k % GRAIN, c]
-                    total += x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
-                level = min(max(total / GRAIN**2, 0.0), 1.0)
+                level = min(max(total[j, c] / grain**2, 0.0), 1.0)
                 picture[i, j, c] = encoded[int(level * (len(encoded) - 1) + 0.5)]
     return picture
 

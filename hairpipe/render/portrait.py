@@ -26,11 +26,19 @@ SCALP = 0.8
 NOBODY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 
-def draw_portrait(hair: Strands, body: Mesh | None, shot: Shot, colour: np.ndarray, thickness: float) -> np.ndarray:
+def draw_portrait(
+    hair: Strands,
+    body: Mesh | None,
+    shot: Shot,
+    colour: np.ndarray,
+    thickness: float,
+    facing: np.ndarray | None = None,
+) -> np.ndarray:
     """Draw hair, and the body under it, (height, width, 3) uint8, sRGB.
 
     colour     of the hair, linear red, green and blue, (3,)
     thickness  drawn width over the width that looks full, see drawn_width
+    facing     normals of hair as one body, each as long as its share of the diffuse light, (p, 3); None: no share
 
     Raises BadInput where there is no strand, or a position is not finite.
     """
@@ -48,7 +56,8 @@ def draw_portrait(hair: Strands, body: Mesh | None, shot: Shot, colour: np.ndarr
     surface = see_body(body, camera)
     share = SCALP * hair_share(surface.points, points[hair.offsets[:-1]], camera.axes)[:, None]
     film[surface.rows, surface.columns] = shade_skin(surface, CLAY + share * (0.5 * colour - CLAY), camera.eye, shadows)
-    colours = shade_hair(points, hair.offsets, colour, camera.eye, shadows)
+    facing = np.zeros(points.shape) if facing is None else facing
+    colours = shade_hair(points, hair.offsets, colour, camera.eye, shadows, facing)
     draw_strands(film, surface.depth, camera.project(points), hair.offsets, colours, width * camera.focal)
     return develop(film)
 

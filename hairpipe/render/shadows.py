@@ -54,13 +54,23 @@ def cast_shadow(
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
     width    of a strand [m]
     """
+    cell, to_cells = cells_of(light, centre, radius)
+    depth = np.zeros((CELLS, CELLS, CELLS), np.float32)
+    scatter(depth, apply(to_cells, points), offsets, width / cell)
+    accumulate(depth, front(apply(to_cells, body.points), body.triangles, FINE))
+    return Shadow(light, to_cells, cell, depth)
+
+
+def cells_of(light: Light, centre: np.ndarray, radius: float) -> tuple[float, np.ndarray]:
+    """Edge of a cell of the cube around a scene [m], and the motion of world points to places in it, (3, 4)."""
     cell = 2.0 * radius / CELLS
     axes = across(light.towards) / cell
-    shift = CELLS / 2 - axes @ centre
-    depth = np.zeros((CELLS, CELLS, CELLS), np.float32)
-    scatter(depth, points @ axes.T + shift, offsets, width / cell)
-    accumulate(depth, front(body.points @ axes.T + shift, body.triangles))
-    return Shadow(light, np.column_stack([axes, shift]), cell, depth)
+    return cell, np.column_stack([axes, CELLS / 2 - axes @ centre])
+
+
+def apply(to_cells: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Places of world points (n, 3) in the cube [cells], (n, 3)."""
+    return points @ to_cells[:, :3].T + to_cells[:, 3]
 
 
 def across(towards: np.ndarray) -> np.ndarray:
@@ -70,10 +80,10 @@ def across(towards: np.ndarray) -> np.ndarray:
     return np.stack([aside, np.cross(aside, -towards), -towards])
 
 
-def front(places: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Where along the rays the body begins [cells], infinite beside it, (FINE*CELLS, FINE*CELLS); vertices in cells."""
+def front(places: np.ndarray, triangles: np.ndarray, fine: int) -> np.ndarray:
+    """Where along the rays the body begins [cells], infinite beside it, (fine*CELLS, fine*CELLS); vertices in cells."""
     far = places[:, 2].max(initial=0.0) + 1.0
-    _, close = rasterise(FINE * places[:, 1::-1], triangles, far - places[:, 2], FINE * CELLS, FINE * CELLS)
+    _, close = rasterise(fine * places[:, 1::-1], triangles, far - places[:, 2], fine * CELLS, fine * CELLS)
     return np.where(close > 0.0, far - close, np.inf)
 
 
@@ -123,3 +133,12 @@ def look_up(depth: np.ndarray, to_cells: np.ndarray, px: float, py: float, pz: f
     if not (0.0 <= x < CELLS - 1 and 0.0 <= y < CELLS - 1):
         return 0.0
     return sample(depth, voxel_at(depth, x, y, min(max(z, 0.0), CELLS - 1.001)))
+
+
+@njit(cache=True, nogil=True)
+def look_up_all(depth: np.ndarray, to_cells: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Optical depths at world points (n, 3), (n,) float64."""
+    taken = np.empty(len(points))
+    for p in range(len(points)):
+        taken[p] = look_up(depth, to_cells, points[p, 0], points[p, 1], points[p, 2])
+    return taken

@@ -23,7 +23,7 @@ All hooks do nothing unless overridden, so a force needs `linearise` alone:
 Hand interactions of your own to a simulation by `with_interactions(scene, ...)`; `sim/build.py` decides the order.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import ClassVar, NamedTuple
 
 import numpy as np
@@ -221,7 +221,8 @@ class ExtendedScene(Scene):
 
 def with_interactions(scene: Scene, *interactions: Interaction) -> ExtendedScene:
     """Return the scene with interactions of your own besides its; pure."""
-    return ExtendedScene(**{**vars(scene), "interactions": (*own_interactions(scene), *interactions)})
+    said = {each.name: getattr(scene, each.name) for each in fields(Scene)}
+    return ExtendedScene(**said, interactions=(*own_interactions(scene), *interactions))
 
 
 def own_interactions(scene: Scene) -> tuple[Interaction, ...]:

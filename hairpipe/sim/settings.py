@@ -102,6 +102,23 @@ class Pressure:
 
 
 @dataclass(frozen=True)
+class Target:
+    """Hair is led to where a density of hair is, another simulation's, a groom's or a file's.
+
+    The density is taken as of so much hair as there is: one of fewer hairs, or in another unit, leads to the
+    same place.
+
+    cell    of the finest grid
+    levels  grids, each of cells twice as large as the last: coarse ones lead hair that is far away
+    rate    at which hair would swing about where it is led to
+    """
+
+    cell: Annotated[Metres, Interval(ge=5e-4, le=0.2)] = 0.012
+    levels: Annotated[int, Interval(ge=1, le=6)] = 5
+    rate: Annotated[PerSecond, Interval(gt=0.0, le=1e4)] = 30.0
+
+
+@dataclass(frozen=True)
 class Volume:
     """Hair as one material on a grid, after Petrovic, Henne, Anderson 2005.
 
@@ -113,6 +130,7 @@ class Volume:
     order      1: all that differs from the mean around it is slowed; 2: only what varies from hair to hair
     smoothing  passes over the grid; cells of twice the size do what eight passes do
     pressure   one-sided; without, hair may be as dense as it likes
+    target     where `in.target` is dense, hair is led; without, nowhere
     """
 
     cell: Annotated[Metres, Interval(ge=5e-4, le=0.2)] = 0.006
@@ -120,6 +138,7 @@ class Volume:
     order: Annotated[int, Interval(ge=1, le=2)] = 1
     smoothing: Annotated[int, Interval(ge=0, le=8)] = 1
     pressure: Pressure | None = None
+    target: Target | None = None
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hairpipe.data import BodyParts, LevelSet, Strands
+from hairpipe.data import BodyParts, Density, LevelSet, Strands
 from hairpipe.data.hair import HairState
+from hairpipe.errors import BadInput
 from hairpipe.levelset.collider import Collider
 from hairpipe.sim.boundary import (
     ClampPath,
@@ -23,10 +24,14 @@ from hairpipe.sim.build import bodies_of, check_scheme, gravity_of, integrator_o
 from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_lost, warn_of_stretch
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
+from hairpipe.sim.interactions import with_interactions
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.statics.sag_free import stand
+from hairpipe.sim.volume_target import volume_target
 from hairpipe.spatial.segments import LostPoints
+from hairpipe.volume.density import lengths_at_points
+from hairpipe.volume.strand_samples import reach_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +44,7 @@ class Frame:
     began     time of the shot at the previous frame [s]
     frame_dt  time between the two [s]
     cut       the shot begins anew at this frame
+    target    densities that hair is led to, where `volume.target` says how
     """
 
     leads: tuple[Lead, Lead]
@@ -47,10 +53,15 @@ class Frame:
     began: float
     frame_dt: float
     cut: bool = False
+    target: tuple[Density, Density] | None = None
 
 
 def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene: Scene) -> HairState:
-    """Return the hair at a frame from that at the previous one; there is none at the first. Pure."""
+    """Return the hair at a frame from that at the previous one; there is none at the first. Pure.
+
+    Raises BadInput where there is a target and no group that says how hair is led to it, or the group alone.
+    """
+    scene = _led(hair, frame, scene)
     if previous is not None and frame.cut:
         return carry_over_cut(hair, previous, frame.leads)
     bodies = bodies_of(frame.surfaces, frame.parts, scene.contact, frame.frame_dt)
@@ -62,6 +73,21 @@ def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene:
     number = round(frame.began / frame.frame_dt) + 1
     warn_of_lost(hair, previous, state, number)
     return replace(state, stretched=warn_of_stretch(hair, state.positions, scene, number, previous.stretched))
+
+
+def _led(hair: HairModel, frame: Frame, scene: Scene) -> Scene:
+    """Return the scene with what leads hair to the target, if there is one."""
+    target = scene.volume.target if scene.volume is not None else None
+    if target is None and frame.target is None:
+        return scene
+    if target is None or frame.target is None:
+        missing = "[volume.target]" if target is None else "in.target"
+        raise BadInput(f"hair is to be led to a density, and there is no {missing}", right="both, or neither")
+    points, offsets = hair.groom.points, hair.layout.offsets
+    reach = hair.once("reach", lambda: reach_of(points, offsets))
+    lengths = hair.once("lengths", lambda: lengths_at_points(points, offsets))
+    leader = volume_target(target, frame.target, (offsets, reach, lengths), frame.frame_dt)
+    return with_interactions(scene, leader)
 
 
 def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:

@@ -24,7 +24,7 @@ from hairpipe.sim.settings import Volume
 from hairpipe.volume.pressure import densest, spread
 from hairpipe.volume.smoothing import smooth
 from hairpipe.volume.strand_samples import StrandSamples, reach_of, sample_strands
-from hairpipe.volume.transfer import collect, deposit, mean_velocities
+from hairpipe.volume.transfer import collect, departures, deposit, mean_velocities
 
 ACROSS = 3
 """Cells that hair at rest must fill along its longest side: in fewer there are no neighbours."""
@@ -62,13 +62,14 @@ class VolumeFilter(Interaction):
         samples = sample_strands(points, self.offsets, self.reach, self.volume.cell)
         if samples is None:
             return np.zeros_like(velocities)
-        present = samples.sums[:, None] > 0.0
         grid, smoothed = self._smoothed(samples, velocities)
-        residual = np.where(present, velocities - collect(samples, smoothed), 0.0)
+        change = collect(samples, smoothed)
+        departures(samples, velocities, change)
         if self.volume.order == 2:
-            _, again = self._smoothed(samples, residual)
-            residual = np.where(present, residual - collect(samples, again), 0.0)
-        change = np.expm1(-self.volume.friction * dt) * residual
+            again = collect(samples, self._smoothed(samples, change)[1])
+            departures(samples, change, again)
+            change = again
+        change *= np.expm1(-self.volume.friction * dt)
         if self.volume.pressure is not None:
             pressed = smoothed.copy()
             spread(grid, pressed, self.volume.cell, self.rest, self.volume.pressure.compliance, dt)

@@ -1,1 +1,1 @@
-"""Spatial searches: bounding volume hierarchies, neighbour pairs, and distances of segments and triangles."""
+"""Spatial searches: bounding volume hierarchies, neighbour pairs, distances of segments and triangles; isosurfaces."""

@@ -125,6 +125,9 @@ def guess_all(full: Measured, singles: Mapping[Simplification, Measured]) -> Ite
             axes.setdefault(part.axis, [None]).append(part)
     for picked in product(*axes.values()):
         taken = sorted(filter(None, picked), key=lambda part: part.axis)  # so that rounding is the same every time
+        drops = [target for part in taken for target in part.drops]
+        if len(drops) > len(set(drops)):
+            continue  # what is left out for something else is not left out again
         square = full.bound**2 + sum(max(singles[part].bound ** 2 - full.bound**2, 0.0) for part in taken)
         seconds = full.seconds * math.prod(min(singles[part].seconds / full.seconds, 1.0) for part in taken)
         yield Guess(Combination(taken), math.sqrt(square), seconds)

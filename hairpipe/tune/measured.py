@@ -65,12 +65,14 @@ def bounded(table: Table, column: str) -> tuple[float, float]:
     return float(np.sqrt(mean)), float(np.sqrt(mean + spread))
 
 
-def seconds_per_frame(hair: Sequence[float], bodies: Sequence[Sequence[float]], frames: int, scale: float) -> float:
+def seconds_per_frame(
+    hair: Sequence[Sequence[float]], bodies: Sequence[Sequence[float]], frames: int, scale: float
+) -> float:
     """Return seconds a frame of the whole scene: the median of its hair, and all of its level sets.
 
-    hair    seconds of each frame of the sample [s]
+    hair    seconds of each frame of the sample, for every node that hair takes [s]
     bodies  seconds of each level set that was made, for every node that makes them [s]
     frames  that were measured
     scale   strands of the scene over those of the sample
     """
-    return scale * statistics.median(hair) + sum(statistics.median(b) * len(b) / frames for b in bodies if b)
+    return scale * sum(map(statistics.median, hair)) + sum(statistics.median(b) * len(b) / frames for b in bodies if b)

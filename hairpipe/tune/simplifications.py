@@ -19,8 +19,14 @@ FARTHEST = 1e3
 VOXELS = (1.5, 2.0, 3.0)
 """Factors on the spacing of level sets."""
 LARGEST_VOXEL = 0.1  # [m]
-GROUPS = (("collisions", "no collisions between hairs"), ("stiction", "no stiction"))
-"""Groups of settings whose physics can be left out."""
+PAIRS = (("collisions", "no collisions between hairs"), ("stiction", "no stiction"))
+"""Groups of settings for which pairs of hairs are looked at."""
+GROUPS = (*PAIRS, ("volume", "no volume of hair"))
+"""Groups of settings whose physics can be left out, by which hair acts on hair."""
+CELL = 0.006
+"""Of the grid that takes the place of pairs [m]."""
+KEYS = (4, 8)
+"""So many strands one is simulated, the others are interpolated."""
 BODIES = ("surface", "parts")
 """Sockets of the simulation that take level sets."""
 TYPE = "simulate_hair"
@@ -35,6 +41,7 @@ class Simplification:
     text   what it does, in words
     puts   settings by target `node.setting`, with their values
     drops  targets of groups that are taken out
+    keys   one in how many strands is simulated; 1: all
     """
 
     axis: str
@@ -42,6 +49,7 @@ class Simplification:
     text: str
     puts: tuple[tuple[str, Any], ...] = ()
     drops: tuple[str, ...] = ()
+    keys: int = 1
 
 
 def simplifications(graph: Graph, name: str) -> list[Simplification]:
@@ -52,7 +60,7 @@ def simplifications(graph: Graph, name: str) -> list[Simplification]:
         what = f"'{name}' is a {node.type.name}, which has nothing to leave out"
         raise BadInput(what, where=graph.path, right=known or f"a graph with a node of type {TYPE}")
     shortened = [*of_segments(graph, node), *of_steps(graph, node), *of_voxels(graph, node)]
-    return [*of_model(node), *of_precision(node), *shortened, *of_groups(node)]
+    return [*of_model(node), *of_precision(node), *shortened, *of_groups(node), *of_pairs(node), *of_keys(node)]
 
 
 def touches(node: Node) -> bool:
@@ -127,6 +135,20 @@ def of_groups(node: Node) -> Iterator[Simplification]:
     for group, text in GROUPS:
         if node.settings[group] is not None:
             yield Simplification(group, 1, text, drops=(f"{node.name}.{group}",))
+
+
+def of_pairs(node: Node) -> Iterator[Simplification]:
+    """Take hair as a volume in place of pairs of hairs."""
+    pairs = tuple(f"{node.name}.{group}" for group, _ in PAIRS if node.settings[group] is not None)
+    if pairs and node.settings["volume"] is None:
+        yield Simplification("pairs", 1, "hair as a volume, not pairs", ((f"{node.name}.volume.cell", CELL),), pairs)
+
+
+def of_keys(node: Node) -> Iterator[Simplification]:
+    """Simulate key hairs and interpolate the others, where a sample has strands beside each other."""
+    if touches(node):
+        for level, every in enumerate(KEYS, 1):
+            yield Simplification("keys", level, f"one hair in {every} simulated", keys=every)
 
 
 def listed(counts: Iterable[float]) -> str:

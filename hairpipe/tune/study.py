@@ -11,7 +11,7 @@ from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import Sample
 from hairpipe.tune.simplifications import BODIES, Simplification, scaled_steps
-from hairpipe.tune.variants import merged_variants, simplified, with_node
+from hairpipe.tune.variants import merged_variants, shown_of, simplified, with_node
 
 CarryOut = Callable[[str, Shot, Sequence[str], Sequence[int]], Outcome]
 """Runs a shot up to some nodes at some frames; the text describes what is measured."""
@@ -63,14 +63,14 @@ class Study:
         text = ", ".join(part.text for part in sorted(parts, key=lambda part: part.axis)) or "the graph as it is"
         finest = self.refined(FINEST)
         variants = {"reference": [finest], "variant": parts}
-        tables = {label: simplified(self._tables, changes) for label, changes in variants.items()}
-        merged, names = merged_variants(tables, self.hair)
-        edges = {"hair": names["variant"], "reference": names["reference"]}
+        tables = {label: simplified(self._tables, self.hair, changes) for label, changes in variants.items()}
+        merged, names = merged_variants(tables, [self.hair, shown_of(self.hair)])
+        edges = {"hair": names["variant"][-1], "reference": names["reference"][-1]}
         table = {"type": "measure_patches", "in": edges, "patches": self.sample.patches}
         shot = self.shot.edited(with_node(merged, ERROR, table))
-        before = [edge.node for name in names.values() for edge in shot.nodes[name].edges.values()]
+        before = [edge.node for name in names.values() for edge in shot.nodes[name[0]].edges.values()]
         fault = self._carry_out(text, shot, before, self.sample.simulated)
-        fault = fault or self._carry_out(f"reference: {finest.text}", shot, [names["reference"]], self.sample.frames)
+        fault = fault or self._carry_out(f"reference: {finest.text}", shot, names["reference"], self.sample.frames)
         fault = fault or self._carry_out(text, shot, [ERROR], self.sample.frames)
         return failed(fault) if fault else self._read(shot, names["variant"])
 
@@ -84,12 +84,14 @@ class Study:
                 raise BadInput(f"{text}: {failure}", where=self.shot.path)
         return next((str(failure.message) for failure in outcome.failures), "")
 
-    def _read(self, shot: Shot, name: str) -> Measured:
+    def _read(self, shot: Shot, names: Sequence[str]) -> Measured:
+        """Read what nodes that simulate hair, and interpolate it, were off by, and what they took."""
         results = Results(shot, self.sample.frames)
         frames = [frame for frame in self.sample.frames if frame > self.sample.begin]
-        plugs = shot.nodes[name].edges.items()
+        plugs = shot.nodes[names[0]].edges.items()
         bodies = [results.seconds(edge.node, frames) for plug, edge in plugs if plug.split(".")[0] in BODIES]
-        seconds = seconds_per_frame(results.seconds(name, frames), bodies, len(frames), self.scale)
+        hair = [results.seconds(name, frames) for name in names]
+        seconds = seconds_per_frame(hair, bodies, len(frames), self.scale)
         return measured_of(results.value(ERROR), self.tolerance, seconds)
 
 

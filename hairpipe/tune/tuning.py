@@ -167,4 +167,4 @@ def look_at(request: Request) -> tuple[int, np.ndarray | None]:
 
 def chosen_tables(request: Request, parts: Combination) -> Tables:
     """Return the tables of the graph with the choice left out."""
-    return simplified(request.shot.tables, parts)
+    return simplified(request.shot.tables, request.hair, parts)

@@ -10,17 +10,39 @@ from hairpipe.tune.simplifications import Simplification
 
 MARK = 8
 """Characters of the digest that distinguishes variants of a node."""
+KEYS = "-keys"
+"""What follows the name of a simulation in that of its thinned groom."""
+INTERPOLATED = ("body", "ends", "surface", "parts")
+"""Sockets that a simulation and an interpolation have in common."""
 
 
-def simplified(tables: Tables, parts: Iterable[Simplification]) -> Tables:
-    """Return the tables of a graph with simplifications applied; pure."""
-    tables = deepcopy(tables)
+def simplified(tables: Tables, hair: str, parts: Iterable[Simplification]) -> Tables:
+    """Return the tables of a graph with simplifications of a node that simulates applied; pure."""
+    tables, every = deepcopy(tables), 1
     for part in parts:
         for target in part.drops:
             drop(tables, target)
         for target, value in part.puts:
             put(tables, target, value)
+        every = max(every, part.keys)
+    return tables if every == 1 else with_keys(tables, hair, every)
+
+
+def with_keys(tables: Tables, hair: str, every: int) -> Tables:
+    """Return the tables with one strand in so many simulated, and the others interpolated where hair is used; pure."""
+    keys, groom = f"{hair}{KEYS}", tables[hair]["in"]["groom"]
+    beside = {socket: edge for socket, edge in tables[hair]["in"].items() if socket in INTERPOLATED}
+    table = {"type": "interpolate_hair", "in": {"hair": hair, "keys": keys, "groom": groom} | beside}
+    for edge in (hair, f"{hair}.strands"):
+        tables = with_node(tables, shown_of(hair), table, instead=edge)
+    tables[keys] = {"type": "thin_groom", "in": {"groom": groom}, "every": every}
+    tables[hair]["in"]["groom"] = keys
     return tables
+
+
+def shown_of(hair: str) -> str:
+    """Return the name of the node that interpolates between keys."""
+    return f"{hair}-shown"
 
 
 def with_node(tables: Tables, name: str, table: Tables, instead: str | None = None) -> Tables:
@@ -30,17 +52,22 @@ def with_node(tables: Tables, name: str, table: Tables, instead: str | None = No
     """
     tables = deepcopy(tables)
     for other in nodes_of(tables).values() if instead is not None else ():
-        other["in"] = map_edges(other.get("in", {}), lambda edge: name if edge == instead else edge)
+        if "in" in other:
+            other["in"] = map_edges(other["in"], lambda edge: name if edge == instead else edge)
     return tables | {name: table}
 
 
-def merged_variants(variants: dict[str, Tables], node: str) -> tuple[Tables, dict[str, str]]:
-    """Return one graph that holds a node of every variant with its dependencies, and its name there by variant.
+def merged_variants(variants: dict[str, Tables], nodes: Iterable[str]) -> tuple[Tables, dict[str, list[str]]]:
+    """Return one graph that holds nodes of every variant with their dependencies, and their names there by variant.
 
+    A variant that lacks a node is without it.
     Nothing is published. A node keeps its name, followed by a digest of all that it depends on.
     """
     merged: Tables = {}
-    names = {label: gather(merged, tables, node, {}) for label, tables in variants.items()}
+    names = {
+        label: [gather(merged, tables, node, {}) for node in nodes if node in tables]
+        for label, tables in variants.items()
+    }
     first = next(iter(variants.values()))
     return {key: value for key, value in first.items() if not isinstance(value, dict)} | merged, names
 

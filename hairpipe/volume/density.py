@@ -3,8 +3,11 @@
 import numpy as np
 
 from hairpipe.data import Density, Strands
-from hairpipe.volume.strand_samples import reach_of, sample_strands
+from hairpipe.errors import BadInput
+from hairpipe.volume.strand_samples import MOST_NODES, reach_of, sample_strands
 from hairpipe.volume.transfer import deposit, mean_velocities
+
+_ON_LATTICE = 1e-4  # of a cell: files keep positions in single precision
 
 
 def density_of(hair: Strands, cell: float) -> Density:
@@ -21,6 +24,38 @@ def density_of(hair: Strands, cell: float) -> Density:
     mean_velocities(grid, velocities)
     length = (grid[..., 0] / cell**3).astype(np.float32)
     return Density(samples.low.astype(np.int32), cell, length, velocities.astype(np.float32))
+
+
+def density_of_voxels(indices: np.ndarray, values: np.ndarray, cell: float, first: np.ndarray) -> Density:
+    """Return a density on the lattice of the world, from voxels of one that may be shifted against it; pure.
+
+    indices  of the voxels, (n, 3); values  what is there, (n,), negative ones count as 0
+    cell     of both [m]
+    first    where the voxel of index 0 lies [m], (3,)
+
+    Raise BadInput where a value is not finite, or voxels are too far apart.
+    """
+    if not np.isfinite(values).all():
+        raise BadInput(f"{np.count_nonzero(~np.isfinite(values))} voxels are not finite", right="a density")
+    there = values > 0.0
+    if not there.any():
+        return Density(np.zeros(3, np.int32), cell, np.zeros((0, 0, 0), np.float32), np.zeros((0, 0, 0, 3), np.float32))
+    at = indices[there] + first / cell
+    at = np.where(np.abs(at - np.rint(at)) < _ON_LATTICE, np.rint(at), at)
+    low = np.floor(at.min(axis=0))
+    counts = np.ceil(at.max(axis=0)) - low + 1.0
+    if np.prod(counts) > MOST_NODES:
+        raise BadInput(f"a box around it has {np.prod(counts):.2g} nodes", right=f"at most {MOST_NODES:,}")
+    shape = counts.astype(int)
+    node, flat = np.floor(at), np.zeros(int(np.prod(shape)))
+    share = at - node
+    for corner in np.ndindex(2, 2, 2):
+        weights = np.prod(np.where(corner, share, 1.0 - share), axis=1)
+        own = weights > 0.0
+        index = np.ravel_multi_index(tuple((node[own] - low).astype(int).T + np.array(corner)[:, None]), tuple(shape))
+        flat += np.bincount(index, weights[own] * values[there][own], minlength=len(flat))
+    length = flat.reshape(shape).astype(np.float32)
+    return Density(low.astype(np.int32), cell, length, np.zeros((*shape, 3), np.float32))
 
 
 def lengths_at_points(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:

@@ -11,6 +11,7 @@ What is a momentum on the grid is the same momentum on the strands: sum_i m_i V(
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.kernels.compile import inlined
 from hairpipe.volume.strand_samples import StrandSamples, coordinate, share_of
 from hairpipe.volume.trilinear import sample_vector, splat_row, voxel_at
 
@@ -23,16 +24,15 @@ def deposit(samples: StrandSamples, masses: np.ndarray, velocities: np.ndarray) 
     masses  of points, finite [kg], (P,); velocities  [m/s], (P, 3)
     """
     own = np.divide(masses, samples.sums, out=np.zeros(len(masses)), where=samples.sums > 0.0)
-    carried = np.concatenate((own[:, None], own[:, None] * velocities), axis=1)
     grid = np.zeros((*samples.counts, 4))
     for parity in range(2):
-        _deposit(samples, carried, parity, grid)
+        _deposit(samples, own, velocities, parity, grid)
     return grid
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _deposit(samples, carried, parity, grid):
-    """Add what the samples of every second slab carry, (P, 4) a piece, to the nodes, in place."""
+def _deposit(samples, own, velocities, parity, grid):
+    """Add what the samples of every second slab carry, own mass a piece, (P,), to the nodes, in place."""
     points, pieces, slabs = samples.points, samples.pieces, samples.slabs
     low, inverse = samples.low, 1.0 / samples.cell
     for n in prange((len(slabs) - parity) // 2):
@@ -44,30 +44,38 @@ def _deposit(samples, carried, parity, grid):
             v = coordinate(points, k, t, 1, low[1], inverse)
             w = coordinate(points, k, t, 2, low[2], inverse)
             row = (
-                carried[k, 0] + t * (carried[k + 1, 0] - carried[k, 0]),
-                carried[k, 1] + t * (carried[k + 1, 1] - carried[k, 1]),
-                carried[k, 2] + t * (carried[k + 1, 2] - carried[k, 2]),
-                carried[k, 3] + t * (carried[k + 1, 3] - carried[k, 3]),
+                own[k] + t * (own[k + 1] - own[k]),
+                _carried(own, velocities, k, t, 0),
+                _carried(own, velocities, k, t, 1),
+                _carried(own, velocities, k, t, 2),
             )
             splat_row(grid, voxel_at(grid, u, v, w), row)
 
 
+@inlined
+def _carried(own, velocities, k, t, c):
+    """Momentum of a sample along an axis."""
+    before, after = own[k] * velocities[k, c], own[k + 1] * velocities[k + 1, c]
+    return before + t * (after - before)
+
+
 def collect(samples: StrandSamples, field: np.ndarray) -> np.ndarray:
     """Return the vectors of a field of nodes, (nx, ny, nz, 3), at points of strands, (P, 3); 0 of those left out."""
-    found = np.zeros((len(samples.points), 3))
+    found = np.empty((len(samples.points), 3))
     _collect(samples, field, found)
-    sums = samples.sums[:, None]
-    return np.divide(found, sums, out=found, where=sums > 0.0)
+    return found
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _collect(samples, field, found):
-    """Sum the field over the samples of points, each by its share, in place."""
+    """Write the mean of the field over the samples of points, each by its share, in place."""
     points, offsets, pieces = samples.points, samples.offsets, samples.pieces
     low, inverse = samples.low, 1.0 / samples.cell
     strands = len(offsets) - 1
     for chunk in prange((strands + _CHUNK - 1) // _CHUNK):
-        for k in range(offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, strands)]):
+        begin, end = offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, strands)]
+        found[begin:end] = 0.0
+        for k in range(begin, end):
             for place in range(pieces[k]):
                 t = share_of(place, pieces[k])
                 u = coordinate(points, k, t, 0, low[0], inverse)
@@ -80,6 +88,18 @@ def _collect(samples, field, found):
                 found[k + 1, 0] += t * x
                 found[k + 1, 1] += t * y
                 found[k + 1, 2] += t * z
+        for k in range(begin, end):
+            if samples.sums[k] > 0.0:
+                for c in range(3):
+                    found[k, c] /= samples.sums[k]
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def departures(samples: StrandSamples, velocities: np.ndarray, means: np.ndarray) -> None:
+    """Write how far velocities are from their means, (P, 3) [m/s], to these, in place; 0 of strands left out."""
+    for k in prange(len(means)):
+        for c in range(3):
+            means[k, c] = velocities[k, c] - means[k, c] if samples.sums[k] > 0.0 else 0.0
 
 
 @njit(cache=True, parallel=True, error_model="numpy")

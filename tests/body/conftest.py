@@ -1,4 +1,4 @@
-"""Meshes measured and people made for the tests of the body room."""
+"""People made for the tests of the body room."""
 
 from collections.abc import Callable
 
@@ -64,25 +64,3 @@ def skeleton() -> Skeleton:
 @pytest.fixture
 def make_clip() -> Callable[..., Clip]:
     return person_clip
-
-
-@pytest.fixture
-def measure_mesh() -> Callable[..., dict]:
-    return mesh_facts
-
-
-def mesh_facts(points: np.ndarray, triangles: np.ndarray) -> dict:
-    """Euler number, whether closed and consistently turned, volume, smallest area and shape of the triangles."""
-    directed = np.concatenate([triangles[:, (0, 1)], triangles[:, (1, 2)], triangles[:, (2, 0)]])
-    codes = np.sort(directed.astype(np.int64) @ [len(points), 1])
-    reverse = np.sort(directed[:, ::-1].astype(np.int64) @ [len(points), 1])
-    a, b, c = (points[triangles[:, i]] for i in range(3))
-    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    squares = sum((edge**2).sum(axis=1) for edge in (b - a, c - b, a - c))
-    return {
-        "euler": len(points) - len(directed) // 2 + len(triangles),
-        "closed": len(np.unique(codes)) == len(codes) and np.array_equal(codes, reverse),
-        "volume": np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0,
-        "areas": areas,
-        "shape": 4.0 * np.sqrt(3.0) * areas / squares,  # 1 for an equilateral triangle, 0 for a degenerate one
-    }

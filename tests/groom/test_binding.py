@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from hairpipe.data import Groom
 from hairpipe.errors import BadInput
-from hairpipe.groom.binding import bind_roots, name_strands, root_frames
+from hairpipe.groom.binding import bind_roots, name_strands, rigid_strands, root_frames
 from hairpipe.spatial.triangles import Sites, site_points, unit_normals
 
 
@@ -78,3 +79,32 @@ def test_roots_out_of_reach_are_named(mesh, sites):
     with pytest.raises(BadInput, match=r"off the body: strands 104, 117 .*reach = 0.02 m"):
         bind_roots(mesh, roots, 0.02, 100 + np.arange(100))
     assert name_strands(np.arange(8)) == "strands 0, 1, 2, 3, 4 and 3 more"
+
+
+@pytest.fixture
+def loose_groom():
+    """Two strands; where their roots are bound does not count here."""
+    points = np.cumsum(np.random.default_rng(2).normal(0.0, 0.02, (11, 3)), axis=0)
+    unused = np.zeros(2, np.int32), np.zeros((2, 3)), np.zeros((2, 3, 4)), np.zeros((2, 2), np.float32)
+    return Groom(points, np.array([0, 5, 11], np.int32), np.arange(2, dtype=np.int32), *unused)
+
+
+@pytest.fixture
+def turning():
+    """A turn about an axis, and a way, at a time [s]."""
+
+    def at(seconds):
+        c, s = np.cos(0.7 * seconds), np.sin(0.7 * seconds)
+        return np.array([[c, 0.0, s, 0.1 * seconds], [0.0, 1.0, 0.0, -0.2], [-s, 0.0, c, 0.3 * seconds**2]])
+
+    return at
+
+
+def test_lengths_are_kept_and_velocities_are_the_derivative(loose_groom, turning):
+    groom, e = loose_groom, 1e-5
+    motions = [np.repeat(turning(t)[None], len(groom.ids), axis=0) for t in (1.0 - e, 1.0, 1.0 + e)]
+    before, now, after = (rigid_strands(groom, m, (motions[2] - motions[0]) / (2 * e), 8e-5) for m in motions)
+    sizes = [np.linalg.norm(np.diff(points, axis=0), axis=1) for points in (now.points, groom.points)]
+    inner = np.delete(np.arange(len(groom.points) - 1), groom.offsets[1:-1] - 1)  # not from strand to strand
+    np.testing.assert_allclose(sizes[0][inner], sizes[1][inner], rtol=1e-12)
+    np.testing.assert_allclose(now.velocities, (after.points - before.points) / (2 * e), atol=1e-6)

@@ -2,8 +2,18 @@
 
 import numpy as np
 import pytest
+from scipy.interpolate import BSpline
 
-from hairpipe.groom.resampling import arc_length, catmull_rom, divide, equal_segments, smooth, stride, stride_on
+from hairpipe.groom.resampling import (
+    arc_length,
+    catmull_rom,
+    divide,
+    equal_segments,
+    smooth,
+    spline_knots,
+    stride,
+    stride_on,
+)
 
 
 def chords(points):
@@ -82,3 +92,14 @@ def test_strands_are_cut_apart_from_each_other():
 
 def test_the_arc_length_of_a_polygon_is_that_of_its_sides():
     assert np.isclose(arc_length(arc(2.5)), 5.0, rtol=1e-6)
+
+
+def test_knots_of_a_b_spline_are_those_of_scipy_and_its_ends_are_reached():
+    strands = [crooked(seed, count) for seed, count in enumerate((5, 2, 9))]
+    offsets = np.array([0, 5, 7, 16])
+    found = np.split(spline_knots(np.concatenate(strands), offsets), offsets[1:-1])
+    for hull, knots in zip(strands, found, strict=True):
+        mirrored = np.concatenate([[2 * hull[0] - hull[1]], hull, [2 * hull[-1] - hull[-2]]])
+        spline = BSpline(np.arange(len(mirrored) + 4) - 3.0, mirrored, 3)
+        np.testing.assert_allclose(knots, spline(np.arange(len(hull))), atol=1e-12)
+        np.testing.assert_allclose(knots[[0, -1]], hull[[0, -1]])

@@ -3,10 +3,12 @@
 import numpy as np
 import pytest
 from hairpipe.graphs.experiments.nodes.measure_tuft import measure_tuft
+from hairpipe.nodes.measure_crossing import measure_crossing
 
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time
+from hairpipe.groom.strands import lay_strands
 
 
 def hanging(tips):
@@ -41,3 +43,20 @@ def test_one_strand_is_no_tuft():
     values = {1: hanging(np.zeros((2, 2)))}
     together = measure_tuft(Frames((1,), values.__getitem__), Time(1, 24.0))
     assert together["nearest strand [mm]"].tolist() == [0.0]
+
+
+def test_hairs_that_lean_across_the_other_lock_have_crossed_it():
+    """Two locks of four hairs; one hair of the first crosses all of the second at about 0.55 of its length."""
+    side = np.column_stack([[0.0, 1e-3, 2e-3, 3e-3, 0.1, 0.101, 0.102, 0.103], np.zeros(8)])
+    apart, leaning = hanging(side), hanging(side)
+    points = leaning.points.reshape(8, 6, 3)
+    points[2, :, 0] += np.float32(np.linspace(0.0, 0.18, 6))
+    values = {1: apart, 2: leaning}
+    lock = lay_strands(4, 0.3, 5, (0.0, -1.0, 0.0), (1e-3, 0.0, 0.0), None, 0.0)
+    table = measure_crossing(Frames((1, 2), values.__getitem__), lock, Time(1, 24.0))
+    levels = np.linspace(0.5, 1.0, 9)
+    exact = np.mean([(2e-3 + 0.18 * level > side[4:, 0]).sum() for level in levels]) / 16.0
+    assert table["crossed pairs [%]"] == pytest.approx([0.0, 100.0 * exact])
+    assert table["crossed hairs [%]"] == pytest.approx([0.0, 100.0 / 8.0])
+    with pytest.raises(BadInput, match="4 of 4 strands"):
+        measure_crossing(Frames((1,), {1: hanging(side[:4])}.__getitem__), lock, Time(1, 24.0))

@@ -7,23 +7,25 @@ import pytest
 from hairpipe.nodes.preview import preview
 from PIL import Image
 
-from hairpipe.data import Strands
+from hairpipe.data import Normals, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Workspace
 
 
 @pytest.fixture
 def hair() -> Strands:
-    """Forty straight strands from a disc."""
+    """Forty strands that zigzag down from a disc."""
     rng = np.random.default_rng(2)
     roots = np.c_[rng.uniform(-0.1, 0.1, 40), np.full(40, 1.7), rng.uniform(-0.1, 0.1, 40)]
-    points = (roots[:, None] + np.linspace(0, 0.2, 9)[None, :, None] * [0, -1, 0]).reshape(-1, 3).astype(np.float32)
+    points = roots[:, None] + np.linspace(0, 0.2, 9)[None, :, None] * [0, -1, 0]
+    points[:, ::2, 0] += 0.004
+    points = points.reshape(-1, 3).astype(np.float32)
     return Strands(points, np.zeros_like(points), np.arange(0, 361, 9, dtype=np.int32), 80e-6)
 
 
-def shoot(hair: Strands, folder: Path, **settings: object) -> np.ndarray:
+def shoot(hair: Strands, folder: Path, normals: Normals | None = None, **settings: object) -> np.ndarray:
     """Run the node and read its file."""
-    with Image.open(preview(hair, None, Workspace(folder), **settings).path) as image:
+    with Image.open(preview(hair, None, normals, Workspace(folder), **settings).path) as image:
         assert image.format == "PNG"
         return np.asarray(image)
 
@@ -41,8 +43,20 @@ def test_every_setting_shows(hair: Strands, tmp_path: Path) -> None:
         {"fov": 12.0},
         {"colour": (0.8, 0.7, 0.4)},
         {"thickness": 2.0},
+        {"curve": "bspline"},
     ):
         assert not np.array_equal(plain, shoot(hair, tmp_path, width=96, height=96, **changed)), changed
+
+
+def test_normals_show_by_their_share_and_are_those_of_the_hair(hair: Strands, tmp_path: Path) -> None:
+    away = Normals(np.tile(np.float32((0.0, -1.0, 0.0)), (len(hair.points), 1)))
+    plain, none, some, all_of_it = (
+        shoot(hair, tmp_path, *how, width=96, height=96, **share).mean()
+        for how, share in (((), {}), ((away,), {"lambert": 0.0}), ((away,), {}), ((away,), {"lambert": 1.0}))
+    )
+    assert plain == none and none > some > all_of_it
+    with pytest.raises(BadInput, match="359 normals of 360 points"):
+        shoot(hair, tmp_path, Normals(away.vectors[1:]))
 
 
 def test_blond_hair_is_brighter_than_black(hair: Strands, tmp_path: Path) -> None:

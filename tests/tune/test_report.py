@@ -131,4 +131,4 @@ def test_whole_strands_count_where_they_are_farther_off_than_tips():
 
 
 def test_hair_is_scaled_to_the_scene_and_bodies_are_not():
-    assert seconds_per_frame([0.1, 0.2, 9.0], [[0.5, 0.5]], 4, 10.0) == pytest.approx(2.0 + 0.25)
+    assert seconds_per_frame([[0.1, 0.2, 9.0], [0.01]], [[0.5, 0.5]], 4, 10.0) == pytest.approx(2.0 + 0.1 + 0.25)

@@ -62,7 +62,7 @@ def test_it_measures_chooses_verifies_and_remembers(scene):
     chosen = found["chosen"]
     assert chosen["bound"] <= 0.02 and found["kept"]
     assert chosen["seconds"] <= found["full"]["seconds"]
-    assert {part["axis"] for part in found["simplifications"]} == {"segments", "steps", "stiction"}
+    assert {part["axis"] for part in found["simplifications"]} == {"segments", "steps", "stiction", "pairs", "keys"}
     assert (scene.parent / "tuned.toml").read_text() == found["fragment"]
 
     again, said = tune(scene, "--tolerance", "20mm")

@@ -50,17 +50,17 @@ def parts_by_axis(path: Path) -> dict[str, list]:
 
 def test_each_axis_leaves_out_more_and_more_and_every_variant_is_a_graph(scene):
     axes = parts_by_axis(scene)
-    assert list(axes) == ["model", "segments", "steps", "voxels", "collisions", "stiction"]
+    assert list(axes) == ["model", "segments", "steps", "voxels", "collisions", "stiction", "pairs", "keys"]
     for parts in axes.values():
         assert [part.level for part in parts] == list(range(1, len(parts) + 1))
         for part in parts:
-            tables = simplified(tomllib.loads(SCENE), [part])
+            tables = simplified(tomllib.loads(SCENE), "hair", [part])
             scene.write_text(write_toml({k: v for k, v in tables.items() if isinstance(v, dict)}, ""))
             scene.write_text("schema = 1\nframes = [1, 30]\nfps = 24\n" + scene.read_text())
             changed = load_graph(scene).nodes
             scene.write_text(SCENE)
             before = load_graph(scene).nodes
-            assert {name for name in before if changed[name].settings != before[name].settings}
+            assert len(changed) > len(before) or {n for n in before if changed[n].settings != before[n].settings}
 
 
 def test_what_the_scene_does_not_have_cannot_be_left_out(scene):
@@ -85,10 +85,10 @@ def test_variants_share_what_they_have_in_common(scene):
     parts = parts_by_axis(scene)
     variants = {
         "full": tables,
-        "coarse": simplified(tables, [parts["voxels"][0]]),
-        "dry": simplified(tables, [parts["stiction"][0]]),
+        "coarse": simplified(tables, "hair", [parts["voxels"][0]]),
+        "dry": simplified(tables, "hair", [parts["stiction"][0]]),
     }
-    merged, names = merged_variants(variants, "hair")
+    merged, names = merged_variants(variants, ["hair"])
     kinds = [table["type"] for table in merged.values() if isinstance(table, dict)]
     assert {kind: kinds.count(kind) for kind in kinds} == {
         "make_bust": 1,
@@ -97,7 +97,7 @@ def test_variants_share_what_they_have_in_common(scene):
         "bake_levelset": 2,
         "simulate_hair": 3,
     }
-    assert len(set(names.values())) == 3 and tables == before
+    assert len({name for (name,) in names.values()}) == 3 and tables == before
 
 
 def test_who_took_a_value_takes_that_of_the_node_put_between(scene):
@@ -108,10 +108,35 @@ def test_who_took_a_value_takes_that_of_the_node_put_between(scene):
 def test_a_fragment_says_the_same_as_the_tables_and_no_more(scene):
     tables = tomllib.loads(SCENE)
     parts = [found[-1] for found in parts_by_axis(scene).values()]
-    after = simplified(tables, parts)
+    after = simplified(tables, "hair", parts)
     fragment = tomllib.loads(write_toml(changed_tables(tables, after), "why\n\nand how"))
-    assert fragment == {name: after[name] for name in ("surface", "groom", "hair")}
+    assert fragment == {name: after[name] for name in ("surface", "groom", "hair", "hair-shown", "hair-keys")}
     assert "collisions" not in fragment["hair"] and fragment["groom"]["segments"] == 7
+
+
+def test_key_hairs_are_simulated_and_who_took_hair_takes_all_of_it(scene):
+    """The picture, which took the simulation, takes what is interpolated; the cache of states stays with the keys."""
+    for edge in ("hair", "hair.strands"):
+        scene.write_text(SCENE + f'[picture]\ntype = "preview"\nin = {{ hair = "{edge}", body = "body" }}\n')
+        part = parts_by_axis(scene)["keys"][0]
+        after = simplified(tomllib.loads(scene.read_text()), "hair", [part])
+        assert after["picture"]["in"]["hair"] == "hair-shown"
+        assert after["hair-shown"]["in"] == {
+            "hair": "hair",
+            "keys": "hair-keys",
+            "groom": "groom",
+            "body": "body",
+            "surface": ["surface"],
+        }
+        assert after["hair"]["in"]["groom"] == "hair-keys" and after["hair-keys"]["every"] == part.keys == 4
+        scene.write_text("schema = 1\nframes = [1, 30]\nfps = 24\n" + write_toml(changed_tables({}, after), ""))
+        load_graph(scene)
+
+
+def test_a_volume_takes_the_place_of_pairs(scene):
+    (part,) = parts_by_axis(scene)["pairs"]
+    after = simplified(tomllib.loads(SCENE), "hair", [part])["hair"]
+    assert after["volume"] == {"cell": 0.006} and "stiction" not in after and "collisions" not in after
 
 
 def test_any_text_of_a_graph_can_be_written(scene):

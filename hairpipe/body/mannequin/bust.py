@@ -6,10 +6,10 @@ import numpy as np
 
 from hairpipe.body.mannequin.anatomy import BUST
 from hairpipe.body.mannequin.blended_shapes import evaluate, project
-from hairpipe.body.mannequin.isosurface import extract_surface
 from hairpipe.body.mannequin.relaxation import relax
 from hairpipe.body.scalp import Scalp, height_above, smooth_step
 from hairpipe.data import Body, Mesh, Skeleton
+from hairpipe.spatial.isosurface import extract_surface
 
 # Spacing of the samples [m] at coordinates between which it changes linearly: fine at face and ears, coarse below.
 SPACING_X = ((0.0, 0.0050), (0.06, 0.0054), (0.09, 0.0068), (0.11, 0.013), (0.215, 0.016))

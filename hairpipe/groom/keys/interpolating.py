@@ -55,7 +55,7 @@ def _interpolate(
             points[begin:end] = keys[0][turns.offsets[own] : turns.offsets[own + 1]]
             velocities[begin:end] = keys[1][turns.offsets[own] : turns.offsets[own + 1]]
             continue
-        x, v = _moved(motions, s, row(rest, begin)), _moved(rates, s, row(rest, begin))
+        x, v = moved(motions, s, row(rest, begin)), moved(rates, s, row(rest, begin))
         put(points, begin, x)
         put(velocities, begin, v)
         for k in range(end - begin - 1):
@@ -121,7 +121,8 @@ def middle_among(k: int, segments: int, theirs: int) -> tuple[int, float]:
 
 
 @inlined
-def _moved(motions: np.ndarray, s: int, x: Vector) -> Vector:
+def moved(motions: np.ndarray, s: int, x: Vector) -> Vector:
+    """Return a place moved by rigid motion s of (S, 3, 4)."""
     return (
         motions[s, 0, 0] * x[0] + motions[s, 0, 1] * x[1] + motions[s, 0, 2] * x[2] + motions[s, 0, 3],
         motions[s, 1, 0] * x[0] + motions[s, 1, 1] * x[1] + motions[s, 1, 2] * x[2] + motions[s, 1, 3],

@@ -75,18 +75,18 @@ def _propagate(
     """Carry the rotation of every root along its key, in place."""
     motions, rates = roots
     for g in prange(len(offsets) - 1):
-        R, spin = _columns_of(motions, g), _spin_of(motions, rates, g)
+        R, spin = columns_of(motions, g), spin_of(motions, rates, g)
         for k in range(offsets[g], offsets[g + 1] - 1):
             T, speed = minus(row(rest, k + 1), row(rest, k)), minus(row(velocities, k + 1), row(velocities, k))
-            R, spin = _followed(R, spin, T, minus(row(points, k + 1), row(points, k)), speed)
+            R, spin = followed(R, spin, T, minus(row(points, k + 1), row(points, k)), speed)
             put(spins, k, spin)
             for j in range(3):
                 turns[k, 0, j], turns[k, 1, j], turns[k, 2, j] = R[j]
 
 
 @inlined
-def _followed(R: Columns, spin: Vector, T: Vector, way: Vector, speed: Vector) -> tuple[Columns, Vector]:
-    """Rotation and spin of the segment before, changed so that T lies along the way, which changes at a speed."""
+def followed(R: Columns, spin: Vector, T: Vector, way: Vector, speed: Vector) -> tuple[Columns, Vector]:
+    """Return a rotation and its spin [rad/s], changed so that T lies along a way, which changes at a speed."""
     u = unit(blend(T, *R), T)
     t = unit(way, u)
     a = 1.0 + dot(u, t)
@@ -101,7 +101,8 @@ def _followed(R: Columns, spin: Vector, T: Vector, way: Vector, speed: Vector) -
 
 
 @inlined
-def _columns_of(R: np.ndarray, g: int) -> Columns:
+def columns_of(R: np.ndarray, g: int) -> Columns:
+    """Return the rotation of rigid motion g of (K, 3, 4)."""
     return (
         (R[g, 0, 0], R[g, 1, 0], R[g, 2, 0]),
         (R[g, 0, 1], R[g, 1, 1], R[g, 2, 1]),
@@ -110,9 +111,9 @@ def _columns_of(R: np.ndarray, g: int) -> Columns:
 
 
 @inlined
-def _spin_of(motions: np.ndarray, rates: np.ndarray, g: int) -> Vector:
-    """The angular velocity of a root: half the sum of R_j x dR_j/dt over the columns."""
-    R, dR = _columns_of(motions, g), _columns_of(rates, g)
+def spin_of(motions: np.ndarray, rates: np.ndarray, g: int) -> Vector:
+    """Return the angular velocity of a rigid motion [rad/s]: half the sum of R_j x dR_j/dt over the columns."""
+    R, dR = columns_of(motions, g), columns_of(rates, g)
     return scaled(0.5, plus(plus(cross(R[0], dR[0]), cross(R[1], dR[1])), cross(R[2], dR[2])))
 
 

@@ -1,4 +1,4 @@
-"""Interpolated hair pushed out of bodies.
+"""Hair that was not simulated pushed out of bodies.
 
 A point that is nearer than it may be is drawn to the nearest place at its distance from the one before it that is
 outside by the plane that the body is there,
@@ -6,8 +6,6 @@ outside by the plane that the body is there,
     n.(x_k+1 - x_k) >= h,   h = kept - phi(y) - n.(x_k - y)
 
 and what hangs on it follows. Since the body is no plane, it is looked at again, a few times. Lengths stay.
-
-Keys are left where the simulation put them.
 """
 
 from collections.abc import Sequence
@@ -17,7 +15,6 @@ from numba import njit, prange
 
 from hairpipe.data import BodyParts, LevelSet, Strands
 from hairpipe.groom.keys.interpolating import go_on
-from hairpipe.groom.keys.key_weights import KeyWeights
 from hairpipe.groom.resampling import put
 from hairpipe.groom.strand_arrays import thicknesses
 from hairpipe.kernels.compile import inlined
@@ -33,7 +30,7 @@ LOOKS = 4
 
 def pushed_out(
     hair: Strands,
-    followed: KeyWeights,
+    among: np.ndarray,
     surfaces: Sequence[LevelSet],
     parts: Sequence[BodyParts],
     thickness: float,
@@ -41,6 +38,7 @@ def pushed_out(
 ) -> Strands:
     """Return hair that is outside of bodies at their frame; pure.
 
+    among      strands that are pushed, (S,) bool
     thickness  distance that points keep, less at the root [m]
     frame_dt   between frames [s]
     """
@@ -51,7 +49,7 @@ def pushed_out(
     points, velocities = hair.points.copy(), hair.velocities.copy()
     kept = thicknesses(hair.offsets, thickness)
     kept[hair.offsets[:-1]] = -np.inf  # roots stay, wherever they are
-    looked = np.flatnonzero(np.repeat(followed.own < 0, np.diff(hair.offsets)))
+    looked = np.flatnonzero(np.repeat(among, np.diff(hair.offsets)))
     for _ in range(LOOKS):
         found = probed(bodies, points[looked], kept[looked])
         deep = found.distance < kept[looked]

@@ -1,13 +1,15 @@
 """A shot: simulated hair and the body under it, as one file or as one value clip a frame.
 
-What is authored follows what renderers agree on: Catmull-Rom curves pass through the simulated points, `pinned` keeps
-the root on the skin in every client, and widths on vertices are the only ones that all clients count alike. Points are
-about the origin of the world, in single precision, as USD keeps them: a kilometre away they are off by up to 0.03 mm.
+What is authored follows what renderers agree on: Catmull-Rom curves, unless others are asked for, pass through the
+simulated points, `pinned` keeps the root on the skin in every client, and widths on vertices are the only ones that all
+clients count alike. Points are about the origin of the world, in single precision, as USD keeps them: a kilometre away
+they are off by up to 0.03 mm.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from pxr import Kind, Sdf, Tf, Usd, UsdGeom
@@ -17,7 +19,7 @@ from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.samples import hold_body, hold_hair, sample_body, sample_hair
 from hairpipe.io.usd.stage import create_stage
-from hairpipe.io.usd.statics import author_body, author_hair
+from hairpipe.io.usd.statics import BASES, author_body, author_hair
 from hairpipe.io.usd.volume import VolumeFile, write_volume
 
 PENDING = 1 << 24  # bytes of samples that a stage holds before they are saved: memory does not grow with the shot
@@ -34,6 +36,7 @@ class Shot:
     name   of the root prim, and of the clips
     levelsets  of the body, at the same frames
     simulated  hairs that are not interpolated between those that are, (S,) bool; None: all of them, and none is marked
+    curve  through the points of the hair, or with them as control hull
     """
 
     hair: Mapping[int, Strands]
@@ -43,6 +46,7 @@ class Shot:
     name: str = "shot"
     levelsets: Mapping[int, VolumeFile] | None = None
     simulated: np.ndarray | None = None
+    curve: Literal["catmull_rom", "bspline"] = "catmull_rom"
 
 
 @dataclass(frozen=True)
@@ -152,7 +156,7 @@ def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     model = Usd.ModelAPI(stage.GetDefaultPrim())
     model.SetKind(Kind.Tokens.component)
     model.SetAssetName(shot.name)
-    author_hair(_hair(stage), first.hair, shot.groom, shot.simulated)
+    author_hair(_hair(stage), first.hair, shot.groom, shot.simulated, BASES[shot.curve])
     if first.body is not None:
         author_body(_body(stage), first.body)
     return stage

@@ -17,20 +17,23 @@ KERATIN = 1.55
 """Index of refraction."""
 SKIN_COLOUR, SKIN_ROUGHNESS, FLESH = Gf.Vec3f(0.6, 0.4, 0.33), 0.6, 1.4
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
+BASES = {"catmull_rom": TOKENS.catmullRom, "bspline": TOKENS.bspline}
+"""Of the curves, by the name that a setting gives."""
 
 
 def author_hair(
-    prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom | None, simulated: np.ndarray | None = None
+    prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom | None, simulated: np.ndarray | None, basis: str
 ) -> None:
     """Author the strands, their width, ids and material, and from the groom their rest and roots.
 
     simulated  which are, and are not interpolated, (S,) bool: `groom_guide`, as Unreal and Alembic grooms name it
+    basis      of the curves, one of BASES
 
     Raises BadInput if the groom does not have these strands.
     """
     counts = np.diff(strands.offsets)
     prim.CreateTypeAttr(TOKENS.cubic)
-    prim.CreateBasisAttr(TOKENS.catmullRom)
+    prim.CreateBasisAttr(basis)
     prim.CreateWrapAttr(TOKENS.pinned)
     prim.CreateCurveVertexCountsAttr(integers(counts))
     prim.CreateWidthsAttr(Vt.FloatArray(len(strands.points), strands.diameter))

@@ -1,6 +1,7 @@
 """What the camera sees of the body."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -29,20 +30,57 @@ class Surface:
     depth: np.ndarray
 
 
-def see_body(body: Mesh, camera: Camera) -> Surface:
-    """Find the body's points at the pixel centres; triangles that reach behind the eye are left out."""
+class Sight(NamedTuple):
+    """Which triangle of a body every pixel sees.
+
+    rows       of the pixels that see one, (n,) int64
+    columns    of these, (n,) int64
+    depth      of every pixel of the film along the view axis [m], infinite where no body is seen, (height, width)
+    seen       triangle, (height, width) int32
+    places     of the vertices on the film, as `Camera.project` gives them, (v, 3)
+    closeness  of the vertices, 0 where they are behind the eye, (v,)
+    """
+
+    rows: np.ndarray
+    columns: np.ndarray
+    depth: np.ndarray
+    seen: np.ndarray
+    places: np.ndarray
+    closeness: np.ndarray
+
+
+def look_at_body(body: Mesh, camera: Camera) -> Sight:
+    """Find the triangles at the pixel centres; those that reach behind the eye are left out."""
     places = camera.project(body.points)
     closeness = np.where(places[:, 2] > NEAR, 1.0 / np.maximum(places[:, 2], NEAR), 0.0)
     seen, close = rasterise(np.ascontiguousarray(places[:, :2]), body.triangles, closeness, camera.height, camera.width)
     rows, columns = map(np.ascontiguousarray, np.nonzero(seen != UNSEEN))
     depth = np.full(seen.shape, np.inf)
     depth[rows, columns] = 1.0 / close[rows, columns]
-    towards = vertex_normals(body)
-    points, normals = np.empty((len(rows), 3)), np.empty((len(rows), 3))
-    interpolate(points, body.points, places, closeness, body.triangles, seen, rows, columns)
-    interpolate(normals, towards, places, closeness, body.triangles, seen, rows, columns)
+    return Sight(rows, columns, depth, seen, places, closeness)
+
+
+def seen_vertices(sight: Sight, triangles: np.ndarray) -> np.ndarray:
+    """List the vertices of triangles that any pixel sees, ascending."""
+    faces, corners = np.zeros(len(triangles), bool), np.zeros(len(sight.places), bool)
+    faces[sight.seen[sight.rows, sight.columns]] = True
+    corners[triangles[faces]] = True
+    return np.flatnonzero(corners)
+
+
+def at_pixels(sight: Sight, triangles: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Interpolate values of vertices, (v, 3), at the pixels that see the body, (n, 3) float64."""
+    taken = np.empty((len(sight.rows), 3))
+    interpolate(taken, values, sight.places, sight.closeness, triangles, sight.seen, sight.rows, sight.columns)
+    return taken
+
+
+def see_body(body: Mesh, camera: Camera) -> Surface:
+    """Find the body's points at the pixel centres; triangles that reach behind the eye are left out."""
+    sight = look_at_body(body, camera)
+    points, normals = (at_pixels(sight, body.triangles, some) for some in (body.points, vertex_normals(body)))
     turn_to(camera.eye, points, normals)
-    return Surface(rows, columns, points, normals, depth)
+    return Surface(sight.rows, sight.columns, points, normals, sight.depth)
 
 
 @njit(cache=True, nogil=True)

@@ -1,11 +1,17 @@
-"""Shading of hair: Kajiya and Kay 1989, with the two shifted highlights of Marschner et al. 2003."""
+"""Shading of hair: Kajiya and Kay 1989, with the two shifted highlights of Marschner et al. 2003.
+
+A share of the diffuse light may be Lambert's, by normals of hair as one body (Petrovic, Henne, Anderson 2005, Sec. 4.1,
+who do not print the form of it): (1 - b) sin(t,l) + b max(0, N.l). Where there is no normal, b is 0.
+"""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from hairpipe.render.shadows import Shadow, look_up
+from hairpipe.render.lights import Light
+from hairpipe.render.shadows import Shadow, look_up_all
 
 AMBIENT = 0.12
 """Light that comes from everywhere."""
@@ -21,8 +27,30 @@ TILT = math.radians(4.0)
 """Tilt of a hair's scales: twice this moves the narrow highlight to the root, three times the wide one to the tip."""
 
 
+class Fibres(NamedTuple):
+    """Points of hair that is lit.
+
+    points   [m], (p, 3) float64
+    along    unit vectors along the hair, (p, 3)
+    facing   normals of hair as one body, each as long as its share b of the diffuse light, (p, 3)
+    colours  linear, (p, 3)
+    tilts    angles that highlights are moved by [rad], (p,)
+    """
+
+    points: np.ndarray
+    along: np.ndarray
+    facing: np.ndarray
+    colours: np.ndarray
+    tilts: np.ndarray
+
+
 def shade_hair(
-    points: np.ndarray, offsets: np.ndarray, colour: np.ndarray, eye: np.ndarray, shadows: list[Shadow]
+    points: np.ndarray,
+    offsets: np.ndarray,
+    colour: np.ndarray,
+    eye: np.ndarray,
+    shadows: list[Shadow],
+    facing: np.ndarray,
 ) -> np.ndarray:
     """Light that the points of the strands send to the eye, linear, (p, 3) float64.
 
@@ -31,11 +59,14 @@ def shade_hair(
     colour   of the hair, linear, (3,)
     eye      [m], (3,)
     shadows  of every lamp
+    facing   normals of hair as one body, each as long as its share b of the diffuse light, (p, 3)
     """
-    colours, along, tilts = strand_colours(colour, offsets), tangents(points, offsets), strand_tilts(offsets)
+    colours = strand_colours(colour, offsets)
+    fibres = Fibres(points, tangents(points, offsets), facing, colours, strand_tilts(offsets))
     shed = AMBIENT * colours
     for shadow in shadows:
-        add_light(shed, points, along, colours, tilts, eye, shadow)
+        between = look_up_all(shadow.depth, shadow.to_cells, points + LIFT * shadow.cell * shadow.light.towards)
+        add_light(shed, fibres, eye, shadow.light, between)
     return shed
 
 
@@ -83,25 +114,20 @@ def tangents(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True)
-def add_light(
-    shed: np.ndarray,
-    points: np.ndarray,
-    along: np.ndarray,
-    colours: np.ndarray,
-    tilts: np.ndarray,
-    eye: np.ndarray,
-    shadow: Shadow,
-) -> None:
-    """Add what one lamp makes the points (p, 3) send to the eye, into `shed` (p, 3).
+def add_light(shed: np.ndarray, fibres: Fibres, eye: np.ndarray, light: Light, between: np.ndarray) -> None:
+    """Add what one lamp makes points of fibres send to the eye, into `shed` (p, 3).
 
-    With l and e unit vectors to lamp and eye and t along the hair, diffuse kd sin(t,l) and specular
+    eye      [m], (3,)
+    between  optical depth of what is between them and the lamp, (p,)
+
+    With l and e unit vectors to lamp and eye and t along the hair, diffuse kd sin(t,l), or as above, and specular
     ks max(0, sin(t,l) sin(t,e) - cos(t,l) cos(t,e))^n (Kajiya and Kay 1989), which is -cos of the sum of both angles: a
     highlight is moved along the hair by adding to that sum. Both are weighted by which side is lit,
     (1 + kappa)/2 + r (1 - kappa)/2 with kappa = cos(t x l, t x e) (Goldman 1997). Light dies away as exp(-depth),
     slower in the colour of the hair: what comes through is tinted.
     """
-    lx, ly, lz = shadow.light.towards
-    light, depth, to_cells, lift = shadow.light.colour, shadow.depth, shadow.to_cells, LIFT * shadow.cell
+    points, along, facing, colours, tilts = fibres
+    lx, ly, lz = light.towards
     for i in range(len(shed)):
         tx, ty, tz = along[i, 0], along[i, 1], along[i, 2]
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -114,12 +140,14 @@ def add_light(
         cos_sum, sin_sum = cos_l * cos_e - sin_l * sin_e, sin_l * cos_e + cos_l * sin_e
         kappa = ((ex * lx + ey * ly + ez * lz) / away - cos_l * cos_e) / max(sin_l * sin_e, 1e-6)
         side = 0.5 * (1.0 + kappa) + 0.5 * BACK * (1.0 - kappa)
+        nx, ny, nz = facing[i, 0], facing[i, 1], facing[i, 2]
+        share = math.sqrt(nx * nx + ny * ny + nz * nz)
+        diffuse = MATT * ((1.0 - share) * sin_l + max(0.0, nx * lx + ny * ly + nz * lz))
         gloss = GLOSS * max(0.0, -cosine(cos_sum, sin_sum, -2.0 * tilts[i])) ** 64
         sheen = SHEEN * max(0.0, -cosine(cos_sum, sin_sum, 3.0 * tilts[i])) ** 16
-        between = look_up(depth, to_cells, x + lift * lx, y + lift * ly, z + lift * lz)
         for c in range(3):
-            through = math.exp(-between * DENSITY * (1.0 + TINT * (1.0 - colours[i, c])))
-            shed[i, c] += light[c] * through * side * (colours[i, c] * (MATT * sin_l + sheen) + gloss)
+            through = math.exp(-between[i] * DENSITY * (1.0 + TINT * (1.0 - colours[i, c])))
+            shed[i, c] += light.colour[c] * through * side * (colours[i, c] * (diffuse + sheen) + gloss)
 
 
 @njit(cache=True, nogil=True, inline="always")

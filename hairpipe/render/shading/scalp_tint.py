@@ -3,7 +3,7 @@
 import numpy as np
 from numba import njit
 
-from hairpipe.render.shadows import CELLS, add, look_up
+from hairpipe.render.shadows import CELLS, add, look_up_all
 
 REACH = 0.012
 """Edge of the cells that roots are counted in: the softness of the hairline [m]."""
@@ -29,12 +29,3 @@ def count(counts: np.ndarray, places: np.ndarray) -> None:
     """Count the places (n, 3) in the cells, in place."""
     for p in range(len(places)):
         add(counts, places[p, 0], places[p, 1], places[p, 2], 1.0)
-
-
-@njit(cache=True, nogil=True)
-def look_up_all(counts: np.ndarray, to_cells: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Interpolate the counts at world points (n, 3), (n,) float64."""
-    taken = np.empty(len(points))
-    for p in range(len(points)):
-        taken[p] = look_up(counts, to_cells, points[p, 0], points[p, 1], points[p, 2])
-    return taken

@@ -5,8 +5,9 @@ import math
 import numpy as np
 from numba import njit
 
+from hairpipe.render.lights import Light
 from hairpipe.render.raster.surface import Surface
-from hairpipe.render.shadows import Shadow, look_up
+from hairpipe.render.shadows import Shadow, look_up_all
 
 CLAY = np.array([0.25, 0.21, 0.19])
 """Colour of the body, linear."""
@@ -33,7 +34,8 @@ def shade_skin(surface: Surface, colours: np.ndarray, eye: np.ndarray, shadows: 
     """
     shed = AMBIENT * colours
     for shadow in shadows:
-        add_light(shed, surface.points, surface.normals, colours, eye, shadow)
+        between = look_up_all(shadow.depth, shadow.to_cells, surface.points + LIFT * shadow.cell * surface.normals)
+        add_light(shed, surface.points, surface.normals, colours, eye, shadow.light, between)
     return shed
 
 
@@ -44,15 +46,17 @@ def add_light(
     normals: np.ndarray,
     colours: np.ndarray,
     eye: np.ndarray,
-    shadow: Shadow,
+    light: Light,
+    between: np.ndarray,
 ) -> None:
     """Add what one lamp makes the points (n, 3) send to the eye, into `shed` (n, 3).
+
+    between  optical depth of what is between them and the lamp, (n,)
 
     Diffuse ((n.l + w)/(1 + w))^2 where positive, with a width w for every colour; specular (n.h)^16, h halfway between
     lamp and eye (Blinn 1977); both in the colour of the point.
     """
-    lx, ly, lz = shadow.light.towards
-    light, depth, to_cells, lift = shadow.light.colour, shadow.depth, shadow.to_cells, LIFT * shadow.cell
+    lx, ly, lz = light.towards
     for i in range(len(shed)):
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         facing = nx * lx + ny * ly + nz * lz
@@ -65,7 +69,7 @@ def add_light(
         half = (nx * hx + ny * hy + nz * hz) / math.sqrt(hx * hx + hy * hy + hz * hz + 1e-12)
         sheen = SHEEN * max(0.0, half) ** 16 * min(1.0, max(0.0, 4.0 * facing))
         sure = min(1.0, max(0.0, facing / GRAZING))
-        through = math.exp(-DENSITY * sure * look_up(depth, to_cells, x + lift * nx, y + lift * ny, z + lift * nz))
+        through = math.exp(-DENSITY * sure * between[i])
         for c in range(3):
             wrapped = max(0.0, (facing + WRAP[c]) / (1.0 + WRAP[c]))
-            shed[i, c] += light[c] * through * colours[i, c] * (wrapped * wrapped + sheen)
+            shed[i, c] += light.colour[c] * through * colours[i, c] * (wrapped * wrapped + sheen)

@@ -13,9 +13,13 @@ from pxr import Usd, UsdGeom, UsdShade
 
 from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.errors import BadInput
+from hairpipe.groom.resampling import spline_knots
+from hairpipe.io.usd.check.lint import lint
+from hairpipe.io.usd.curves import STEPS
 from hairpipe.io.usd.curves import read as read_curves
 from hairpipe.io.usd.shot import Shot, write_clips, write_shot
 from hairpipe.io.usd.skinned_meshes import read as read_body
+from hairpipe.levelset.vdb_header import inspect
 
 TOKENS = UsdGeom.Tokens
 
@@ -110,6 +114,20 @@ def test_normals_are_perpendicular_to_a_flat_patch(write, shot: Shot) -> None:
     body = opened.body
     np.testing.assert_allclose(body.GetNormalsAttr().Get(1001), [[0, 1, 0]] * 4 + [[0, 0, 0]])
     assert body.GetNormalsInterpolation() == TOKENS.vertex and not body.GetVelocitiesAttr().HasValue()
+
+
+def test_points_may_be_the_control_hull_of_b_splines_from_root_to_tip(write, shot: Shot) -> None:
+    waves = np.tile(0.01 * np.sin(np.arange(5.0))[:, None], (6, 3)).astype(np.float32)  # 0 at the roots
+    flat = {f: shot.hair[f] for f in shot.hair}
+    bent = {f: dataclasses.replace(h, points=h.points + waves) for f, h in flat.items()}
+    path = write(dataclasses.replace(shot, hair=bent, curve="bspline"))
+    hull, offsets = bent[1001].points, bent[1001].offsets
+    knots = read_curves(path, "/shot/hair").points.reshape(len(offsets) - 1, -1, 3)[:, ::STEPS].reshape(-1, 3)
+    np.testing.assert_allclose(knots, spline_knots(hull, offsets), atol=1e-7)
+    for ends in (offsets[:-1], offsets[1:] - 1):
+        np.testing.assert_allclose(knots[ends], hull[ends], atol=1e-7)
+    assert np.abs(knots - hull).max() > 1e-4
+    assert {(f.rule, f.path) for f in lint(path, inspect)} == {("hair-basis", "/shot/hair.basis")}
 
 
 def test_hair_follows_the_conventions(write, shot: Shot) -> None:

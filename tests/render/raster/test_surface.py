@@ -5,7 +5,7 @@ import pytest
 
 from hairpipe.data import Mesh
 from hairpipe.render.camera import Camera
-from hairpipe.render.raster.surface import see_body
+from hairpipe.render.raster.surface import look_at_body, see_body, seen_vertices
 
 CENTRE, RADIUS, DISTANCE = np.array([0.0, 1.6, 0.0]), 0.09, 0.5
 
@@ -47,3 +47,11 @@ def test_inside_out_looks_the_same(head: Mesh, camera: Camera) -> None:
 def test_a_body_around_the_eye_is_not_drawn_wildly(camera: Camera) -> None:
     behind = Mesh(camera.eye + np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, -1]]), np.array([[0, 1, 2]], np.int32))
     assert len(see_body(behind, camera).rows) == 0
+
+
+def test_vertices_that_are_seen_lie_before_the_horizon(head: Mesh, camera: Camera) -> None:
+    outward = (head.points - CENTRE) / RADIUS
+    height = outward @ (camera.eye - CENTRE) - RADIUS  # above the plane that touches the sphere there [m]
+    seen = np.isin(np.arange(len(head.points)), seen_vertices(look_at_body(head, camera), head.triangles))
+    wide = np.abs(outward[:, 1]) < 0.7  # at the poles, and near the horizon, triangles are smaller than pixels
+    assert seen[wide & (height > 0.2)].all() and not seen[height < -0.05].any()

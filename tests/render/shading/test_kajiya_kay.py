@@ -4,22 +4,14 @@ import numpy as np
 import pytest
 
 from hairpipe.render.lights import Light
-from hairpipe.render.shading.kajiya_kay import add_light, noise, strand_colours, tangents
-from hairpipe.render.shadows import CELLS, Shadow
+from hairpipe.render.shading.kajiya_kay import MATT, Fibres, add_light, noise, strand_colours, tangents
 
 
 def shine(along: np.ndarray, to_eye: np.ndarray, towards: np.ndarray, tilt: float = 0.0) -> float:
     """What one black hair, which has the white highlight only, sends to a far eye."""
-    shed, open_air = np.zeros((1, 3)), np.zeros((CELLS, CELLS, CELLS), np.float32)
-    add_light(
-        shed,
-        np.zeros((1, 3)),
-        along[None],
-        np.zeros((1, 3)),
-        np.array([tilt]),
-        1e6 * to_eye,
-        Shadow(Light(towards, np.ones(3)), np.zeros((3, 4)), 0.0, open_air),
-    )
+    shed = np.zeros((1, 3))
+    hair = Fibres(np.zeros((1, 3)), along[None], np.zeros((1, 3)), np.zeros((1, 3)), np.array([tilt]))
+    add_light(shed, hair, 1e6 * to_eye, Light(towards, np.ones(3)), np.zeros(1))
     return float(shed[0, 0])
 
 
@@ -45,6 +37,23 @@ def test_tilted_scales_move_the_highlight_to_the_root_by_twice_the_tilt() -> Non
 def test_root_to_tip_or_tip_to_root_shines_alike_without_tilt() -> None:
     there, back = shine(turned(20.0), turned(95.0), turned(130.0)), shine(-turned(20.0), turned(95.0), turned(130.0))
     assert there == pytest.approx(back) and there > 0
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_diffuse_light_by_normals_is_lamberts_and_the_rest_kajiyas(share: float) -> None:
+    """White hair along z, whose tilt turns its highlights away: only the diffuse light depends on the normal."""
+    lamps = 0.0, 60.0, 120.0
+
+    def diffuse(facing: np.ndarray, lamp: float) -> float:
+        shed, white = np.zeros((1, 3)), np.ones((1, 3))
+        hair = Fibres(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]), facing[None], white, np.zeros(1))
+        add_light(shed, hair, 1e6 * turned(lamp), Light(turned(lamp), np.ones(3)), np.zeros(1))
+        return shed[0, 0]
+
+    without = [diffuse(np.zeros(3), lamp) for lamp in lamps]
+    found = [diffuse(share * turned(0.0), lamp) for lamp in lamps]
+    lambert = np.maximum(0.0, np.cos(np.radians(lamps)))
+    assert np.array(found) - without == pytest.approx(MATT * share * (lambert - 1.0))  # sin(t,l) is 1
 
 
 def test_noise_is_even_between_its_ends_and_differs_between_seeds() -> None:

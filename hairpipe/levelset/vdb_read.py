@@ -1,0 +1,197 @@
+"""The voxels of a grid of numbers in an OpenVDB file, read without OpenVDB.
+
+Read are grids of 32 bits, whole or cut to 16, as OpenVDB since 2014 writes them, uncompressed or by zlib; Blosc, which
+Python has not, is refused. Layout after OpenVDB's tree/RootNode.h, InternalNode.h, LeafNode.h, io/Compression.h and
+math/Maps.h.
+"""
+
+import zlib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.errors import BadInput
+from hairpipe.levelset.grid_layout import BRICK
+from hairpipe.levelset.vdb_header import Cursor, checked_count, open_archive, read_metadata
+from hairpipe.plain_file import checked_size
+
+ZIP, ACTIVE_MASK, BLOSC = 1, 2, 4
+"""How the values of a grid are stored."""
+ONE_VALUE, MASK, MASK_ONE, MASK_TWO, ALL_VALUES = 2, 3, 4, 5, 6
+"""What a node stores of inactive values: one, a bit for each, that and one or two values, or all as they are."""
+LEAF, TREE = 3, (4, 5)
+"""Base 2 logarithms of the voxels along a leaf, and of the children along the nodes above it, from below."""
+MOST_VOXELS = 1 << 26
+"""That are active in a file, at most."""
+
+
+class Voxels(NamedTuple):
+    """The active voxels of a grid.
+
+    indices      (n, 3) int64
+    values       (n,) float32
+    voxel        length of a voxel, in the unit of the file
+    translation  of the voxel of index 0, in the unit of the file, (3,)
+    """
+
+    indices: np.ndarray
+    values: np.ndarray
+    voxel: float
+    translation: np.ndarray
+
+
+class _Coding(NamedTuple):
+    """How the values of a grid are stored: flags, and whether they are cut to 16 bits."""
+
+    flags: int
+    half: bool
+
+
+def read_voxels(path: Path, name: str) -> Voxels:
+    """Read the grid of a name; raises BadInput where there is none, or a file is damaged or of another kind."""
+    checked_size(path, "a readable OpenVDB file")
+    try:
+        with path.open("rb") as file:
+            cursor = Cursor(file, path)
+            kind = _find(cursor, name)
+            return _read_grid(cursor, kind)
+    except OSError as error:
+        raise BadInput(error.strerror or str(error), where=path, right="a readable OpenVDB file") from error
+
+
+def _find(cursor: Cursor, name: str) -> str:
+    """Go to the first byte of a grid; return what kind of tree it is."""
+    known = []
+    for _ in range(open_archive(cursor)):
+        called, kind, _ = cursor.text(), cursor.text(), cursor.text()
+        start, _, end = cursor.numbers("3q")
+        cursor.seek(start)
+        known.append(called.split("\x1e")[0])
+        if known[-1] == name:
+            return kind
+        cursor.seek(end)
+    raise BadInput(f"it has no grid '{name}'", where=cursor.path, right=", ".join(known) or "a grid")
+
+
+def _read_grid(cursor: Cursor, kind: str) -> Voxels:
+    if kind.removesuffix("_HalfFloat") != "Tree_float_5_4_3":
+        raise cursor.fail(f"the grid is a {kind}", "Tree_float_5_4_3: numbers, in leaves of 8 x 8 x 8")
+    coding = _Coding(cursor.number("I"), kind.endswith("_HalfFloat"))
+    if coding.flags & BLOSC:
+        raise cursor.fail("values are compressed by Blosc", "a file saved with zip, or without compression")
+    read_metadata(cursor)
+    voxel, translation = _read_map(cursor)
+    if cursor.number("I") != 1:
+        raise cursor.fail("a tree has one buffer")
+    cursor.number("f")
+    tiles, children = checked_count(cursor, 17), cursor.number("I")
+    found = [_expanded(cursor, cursor.numbers("3i"), *cursor.numbers("f?"), sum(TREE) + LEAF) for _ in range(tiles)]
+    leaves: list[tuple[int, ...]] = []
+    for _ in range(children):
+        for tile in _read_node(cursor, coding, TREE, cursor.numbers("3i"), leaves):
+            found.append(tile)
+            if sum(len(values) for _, values in found) > MOST_VOXELS:
+                raise cursor.fail(f"tiles have more than {MOST_VOXELS:,} voxels", "a grid of leaves")
+    found += [_read_leaf(cursor, coding, leaf) for leaf in leaves]
+    indices = np.concatenate([np.empty((0, 3), np.int64), *(part[0] for part in found)])
+    values = np.concatenate([np.empty(0, np.float32), *(part[1] for part in found)])
+    return Voxels(indices, values, voxel, translation)
+
+
+def _read_map(cursor: Cursor) -> tuple[float, np.ndarray]:
+    """Read the map from indices to space; refuse one that turns, shears or scales one axis more than another."""
+    kind, matrix = cursor.text(), np.eye(4)
+    if kind == "AffineMap":
+        matrix = np.array(cursor.numbers("16d")).reshape(4, 4)
+    elif kind in ("ScaleMap", "UniformScaleMap", "ScaleTranslateMap", "UniformScaleTranslateMap"):
+        if "Translate" in kind:
+            matrix[3, :3] = cursor.numbers("3d")
+        matrix[np.arange(3), np.arange(3)] = cursor.numbers("3d")
+        cursor.numbers("12d")
+    else:
+        raise cursor.fail(f"the grid lies in space by a {kind}", "a uniform scale, and a translation")
+    voxel = float(matrix[0, 0])
+    if not (np.isfinite(matrix).all() and voxel > 0.0 and np.allclose(matrix[:3, :3], voxel * np.eye(3), 1e-6)):
+        raise cursor.fail("the grid is turned, or its voxels are no cubes", "a uniform scale, and a translation")
+    return voxel, matrix[3, :3].copy()
+
+
+def _read_node(
+    cursor: Cursor, coding: _Coding, levels: tuple[int, ...], origin: tuple[int, ...], leaves: list[tuple[int, ...]]
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Read an internal node and those below it: yield active tiles, and list the origins of leaves, in place."""
+    log2, below = levels[-1], levels[:-1]
+    size = sum(below) + LEAF
+    is_child, is_active = (_bits(cursor.bytes(8**log2 // 8)) for _ in range(2))
+    values = _read_values(cursor, coding, is_active)
+    shifts = np.stack(np.unravel_index(np.arange(8**log2), 3 * (2**log2,)), axis=1) << size
+    for place in np.flatnonzero(is_active & ~is_child):
+        yield _expanded(cursor, tuple(shifts[place] + origin), float(values[place]), True, size)
+    for place in np.flatnonzero(is_child):
+        corner = tuple((shifts[place] + origin).tolist())
+        if below:
+            yield from _read_node(cursor, coding, below, corner, leaves)
+        else:
+            cursor.bytes(BRICK**3 // 8)
+            leaves.append(corner)
+
+
+def _read_leaf(cursor: Cursor, coding: _Coding, origin: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Read indices and values of the active voxels of a leaf."""
+    active = _bits(cursor.bytes(BRICK**3 // 8))
+    values = _read_values(cursor, coding, active)
+    places = np.flatnonzero(active)
+    return np.stack(np.unravel_index(places, 3 * (BRICK,)), axis=1) + origin, values[places]
+
+
+def _read_values(cursor: Cursor, coding: _Coding, active: np.ndarray) -> np.ndarray:
+    """Read the values of a node, (n,) float32; those that are not active are 0."""
+    stored = cursor.number("b")
+    if not 0 <= stored <= ALL_VALUES:
+        raise cursor.fail(f"inactive values are stored in a way {stored} that is unknown")
+    cursor.bytes(4 * ((stored in (ONE_VALUE, MASK_ONE)) + 2 * (stored == MASK_TWO)))
+    if stored in (MASK, MASK_ONE, MASK_TWO):
+        cursor.bytes(len(active) // 8)
+    masked = bool(coding.flags & ACTIVE_MASK) and stored != ALL_VALUES
+    count = int(np.count_nonzero(active)) if masked else len(active)
+    kind = np.dtype("<f2" if coding.half else "<f4")
+    if coding.half and count == 0:
+        return np.zeros(len(active), np.float32)
+    data = _read_data(cursor, count * kind.itemsize, bool(coding.flags & ZIP))
+    found = np.zeros(len(active), np.float32)
+    found[active if masked else slice(None)] = np.frombuffer(data, kind)
+    return np.where(active, found, np.float32(0.0))
+
+
+def _read_data(cursor: Cursor, size: int, zipped: bool) -> bytes:
+    """Read bytes that may be compressed; a length that is not positive says that these are not."""
+    length = cursor.number("q") if zipped else -size
+    if length <= 0:
+        data = cursor.bytes(-length)
+    else:
+        try:
+            data = zlib.decompressobj().decompress(cursor.bytes(length), size + 1)
+        except zlib.error as error:
+            raise cursor.fail(f"values cannot be unpacked: {error}") from None
+    if len(data) != size:
+        raise cursor.fail(f"{len(data)} bytes of values where {size} should be")
+    return data
+
+
+def _expanded(
+    cursor: Cursor, origin: tuple[int, ...], value: float, active: bool, size: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the voxels of a tile of 2^size of them along an axis, all of one value; none where it is 0."""
+    if not active or value == 0.0:
+        return np.empty((0, 3), np.int64), np.empty(0, np.float32)
+    if 8**size > MOST_VOXELS:
+        raise cursor.fail(f"a tile has {8**size:,} voxels", f"at most {MOST_VOXELS:,}")
+    indices = np.stack(np.unravel_index(np.arange(8**size), 3 * (2**size,)), axis=1) + np.array(origin)
+    return indices, np.full(8**size, value, np.float32)
+
+
+def _bits(data: bytes) -> np.ndarray:
+    """Unpack flags, 8 of a byte, the lowest first, (n,) bool."""
+    return np.unpackbits(np.frombuffer(data, np.uint8), bitorder="little").astype(bool)

@@ -1,0 +1,94 @@
+"""Billboards as they fall on a film or on what a lamp sees: rectangles that face it, along the hair.
+
+After Bando, Chen, Nishita 2003, Sec. 5, which shortens them and makes them denser where hair points at the eye.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+SLIM = 0.5
+"""Width of a billboard over its length."""
+LEAST = 0.15
+"""Sine between the hair and the ray below which a billboard grows no shorter and no more opaque."""
+
+
+class Sprites(NamedTuple):
+    """Billboards on a film.
+
+    places   column [pixels], row [pixels] and depth of their middles, (N, 3) float64
+    axes     where the hair runs on the film, unit vectors, (N, 2)
+    halves   half of length and width [pixels], (N, 2)
+    rises    by how much the end towards the tip is deeper than the middle, (N,)
+    opacity  of a streak, more than 1 where hair points along the ray, (N,)
+    kinds    texture of each, (N,) int64
+    """
+
+    places: np.ndarray
+    axes: np.ndarray
+    halves: np.ndarray
+    rises: np.ndarray
+    opacity: np.ndarray
+    kinds: np.ndarray
+
+
+def lay_sprites(
+    places: np.ndarray, along: np.ndarray, scale: np.ndarray, half: float, opacity: float, kinds: np.ndarray
+) -> Sprites:
+    """Lay billboards on a film; pure.
+
+    places   as in Sprites
+    along    how these change a metre along the hair, (N, 3)
+    scale    pixels of a metre across the ray, (N,)
+    half     of the length of a billboard seen from the side [m]
+    opacity  of a streak seen from the side
+
+    With theta the angle between hair and ray, length is as sin theta, and opacity as 1/sin theta: as much hair is
+    crossed by fewer rays, each of which crosses more.
+    """
+    run = np.hypot(along[:, 0], along[:, 1])
+    axes = np.where(run[:, None] > 0.0, along[:, :2] / np.maximum(run, 1e-300)[:, None], (0.0, 1.0))
+    sine = np.maximum(run / scale, LEAST)
+    halves = (half * scale)[:, None] * np.stack([sine, np.full_like(sine, SLIM)], axis=1)
+    return Sprites(places, axes, halves, half * along[:, 2], opacity / sine, kinds)
+
+
+@njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def rows_under(row: float, axes: tuple[float, float], halves: tuple[float, float]) -> tuple[float, float]:
+    """Return between which rows a rectangle lies."""
+    reach = halves[0] * abs(axes[1]) + halves[1] * abs(axes[0])
+    return row - reach, row + reach
+
+
+@njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def columns_under(
+    column: float, down: float, axes: tuple[float, float], halves: tuple[float, float]
+) -> tuple[float, float]:
+    """Return between which columns a rectangle lies in a row so far below its middle; none where the first is greater.
+
+    Of a point (x, y) from the middle, |x ax + y ay| <= half the length and |y ax - x ay| <= half the width.
+    """
+    ax, ay = axes
+    ax, ay = ax if abs(ax) > 1e-9 else 1e-9, ay if abs(ay) > 1e-9 else 1e-9
+    a, b = (-halves[0] - down * ay) / ax, (halves[0] - down * ay) / ax
+    c, d = (down * ax - halves[1]) / ay, (down * ax + halves[1]) / ay
+    return column + max(min(a, b), min(c, d)), column + min(max(a, b), max(c, d))
+
+
+@njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def texel_of(share: float, count: int) -> int:
+    """Return which of so many texels is at a share of the way from -1 to 1."""
+    return min(max(int(0.5 * (share + 1.0) * count), 0), count - 1)
+
+
+@njit(cache=True, nogil=True, inline="always", error_model="numpy")
+def level_of(levels: tuple[np.ndarray, ...], half: float) -> int:
+    """Return the finest level of textures, (kinds, along, across, 2) each, whose texels are no finer than pixels.
+
+    half  of the width of a billboard [pixels]
+    """
+    level = 0
+    while level + 1 < len(levels) and levels[level].shape[2] > 2.0 * half:
+        level += 1
+    return level

@@ -1,0 +1,150 @@
+"""Hair led to where a density is: equation (3) of Petrovic, Henne, Anderson 2005.
+
+With rho the length of hair per volume, rho_t that of the target, rho_0 = sum rho_t^2 / sum rho_t what hair of the
+target sees, h the cell and w a rate, on each of some grids
+
+    E = w^2 h^2 / (2 rho_0) sum_g h^3 (rho - rho_t)^2,   a_i = -(dE/dx_i) / l_i
+
+for point i of length l_i. We differ from the paper: its general formula has the other sign, which climbs; it lacks the
+factor 1/h; and its tents have a gradient that jumps across faces of cells, which quadratic B-splines do not. Grids of
+cells twice as large as the last see hair that is farther away: the paper begins with coarse grids, here all of them
+lead at once, and each comes to rest at the same place.
+
+Stiffness is bounded by the density at a node over rho_0, times w^2. So that a step of any length stays stable, the
+difference at node g is divided by 1 + 6 n (w dt)^2 r_g, r_g the greater density there over rho_0, n the number of
+grids; with short steps that is 1.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.data import Density
+from hairpipe.errors import BadInput
+from hairpipe.volume.quadratic import add_slopes, weigh
+from hairpipe.volume.strand_samples import StrandSamples, sample_strands
+
+STIFFNESS = 6.0
+
+
+class TargetGrid(NamedTuple):
+    """The density that hair is led to, on one grid.
+
+    low     of the first node, in cells from the world's origin, (3,) int64
+    cell    [m]
+    length  of hair per volume [m/m^3], (nx, ny, nz) float64
+    """
+
+    low: np.ndarray
+    cell: float
+    length: np.ndarray
+
+
+def target_grids(target: Density, cell: float, levels: int, total: float) -> list[TargetGrid]:
+    """Return a density on grids, each of cells twice as large as the one before, as of so much hair [m]; pure.
+
+    Raise BadInput where there is no hair in it, or its cells are larger than the smallest here.
+    """
+    if not target.length.any():
+        raise BadInput("there is no hair in the target", where="in.target", right="a density that is not 0 everywhere")
+    if target.cell > 1.001 * cell:
+        what = f"the target has cells of {target.cell:g} m, hair is led on cells of {cell:g} m"
+        raise BadInput(what, where="volume.target.cell", right=f"at least {target.cell:g} m, or a finer target")
+    places = np.argwhere(target.length)
+    amounts = target.length[tuple(places.T)].astype(float)
+    amounts *= total / amounts.sum()
+    points = target.cell * (target.low + places)
+    return [_on_grid(points, amounts, cell * 2**level) for level in range(levels)]
+
+
+def _on_grid(points: np.ndarray, amounts: np.ndarray, cell: float) -> TargetGrid:
+    """Splat amounts at points, (n, 3) [m], by B-splines."""
+    u = points / cell
+    nearest = np.floor(u + 0.5).astype(np.int64)
+    low = nearest.min(axis=0) - 1
+    shape = nearest.max(axis=0) - low + 2
+    d, flat = u - nearest, np.zeros(int(np.prod(shape)))
+    weights = np.stack([0.5 * (0.5 - d) ** 2, 0.75 - d * d, 0.5 * (0.5 + d) ** 2])
+    for a, b, c in np.ndindex(3, 3, 3):
+        index = np.ravel_multi_index(tuple((nearest - low + (a - 1, b - 1, c - 1)).T), tuple(shape))
+        shares = amounts * weights[a, :, 0] * weights[b, :, 1] * weights[c, :, 2]
+        flat += np.bincount(index, shares, minlength=len(flat))
+    return TargetGrid(low, cell, flat.reshape(shape) / cell**3)
+
+
+def between(before: TargetGrid, after: TargetGrid, share: float) -> TargetGrid:
+    """Return the mean of two densities on one lattice, `share` of the way to the second; pure."""
+    low = np.minimum(before.low, after.low)
+    shape = np.maximum(before.low + before.length.shape, after.low + after.length.shape) - low
+    length = (1.0 - share) * placed(before, low, shape) + share * placed(after, low, shape)
+    return TargetGrid(low, before.cell, length)
+
+
+def placed(grid: TargetGrid, low: np.ndarray, shape: np.ndarray) -> np.ndarray:
+    """Return the density of a target on a box of nodes of its lattice, 0 where it does not reach; pure."""
+    found = np.zeros(shape)
+    first = np.maximum(grid.low, low)
+    last = np.minimum(grid.low + grid.length.shape, low + shape)
+    if (first < last).all():
+        here = tuple(slice(a, b) for a, b in zip(first - low, last - low, strict=True))
+        there = tuple(slice(a, b) for a, b in zip(first - grid.low, last - grid.low, strict=True))
+        found[here] = grid.length[there]
+    return found
+
+
+class Hair(NamedTuple):
+    """Strands that are led.
+
+    points   [m], (P, 3) float64; offsets  of strands, (S+1,) int32
+    reach    see `sample_strands` [m], (S,)
+    lengths  of hair at each point [m], (P,)
+    """
+
+    points: np.ndarray
+    offsets: np.ndarray
+    reach: np.ndarray
+    lengths: np.ndarray
+
+
+def attraction(hair: Hair, targets: list[TargetGrid], rate: float, dt: float) -> np.ndarray:
+    """Return the change of velocity of points in a step of dt [s], (P, 3) [m/s]; pure.
+
+    targets  on all grids; rate  w [1/s]
+    """
+    change = np.zeros_like(hair.points)
+    limit = STIFFNESS * len(targets) * (rate * dt) ** 2
+    for target in targets:
+        samples = sample_strands(hair.points, hair.offsets, hair.reach, target.cell)
+        if samples is None:
+            continue
+        density, wanted, seen = _densities(samples, hair.lengths, target)
+        field = (density - wanted) / seen
+        field /= 1.0 + limit * np.maximum(density, wanted) / seen
+        field *= -dt * (rate * target.cell) ** 2
+        own = np.divide(hair.lengths, samples.sums, out=np.zeros(len(hair.lengths)), where=samples.sums > 0.0)
+        add_slopes(samples, own, field, change)
+    lengths = hair.lengths[:, None]
+    return np.divide(change, lengths, out=change, where=lengths > 0.0)
+
+
+def energy(hair: Hair, targets: list[TargetGrid], rate: float) -> float:
+    """Return E of hair on all grids, over its mass per length [m^3/s^2]; pure."""
+    total = 0.0
+    for target in targets:
+        samples = sample_strands(hair.points, hair.offsets, hair.reach, target.cell)
+        if samples is not None:
+            total += _energy(samples, hair.lengths, target, rate)
+    return total
+
+
+def _energy(samples: StrandSamples, lengths: np.ndarray, target: TargetGrid, rate: float) -> float:
+    density, wanted, seen = _densities(samples, lengths, target)
+    beyond = np.sum(target.length**2) - np.sum(wanted**2)  # where the target is and hair is not
+    return 0.5 * (rate * target.cell) ** 2 / seen * target.cell**3 * (np.sum((density - wanted) ** 2) + beyond)
+
+
+def _densities(samples: StrandSamples, lengths: np.ndarray, target: TargetGrid) -> tuple[np.ndarray, np.ndarray, float]:
+    """Find the density of hair and that of the target on one box, and what hair of the target sees [m/m^3]."""
+    density = weigh(samples, lengths) / target.cell**3
+    wanted = placed(target, samples.low.astype(np.int64) - 1, np.array(density.shape))
+    return density, wanted, float(np.sum(target.length**2) / np.sum(target.length))

@@ -1,0 +1,21 @@
+"""Hair as it is groomed, on a body that moves."""
+
+from typing import Annotated
+
+from hairpipe.data import Ends, Groom, Mesh, Strands
+from hairpipe.graph import node
+from hairpipe.units import Interval, Metres
+
+
+@node(frames="each")
+def carry_groom(
+    groom: Groom, body: Mesh | None, ends: Ends | None, *, diameter: Annotated[Metres, Interval(gt=0.0, le=1e-2)] = 8e-5
+) -> Strands:
+    """Every strand of a groom, rigid, with its root: what is shown, measured or aimed at without a simulation.
+
+    diameter  of every strand
+    """
+    from hairpipe.groom.binding import rigid_strands
+    from hairpipe.sim.boundary import lead_of, motion_of_roots
+
+    return rigid_strands(groom, *motion_of_roots(lead_of(body, ends), groom), diameter)

@@ -1,0 +1,48 @@
+"""Hair shown that particles stand for."""
+
+from typing import TYPE_CHECKING, Annotated
+
+from hairpipe.data import BodyParts, Cloud, Groom, LevelSet, Mesh, Particles, Strands
+from hairpipe.graph import Time, node
+from hairpipe.units import Interval, Metres
+
+if TYPE_CHECKING:
+    from hairpipe.particles.carrying import Carriers
+
+
+def weigh(particles: Particles, groom: Groom) -> "Carriers":
+    """Weigh the particles that carry hair, for the whole shot."""
+    from hairpipe.particles.carrying import weigh_carriers
+
+    return weigh_carriers(particles, groom)
+
+
+@node(frames="each", prepare=weigh)
+def carry_strands(
+    cloud: Cloud,
+    particles: Particles,
+    groom: Groom,
+    body: Mesh | None,
+    surface: tuple[LevelSet, ...] | None,
+    parts: tuple[BodyParts, ...] | None,
+    time: Time,
+    prepared: "Carriers",
+    *,
+    diameter: Annotated[Metres, Interval(ge=1e-5, le=2e-3)] = 80e-6,
+    thickness: Annotated[Metres, Interval(ge=0.0, le=0.02)] = 1e-3,
+) -> Strands:
+    """All hairs of a groom, carried by the particles beside them; lengths are those of the groom.
+
+    It may be another groom than the particles lie on, on the same body. Given `surface` or `parts`, hair is pushed out
+    of them.
+
+    diameter   of a strand, to draw and export
+    thickness  distance kept from bodies, from the fifth point on; one fifth of it at the first
+    """
+    import numpy as np
+
+    from hairpipe.groom.keys.push_out import pushed_out
+    from hairpipe.particles.carrying import carried
+
+    shown = carried(groom, cloud, particles, prepared, body, diameter)
+    return pushed_out(shown, np.ones(len(groom.ids), bool), surface or (), parts or (), thickness, time.dt)

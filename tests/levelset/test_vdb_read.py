@@ -1,0 +1,113 @@
+"""Voxels of OpenVDB files: what was written comes back, however it is stored, and damage is told."""
+
+import contextlib
+import dataclasses
+import struct
+import zlib
+
+import numpy as np
+import pytest
+
+from hairpipe.data import Density
+from hairpipe.errors import BadInput
+from hairpipe.levelset import vdb
+from hairpipe.levelset.vdb_grids import density_grids
+from hairpipe.levelset.vdb_read import read_voxels
+from hairpipe.volume.density import density_of_voxels
+
+CELL = 0.01
+
+
+@pytest.fixture
+def fog():
+    """A box with holes, on both sides of the origin, over several leaves and two nodes of the root."""
+    rng = np.random.default_rng(4)
+    length = rng.uniform(1.0, 1e5, (20, 9, 30)).astype(np.float32) * (rng.uniform(size=(20, 9, 30)) < 0.3)
+    return Density(np.array([-10, 4091, 7], np.int32), CELL, length, np.zeros((*length.shape, 3), np.float32))
+
+
+@pytest.fixture
+def written(fog, tmp_path):
+    def write(density=fog, **how):
+        vdb.write(tmp_path / "fog.vdb", density_grids(density), 3, **how)
+        return tmp_path / "fog.vdb"
+
+    return write
+
+
+def back(path):
+    found = read_voxels(path, "density")
+    return density_of_voxels(found.indices, found.values, found.voxel, found.translation)
+
+
+def test_a_density_comes_back_to_the_bit(written, fog):
+    found, there = back(written()), np.argwhere(fog.length)
+    low, high = there.min(axis=0), there.max(axis=0) + 1
+    np.testing.assert_array_equal(found.low, fog.low + low)
+    np.testing.assert_array_equal(found.length, fog.length[tuple(map(slice, low, high))])
+    assert found.cell == CELL
+
+
+def test_one_of_16_bits_comes_back_as_far_as_these_go(written, fog):
+    thin = dataclasses.replace(fog, length=np.float32(0.1) * fog.length)
+    whole, half = back(written(thin)), back(written(thin, half=True))
+    np.testing.assert_allclose(half.length, whole.length, rtol=1e-3)
+    with pytest.raises(BadInput, match=r"'density' has values up to .* too large for 16 bits"):
+        written(fog, half=True)
+
+
+def test_one_that_is_zipped_is_the_same(written, monkeypatch):
+    """As OpenVDB zips: a length before every buffer, not positive where its bytes are not packed."""
+    plain = back(written())
+
+    def zipped(tree):
+        masks = vdb.bits(tree.active)
+        for leaf, active in enumerate(tree.active):
+            data = tree.values[leaf][active].tobytes()
+            packed = zlib.compress(data)
+            packed = (
+                struct.pack("<q", len(packed)) + packed
+                if len(packed) < len(data)
+                else struct.pack("<q", -len(data)) + data
+            )
+            yield masks[leaf].tobytes() + b"\0" + packed
+
+    monkeypatch.setattr(vdb, "ACTIVE_VALUES_ONLY", 3)
+    monkeypatch.setattr(vdb, "ALL_BACKGROUND", b"\0" + bytes(8))
+    monkeypatch.setattr(vdb, "buffers", zipped)
+    assert back(written()).length.tobytes() == plain.length.tobytes()
+
+
+def test_a_density_between_nodes_keeps_its_amount_and_its_middle(fog):
+    indices = np.argwhere(fog.length) + fog.low
+    values, shift = fog.length[tuple((indices - fog.low).T)], np.array([0.0031, 0.005, -0.0007])
+    moved = density_of_voxels(indices, values, CELL, shift)
+    assert moved.length.sum(dtype=float) == pytest.approx(values.sum(dtype=float), rel=1e-5)
+    nodes = CELL * (np.stack(np.indices(moved.length.shape), axis=3) + moved.low)
+    middle = np.einsum("ijk,ijkc->c", moved.length.astype(float), nodes) / moved.length.sum(dtype=float)
+    expected = (values.astype(float) @ (CELL * indices + shift)) / values.sum(dtype=float)
+    np.testing.assert_allclose(middle, expected, atol=1e-6)
+
+
+def test_what_is_no_density_is_refused(written):
+    path = written()
+    with pytest.raises(BadInput, match=r"no grid 'smoke'.*density, hair_vel"):
+        read_voxels(path, "smoke")
+    with pytest.raises(BadInput, match="the grid is a Tree_vec3s"):
+        read_voxels(path, "hair_vel")
+    data = path.read_bytes()
+    path.write_bytes(data.replace(b"UniformScaleMap", b"NonlinearFrstum"))
+    with pytest.raises(BadInput, match="lies in space by a NonlinearFrstum"):
+        read_voxels(path, "density")
+
+
+def test_damage_gives_a_message_and_nothing_else(written):
+    """Cut off anywhere, or any byte changed: a file is read, or refused."""
+    path = written()
+    data, rng = path.read_bytes(), np.random.default_rng(7)
+    for _ in range(60):
+        damaged = bytearray(data)
+        damaged[rng.integers(len(data))] = rng.integers(256)
+        path.write_bytes(damaged if rng.uniform() < 0.5 else data[: rng.integers(len(data))])
+        with contextlib.suppress(BadInput):
+            back(path)
