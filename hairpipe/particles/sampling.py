@@ -20,9 +20,9 @@ from scipy.spatial import KDTree
 from hairpipe.data import Groom
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
+from hairpipe.groom.curl_axis import axes_of
 from hairpipe.groom.random_streams import stream
 from hairpipe.groom.sampling import take
-from hairpipe.particles.curl_axis import axes_of
 from hairpipe.spatial.morton import morton_order
 
 Sampling = Literal["strands", "even"]

@@ -17,7 +17,7 @@ from hairpipe.particles.neighbours import densities, near_pairs, rows_of
 from hairpipe.particles.sag_free import rest_lengths
 from hairpipe.particles.settings import Interaction, ParticleSettings
 from hairpipe.particles.step import Forces, Springs, advance
-from hairpipe.particles.wind import add_wind
+from hairpipe.sim.air.loose_fibres import LooseFibres, add_wind
 from hairpipe.sim.boundary import motion_of_roots
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.settings import BodyContact
@@ -195,7 +195,9 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, now: tuple[np.nda
     if settings.wind is None:
         forces.drag[:, [0, 3, 5]] = settings.air.drag * masses[:, None]
     else:
-        add_wind(settings.wind, settings.fibre, float(links.lengths.mean()), masses, now, seconds, forces)
+        segment = float(links.lengths.mean())
+        counts = masses / (settings.fibre.line_density * segment)
+        add_wind(settings.wind, LooseFibres(*now, counts, segment, settings.fibre.diameter), seconds, *forces)
     return forces
 
 
