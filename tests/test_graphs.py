@@ -59,6 +59,7 @@ def test_it_publishes_something_and_only_below_out(graph):
 FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "grow_groom": {"strands": 24},
     "load_groom": {"strands": 24},
+    "sample_particles": {"particles": 200},
     "measure_cantilever": {"segments": [8], "angles": [90], "rolls": 1, "gammas": [1]},
     "measure_torsion": {"segments": [8], "twists": [1]},
     "measure_helix": {"segments": [25], "gravities": [0.1], "orientations": 1},
@@ -74,6 +75,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_packing": {"skip": 0},
     "time_hair": {"warm": 1, "timed": 1},
     "preview": {"width": 64, "height": 64},
+    "preview_particles": {"width": 64, "height": 64},
     "preview_meshes": {"width": 64, "height": 64},
 }
 """Settings by node type with which every graph runs in a moment."""

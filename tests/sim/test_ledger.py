@@ -64,7 +64,7 @@ def test_every_section_of_the_paper_and_every_step_has_a_row():
     assert sorted(re.findall(r"\d", " ".join(groups))) == list("123456789")
 
 
-def test_every_equation_of_the_particles_has_a_row_but_that_of_their_beam():
-    """(4) and the strength (5) are said where (3) and (6) are."""
+def test_every_equation_of_the_particles_has_a_row():
+    """The strength (5) is said where (6) is."""
     cited = [row.citation for row in read_ledger(PARTICLES)]
-    assert cited == ["(1)", "(2)", "(3)", "(6)", "(7) to (14)", "(15)", "(16) to (18)"]
+    assert cited == ["(1)", "(2)", "(3)", "(4)", "(6)", "(7) to (14)", "(15)", "(16) to (18)"]
