@@ -57,6 +57,7 @@ ROOMS = {
     "nodes": {*ORDER, "render", "chart", "io", "graph"},
     "graphs": {*ORDER, "io"},
     "tune": {*BASE, "api", *PURE},
+    "page": {*BASE, "api", "io", "spatial", "graph.File", "graph.file.save", *PURE},
     "cli": {
         "api",
         "bench",
@@ -64,6 +65,7 @@ ROOMS = {
         "errors",
         "io",
         "levelset.vdb_header",
+        "page",
         "plain_file",
         "tune",
         "graph.File",
@@ -80,10 +82,13 @@ PLACES = {
     "pydantic": "hairpipe/graph/node/settings.py",
     "click": "hairpipe/cli/",
     "rich": "hairpipe/cli/",
+    "tomlkit": "hairpipe/graph/file/save.py",
+    "starlette": "hairpipe/page/server.py",
+    "uvicorn": "hairpipe/page/server.py",
 }
 """Where alone a foreign library may be imported."""
 DATA_IMPORTS = {"numpy", "hairpipe", *sys.stdlib_module_names}
-HEAVY = {"numba", "pxr", "h5py", "scipy", "matplotlib", "PIL", "pydantic", "rich"}
+HEAVY = {"numba", "pxr", "h5py", "scipy", "matplotlib", "PIL", "pydantic", "rich", "starlette", "uvicorn", "tomlkit"}
 CODE_GENERATORS = ("hairpipe/kernels/simd.py", "hairpipe/kernels/simd_vec4.py", "hairpipe/kernels/prefetch.py")
 """Its functions are called by numba, with types that numba chooses."""
 MOST_LINES, MOST_LINES_OF_NINE_IN_TEN, FEWEST_LINES, MOST_NODE_LINES = 400, 250, 25, 60

@@ -1,5 +1,6 @@
 """Node types: which there are, and what each takes and gives."""
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,18 @@ from hairpipe.graph.file.trust import Untrusted
 from hairpipe.graph.node.declare import NodeType, Socket
 from hairpipe.graph.node.fields import Field, fields_of
 
-__all__ = ["Field", "NodeType", "Registry", "Socket", "fields_of", "node_types", "summary_of", "type_of"]
+__all__ = [
+    "Field",
+    "NodeType",
+    "Registry",
+    "Socket",
+    "document",
+    "fields_of",
+    "fields_within",
+    "node_types",
+    "summary_of",
+    "type_of",
+]
 
 FOLDER = "nodes"
 
@@ -45,3 +57,42 @@ def summary_of(catalogue: Registry, name: str) -> str:
         return f"(not trusted: hairpipe trust {doubt.folder})"
     except BadInput as fault:
         return f"({fault})"
+
+
+def fields_within(field: Field) -> tuple[Field, ...]:
+    """List the fields of a group, with the defaults that the group has here."""
+    if not dataclasses.is_dataclass(field.default):
+        return field.group
+    return tuple(dataclasses.replace(inner, default=getattr(field.default, inner.name)) for inner in field.group)
+
+
+def document(node_type: NodeType) -> dict[str, Any]:
+    """Describe a node type as a JSON document."""
+    return {
+        "name": node_type.name,
+        "mode": node_type.mode,
+        "summary": node_type.summary,
+        "sockets": [
+            {"name": s.name, "type": s.type.__name__, "view": s.view, "optional": s.optional, "many": s.many}
+            for s in node_type.sockets.values()
+        ],
+        "outputs": {name: kind.__name__ for name, kind in node_type.outputs.items()},
+        "settings": [described(field) for field in fields_of(node_type)],
+    }
+
+
+def described(field: Field) -> dict[str, Any]:
+    """Describe a setting as a JSON document."""
+    group = [described(inner) for inner in fields_within(field)]
+    default = None if field.required or group else field.default
+    return {
+        "name": field.name,
+        "kind": field.kind,
+        "unit": field.unit,
+        "range": field.range,
+        "default": str(default) if isinstance(default, Path) else default,
+        "required": field.required,
+        "optional": field.optional,
+        "help": field.help,
+        "group": group,
+    }

@@ -1,9 +1,9 @@
 """What a plan and a run report: objects to look into, whose text is a table."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from hairpipe.api.formatting import duration, plural, shown, table
 from hairpipe.graph.file.frameset import fold_frames
@@ -11,6 +11,7 @@ from hairpipe.graph.file.graph import Graph, Node
 from hairpipe.graph.plan.planner import Entry
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import Event, Failure, NodeProgress, Outcome, Progress
+from hairpipe.graph.store.record import Record
 
 if TYPE_CHECKING:
     from hairpipe.api.shot import Shot
@@ -30,11 +31,21 @@ __all__ = [
 ]
 
 
+Fate = Literal["cached", "computed", "resumed", "running", "failed"]
+"""What became of a task in a run; resumed: it was computed again for its state, which had not been kept."""
+FATES: dict[str, Fate] = {"cached": "cached", "finished": "computed", "failed": "failed", "started": "running"}
+"""By the kind of an event."""
+
+
 @dataclass(frozen=True, repr=False)
 class Plan:
-    """What a run would do to every node and frame, each after those it needs."""
+    """What a run would do to every node and frame, each after those it needs.
+
+    records  of the results that are in the cache: what each is made of, when, in how long
+    """
 
     entries: tuple[Entry, ...]
+    records: Mapping[Task, Record]
 
     def __iter__(self) -> Iterator[Entry]:
         """Iterate over the entries."""
@@ -78,11 +89,14 @@ class Recorder:
     """Counts the events of a run, collects its warnings, and passes every event on.
 
     warnings  tasks by node and message, in the order in which they came
+    fates     what became of every task that was reached
     """
 
     def __init__(self, graph: Graph, jobs: int, pass_on: Callable[[Event], object] | None = None) -> None:
         self.progress = Progress(graph, jobs)
         self.warnings: dict[tuple[str, str], list[Task]] = {}
+        self.fates: dict[Task, Fate] = {}
+        self._established: set[Task] = set()
         self._pass_on = pass_on
 
     def __call__(self, event: Event) -> None:
@@ -90,6 +104,10 @@ class Recorder:
         self.progress.update(event)
         if event.kind == "warning" and event.task is not None:
             self.warnings.setdefault((event.task.node, event.message), []).append(event.task)
+        if event.task is not None and event.kind in FATES:
+            again = event.kind == "finished" and event.task in self._established
+            self.fates[event.task] = "resumed" if again else FATES[event.kind]
+            self._established |= {event.task} if event.kind in ("cached", "finished") else set()
         if self._pass_on is not None:
             self._pass_on(event)
 
@@ -104,6 +122,7 @@ class Run:
     outcome   counts, failures, published files, seconds by node
     progress  number of results by node: in all, evaluated, cached
     warnings  tasks by node and message, in the order in which they came
+    fates     what became of every task that was reached
     seconds   that the run took altogether [s]
     """
 
@@ -113,6 +132,7 @@ class Run:
     outcome: Outcome
     progress: dict[str, NodeProgress]
     warnings: dict[tuple[str, str], list[Task]]
+    fates: dict[Task, Fate]
     seconds: float
 
     @property

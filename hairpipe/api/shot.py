@@ -69,6 +69,11 @@ class Shot:
         return self.graph.path
 
     @property
+    def given(self) -> str:
+        """Name or path by which `load` finds the graph, without changes; BadInput for one that has no file."""
+        return self._source.given
+
+    @property
     def cache(self) -> Path:
         """Folder of results."""
         return self._store.root
@@ -101,6 +106,10 @@ class Shot:
         """Return a shot of the same file with other tables; pure."""
         return Shot(self._source.edited(tables), self._store)
 
+    def reloaded(self) -> "Shot":
+        """Return the shot as its file is now, without changes; BadInput as for `load`."""
+        return Shot(read_source(self.given), self._store)
+
     def plan(
         self,
         frames: FrameSet = None,
@@ -113,7 +122,7 @@ class Shot:
         shot, names = self.changed(set or {}), read_names(to)
         graph = shot.graph.upto(names) if names else shot.graph
         Bounds(graph, self.cache, publish_root).check()
-        return Plan(tuple(Planner(graph, self._store, read_frames(frames)).entries()))
+        return self._plan(graph, frames)
 
     def run(
         self,
@@ -146,7 +155,16 @@ class Shot:
         self._make_cache()
         begun, recorder = time.monotonic(), Recorder(graph, options.jobs, progress)
         outcome = run_graph(graph, self._store, numbers, options, recorder)
-        return Run(shot, graph, numbers, outcome, recorder.progress.nodes, recorder.warnings, time.monotonic() - begun)
+        return Run(
+            shot,
+            graph,
+            numbers,
+            outcome,
+            recorder.progress.nodes,
+            recorder.warnings,
+            recorder.fates,
+            time.monotonic() - begun,
+        )
 
     def get(self, target: str | Target, *, frames: FrameSet = None) -> Any:
         """Read a result from the cache; BadInput where it has not been computed.
@@ -163,6 +181,14 @@ class Shot:
         tasks = [Task(node, number) for number in self.graph.select(numbers)]
         return {task.frame: read_value(self.graph, self._store, task, found.get(str(task)), output) for task in tasks}
 
+    def read(self, task: Task, record: Record, output: str | None = None) -> Any:
+        """Read an output of a result by its record, see `plan`; BadInput where it was not kept."""
+        return read_value(self.graph, self._store, task, record, output)
+
+    def object_path(self, name: str) -> Path:
+        """Where an object of a result lies in the cache, whole or not; ValueError for what is no name of one."""
+        return self._store.object_path(name)
+
     def single(self, target: Target) -> Target:
         """Return a target that names one result; BadInput where a frame is missing."""
         if target.frame is None and self.graph.node(target.node).per_frame:
@@ -173,9 +199,14 @@ class Shot:
     def results(self, frames: FrameSet = None, *, to: Names = ()) -> dict[str, Record]:
         """Return the record of every result that is in the cache, by target: what it is made of, when, in how long."""
         names = read_names(to)
-        planner = Planner(self.graph.upto(names) if names else self.graph, self._store, read_frames(frames))
-        known = [entry.task for entry in planner.entries() if entry.status == "cached"]
-        return {str(task): planner.resolver.results[task] for task in known}
+        found = self._plan(self.graph.upto(names) if names else self.graph, frames)
+        return {str(task): record for task, record in found.records.items()}
+
+    def _plan(self, graph: Graph, frames: FrameSet) -> Plan:
+        planner = Planner(graph, self._store, read_frames(frames))
+        entries = tuple(planner.entries())
+        known = [entry.task for entry in entries if entry.status == "cached"]
+        return Plan(entries, {task: planner.resolver.results[task] for task in known})
 
     def explain(self, target: str | Target, *, frames: FrameSet = None) -> Explanation:
         """Report what a result is made of, and every difference to the latest one; BadInput for an unknown target."""

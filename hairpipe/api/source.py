@@ -34,6 +34,13 @@ class Source:
     project: Path | None = None
 
     @property
+    def given(self) -> str:
+        """Name or path by which `read_source` finds it; BadInput for a graph that has no file."""
+        if self.text.path.name == UNNAMED:
+            raise BadInput("has no file", where=UNNAMED, right="a graph file, or the name of a shipped graph")
+        return self.shipped or os.fspath(self.text.path)
+
+    @property
     def tables(self) -> Tables:
         """A copy of the tables, in which `like` is written out; BadInput where it cannot be."""
         return deepcopy(written_out(self.text).tables)

@@ -69,3 +69,22 @@ def running_line(node: NodeProgress) -> str:
     if node.seconds_per_frame is not None and node.seconds_left is not None:
         parts += [f"{duration(node.seconds_per_frame)} each", f"{duration(node.seconds_left)} left"]
     return ", ".join(parts)
+
+
+class Steps:
+    """Says every few seconds how many of equal steps are done, with the time left; called with done, and of how many.
+
+    noun  what is made in a step
+    """
+
+    def __init__(self, noun: str) -> None:
+        self._noun = noun
+        self._begun = self._latest = time.monotonic()
+
+    def __call__(self, done: int, of: int) -> None:
+        """Say it, when it is time."""
+        now = time.monotonic()
+        if now - self._latest > INTERVAL:
+            self._latest = now
+            left = (now - self._begun) / done * (of - done)
+            say(f"{done:,} of {plural(of, self._noun)}, {duration(left)} left")

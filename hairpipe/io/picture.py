@@ -1,5 +1,6 @@
 """Pictures as PNG, and many of them as one animated WebP."""
 
+import io
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -42,6 +43,22 @@ def write_webp(
     durations = [max(1, after - before) for before, after in pairwise(moments)]
     reel = Reel(frames, picture, scale)
     reel.save(path, "WEBP", save_all=True, duration=durations, loop=0, quality=quality, method=EFFORT)
+
+
+def reduced(data: bytes, quality: int) -> bytes:
+    """Return a picture as WebP, 0..100 of quality, which is lossy; one that is WebP already, perhaps a film, as it is.
+
+    BadInput where it is no picture.
+    """
+    try:
+        with Image.open(io.BytesIO(data)) as image:
+            if image.format == "WEBP":
+                return data
+            written = io.BytesIO()
+            image.convert("RGB").save(written, "WEBP", quality=quality, method=EFFORT)
+            return written.getvalue()
+    except (UnidentifiedImageError, OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+        raise BadInput(f"cannot be read as a picture: {error}", right="a PNG, JPEG or WebP") from error
 
 
 class Reel(Image.Image):

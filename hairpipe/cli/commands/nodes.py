@@ -1,9 +1,7 @@
 """`hairpipe nodes`: list the node types, and describe their inputs, outputs and settings."""
 
-import dataclasses
 import json
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -40,7 +38,7 @@ def nodes(name: str | None, graph: str | None, everything: bool, as_json: bool) 
 
     Of one: inputs, outputs, and settings with unit, range and default.
     """
-    from hairpipe.api.node_types import node_types, summary_of
+    from hairpipe.api.node_types import document, node_types, summary_of
 
     if graph and everything:
         raise click.UsageError("--graph and --all exclude each other: --graph lists all types that a graph finds.")
@@ -56,6 +54,8 @@ def nodes(name: str | None, graph: str | None, everything: bool, as_json: bool) 
 
 def entry(catalogue: "Registry", name: str) -> dict[str, Any]:
     """Describe a node type as a JSON document, or report why it cannot be loaded."""
+    from hairpipe.api.node_types import document
+
     try:
         return document(catalogue.find(name))
     except BadInput as fault:
@@ -88,50 +88,11 @@ def describe_socket(socket: "Socket") -> str:
 
 def rows_of(field: "Field", prefix: str) -> Iterator[tuple[str, str]]:
     """Describe a setting on two rows, a group field by field: dotted name and what is allowed; what it is."""
+    from hairpipe.api.node_types import fields_within
+
     absent = ", absent by default" if field.default is None else ", required" if field.required else ""
     yield prefix + field.name, field.allowed + absent
     if field.help:
         yield "", field.help
     for inner in fields_within(field):
         yield from rows_of(inner, f"{prefix}{field.name}.")
-
-
-def fields_within(field: "Field") -> tuple["Field", ...]:
-    """List the fields of a group, with the defaults that the group has here."""
-    if not dataclasses.is_dataclass(field.default):
-        return field.group
-    return tuple(dataclasses.replace(inner, default=getattr(field.default, inner.name)) for inner in field.group)
-
-
-def document(node_type: "NodeType") -> dict[str, Any]:
-    """Describe a node type as a JSON document."""
-    from hairpipe.api.node_types import fields_of
-
-    return {
-        "name": node_type.name,
-        "mode": node_type.mode,
-        "summary": node_type.summary,
-        "sockets": [
-            {"name": s.name, "type": s.type.__name__, "view": s.view, "optional": s.optional, "many": s.many}
-            for s in node_type.sockets.values()
-        ],
-        "outputs": {name: kind.__name__ for name, kind in node_type.outputs.items()},
-        "settings": [described(field) for field in fields_of(node_type)],
-    }
-
-
-def described(field: "Field") -> dict[str, Any]:
-    """Describe a setting as a JSON document."""
-    group = [described(inner) for inner in fields_within(field)]
-    default = None if field.required or group else field.default
-    return {
-        "name": field.name,
-        "kind": field.kind,
-        "unit": field.unit,
-        "range": field.range,
-        "default": str(default) if isinstance(default, Path) else default,
-        "required": field.required,
-        "optional": field.optional,
-        "help": field.help,
-        "group": group,
-    }

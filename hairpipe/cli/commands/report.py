@@ -1,0 +1,51 @@
+"""`hairpipe report`: the page of a graph as a folder, to send."""
+
+from pathlib import Path
+
+import click
+
+import hairpipe
+from hairpipe.api.formatting import shown, size
+from hairpipe.cli import options
+
+
+@click.command()
+@options.graph
+@options.frames
+@options.overrides
+@options.to
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder to write, or file.")
+@click.option("--single", is_flag=True, help="One HTML file with everything in it.")
+@click.option(
+    "--size",
+    "megabytes",
+    type=click.FloatRange(1.0, 10_000.0),
+    default=60.0,
+    show_default=True,
+    metavar="MB",
+    help="Of all of it: so many strands are shown as fit.",
+)
+@options.cache
+def report(
+    graph: str,
+    frames: tuple[int, ...] | None,
+    overrides: dict[str, str],
+    to: tuple[str, ...],
+    output: Path,
+    single: bool,
+    megabytes: float,
+    cache: Path,
+) -> None:
+    """Write what a graph has made as a page that any browser opens.
+
+    It shows what is in the cache, as `hairpipe view` does: strands, meshes, level sets, pictures, tables, at every
+    frame. Nothing is computed, and the page asks no server for anything.
+    """
+    from hairpipe.cli.lines import Steps
+    from hairpipe.page.report import write_report
+
+    shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
+    found = shot.plan(frames, to=to)
+    made = write_report(shot, found, output, most_bytes=1e6 * megabytes, single=single, progress=Steps("document"))
+    place = output if single else output / "index.html"
+    click.echo(f"{shown(place)}  {size(made.size)}, at most {made.strands:,} strands of a groom")

@@ -1,0 +1,51 @@
+"""`hairpipe view`: the graph and what it made, in a browser, while it is edited and runs."""
+
+import sys
+import webbrowser
+from pathlib import Path
+
+import click
+
+import hairpipe
+from hairpipe.cli import options
+
+
+@click.command()
+@options.graph
+@options.frames
+@options.overrides
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Port; by default any that is free."
+)
+@click.option("--no-browser", is_flag=True, help="Print the address, open nothing.")
+@options.cache
+def view(
+    graph: str,
+    frames: tuple[int, ...] | None,
+    overrides: dict[str, str],
+    port: int,
+    no_browser: bool,
+    cache: Path,
+) -> None:
+    """Show a graph and what it made in a browser.
+
+    Strands, meshes, level sets, pictures and tables at every frame. Settings are edited there, `plan` says what would
+    run, runs begin and end, and what is saved changes only these values of the graph file. A run that another process
+    makes is followed, too.
+
+    The page is served to this machine alone, at an address with a secret in it. Ctrl-C ends it.
+    """
+    from hairpipe.cli.commands.trust import asking
+    from hairpipe.page.server import Server
+    from hairpipe.page.session import Session
+
+    shot = asking(lambda: hairpipe.load(graph, cache=cache))
+    session = Session(shot, frames)
+    for target, text in overrides.items():
+        session.edit(target, text)
+    server = Server(session, port)
+    click.echo(f"{server.address}  (Ctrl-C ends it)")
+    sys.stdout.flush()
+    if not no_browser:
+        webbrowser.open(server.address)
+    server.serve()

@@ -1,0 +1,57 @@
+"""The page itself: its files, and the HTML that loads them."""
+
+import html
+from collections.abc import Iterable
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+
+WEB = files("hairpipe.page") / "web"
+VENDOR = ("dagre.min.js", "uPlot.iife.min.js")
+LICENCES = ("dagre.LICENSE.txt", "uPlot.LICENSE.txt")
+STYLES = ("uPlot.min.css", "style.css")
+SCRIPTS = (
+    *("core.js", "app.js", "graph_view.js", "frame_strip.js", "camera.js", "light.js", "channels.js", "shaders.js"),
+    *("scene.js", "viewer.js", "pictures.js", "tables.js", "slices.js", "stage.js", "panel.js", "verdict.js"),
+    *("timeline.js", "live.js", "main.js"),
+)
+"""In the order in which they are loaded: the last one begins."""
+MARK = "<!-- scripts -->"
+
+
+def asset(name: str) -> Traversable:
+    """Find a file of the page by its name; KeyError where there is none."""
+    if name not in (*VENDOR, *LICENCES, *STYLES, *SCRIPTS):
+        raise KeyError(name)
+    return WEB / "vendor" / name if name in VENDOR or name[:5] in ("dagre", "uPlot") else WEB / name
+
+
+def page_html(before: Iterable[str], *, live: bool) -> str:
+    """Write the HTML of the page that loads its files from the folder `page`.
+
+    before  addresses of data scripts that are loaded before the page begins
+    """
+    addresses = [*(f"page/{name}" for name in (*VENDOR, *SCRIPTS[:1])), *before, *(f"page/{n}" for n in SCRIPTS[1:])]
+    scripts = "\n".join(f'<script src="{html.escape(address)}"></script>' for address in addresses)
+    return template(live).replace(MARK, scripts)
+
+
+def page_in_one(data: str, *, live: bool = False) -> str:
+    """Write the HTML of the page with everything in it.
+
+    data  scripts that load all documents; `script` of `packing.py` has left nothing in them that ends an element
+    """
+    page = template(live)
+    for name in STYLES:
+        link = f'<link rel="stylesheet" href="page/{name}">'
+        page = page.replace(link, f"<style>{asset(name).read_text(encoding='utf-8')}</style>")
+    texts = [asset(name).read_text(encoding="utf-8") for name in (*VENDOR, *SCRIPTS)]
+    inlined = [text.replace("</script", "<\\/script") for text in texts]
+    place = len(VENDOR) + 1
+    parts = [*inlined[:place], data, *inlined[place:]]
+    return page.replace(MARK, "\n".join(f"<script>{part}</script>" for part in parts))
+
+
+def template(live: bool) -> str:
+    """Read the HTML, marked as live or frozen."""
+    page = (WEB / "index.html").read_text(encoding="utf-8")
+    return page.replace('data-state="loading"', f'data-state="loading" data-live="{str(live).lower()}"')

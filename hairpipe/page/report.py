@@ -1,0 +1,184 @@
+"""Freezes a page: a folder that any browser opens from a share, without a server and without a request to anywhere."""
+
+import base64
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from hairpipe.api.reports import Plan, Run
+from hairpipe.api.shot import Shot
+from hairpipe.errors import BadInput
+from hairpipe.graph.store.atomic import write_text
+from hairpipe.io.picture import reduced
+from hairpipe.page.assets import LICENCES, SCRIPTS, STYLES, VENDOR, asset, page_html, page_in_one
+from hairpipe.page.documents import graph_document, state_document
+from hairpipe.page.packing import script
+from hairpipe.page.shelf import Shelf
+
+MOST_STRANDS, FEWEST_STRANDS = 2000, 100
+BUNDLE = 1_500_000
+"""Size from which on a data file takes no more documents [bytes]: few files, and yet none that takes long to load."""
+QUALITY = 82
+"""Of pictures, which are written as WebP."""
+MARK = "data/graph.js"
+"""By this file a folder is known as a report, which may be replaced."""
+Progress = Callable[[int, int], None]
+"""Called with the number of documents that are made, and of all."""
+
+
+class Contents(NamedTuple):
+    """What a report holds.
+
+    scripts   by the name of the data file
+    pictures  by the name of the object
+    strands   that are shown of a groom at most
+    """
+
+    scripts: dict[str, str]
+    pictures: dict[str, bytes]
+    strands: int
+
+    @property
+    def size(self) -> int:
+        """Bytes of all of it."""
+        return sum(map(len, self.scripts.values())) + sum(map(len, self.pictures.values()))
+
+
+def write_report(
+    shot: Shot,
+    found: Plan,
+    place: Path,
+    *,
+    run: Run | None = None,
+    most_bytes: float = 60e6,
+    single: bool = False,
+    progress: Progress = lambda done, of: None,
+) -> Contents:
+    """Write a report of what a plan found in the cache; returns what is in it.
+
+    place       folder, made where it is missing; or file, for a single one. An older report there is replaced
+    run         that has ended, whose outcome is shown
+    most_bytes  by which the number of strands is chosen: `MOST_STRANDS` where they fit
+    single      one file with all in it
+
+    BadInput where something else lies there, or where not even `FEWEST_STRANDS` fit.
+    """
+    check_place(place, single)
+    contents = collect(shot, found, run, most_bytes, progress)
+    if single:
+        pictures = {
+            name: f"data:image/webp;base64,{base64.b64encode(data).decode()}"
+            for name, data in contents.pictures.items()
+        }
+        index = script("index", {"files": file_of(contents.scripts), "pictures": pictures})
+        place.parent.mkdir(parents=True, exist_ok=True)
+        write_text(place, page_in_one(index + "".join(contents.scripts.values())), place.parent)
+        return contents
+    if place.is_dir():
+        for old in ("data", "pictures", "page"):
+            shutil.rmtree(place / old, ignore_errors=True)
+    for folder in ("data", "pictures", "page"):
+        (place / folder).mkdir(parents=True, exist_ok=True)
+    for name in (*VENDOR, *LICENCES, *STYLES, *SCRIPTS):
+        (place / "page" / name).write_bytes(asset(name).read_bytes())
+    for name, data in contents.pictures.items():
+        (place / "pictures" / f"{name}.webp").write_bytes(data)
+    for name, text in contents.scripts.items():
+        (place / "data" / f"{name}.js").write_text(text, encoding="utf-8")
+    pictures = {name: f"pictures/{name}.webp" for name in contents.pictures}
+    index = script("index", {"files": file_of(contents.scripts), "pictures": pictures})
+    (place / "data" / "index.js").write_text(index, encoding="utf-8")
+    first = [f"data/{name}.js" for name in ("index", "graph", "state")]
+    write_text(place / "index.html", page_html(first, live=False), place)
+    return contents
+
+
+def check_place(place: Path, single: bool) -> None:
+    """Refuse to write over what is no report."""
+    if single:
+        if place.is_dir() or place.suffix.lower() not in (".html", ".htm"):
+            raise BadInput("is no file for a report", where=place, right="report.html")
+    elif place.exists() and not (place.is_dir() and ((place / MARK).exists() or not any(place.iterdir()))):
+        raise BadInput("holds something that is no report", where=place, right="a new or an empty folder")
+
+
+def collect(shot: Shot, found: Plan, run: Run | None, most_bytes: float, progress: Progress) -> Contents:
+    """Make all documents; strands last, so many that the whole fits."""
+    shelf = Shelf(shot, found, MOST_STRANDS)
+    names = list(chosen(shelf, shot, found))
+    hair = [name for name in names if name.endswith(".strands")]
+    others = [name for name in names if not name.endswith(".strands")]
+    state = state_document(shot, found, shelf.suffix, run)
+    pictures = {object_: b"" for object_ in pictures_of(state)}
+    total, done = len(names) + len(pictures), 0
+    for name in pictures:
+        pictures[name] = reduced(shelf.picture(name), QUALITY)
+        progress(done := done + 1, total)
+    texts: dict[str, str] = {}
+    for name in others:
+        texts[name] = script(name, *shelf.document(name))
+        progress(done := done + 1, total)
+    texts |= {f"{name}.faces": script(f"{name}.faces", *packed) for name, packed in shelf.faces().items()}
+    used = sum(map(len, texts.values())) + sum(map(len, pictures.values()))
+    shelf.most = strands_that_fit(shelf, hair, most_bytes - used)
+    for name in hair:
+        texts[name] = script(name, *shelf.document(name))
+        progress(done := done + 1, total)
+    scripts = {"graph": script("graph", graph_document(shot)), "state": script("state", state)}
+    return Contents(scripts | bundled(texts), pictures, shelf.most)
+
+
+def chosen(shelf: Shelf, shot: Shot, found: Plan) -> Iterator[str]:
+    """Name the documents of a report: all, but surfaces of level sets at the first frame alone."""
+    seen: set[str] = set()
+    for name in shelf.names():
+        node = shelf.node_of(name)
+        if name.endswith(".surface"):
+            if node in seen:
+                continue
+            seen.add(node)
+        yield name
+
+
+def pictures_of(state: dict) -> Iterator[str]:
+    """Name the objects that are pictures."""
+    for node in state["nodes"].values():
+        for cell in node["cells"]:
+            yield from (cell["outputs"][output] for output in cell.get("pictures", {}))
+
+
+def strands_that_fit(shelf: Shelf, names: list[str], room: float) -> int:
+    """Number of strands of each groom with which their documents take no more than so many bytes."""
+    if not names:
+        return MOST_STRANDS
+    sample = names[:: max(1, len(names) // 8)]
+    each = sum(len(script(name, *shelf.document(name))) for name in sample) / len(sample)
+    fitting = int(MOST_STRANDS * room / (each * len(names)))
+    if fitting < FEWEST_STRANDS:
+        what = f"the report would take {(each * len(names) - room) / 1e6:.0f} MB too much"
+        raise BadInput(what, where="--size", right="more, or fewer --frames")
+    return min(MOST_STRANDS, fitting)
+
+
+def bundled(texts: dict[str, str]) -> dict[str, str]:
+    """Put the scripts of documents that follow one another into data files; by the name of each."""
+    files: dict[str, str] = {}
+    held: list[str] = []
+    for text in texts.values():
+        held.append(text)
+        if sum(map(len, held)) >= BUNDLE:
+            files[f"part{len(files)}"] = "".join(held)
+            held = []
+    return files | ({f"part{len(files)}": "".join(held)} if held else {})
+
+
+def file_of(scripts: dict[str, str]) -> dict[str, str]:
+    """Name the data file of every document."""
+    start = 'hairpipe.load("'
+    return {
+        line[len(start) : line.index('"', len(start))]: name
+        for name, text in scripts.items()
+        for line in text.splitlines()
+        if line.startswith(start)
+    }

@@ -1,0 +1,72 @@
+"""A run in a process of its own, which tells what happens line by line: the page that began it may stop it."""
+
+import json
+import signal
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+import hairpipe
+from hairpipe.errors import BadInput
+
+
+@dataclass(frozen=True)
+class Job:
+    """What to run: a graph with settings, at some frames, with the cache of the page.
+
+    to  nodes that are wanted, with all that they depend on; empty for all
+    """
+
+    graph: str
+    settings: dict[str, Any]
+    frames: list[int] | None
+    to: list[str]
+    cache: str
+
+    @property
+    def text(self) -> str:
+        """The job as one line."""
+        return json.dumps(vars(self))
+
+
+def main() -> None:
+    """Read a job from the input, run it, and write its events, and how it ended, as lines of JSON."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    job = Job(**json.loads(sys.stdin.readline()))
+    try:
+        shot = hairpipe.load(job.graph, job.settings, cache=job.cache)
+        done = shot.run(job.frames, to=job.to, progress=tell, keep_going=True)
+        ended: dict[str, Any] = {
+            "kind": "ended",
+            "failures": [str(failure) for failure in done.failures],
+            "computed": done.outcome.evaluated,
+            "reused": done.outcome.cached,
+            "took": done.seconds,
+            "interrupted": done.outcome.interrupted,
+        }
+    except BadInput as fault:
+        ended = {
+            "kind": "ended",
+            "failures": [str(fault)],
+            "computed": 0,
+            "reused": 0,
+            "took": 0.0,
+            "interrupted": False,
+        }
+    except KeyboardInterrupt:
+        ended = {"kind": "ended", "failures": [], "computed": 0, "reused": 0, "took": 0.0, "interrupted": True}
+    say(ended)
+
+
+def tell(event: Any) -> None:
+    """Write an event."""
+    if event.task is not None:
+        say({"kind": event.kind, "node": event.task.node, "frame": event.task.frame, "message": event.message})
+
+
+def say(document: dict[str, Any]) -> None:
+    """Write a line; nothing where nobody listens any more."""
+    try:
+        print(json.dumps(document), flush=True)
+    except BrokenPipeError:
+        signal.raise_signal(signal.SIGINT)

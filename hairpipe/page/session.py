@@ -1,0 +1,212 @@
+"""A live page: a shot with edits that are not saved yet, the plan of it, and the run that goes on."""
+
+import json
+import os
+import signal
+import subprocess
+import threading
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from hairpipe import child
+from hairpipe.api.reports import FATES, Task
+from hairpipe.api.selection import FrameSet, read_frames
+from hairpipe.api.shot import Shot
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.overrides import parse_value
+from hairpipe.graph.file.save import save_settings
+from hairpipe.page.documents import graph_document, state_document
+from hairpipe.page.packing import Packed
+from hairpipe.page.runner import Job
+from hairpipe.page.shelf import Shelf
+
+MOST_STRANDS = 4000
+"""That are drawn of a groom."""
+PAUSE = 0.7
+"""Time between two looks at the cache and at the graph file [s]; longer where a look takes long."""
+Said = dict[str, Any]
+"""What a run has said last, see `runner.py`."""
+
+
+class Session:
+    """Everything behind a live page. Any thread may call it.
+
+    frames    that a run computes and the plan is of; None for all
+    revision  counts the changes of what the page shows
+    """
+
+    def __init__(self, shot: Shot, frames: FrameSet = None) -> None:
+        self._base, self.frames = shot, None if frames is None else list(shot.graph.select(read_frames(frames)))
+        self._edits: dict[str, str] = {}
+        self._shot = shot
+        self._lock = threading.RLock()
+        self._changed = threading.Condition(self._lock)
+        self._run: subprocess.Popen[str] | None = None
+        self._fates: dict[Task, str] = {}
+        self._ended: Said = {}
+        self._note = ""
+        self._seen: Any = None
+        self.revision = 0
+        self._plan = shot.plan(frames)
+        self._shelf = Shelf(shot, self._plan, MOST_STRANDS)
+        self._open = True
+        threading.Thread(target=self._follow, daemon=True).start()
+
+    def close(self) -> None:
+        """Stop the run that this page began, and following."""
+        self._open = False
+        self.stop()
+
+    def wait(self, seen: int, most: float) -> int:
+        """Wait until there is something newer than a revision, at most so long [s]; returns the latest revision."""
+        with self._changed:
+            self._changed.wait_for(lambda: self.revision > seen, most)
+            return self.revision
+
+    def document(self, name: str) -> Packed:
+        """Make a document by name; KeyError for an unknown one, BadInput for one that has gone from the cache."""
+        with self._lock:
+            if name == "graph":
+                return graph_document(self._shot) | {"edits": dict(self._edits), "saved": self._can_save()}, b""
+            if name == "state":
+                return self._state(), b""
+            return self._shelf.document(name)
+
+    def picture(self, name: str) -> tuple[bytes, str]:
+        """Read a picture and its suffix; KeyError for an unknown name."""
+        with self._lock:
+            return self._shelf.picture(name), self._shelf.suffix(name) or ""
+
+    def edit(self, target: str, text: str) -> None:
+        """Change a setting, as `--set` does; BadInput where the graph does not take it, and nothing is changed."""
+        with self._lock:
+            self._take(self._base, self._edits | {target: text})
+
+    def revert(self) -> None:
+        """Forget all edits."""
+        with self._lock:
+            self._take(self._base, {})
+
+    def save(self) -> None:
+        """Write the edits into the graph file, and nothing else; BadInput where it is a shipped graph or in the way."""
+        with self._lock:
+            if not self._can_save():
+                raise BadInput("is shipped with hairpipe", where=self._base.path, right="a copy of your own")
+            save_settings(self._base.path, {target: parse_value(text) for target, text in self._edits.items()})
+            self._edits = {}
+            self._reload()
+
+    def run(self, to: list[str]) -> None:
+        """Begin a run of the graph with its edits; BadInput where one goes on."""
+        with self._lock:
+            if self._run is not None:
+                raise BadInput("a run goes on", where=self._base.path.name, right="its end, or stop")
+            settings = {target: parse_value(text) for target, text in self._edits.items()}
+            job = Job(self._base.given, settings, self.frames, to, str(self._base.cache))
+            self._run = subprocess.Popen(
+                child.command("from hairpipe.page.runner import main; main()"),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.DEVNULL,
+                text=True,
+                env=child.environment(),
+            )
+            assert self._run.stdin is not None
+            self._run.stdin.write(job.text + "\n")
+            self._run.stdin.flush()
+            self._fates, self._ended, self._note = {}, {}, ""
+            threading.Thread(target=self._listen, args=(self._run,), daemon=True).start()
+            self._advance()
+
+    def stop(self) -> None:
+        """Interrupt the run that goes on: what it has computed is kept."""
+        with self._lock:
+            if self._run is not None and self._run.poll() is None:
+                self._run.send_signal(signal.SIGINT)
+
+    def explain(self, node: str, frame: int | None) -> str:
+        """Say what a result is made of, and how that differs from the latest one; BadInput for an unknown one."""
+        with self._lock:
+            found = self._shot.explain(f"{node}@{frame}" if frame is not None else node, frames=self.frames)
+        made = json.dumps(found.parts, indent=1, sort_keys=True) if found.parts else ""
+        return "\n".join([found.entry.status, *found.reasons, made])
+
+    def _can_save(self) -> bool:
+        return os.access(self._base.path, os.W_OK) and self._base.path.exists()
+
+    def _state(self) -> dict[str, Any]:
+        document = state_document(self._shot, self._plan, self._shelf.suffix)
+        for task, fate in self._fates.items():
+            for cell in document["nodes"].get(task.node, {"cells": []})["cells"]:
+                if cell["frame"] == task.frame and (fate in ("running", "failed") or cell["state"] == "cached"):
+                    cell["state"] = fate
+        ended = {name: value for name, value in self._ended.items() if name != "kind"}
+        running = {"running": self._run is not None, "note": self._note}
+        return document | {"verdict": document["verdict"] | ended | running}
+
+    def _take(self, base: Shot, edits: Mapping[str, str]) -> None:
+        """Plan a shot with edits, and show it from now on; BadInput changes nothing."""
+        shot = base.changed({target: parse_value(text) for target, text in edits.items()})
+        plan = shot.plan(self.frames)
+        self._base, self._edits, self._shot, self._plan = base, dict(edits), shot, plan
+        self._shelf.renew(shot, plan)
+        self._advance()
+
+    def _advance(self) -> None:
+        with self._changed:
+            self.revision += 1
+            self._changed.notify_all()
+
+    def _reload(self) -> None:
+        """Read the graph file again; what is wrong with it is noted, and the page stays as it was."""
+        try:
+            self._take(self._base.reloaded(), self._edits)
+            self._note = ""
+        except BadInput as fault:
+            self._note = str(fault)
+            self._advance()
+
+    def _follow(self) -> None:
+        """Look at the cache and at the graph file from time to time: anyone may change them."""
+        while self._open:
+            begun = time.monotonic()
+            seen = (
+                stamp(self._base.path),
+                *(stamp(path) for path in sorted((self._base.cache / "actions").glob("??"))),
+            )
+            if seen != self._seen:
+                with self._lock:
+                    if self._seen is not None:
+                        self._reload()
+                    self._seen = seen
+            time.sleep(max(PAUSE, 2.0 * (time.monotonic() - begun)))
+
+    def _listen(self, run: "subprocess.Popen[str]") -> None:
+        """Take in what a run says until it ends."""
+        assert run.stdout is not None
+        for line in run.stdout:
+            said = json.loads(line)
+            with self._lock:
+                if said["kind"] == "ended":
+                    self._ended = said
+                elif said["kind"] in FATES:
+                    self._fates[Task(said["node"], said["frame"])] = FATES[said["kind"]]
+                self._advance()
+        run.wait()
+        with self._lock:
+            if not self._ended:
+                self._ended = {"failures": [f"the run ended with exit code {run.returncode}"]}
+            self._run = None
+            self._fates = {task: fate for task, fate in self._fates.items() if fate != "running"}
+            self._reload()
+
+
+def stamp(path: Path) -> tuple[int, int]:
+    """Time and size of a file or folder by which a change is seen; zeros where there is none."""
+    try:
+        found = path.stat()
+    except OSError:
+        return (0, 0)
+    return (found.st_mtime_ns, found.st_size)

@@ -1,0 +1,99 @@
+"""What has points as documents for the browser: strands, meshes, particles, level sets."""
+
+from typing import Any
+
+import numpy as np
+
+from hairpipe.data import Cloud, Density, Groom, LevelSet, Mesh, Particles, Strands
+from hairpipe.graph.store.digest import digest_bytes
+from hairpipe.page.packing import Packed, pack, quantised, second_differences, zigzag
+from hairpipe.spatial.isosurface import extract_surface
+
+MOST_SAMPLES = 4_000_000
+"""Of a level set whose surface is drawn; a larger one is drawn from every second sample, or third, and so on."""
+
+
+def strands_document(hair: Strands | Groom, most: int) -> Packed:
+    """Describe strands: places to half a quantisation step, speed to 1/255 of the fastest; pure.
+
+    most  strands that are shown, taken evenly from all; `total` says how many there are
+    """
+    count = len(hair.offsets) - 1
+    shown = np.linspace(0, max(count - 1, 0), min(most, count)).round().astype(np.int64)
+    lengths = np.diff(hair.offsets)[shown]
+    offsets = np.concatenate([[0], np.cumsum(lengths)])
+    kept = np.arange(offsets[-1]) + np.repeat(np.asarray(hair.offsets)[shown] - offsets[:-1], lengths)
+    places, box = quantised(hair.points[kept])
+    arrays = {"points": zigzag(second_differences(places, offsets)), "lengths": lengths.astype(np.uint16)}
+    if len(shown) < count:
+        arrays["strands"] = shown.astype(np.uint32)
+    meta: dict[str, Any] = {"total": count, "diameter": getattr(hair, "diameter", 0.0), **box}
+    if isinstance(hair, Strands):
+        speeds = np.linalg.norm(hair.velocities[kept].astype(float), axis=1)
+        meta["fastest"] = fastest = float(speeds.max(initial=0.0))
+        steps = np.rint(speeds * (255.0 / fastest if fastest else 0.0)).astype(np.int64)
+        arrays["speeds"] = np.diff(steps, prepend=0).astype(np.uint8)
+    return pack(arrays, **meta)
+
+
+def mesh_document(mesh: Mesh) -> Packed:
+    """Describe the vertices of a mesh, and by which name its triangles go; pure."""
+    places, box = quantised(mesh.points)
+    one = np.array([0, len(places)])
+    return pack({"points": zigzag(second_differences(places, one))}, faces=faces_name(mesh), **box)
+
+
+def faces_name(mesh: Mesh) -> str:
+    """Name the triangles of a mesh by their content: frames of a body share them."""
+    return digest_bytes("faces", np.ascontiguousarray(mesh.triangles).tobytes())
+
+
+def faces_document(mesh: Mesh) -> Packed:
+    """Describe the triangles of a mesh; pure."""
+    return pack({"triangles": mesh.triangles.astype(np.uint32)})
+
+
+def points_document(cloud: Cloud | Particles) -> Packed:
+    """Describe particles, and the direction of hair at each; pure."""
+    places, box = quantised(cloud.points)
+    directions = np.rint(127.0 * (cloud.directions + 1.0)).astype(np.uint8)
+    return pack({"points": zigzag(places), "directions": directions}, **box)
+
+
+def slices_document(field: LevelSet | Density) -> Packed:
+    """Describe a field by its three sections through the middle, one byte a sample; pure.
+
+    Of a level set the signed distance [m], limited to the band; of a density the length of hair a volume [m/m^3].
+    """
+    values, low, cell = samples_of(field)
+    limit = float(np.abs(values).max(initial=0.0)) or 1.0
+    bottom = -limit if isinstance(field, LevelSet) else 0.0
+    steps = np.rint((values - bottom) * (255.0 / (limit - bottom))).astype(np.uint8)
+    sections = {f"section{axis}": np.take(steps, steps.shape[axis] // 2, axis=axis) for axis in range(3)}
+    return pack(sections, low=low.tolist(), cell=cell, bottom=bottom, top=limit, signed=isinstance(field, LevelSet))
+
+
+def surface_of(field: LevelSet) -> Mesh:
+    """Return the zero surface of a level set; pure. A field without any inside gives a mesh without triangles."""
+    values, low, cell = samples_of(field)
+    stride = 1
+    while values[::stride, ::stride, ::stride].size > MOST_SAMPLES:
+        stride += 1
+    coarse = np.pad(values[::stride, ::stride, ::stride], 1, constant_values=float(field.voxel * field.half_width))
+    if not (coarse < 0.0).any():
+        return Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
+    axes = tuple(low[a] + cell * stride * (np.arange(n) - 1) for a, n in enumerate(coarse.shape))
+    return Mesh(*extract_surface(coarse, axes))  # type: ignore[arg-type]
+
+
+def samples_of(field: LevelSet | Density) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return all samples of a field on a dense grid, the place of the first [m], (3,), and their spacing [m]; pure."""
+    if isinstance(field, Density):
+        return field.length, field.cell * field.low.astype(float), field.cell
+    band = field.voxel * field.half_width
+    blocks = np.where(field.bricks == LevelSet.FAR_INSIDE, -band, band).astype(np.float32)
+    dense = np.broadcast_to(blocks[..., None, None, None], (*blocks.shape, 8, 8, 8)).copy()
+    near = field.bricks >= 0
+    dense[near] = field.distance[field.bricks[near], :8, :8, :8]
+    na, nb, nc = blocks.shape
+    return dense.transpose(0, 3, 1, 4, 2, 5).reshape(8 * na, 8 * nb, 8 * nc), field.origin, field.voxel

@@ -1,0 +1,96 @@
+"""What a shot has made, by name: every document that a page may ask for, made when it is asked for."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from hairpipe.api.reports import Plan, Task
+from hairpipe.api.shot import Record, Shot
+from hairpipe.errors import BadInput
+from hairpipe.graph import File
+from hairpipe.page import shapes
+from hairpipe.page.packing import Packed
+from hairpipe.page.values import document_of, kinds_of, mesh_of, suffix_of
+
+
+class Place(NamedTuple):
+    """Where an object came from: an output of a result."""
+
+    task: Task
+    record: Record
+    output: str
+
+
+class Shelf:
+    """The results of a shot that are in the cache, as documents named `OBJECT.KIND`.
+
+    found  plan of the shot
+    most   strands that are shown of a groom
+    """
+
+    def __init__(self, shot: Shot, found: Plan, most: int) -> None:
+        self.shot, self.most = shot, most
+        self._places: dict[str, Place] = {}
+        self._faces: dict[str, Packed] = {}
+        self._suffixes: dict[str, str | None] = {}
+        self.renew(shot, found)
+
+    def renew(self, shot: Shot, found: Plan) -> None:
+        """Take the results of another plan, or of another shot, in; what was named before stays."""
+        self.shot = shot
+        for task, record in found.records.items():
+            for name, output in record.outputs.items():
+                self._places[output.object] = Place(task, record, name)
+
+    def names(self) -> Iterator[str]:
+        """Iterate over the names of all documents but those of triangles, which are known once a mesh was made."""
+        for name, place in self._places.items():
+            kind = self.shot.graph.nodes[place.task.node].type.outputs[place.output]
+            if self.shot.object_path(name).exists():
+                yield from (f"{name}.{document}" for document in kinds_of(kind))
+
+    def node_of(self, name: str) -> str:
+        """Name the node that a document came from."""
+        return self._places[name.rpartition(".")[0]].task.node
+
+    def faces(self) -> dict[str, Packed]:
+        """Documents of the triangles of all meshes that were made, by name."""
+        return dict(self._faces)
+
+    def suffix(self, name: str) -> str | None:
+        """Suffix of the picture that an object is; None where it is none."""
+        if name not in self._suffixes and name.endswith(".bin"):
+            self._suffixes[name] = suffix_of(self.shot.object_path(name))
+        return self._suffixes.get(name)
+
+    def picture(self, name: str) -> bytes:
+        """Read a picture by the name of its object; KeyError where the shot has none of this name."""
+        file = self._read(name)
+        if not isinstance(file, File) or not self.suffix(name):
+            raise KeyError(name)
+        return file.path.read_bytes()
+
+    def document(self, name: str) -> Packed:
+        """Make a document by its name; KeyError for a name that the shot has none of.
+
+        BadInput where the object has gone or is damaged, which the next run makes good.
+        """
+        whose, _, kind = name.rpartition(".")
+        if kind == "faces":
+            return self._faces[whose]
+        value = self._read(whose)
+        place = self._places[whose]
+        if kind not in kinds_of(self.shot.graph.nodes[place.task.node].type.outputs[place.output]):
+            raise KeyError(name)
+        mesh = mesh_of(kind, value)
+        if mesh is None:
+            return document_of(kind, value, self.most)
+        found = shapes.mesh_document(mesh)
+        self._faces.setdefault(found[0]["faces"], shapes.faces_document(mesh))
+        return found
+
+    def _read(self, name: str) -> Any:
+        place = self._places[name]
+        try:
+            return self.shot.read(place.task, place.record, place.output)
+        except FileNotFoundError as error:
+            raise BadInput("is not in the cache any more", where=name, right="a run, which makes it again") from error

@@ -1,0 +1,75 @@
+"use strict";
+// What is selected, and who has to know. Views are functions of it; they are called when a part of it changes.
+
+/** @typedef {{frame: number | null, state: string, reason: string, seconds?: number, processor?: number, bytes?: number,
+ *   warnings?: string[], outputs?: Record<string, string>, pictures?: Record<string, string>, inputs?: Record<string, string>}} Cell */
+
+const app = {
+  /** @type {any} */ graph: null,
+  /** @type {any} */ state: null,
+  live: false,
+  node: "", output: "", frame: 0, channel: "shaded", pinned: "",
+  /** @type {Array<[string[], () => void]>} */ views: [],
+
+  /** Call a view when one of these parts changes. @param {string[]} parts @param {() => void} view */
+  on(parts, view) {
+    app.views.push([parts, view]);
+  },
+
+  /** Change parts of what is selected. @param {Record<string, any>} changes */
+  set(changes) {
+    const changed = Object.keys(changes).filter((part) => /** @type {any} */ (app)[part] !== changes[part]);
+    Object.assign(app, changes);
+    for (const [parts, view] of app.views) if (parts.some((part) => changed.includes(part))) view();
+  },
+
+  /** @param {string} name @returns {any} */
+  nodeNamed(name) {
+    return app.graph.nodes.find((/** @type {any} */ node) => node.name === name);
+  },
+
+  /** The result of a node at a frame; of a value for the shot at any. @param {string} node @param {number} frame @returns {Cell | undefined} */
+  cell(node, frame = app.frame) {
+    const cells = app.state.nodes[node]?.cells ?? [];
+    return cells.find((/** @type {Cell} */ cell) => cell.frame === null || cell.frame === frame);
+  },
+
+  /** Name of a document of an output, or null where there is none. @param {string} node @param {string} output @param {string} kind */
+  document(node, output, kind, frame = app.frame) {
+    const object = app.cell(node, frame)?.outputs?.[output];
+    const name = `${object}.${kind}`;
+    return object && app.nodeNamed(node).kinds[output]?.includes(kind) && hairpipe.has(name) ? name : null;
+  },
+
+  /** Every node and output that has such a document. @param {string} kind @returns {Array<[string, string]>} */
+  having(kind) {
+    return app.graph.nodes.flatMap((/** @type {any} */ node) =>
+      Object.entries(node.kinds).filter(([, kinds]) => kinds.includes(kind)).map(([output]) => [node.name, output]));
+  },
+};
+
+const COLOURS = {
+  Strands: "#e0a46c", Groom: "#c98a5a", Mesh: "#7fb6ff", Body: "#5f8fd0", Pose: "#a57fff", LevelSet: "#63d0b4",
+  BodyParts: "#4fb39a", Density: "#63b0d0", File: "#cfcfcf", Table: "#f0e07a", Cloud: "#ff9cc0", Particles: "#e07fa8",
+};
+const STATES = {
+  cached: "#3f7d4f", computed: "#63c07a", resumed: "#6fa8d0", running: "#f0c860", run: "#9a7a3a", depends: "#5f5640",
+  failed: "#d65a4a", blocked: "#7a4a44", queued: "#5a6a8a",
+};
+/** @type {Record<string, string>} */
+const WORDS = {
+  cached: "cached", computed: "computed", resumed: "computed again for its state", running: "running", run: "will run",
+  depends: "depends on", failed: "failed", blocked: "blocked",
+};
+const WORST = ["failed", "running", "run", "depends", "blocked", "resumed", "computed", "cached"];
+
+/** @param {string} type */
+const typeColour = (type) => /** @type {any} */ (COLOURS)[type] ?? "#9aa3ad";
+/** @param {string} state */
+const stateColour = (state) => /** @type {any} */ (STATES)[state] ?? "#555";
+
+/** The state that tells most about a node. @param {string} node */
+function worstState(node) {
+  const states = new Set(app.state.nodes[node].cells.map((/** @type {Cell} */ cell) => cell.state));
+  return WORST.find((state) => states.has(state)) ?? "run";
+}

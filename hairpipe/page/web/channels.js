@@ -1,0 +1,64 @@
+"use strict";
+// Colours of strands: as hair, by number, or by a value at each point.
+
+const CHANNELS = ["shaded", "strand", "speed", "stretch"];
+const RAMP = [[68, 1, 84], [59, 82, 139], [33, 145, 140], [94, 201, 98], [253, 231, 37]];
+
+/** Colour of a value in 0..1, as viridis has it. @param {number} value */
+function rampColour(value) {
+  const at = Math.max(0, Math.min(0.9999, value)) * (RAMP.length - 1), low = RAMP[Math.floor(at)], high = RAMP[Math.floor(at) + 1];
+  return low.map((v, k) => v + (at % 1) * (high[k] - v));
+}
+
+/** A number in 0..1 that looks random, the same for the same strand. @param {number} strand */
+const noiseOf = (strand) => ((Math.imul(strand + 1, 2654435761) >>> 0) % 10007) / 10007;
+
+/** Bytes red, green, blue, light of each point. @param {Unpacked} found @param {string} channel @param {Float32Array} places
+ * @param {Uint8Array} light @param {any} rest */
+function coloursOf(found, channel, places, light, rest) {
+  const { lengths, strands } = found.arrays, colours = new Uint8Array(4 * (places.length / 3 + 1));
+  const speeds = channel === "speed" ? speedsOf(found) : null;
+  const stretch = channel === "stretch" ? stretchOf(places, lengths, rest) : null;
+  let point = 0;
+  for (let s = 0; s < lengths.length; s++) {
+    const strand = strands ? strands[s] : s, noise = noiseOf(strand), hue = 6.2832 * noise;
+    const tone = channel === "shaded" ? [150, 103, 66].map((v) => v * (0.8 + 0.45 * noise))
+      : [0, 2.0944, 4.1888].map((shift) => 140 + 100 * Math.cos(hue + shift));
+    for (let i = 0; i < lengths[s]; i++, point++) {
+      const rgb = speeds ? rampColour(speeds[point]) : stretch ? rampColour(0.5 + stretch[point] / (2 * STRETCH)) : tone;
+      colours.set([...rgb, light[point]].map((v) => Math.min(255, v)), 4 * point);
+    }
+  }
+  return colours;
+}
+
+const STRETCH = 0.05;
+
+/** Speed of each point over the fastest. @param {Unpacked} found */
+function speedsOf(found) {
+  const steps = found.arrays.speeds ?? new Uint8Array(found.arrays.points.length / 3), values = new Float32Array(steps.length);
+  for (let i = 0, value = 0; i < steps.length; i++) values[i] = (value = (value + steps[i]) & 255) / 255;
+  return values;
+}
+
+/** Change of length of the segment at each point, over its length at rest; 0 where the rest is not known.
+ * @param {Float32Array} places @param {ArrayLike<number>} lengths @param {Float32Array | null} rest */
+function stretchOf(places, lengths, rest) {
+  const values = new Float32Array(places.length / 3);
+  if (!rest || rest.length !== places.length) return values;
+  /** @param {Float32Array} p @param {number} i */
+  const span = (p, i) => Math.hypot(p[3 * i + 3] - p[3 * i], p[3 * i + 4] - p[3 * i + 1], p[3 * i + 5] - p[3 * i + 2]);
+  let point = 0;
+  for (let s = 0; s < lengths.length; s++) {
+    for (let i = 0; i < lengths[s] - 1; i++, point++) values[point] = span(places, point) / span(rest, point) - 1;
+    if (lengths[s] > 1) values[point] = values[point - 1];
+    point++;
+  }
+  return values;
+}
+
+/** What a colour means. @param {string} channel @param {Unpacked} found */
+function legendOf(channel, found) {
+  if (channel === "speed") return ["0", `${(found.meta.fastest ?? 0).toPrecision(3)} m/s`];
+  return channel === "stretch" ? [`-${100 * STRETCH} %`, `+${100 * STRETCH} %`] : null;
+}

@@ -1,0 +1,84 @@
+"use strict";
+// A row a node, a cell a frame: coloured by what became of it, shaded by its seconds.
+
+const STRIP = { label: 150, row: 15, top: 14 };
+
+/** Place of the first pixel of a frame, and the width of one. */
+function stripScale() {
+  const canvas = /** @type {HTMLCanvasElement} */ (document.querySelector("#strip canvas"));
+  const first = Math.min(app.graph.frames[0], ...app.graph.nodes.flatMap((/** @type {any} */ node) => framesOf(node.name)));
+  const last = app.graph.frames[1], width = canvas.clientWidth - STRIP.label - 8;
+  return { canvas, first, last, cell: width / (last - first + 1) };
+}
+
+/** @param {string} node @returns {number[]} */
+function framesOf(node) {
+  return app.state.nodes[node].cells.map((/** @type {Cell} */ cell) => cell.frame).filter((/** @type {any} */ f) => f !== null);
+}
+
+function drawStrip() {
+  const { canvas, first, last, cell } = stripScale();
+  const rows = app.graph.nodes, ratio = window.devicePixelRatio || 1;
+  canvas.style.height = `${STRIP.top + STRIP.row * rows.length + 4}px`;
+  canvas.width = canvas.clientWidth * ratio;
+  canvas.height = (STRIP.top + STRIP.row * rows.length + 4) * ratio;
+  const ink = /** @type {CanvasRenderingContext2D} */ (canvas.getContext("2d"));
+  ink.scale(ratio, ratio);
+  ink.font = "11px system-ui, sans-serif";
+  const every = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((n) => n * cell >= 42) ?? 2000;
+  ink.fillStyle = "#8a939c";
+  for (let frame = Math.ceil(first / every) * every; frame <= last; frame += every) ink.fillText(String(frame), STRIP.label + (frame - first) * cell, 10);
+  rows.forEach((/** @type {any} */ node, /** @type {number} */ row) => {
+    const y = STRIP.top + row * STRIP.row, cells = app.state.nodes[node.name].cells;
+    const slowest = Math.max(...cells.map((/** @type {Cell} */ c) => c.seconds ?? 0), 1e-9);
+    ink.fillStyle = node.name === app.node ? "#ffffff" : "#b6bec6";
+    ink.fillText(node.name, 4, y + 11, STRIP.label - 10);
+    for (const one of cells) {
+      const x = STRIP.label + (one.frame === null ? 0 : (one.frame - first) * cell);
+      const wide = one.frame === null ? (last - first + 1) * cell : cell;
+      ink.globalAlpha = one.seconds === undefined ? 1 : 0.45 + 0.55 * Math.sqrt(one.seconds / slowest);
+      ink.fillStyle = stateColour(one.state);
+      ink.fillRect(x, y, Math.max(wide - (wide > 4 ? 1 : 0), 0.7), STRIP.row - 3);
+    }
+    ink.globalAlpha = 1;
+  });
+  ink.fillStyle = "#ffffffcc";
+  ink.fillRect(STRIP.label + (app.frame - first + 0.5) * cell - 0.75, STRIP.top - 2, 1.5, STRIP.row * rows.length + 2);
+}
+
+/** Node and frame below the pointer, or null. @param {MouseEvent} event */
+function cellAt(event) {
+  const { canvas, first, last, cell } = stripScale(), at = canvas.getBoundingClientRect();
+  const row = Math.floor((event.clientY - at.top - STRIP.top) / STRIP.row);
+  const frame = Math.floor((event.clientX - at.left - STRIP.label) / cell) + first;
+  const node = app.graph.nodes[row]?.name;
+  return node ? { node, frame: Math.max(first, Math.min(last, frame)) } : null;
+}
+
+/** @param {string} node @param {number} frame */
+function cellText(node, frame) {
+  const cell = app.cell(node, frame);
+  if (!cell) return `${node}@${frame}: not asked for`;
+  const name = cell.frame === null ? node : `${node}@${frame}`;
+  const took = cell.seconds === undefined ? "" : `\n${timeText(cell.seconds)}, of the processor ${timeText(cell.processor ?? 0)}, ${sizeText(cell.bytes ?? 0)}`;
+  return `${name}: ${WORDS[cell.state]}${cell.reason ? ` ${cell.state === "run" ? "because: " : ""}${cell.reason}` : ""}${took}${(cell.warnings ?? []).map((w) => `\nwarning: ${w}`).join("")}`;
+}
+
+function listenToStrip() {
+  const tip = /** @type {HTMLElement} */ (document.getElementById("tip"));
+  const { canvas } = stripScale();
+  canvas.addEventListener("click", (event) => {
+    const found = cellAt(event);
+    if (found && event.offsetX < STRIP.label) selectNode(found.node);
+    else if (found) app.set({ frame: Math.max(app.graph.frames[0], found.frame) }), selectNode(found.node);
+  });
+  canvas.addEventListener("mousemove", (event) => {
+    const found = cellAt(event);
+    tip.textContent = found ? cellText(found.node, found.frame) : "";
+    tip.style.cssText = found ? `display:block;left:${Math.min(event.pageX + 12, innerWidth - 320)}px;top:${event.pageY + 14}px` : "display:none";
+  });
+  canvas.addEventListener("mouseleave", () => (tip.style.display = "none"));
+  new ResizeObserver(() => app.graph && drawStrip()).observe(canvas);
+}
+
+app.on(["graph", "state", "frame", "node"], () => app.graph && app.state && drawStrip());

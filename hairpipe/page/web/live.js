@@ -1,0 +1,72 @@
+"use strict";
+// Live: settings are edited, the plan says what would run, runs begin and end, files are saved.
+
+/** Ask for a deed; what is wrong with it is returned, empty where all is well. @param {string} deed @param {any} given @returns {Promise<string>} */
+async function act(deed, given = {}) {
+  const answer = await fetch(deed, { method: "POST", body: JSON.stringify(given), headers: { "Content-Type": "application/json" } });
+  return (await answer.json()).fault ?? "";
+}
+
+/** Take every change in, for as long as the page is open. */
+async function follow() {
+  drawControls();
+  app.on(["state", "graph"], () => app.graph && app.state && drawControls());
+  for (let seen = 0, lost = false; ; ) {
+    try {
+      const { revision } = await (await fetch(`wait?seen=${seen}`)).json();
+      if (revision > seen || lost) await renew();
+      [seen, lost] = [revision, false];
+    } catch {
+      if (!lost) sayControls("the server has ended; start `hairpipe view` again");
+      lost = true;
+      await new Promise((resolve) => setTimeout(resolve, 2000));
+    }
+  }
+}
+
+/** Fetch graph and state again. */
+function renew() {
+  for (const name of ["graph", "state"]) hairpipe.raw.delete(name);
+  return refresh();
+}
+
+/** @param {string} text */
+function sayControls(text) {
+  const said = document.querySelector("#controls .said");
+  if (said) said.textContent = text;
+}
+
+function drawControls() {
+  const { running } = app.state.verdict, edits = Object.entries(app.graph.edits ?? {});
+  const missing = app.state.verdict.missing;
+  const button = (/** @type {string} */ text, /** @type {boolean} */ can, /** @type {string} */ deed, /** @type {any} */ given = {}) => {
+    const made = element("button", { id: `do-${text.split(" ")[0]}`, onclick: async () => sayControls(await act(deed, given)) }, text);
+    if (!can) made.setAttribute("disabled", "");
+    return made;
+  };
+  document.getElementById("controls")?.replaceChildren(
+    running ? button("stop", true, "stop") : button(`run ${missing ? `${missing} results` : ""}`, missing > 0, "run"),
+    " ", button(`save ${edits.length || ""}`, edits.length > 0 && app.graph.saved, "save"),
+    " ", button("revert", edits.length > 0, "revert"),
+    element("span", { class: "said" }, edits.map(([target, text]) => `${target} = ${text}`).join(", ")),
+  );
+}
+
+/** @param {any} field @param {any} value @param {string[]} names @returns {HTMLElement} */
+function editorOf(field, value, names) {
+  const target = `${app.node}.${names.join(".")}`, choices = [...field.kind.matchAll(/'([^']*)'/g)].map((match) => match[1]);
+  const options = field.kind.startsWith("one of") ? choices : field.kind === "true or false" ? ["true", "false"] : null;
+  const shown = value === null || value === undefined ? "" : typeof value === "string" ? value : JSON.stringify(value);
+  const editor = options
+    ? element("select", {}, ...options.map((option) => element("option", option === String(value) ? { selected: "" } : {}, option)))
+    : element("input", { value: shown, placeholder: "absent", spellcheck: "false" });
+  editor.addEventListener("change", async () => {
+    const text = /** @type {HTMLInputElement | HTMLSelectElement} */ (editor).value;
+    editor.blur();
+    const fault = await act("edit", { target, text });
+    editor.parentElement?.querySelector(".wrong")?.remove();
+    if (fault) editor.parentElement?.append(element("span", { class: "wrong" }, fault));
+  });
+  if (target in (app.graph.edits ?? {})) requestAnimationFrame(() => editor.parentElement?.classList.add("edited"));
+  return editor;
+}

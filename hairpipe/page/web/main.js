@@ -1,0 +1,47 @@
+"use strict";
+// The page begins: documents first, then every view.
+
+window.addEventListener("error", (event) => fault(event.message));
+window.addEventListener("unhandledrejection", (event) => fault(String(event.reason)));
+
+/** @param {string} message */
+function fault(message) {
+  document.body.dataset.errors = String(Number(document.body.dataset.errors) + 1);
+  document.getElementById("verdict")?.append(element("p", { class: "failure" }, message));
+}
+
+/** Take new documents of the graph and its state in. */
+async function refresh() {
+  const [graph, state] = await Promise.all([hairpipe.plain("graph"), hairpipe.plain("state")]);
+  const frame = app.frame >= graph.frames[0] && app.frame <= graph.frames[1] ? app.frame : frameToShow(graph, state);
+  const node = graph.nodes.some((/** @type {any} */ one) => one.name === app.node) ? app.node : "";
+  app.set({ state, graph, frame, node });
+  if (!node) selectNode(nodeToShow());
+}
+
+/** The first frame that has been simulated, or the first. @param {any} graph @param {any} state @returns {number} */
+function frameToShow(graph, state) {
+  const done = graph.nodes.filter((/** @type {any} */ node) => node.per_frame).flatMap((/** @type {any} */ node) => state.nodes[node.name].cells.filter((/** @type {Cell} */ cell) => cell.outputs));
+  return done.length ? Math.max(graph.frames[0], Math.min(...done.map((/** @type {Cell} */ cell) => cell.frame ?? Infinity))) : graph.frames[0];
+}
+
+/** The node to begin with: the last that gives strands, else the last that gives pictures, else the last. */
+function nodeToShow() {
+  const { nodes } = app.graph;
+  const strands = nodes.filter((/** @type {any} */ node) => Object.keys(node.kinds).some((output) => app.document(node.name, output, "strands")));
+  const pictures = nodes.filter((/** @type {any} */ node) => Object.keys(app.cell(node.name)?.pictures ?? {}).length);
+  return [...strands.slice(-1), ...pictures.slice(-1), ...nodes.slice(-1)][0].name;
+}
+
+async function begin() {
+  app.live = document.body.dataset.live === "true";
+  await refresh();
+  document.title = `${app.graph.name} - hairpipe`;
+  listenToStrip();
+  listenToTimeline();
+  if (app.live) follow();
+  await showStage();
+  document.body.dataset.state = "ready";
+}
+
+begin().catch((reason) => fault(String(reason)));

@@ -1,0 +1,175 @@
+"use strict";
+// What is drawn in three dimensions: buffers on the graphics card made of documents, and the drawing of them.
+
+/** @typedef {{draw: (view: Matrix, eye: number[], size: number[]) => void, free: () => void, low: number[], high: number[],
+ *   places?: Float32Array, lengths?: ArrayLike<number>, strands?: ArrayLike<number>, note?: string}} Item */
+
+const LIT = LAMP.map((v) => v / Math.hypot(...LAMP));
+/** @type {Record<string, number[]>} */
+const MESH_COLOURS = { mesh: [0.78, 0.68, 0.62], surface: [0.42, 0.72, 0.66] };
+
+class Scene {
+  /** @param {WebGL2RenderingContext} gl */
+  constructor(gl) {
+    this.gl = gl;
+    this.programs = { hair: programOf(gl, HAIR_VERTEX, HAIR_FRAGMENT), mesh: programOf(gl, MESH_VERTEX, MESH_FRAGMENT),
+      points: programOf(gl, POINT_VERTEX, POINT_FRAGMENT) };
+    gl.enable(gl.DEPTH_TEST);
+    gl.clearColor(0.11, 0.12, 0.135, 1);
+  }
+
+  /** @param {Item[]} items @param {Camera} camera */
+  draw(items, camera) {
+    const { gl } = this, { width, height } = gl.canvas;
+    gl.viewport(0, 0, width, height);
+    gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
+    const view = camera.matrix(width / height), eye = camera.eye();
+    for (const item of items) item.draw(view, eye, [width, height]);
+  }
+
+  /** @param {WebGLProgram} program @param {Record<string, any>} values */
+  use(program, values) {
+    const { gl } = this;
+    gl.useProgram(program);
+    for (const [name, value] of Object.entries(values)) {
+      const place = gl.getUniformLocation(program, name);
+      if (value.length === 16) gl.uniformMatrix4fv(place, false, value);
+      else if (value.length === 3) gl.uniform3fv(place, value);
+      else if (value.length === 2) gl.uniform2fv(place, value);
+      else gl.uniform1f(place, value);
+    }
+  }
+
+  /** @param {BufferSource} data @param {number} [target] */
+  buffer(data, target = this.gl.ARRAY_BUFFER) {
+    const made = this.gl.createBuffer();
+    this.gl.bindBuffer(target, made);
+    this.gl.bufferData(target, data, this.gl.STATIC_DRAW);
+    return made;
+  }
+
+  /** Strands: each segment is an instance that sees its neighbours in the same buffer, one point on.
+   * @param {Unpacked} found @param {string} channel @param {any} rest document of the strands at rest, or null @returns {Item} */
+  strands(found, channel, rest) {
+    const { gl } = this, { lengths } = found.arrays, places = placesOf(found, lengths), count = places.length / 3;
+    const shown = lengths.length, many = found.meta.total / Math.max(shown, 1);
+    const padded = new Float32Array(3 * (count + 3));
+    padded.set(places, 3);
+    const ends = new Uint8Array(count + 2);
+    let point = 0;
+    for (const length of lengths) {
+      ends[point] |= 1;
+      ends[point + length - 1] |= 2;
+      point += length;
+    }
+    const light = lightAt(places, lengths, 8e-5 * many * 8);
+    const colours = coloursOf(found, channel, places, light, rest);
+    const array = gl.createVertexArray();
+    gl.bindVertexArray(array);
+    const held = [this.buffer(padded)];
+    for (let k = 0; k < 4; k++) this.attribute(k, 3, gl.FLOAT, 12, 12 * k, 1);
+    held.push(this.buffer(colours));
+    for (let k = 0; k < 2; k++) this.attribute(4 + k, 4, gl.UNSIGNED_BYTE, 4, 4 * k, 1, true);
+    held.push(this.buffer(ends));
+    for (let k = 0; k < 2; k++) this.attribute(6 + k, 1, gl.UNSIGNED_BYTE, 1, k, 1);
+    const width = Math.max(found.meta.diameter, 8e-5) * Math.min(12, Math.sqrt(250000 / Math.max(shown, 1)));
+    const draw = (/** @type {Matrix} */ view, /** @type {number[]} */ eye, /** @type {number[]} */ size) => {
+      this.use(this.programs.hair, { view, eye, lamp: LIT, size, width, shaded: channel === "shaded" ? 1 : 0 });
+      gl.enable(gl.SAMPLE_ALPHA_TO_COVERAGE);
+      gl.bindVertexArray(array);
+      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 2 * (HAIR_PIECES + 1), Math.max(0, count - 1));
+      gl.disable(gl.SAMPLE_ALPHA_TO_COVERAGE);
+    };
+    const note = shown < found.meta.total ? `${shown.toLocaleString("en")} of ${found.meta.total.toLocaleString("en")} strands shown` : "";
+    return { draw, ...boxOf(places), places, lengths, strands: found.arrays.strands, note, free: () => this.free(array, held) };
+  }
+
+  /** @param {Unpacked} found @param {Unpacked} faces @param {string} kind @returns {Item} */
+  mesh(found, faces, kind) {
+    const { gl } = this, count = found.arrays.points.length / 3;
+    const places = placesOf(found, [count]), triangles = rowsOf(faces.arrays.triangles, 3);
+    const array = gl.createVertexArray();
+    gl.bindVertexArray(array);
+    const held = [this.buffer(places)];
+    this.attribute(0, 3, gl.FLOAT, 12, 0, 0);
+    held.push(this.buffer(normalsOf(places, triangles)));
+    this.attribute(1, 3, gl.FLOAT, 12, 0, 0);
+    held.push(this.buffer(triangles, gl.ELEMENT_ARRAY_BUFFER));
+    const draw = (/** @type {Matrix} */ view, /** @type {number[]} */ eye) => {
+      this.use(this.programs.mesh, { view, eye, lamp: LIT, colour: MESH_COLOURS[kind] });
+      gl.enable(gl.POLYGON_OFFSET_FILL);
+      gl.polygonOffset(1, 4);
+      gl.bindVertexArray(array);
+      gl.drawElements(gl.TRIANGLES, triangles.length, gl.UNSIGNED_INT, 0);
+      gl.disable(gl.POLYGON_OFFSET_FILL);
+    };
+    return { draw, ...boxOf(places), free: () => this.free(array, held) };
+  }
+
+  /** @param {Unpacked} found @returns {Item} */
+  points(found) {
+    const { gl } = this, count = found.arrays.points.length / 3;
+    const places = placesOf(found, new Uint8Array(count).fill(1)), box = boxOf(places);
+    const array = gl.createVertexArray();
+    gl.bindVertexArray(array);
+    const held = [this.buffer(places)];
+    this.attribute(0, 3, gl.FLOAT, 12, 0, 0);
+    held.push(this.buffer(rowsOf(found.arrays.directions, 3)));
+    this.attribute(1, 3, gl.UNSIGNED_BYTE, 3, 0, 0, true);
+    const width = 0.25 * Math.hypot(...box.high.map((v, k) => v - box.low[k])) / Math.cbrt(Math.max(count, 1));
+    const draw = (/** @type {Matrix} */ view, /** @type {number[]} */ _, /** @type {number[]} */ size) => {
+      this.use(this.programs.points, { view, size, width });
+      gl.bindVertexArray(array);
+      gl.drawArrays(gl.POINTS, 0, count);
+    };
+    return { draw, ...box, free: () => this.free(array, held) };
+  }
+
+  /** @param {number} place @param {number} parts @param {number} type @param {number} stride @param {number} offset @param {number} divisor @param {boolean} [normalised] */
+  attribute(place, parts, type, stride, offset, divisor, normalised = false) {
+    const { gl } = this;
+    gl.enableVertexAttribArray(place);
+    if (parts === 1) gl.vertexAttribIPointer(place, parts, type, stride, offset);
+    else gl.vertexAttribPointer(place, parts, type, normalised, stride, offset);
+    gl.vertexAttribDivisor(place, divisor);
+  }
+
+  /** @param {WebGLVertexArrayObject | null} array @param {Array<WebGLBuffer | null>} buffers */
+  free(array, buffers) {
+    this.gl.deleteVertexArray(array);
+    for (const buffer of buffers) this.gl.deleteBuffer(buffer);
+  }
+}
+
+/** Columns one after another as rows. @template {Numbers} T @param {T} columns @param {number} parts @returns {T} */
+function rowsOf(columns, parts) {
+  const rows = /** @type {T} */ (columns.slice()), count = columns.length / parts;
+  for (let i = 0; i < count; i++) for (let k = 0; k < parts; k++) rows[parts * i + k] = columns[k * count + i];
+  return rows;
+}
+
+/** @param {Float32Array} places */
+function boxOf(places) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (let i = 0; i < places.length; i++) {
+    low[i % 3] = Math.min(low[i % 3], places[i]);
+    high[i % 3] = Math.max(high[i % 3], places[i]);
+  }
+  return places.length ? { low, high } : { low: [0, 0, 0], high: [0, 0, 0] };
+}
+
+/** @param {Float32Array} places @param {Numbers} triangles */
+function normalsOf(places, triangles) {
+  const normals = new Float32Array(places.length);
+  for (let t = 0; t < triangles.length; t += 3) {
+    const [a, b, c] = [3 * triangles[t], 3 * triangles[t + 1], 3 * triangles[t + 2]];
+    const u = [0, 1, 2].map((k) => places[b + k] - places[a + k]), v = [0, 1, 2].map((k) => places[c + k] - places[a + k]);
+    for (let k = 0; k < 3; k++) {
+      const n = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+      normals[a + k] += n;
+      normals[b + k] += n;
+      normals[c + k] += n;
+    }
+  }
+  return normals;
+}

@@ -1,0 +1,64 @@
+"use strict";
+// Hair as ribbons that face the eye, lit after Kajiya and Kay 1989; meshes; particles.
+
+const HAIR_PIECES = 3;
+const HAIR_VERTEX = `#version 300 es
+layout(location=0) in vec3 before; layout(location=1) in vec3 here; layout(location=2) in vec3 there; layout(location=3) in vec3 after;
+layout(location=4) in vec4 colourHere; layout(location=5) in vec4 colourThere; layout(location=6) in uint endHere; layout(location=7) in uint endThere;
+uniform mat4 view; uniform vec3 eye; uniform vec3 lamp; uniform vec2 size; uniform float width; uniform float shaded;
+out vec4 tint;
+void main() {
+  if ((endHere & 2u) != 0u) { gl_Position = vec4(2.0, 2.0, 2.0, 1.0); return; }
+  vec3 p0 = (endHere & 1u) != 0u ? 2.0 * here - there : before, p3 = (endThere & 2u) != 0u ? 2.0 * there - here : after;
+  float t = float(gl_VertexID >> 1) / ${HAIR_PIECES}.0, side = float(gl_VertexID & 1) * 2.0 - 1.0;
+  vec3 m0 = 0.5 * (there - p0), m1 = 0.5 * (p3 - here), c = 3.0 * (there - here) - 2.0 * m0 - m1, d = 2.0 * (here - there) + m0 + m1;
+  vec3 place = here + t * (m0 + t * (c + t * d)), along = normalize(m0 + t * (2.0 * c + 3.0 * t * d));
+  vec4 at = view * vec4(place, 1.0), next = view * vec4(place + 0.001 * along, 1.0);
+  vec2 way = normalize((next.xy / next.w - at.xy / at.w) * size + vec2(1e-9, 0.0));
+  float wide = width * size.y / at.w, drawn = max(wide, 0.8);
+  at.xy += side * 0.5 * drawn * vec2(-way.y, way.x) / size * 2.0 * at.w;
+  gl_Position = at;
+  vec4 colour = mix(colourHere, colourThere, t);
+  vec3 back = normalize(eye - place);
+  float tl = dot(along, lamp), te = dot(along, back), sl = sqrt(1.0 - tl * tl), se = sqrt(max(0.0, 1.0 - te * te));
+  float lit = colour.a, highlight = pow(max(0.0, sl * se - tl * te), 40.0);
+  vec3 hair = colour.rgb * (0.16 + 0.95 * lit * sl) + 0.28 * lit * highlight * (0.4 + colour.rgb);
+  tint = vec4(mix(colour.rgb * (0.7 + 0.3 * lit), hair, shaded), min(1.0, wide / drawn + 0.25));
+}`;
+const HAIR_FRAGMENT = `#version 300 es
+precision mediump float; in vec4 tint; out vec4 pixel; void main() { pixel = tint; }`;
+
+const MESH_VERTEX = `#version 300 es
+layout(location=0) in vec3 place; layout(location=1) in vec3 normal;
+uniform mat4 view; uniform vec3 eye; uniform vec3 lamp; uniform vec3 colour; out vec3 tint;
+void main() {
+  gl_Position = view * vec4(place, 1.0);
+  vec3 n = normalize(normal), back = normalize(eye - place);
+  float facing = abs(dot(n, back));
+  tint = colour * (0.25 + 0.6 * max(0.0, dot(n, lamp)) + 0.2 * max(0.0, -dot(n, lamp)) * 0.3) + 0.12 * pow(1.0 - facing, 3.0);
+}`;
+const MESH_FRAGMENT = `#version 300 es
+precision mediump float; in vec3 tint; out vec4 pixel; void main() { pixel = vec4(tint, 1.0); }`;
+
+const POINT_VERTEX = `#version 300 es
+layout(location=0) in vec3 place; layout(location=1) in vec3 colour;
+uniform mat4 view; uniform vec2 size; uniform float width; out vec3 tint;
+void main() { gl_Position = view * vec4(place, 1.0); gl_PointSize = max(2.0, width * size.y / gl_Position.w); tint = colour; }`;
+const POINT_FRAGMENT = `#version 300 es
+precision mediump float; in vec3 tint; out vec4 pixel;
+void main() { vec2 at = 2.0 * gl_PointCoord - 1.0; if (dot(at, at) > 1.0) discard; pixel = vec4(tint * (1.0 - 0.4 * dot(at, at)), 1.0); }`;
+
+/** @param {WebGL2RenderingContext} gl @param {string} vertex @param {string} fragment */
+function programOf(gl, vertex, fragment) {
+  const program = /** @type {WebGLProgram} */ (gl.createProgram());
+  for (const [kind, text] of /** @type {Array<[number, string]>} */ ([[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]])) {
+    const shader = /** @type {WebGLShader} */ (gl.createShader(kind));
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw new Error(gl.getShaderInfoLog(shader) ?? "a shader does not compile");
+    gl.attachShader(program, shader);
+  }
+  gl.linkProgram(program);
+  if (!gl.getProgramParameter(program, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(program) ?? "shaders do not link");
+  return program;
+}

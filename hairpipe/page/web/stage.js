@@ -1,0 +1,56 @@
+"use strict";
+// What the selected node made: chosen among its outputs, shown in the way that its type has.
+
+/** @type {Viewer | null} */
+let viewer = null;
+
+/** Kinds of the selected output that are shown in three dimensions. */
+const SOLID = ["strands", "mesh", "points", "surface"];
+
+async function showStage() {
+  const stage = /** @type {HTMLElement} */ (document.getElementById("stage"));
+  drawChoices();
+  const three = layersOf(app.node, app.output);
+  [...stage.children].forEach((child) => child.id === "view" || child.id === "note" || child.id === "legend" || child.remove());
+  stage.classList.toggle("solid", three.length > 0);
+  try {
+    if (three.length) {
+      viewer ??= new Viewer(stage, () => stage.append(element("p", { class: "none" }, "no WebGL2 in this browser: strands and meshes cannot be drawn, pictures can")));
+      await viewer.show();
+      const slices = app.document(app.node, app.output, "slices");
+      if (slices) await showSlices(stage, slices);
+    } else if (!showPictures(stage)) {
+      const kinds = app.nodeNamed(app.node).kinds[app.output] ?? [];
+      const name = kinds.map((/** @type {string} */ kind) => app.document(app.node, app.output, kind)).find(Boolean);
+      if (!name) stage.append(element("p", { class: "none" }, nothingText()));
+      else if (name.endsWith(".table")) await showTable(stage, name);
+      else if (name.endsWith(".slices")) await showSlices(stage, name);
+      else stage.append(element("div", { class: "table" }, sortable({ names: ["value", "kind", "from ... to"], rows: (await hairpipe.plain(name)).lines })));
+    }
+  } catch (fault) {
+    stage.append(element("p", { class: "none" }, String(fault)));
+  }
+}
+
+/** Why nothing is shown. */
+function nothingText() {
+  const cell = app.cell(app.node);
+  if (!cell?.outputs) return cellText(app.node, app.frame);
+  const type = app.nodeNamed(app.node).type.outputs[app.output];
+  if (type === "File") return `a file of ${sizeText(cell.bytes ?? 0)}, which a browser cannot show`;
+  return app.live ? "this output was not kept" : "this output is not part of the report at this frame; `hairpipe view` shows it";
+}
+
+/** Buttons for the outputs of the node, and for the colour of strands. */
+function drawChoices() {
+  const node = app.nodeNamed(app.node), outputs = Object.entries(node.type.outputs);
+  const button = (/** @type {string} */ text, /** @type {boolean} */ on, /** @type {Record<string, any>} */ changes) =>
+    element("button", { class: on ? "on" : "", onclick: () => app.set(changes) }, text);
+  const strands = node.kinds[app.output]?.includes("strands");
+  document.getElementById("choices")?.replaceChildren(
+    ...(outputs.length > 1 ? outputs.map(([name, type]) => button(name || String(type), name === app.output, { output: name })) : []),
+    ...(strands ? CHANNELS.map((channel) => button(channel, channel === app.channel, { channel })) : []),
+  );
+}
+
+app.on(["node", "output", "frame", "channel", "pinned", "state"], () => app.node && void showStage());

@@ -1,0 +1,22 @@
+"use strict";
+// The first line of the page: whether all is well.
+
+function drawVerdict() {
+  const { verdict } = app.state, { graph } = app;
+  const [first, last] = graph.frames;
+  const good = !verdict.failures.length && !verdict.missing;
+  const word = verdict.failures.length ? `${verdict.failures.length} failed` : verdict.missing ? `${verdict.missing.toLocaleString("en")} to compute` : "complete";
+  const counted = verdict.computed === undefined ? `${verdict.cached.toLocaleString("en")} results in the cache`
+    : `${verdict.computed.toLocaleString("en")} computed, ${verdict.reused.toLocaleString("en")} cached, in ${timeText(verdict.took)}`;
+  const parts = [`frames ${first}-${last} at ${graph.fps} fps`, counted, `${timeText(verdict.seconds)} of work, ${timeText(verdict.processor)} of processor`,
+    sizeText(verdict.bytes), ...Object.entries(verdict.versions).map(([name, version]) => `${name} ${version}`)];
+  const warnings = verdict.warnings.length ? [element("details", {}, element("summary", {}, `${verdict.warnings.length} warning${verdict.warnings.length > 1 ? "s" : ""}`), ...verdict.warnings.map((/** @type {string} */ w) => element("p", {}, w)))] : [];
+  document.getElementById("verdict")?.replaceChildren(
+    element("h1", {}, graph.name), element("strong", { class: good ? "good" : "bad" }, word), element("span", {}, parts.join(" · ")), ...warnings,
+    ...(verdict.note ? [element("span", { class: "said" }, verdict.note)] : []),
+    element("code", { title: "repeats it" }, verdict.command), element("span", { id: "controls" }),
+    ...verdict.failures.map((/** @type {string} */ failure) => element("p", { class: "failure" }, failure)),
+  );
+}
+
+app.on(["state", "graph"], () => app.graph && app.state && drawVerdict());
