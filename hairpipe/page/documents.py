@@ -26,6 +26,7 @@ def graph_document(shot: Shot) -> dict[str, Any]:
         "begin": shot.graph.begin,
         "fps": shot.fps,
         "nodes": [node_document(node, tables[node.name]) for node in shot.graph.nodes.values()],
+        "types": {node.type.name: type_document(node.type) for node in shot.graph.nodes.values()},
     }
 
 
@@ -33,7 +34,7 @@ def node_document(node: Node, table: Mapping[str, Any]) -> dict[str, Any]:
     """Describe a node."""
     return {
         "name": node.name,
-        "type": type_document(node.type),
+        "type": node.type.name,
         "doc": paragraphs(node.type.function.__doc__ or ""),
         "edges": [{"plug": plug, "node": edge.node, "output": edge.output} for plug, edge in node.edges.items()],
         "settings": node.settings,

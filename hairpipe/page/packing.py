@@ -69,6 +69,10 @@ def pack(arrays: Mapping[str, np.ndarray], **meta: Any) -> Packed:
 
 def script(name: str, document: Any, packed: bytes = b"") -> str:
     """Write a document as a script; no text in it ends a script element, or is anything but data."""
-    text = json.dumps(document, separators=(",", ":"), allow_nan=False)
-    safe = text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
-    return f'hairpipe.load({json.dumps(name)},{safe},"{base64.b64encode(packed).decode()}");\n'
+    return f'hairpipe.load({literal(name)},{literal(document)},"{base64.b64encode(packed).decode()}");\n'
+
+
+def literal(value: Any) -> str:
+    """Write a plain value as a literal that may stand in a script element; ValueError for NaN and infinity."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c")

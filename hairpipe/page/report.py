@@ -4,7 +4,7 @@ import base64
 import shutil
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from hairpipe.api.reports import Plan, Run
 from hairpipe.api.shot import Shot
@@ -25,6 +25,7 @@ MARK = "data/graph.js"
 """By this file a folder is known as a report, which may be replaced."""
 Progress = Callable[[int, int], None]
 """Called with the number of documents that are made, and of all."""
+Made = TypeVar("Made")
 
 
 class Contents(NamedTuple):
@@ -106,30 +107,38 @@ def check_place(place: Path, single: bool) -> None:
 def collect(shot: Shot, found: Plan, run: Run | None, most_bytes: float, progress: Progress) -> Contents:
     """Make all documents; strands last, so many that the whole fits."""
     shelf = Shelf(shot, found, MOST_STRANDS)
-    names = list(chosen(shelf, shot, found))
+    names = list(chosen(shelf))
     hair = [name for name in names if name.endswith(".strands")]
-    others = [name for name in names if not name.endswith(".strands")]
     state = state_document(shot, found, shelf.suffix, run)
-    pictures = {object_: b"" for object_ in pictures_of(state)}
-    total, done = len(names) + len(pictures), 0
-    for name in pictures:
-        pictures[name] = reduced(shelf.picture(name), QUALITY)
-        progress(done := done + 1, total)
-    texts: dict[str, str] = {}
-    for name in others:
-        texts[name] = script(name, *shelf.document(name))
-        progress(done := done + 1, total)
+    objects = list(dict.fromkeys(pictures_of(state)))
+    count = Counting(progress, len(names) + len(objects))
+    pictures = {name: count(reduced(shelf.picture(name), QUALITY)) for name in objects}
+    texts = {name: count(script(name, *shelf.document(name))) for name in names if name not in hair}
     texts |= {f"{name}.faces": script(f"{name}.faces", *packed) for name, packed in shelf.faces().items()}
-    used = sum(map(len, texts.values())) + sum(map(len, pictures.values()))
-    shelf.most = strands_that_fit(shelf, hair, most_bytes - used)
-    for name in hair:
-        texts[name] = script(name, *shelf.document(name))
-        progress(done := done + 1, total)
     scripts = {"graph": script("graph", graph_document(shot)), "state": script("state", state)}
-    return Contents(scripts | bundled(texts), pictures, shelf.most)
+    room = most_bytes - sum(map(len, (*texts.values(), *scripts.values(), *pictures.values())))
+    shelf.most = strands_that_fit(shelf, hair, room)
+    strands = {name: count(script(name, *shelf.document(name))) for name in hair}
+    while sum(map(len, strands.values())) > room:  # few strands take more bytes each than many
+        shelf.most = int(0.9 * shelf.most)
+        strands = {name: script(name, *shelf.document(name)) for name in hair}
+    return Contents(scripts | bundled(texts | strands), pictures, shelf.most)
 
 
-def chosen(shelf: Shelf, shot: Shot, found: Plan) -> Iterator[str]:
+class Counting:
+    """Counts what is made, and tells of it."""
+
+    def __init__(self, progress: Progress, total: int) -> None:
+        self._progress, self._total, self._done = progress, total, 0
+
+    def __call__(self, made: Made) -> Made:
+        """Count something, and return it."""
+        self._done += 1
+        self._progress(self._done, self._total)
+        return made
+
+
+def chosen(shelf: Shelf) -> Iterator[str]:
     """Name the documents of a report: all, but surfaces of level sets at the first frame alone."""
     seen: set[str] = set()
     for name in shelf.names():
@@ -141,7 +150,7 @@ def chosen(shelf: Shelf, shot: Shot, found: Plan) -> Iterator[str]:
         yield name
 
 
-def pictures_of(state: dict) -> Iterator[str]:
+def pictures_of(state: dict[str, Any]) -> Iterator[str]:
     """Name the objects that are pictures."""
     for node in state["nodes"].values():
         for cell in node["cells"]:
@@ -153,10 +162,11 @@ def strands_that_fit(shelf: Shelf, names: list[str], room: float) -> int:
     if not names:
         return MOST_STRANDS
     sample = names[:: max(1, len(names) // 8)]
-    each = sum(len(script(name, *shelf.document(name))) for name in sample) / len(sample)
-    fitting = int(MOST_STRANDS * room / (each * len(names)))
-    if fitting < FEWEST_STRANDS:
-        what = f"the report would take {(each * len(names) - room) / 1e6:.0f} MB too much"
+    made = [(script(name, *packed), packed[0]["total"]) for name in sample for packed in [shelf.document(name)]]
+    each = sum(len(text) / max(1, min(total, shelf.most)) for text, total in made) / len(made)
+    fitting = int(room / (each * len(names)))
+    if fitting < min(FEWEST_STRANDS, *(total for _, total in made)):
+        what = f"the report would take {(each * len(names) * FEWEST_STRANDS - room) / 1e6:.1f} MB too much"
         raise BadInput(what, where="--size", right="more, or fewer --frames")
     return min(MOST_STRANDS, fitting)
 

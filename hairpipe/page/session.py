@@ -46,6 +46,7 @@ class Session:
         self._run: subprocess.Popen[str] | None = None
         self._fates: dict[Task, str] = {}
         self._ended: Said = {}
+        self._stopped = False
         self._note = ""
         self._seen: Any = None
         self.revision = 0
@@ -116,7 +117,7 @@ class Session:
             assert self._run.stdin is not None
             self._run.stdin.write(job.text + "\n")
             self._run.stdin.flush()
-            self._fates, self._ended, self._note = {}, {}, ""
+            self._fates, self._ended, self._note, self._stopped = {}, {}, "", False
             threading.Thread(target=self._listen, args=(self._run,), daemon=True).start()
             self._advance()
 
@@ -124,7 +125,9 @@ class Session:
         """Interrupt the run that goes on: what it has computed is kept."""
         with self._lock:
             if self._run is not None and self._run.poll() is None:
-                self._run.send_signal(signal.SIGINT)
+                self._stopped = True
+                # One that has said nothing yet has no workers, and may not listen to an interrupt yet.
+                self._run.send_signal(signal.SIGINT if self._fates else signal.SIGTERM)
 
     def explain(self, node: str, frame: int | None) -> str:
         """Say what a result is made of, and how that differs from the latest one; BadInput for an unknown one."""
@@ -197,7 +200,8 @@ class Session:
         run.wait()
         with self._lock:
             if not self._ended:
-                self._ended = {"failures": [f"the run ended with exit code {run.returncode}"]}
+                died = [] if self._stopped else [f"the run ended with exit code {run.returncode}"]
+                self._ended = {"failures": died, "interrupted": self._stopped}
             self._run = None
             self._fates = {task: fate for task, fate in self._fates.items() if fate != "running"}
             self._reload()

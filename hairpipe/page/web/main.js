@@ -14,9 +14,15 @@ function fault(message) {
 async function refresh() {
   const [graph, state] = await Promise.all([hairpipe.plain("graph"), hairpipe.plain("state")]);
   const frame = app.frame >= graph.frames[0] && app.frame <= graph.frames[1] ? app.frame : frameToShow(graph, state);
+  resolveTypes(graph);
   const node = graph.nodes.some((/** @type {any} */ one) => one.name === app.node) ? app.node : "";
   app.set({ state, graph, frame, node });
   if (!node) selectNode(nodeToShow());
+}
+
+/** Give each node its type in place of the name of it. @param {any} graph */
+function resolveTypes(graph) {
+  for (const node of graph.nodes) node.type = graph.types[node.type] ?? node.type;
 }
 
 /** The first frame that has been simulated, or the first. @param {any} graph @param {any} state @returns {number} */

@@ -1,0 +1,110 @@
+"""A shot of every kind of result, computed once, and a browser to look at it."""
+
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+import hairpipe
+from hairpipe.graph.run import machine_code
+
+TOYS = Path(__file__).parent / "toys"
+SHOT = """schema = 1 # of the file
+frames = [1, 5]
+fps = 24
+
+[ball]
+type = "make_ball"
+
+[plate]
+type = "make_plate"
+
+# What is shown.
+[hair]
+type = "swing"
+in.plate = "plate"
+strands = 300 # three hundred
+wave = { height = 0.03 } # as high as that
+
+[picture]
+type = "paint"
+in.hair = "hair"
+
+[reach]
+type = "count"
+in.hair = "hair"
+"""
+BROWSER, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
+FLAGS = """--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --window-size=1400,1300
+    --no-first-run --disable-background-networking --disable-component-update --disable-sync --disable-quic"""
+
+
+def write_shot(folder: Path) -> Path:
+    """Write the graph file and its node types."""
+    shutil.copytree(TOYS, folder / "nodes", ignore=shutil.ignore_patterns("__pycache__"))
+    (folder / "shot.toml").write_text(SHOT)
+    return folder / "shot.toml"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The folder of a shot that was run: its nodes are trusted, and need no kernel of ours."""
+    folder = tmp_path_factory.mktemp("page")
+    write_shot(folder)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HAIRPIPE_TRUST", str(folder / "nodes"))
+        patch.setenv("HAIRPIPE_CACHE", str(folder / "cache"))
+        patch.setattr(sys, "path", list(sys.path))
+        patch.setattr(machine_code, "kernel_modules", lambda: iter(()))
+        before = set(sys.modules)
+        command = [sys.executable, "-c", "from hairpipe.cli import main; main()", "run", "shot.toml", "-j1", "-q"]
+        subprocess.run(command, cwd=folder, env=os.environ, check=True)
+        yield folder
+        for name in set(sys.modules) - before:
+            if str(folder) in str(getattr(sys.modules[name], "__file__", "")):
+                del sys.modules[name]
+
+
+@pytest.fixture
+def shot(folder: Path) -> hairpipe.Shot:
+    """The shot, all of it in the cache."""
+    (folder / "shot.toml").write_text(SHOT)
+    return hairpipe.load(folder / "shot.toml", cache=folder / "cache")
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator:
+    """A browser without a screen; skipped where there is none."""
+    webdriver = pytest.importorskip("selenium.webdriver", reason="no selenium")
+    if not (BROWSER and DRIVER):
+        pytest.skip("no browser to test pages in: Debian's packages chromium and chromium-driver")
+    options = webdriver.ChromeOptions()
+    options.binary_location = BROWSER
+    for flag in FLAGS.split():
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(DRIVER))
+    driver.set_script_timeout(30)
+    yield driver
+    driver.quit()
+
+
+@pytest.fixture
+def opened(chromium) -> Callable:
+    """Open a page and wait until it is ready; fails where it reports an error."""
+    from selenium.webdriver.support.ui import WebDriverWait
+
+    def open_page(address: str):
+        chromium.get("about:blank")
+        chromium.get_log("browser"), chromium.get_log("performance")
+        chromium.get(address)
+        ready = "return [document.body.dataset.state, document.body.dataset.errors]"
+        WebDriverWait(chromium, 30).until(lambda driver: driver.execute_script(ready)[0] == "ready")
+        assert chromium.execute_script(ready) == ["ready", "0"]
+        return chromium
+
+    return open_page

@@ -1,0 +1,207 @@
+"""The page in a real browser, frozen and live."""
+
+import io
+import json
+import threading
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from hairpipe.api.shot import load
+from hairpipe.api.source import shipped_graphs
+from hairpipe.page.documents import graph_document
+from hairpipe.page.packing import quantised
+from hairpipe.page.report import write_report
+from hairpipe.page.server import Server
+from hairpipe.page.session import Session
+
+from .conftest import SHOT
+
+
+@pytest.fixture(scope="module")
+def report(folder):
+    shot = load(folder / "shot.toml", cache=folder / "cache")
+    write_report(shot, shot.plan(), folder / "report")
+    return (folder / "report" / "index.html").as_uri()
+
+
+def do(driver, script, *given):
+    """Run a script, and wait until what it began is drawn."""
+    found = driver.execute_script(script, *given)
+    driver.execute_async_script("const done = arguments[0]; requestAnimationFrame(() => setTimeout(done, 60));")
+    return found
+
+
+def pixels(driver, selector="#view"):
+    """The picture of an element, (height, width, 3)."""
+    element = driver.find_element("css selector", selector)
+    return np.asarray(Image.open(io.BytesIO(element.screenshot_as_png)).convert("RGB")).astype(int)
+
+
+def requests(driver):
+    """Addresses that were asked for."""
+    events = [json.loads(entry["message"])["message"] for entry in driver.get_log("performance")]
+    return [e["params"]["request"]["url"] for e in events if e["method"] == "Network.requestWillBeSent"]
+
+
+def test_a_frozen_page_needs_nothing_but_its_files(opened, report):
+    driver = opened(report)
+    for node in ("ball", "plate", "hair", "picture", "reach"):
+        do(driver, "selectNode(arguments[0])", node)
+    assert all(address.startswith(("file:", "data:")) for address in requests(driver)), requests(driver)
+    assert [entry for entry in driver.get_log("browser") if entry["level"] == "SEVERE"] == []
+    assert driver.execute_script("return document.body.dataset.errors") == "0"
+
+
+def test_one_file_holds_all_of_it(opened, shot, tmp_path):
+    write_report(shot, shot.plan(), tmp_path / "report.html", single=True)
+    driver = opened((tmp_path / "report.html").as_uri())
+    do(driver, "selectNode('picture')")
+    assert driver.execute_script("return document.querySelector('.book img').naturalWidth") == 64
+    assert [a for a in requests(driver) if not a.startswith("data:")] == [(tmp_path / "report.html").as_uri()]
+
+
+def test_every_node_is_clicked_and_shows_what_it_made(opened, report):
+    driver = opened(report)
+    shown = {
+        "ball": ".slices canvas",
+        "plate": "#view",
+        "hair": "#view",
+        "picture": ".book img",
+        "reach": ".table table",
+    }
+    for node, selector in shown.items():
+        driver.find_element("css selector", f'[data-node="{node}"]').click()
+        do(driver, "")
+        assert driver.find_element("css selector", "#panel h2").text.startswith(node)
+        assert driver.find_element("css selector", selector).is_displayed(), node
+
+
+def test_strands_are_where_python_has_them_and_are_picked(opened, report, shot):
+    driver = opened(report)
+    do(driver, "selectNode('hair'); app.set({ frame: 2 })")
+    places = np.array(driver.execute_script("return Array.from(viewer.items.at(-1).places)")).reshape(-1, 3)
+    hair = shot.get("hair@2")
+    assert np.abs(places - hair.points).max() <= 0.51 * quantised(hair.points)[1]["step"]
+    script = """const p = arguments[0], { clientWidth: width, clientHeight: height } = viewer.canvas;
+        const m = viewer.camera.matrix(width / height);
+        const w = m[3] * p[0] + m[7] * p[1] + m[11] * p[2] + m[15];
+        const at = [0, 1].map((k) => (m[k] * p[0] + m[4 + k] * p[1] + m[8 + k] * p[2] + m[12 + k]) / w);
+        viewer.pick((at[0] + 1) / 2 * width, (1 - at[1]) / 2 * height);
+        return viewer.note.textContent;"""
+    front = int(np.argmax(places.reshape(300, 12, 3)[:, -1, 2]))
+    assert do(driver, script, places[12 * front + 11].tolist()) == f"strand {front}, 12 points"
+
+
+def test_the_picture_moves_with_the_timeline_and_takes_colours(opened, report):
+    driver = opened(report)
+    do(driver, "selectNode('hair'); app.set({ frame: 1 })")
+    first = pixels(driver)
+    lit = (first.max(axis=2) - first.min(axis=2) > 25).mean()
+    assert lit > 0.02, "hair is drawn"
+    slider = driver.find_element("css selector", "#frame")
+    do(driver, "arguments[0].value = 4; arguments[0].dispatchEvent(new Event('input'))", slider)
+    second = pixels(driver)
+    assert (np.abs(first - second).max(axis=2) > 30).mean() > 0.01
+    for channel in ("strand", "speed"):
+        do(driver, "app.set({ channel: arguments[0] })", channel)
+        assert (np.abs(pixels(driver) - second).max(axis=2) > 30).mean() > 0.01
+
+
+def test_two_pictures_lie_below_a_slider(opened, report):
+    driver = opened(report)
+    do(driver, "selectNode('picture'); app.set({ frame: 1 })")
+    driver.find_element("css selector", ".pin").click()
+    do(driver, "app.set({ frame: 5 })")
+    cut = "return document.querySelector('.then').style.clipPath"
+    before = driver.execute_script(cut)
+    do(driver, "const k = document.querySelector('.knife'); k.value = 900; k.dispatchEvent(new Event('input'))")
+    assert (before, driver.execute_script(cut)) == ("inset(0px 50% 0px 0px)", "inset(0px 10% 0px 0px)")
+    assert driver.find_element("css selector", ".which").text == "picture@1 | picture@5"
+
+
+def test_tables_of_frames_become_curves_and_sort(opened, report):
+    driver = opened(report)
+    do(driver, "selectNode('reach')")
+    rows = "return [...document.querySelectorAll('.table > table tbody tr')].map((row) => row.cells[0].textContent)"
+    assert driver.execute_script(rows) == ["1", "2", "3", "4", "5"]
+    head = driver.find_elements("css selector", ".table > table th")[0]
+    head.click()
+    head.click()
+    assert driver.execute_script(rows) == ["5", "4", "3", "2", "1"]
+    assert driver.find_element("css selector", ".uplot canvas").is_displayed()
+
+
+def test_no_wire_crosses_a_node_in_any_shipped_graph(opened, report):
+    driver = opened(report)
+    script = """
+        const [graph, state] = arguments;
+        resolveTypes(graph);
+        Object.assign(app, { graph, state });
+        drawGraph();
+        const nodes = [...document.querySelectorAll('#graph .node')];
+        const boxes = nodes.map((node) => [node.dataset.node, node.querySelector('.box').getBBox()]);
+        const crossed = new Set();
+        for (const wire of document.querySelectorAll('#graph .wire'))
+          for (const [x, y] of placesAlong(wire.getAttribute('d')))
+            for (const [name, b] of boxes)
+              if (x > b.x + 0.5 && x < b.x + b.width - 0.5 && y > b.y && y < b.y + b.height)
+                crossed.add(`${wire.dataset.from} -> ${wire.dataset.to} crosses ${name}`);
+        return [boxes.length, [...crossed]];
+
+        function placesAlong(path) {
+          let x = 0, y = 0;
+          const places = [];
+          for (const [, kind, numbers] of path.matchAll(/([MCH])([^MCH]*)/g)) {
+            const n = numbers.trim().split(/\\s+/).map(Number);
+            const end = kind === 'H' ? [n[0], y] : n.slice(-2);
+            const [a, b] = kind === 'C' ? [n.slice(0, 2), n.slice(2, 4)] : [[x, y], end];
+            for (let t = 0.05; t < 1.01 && kind !== 'M'; t += 0.05) {
+              const s = 1 - t, at = (k, p) => s ** 3 * p + 3 * s * s * t * a[k] + 3 * s * t * t * b[k] + t ** 3 * end[k];
+              places.push([at(0, x), at(1, y)]);
+            }
+            [x, y] = end;
+          }
+          return places;
+        }"""
+    for name, path in shipped_graphs().items():
+        shot = load(path)
+        state = {"nodes": {node: {"cells": []} for node in shot.nodes}}
+        boxes, crossed = driver.execute_script(script, graph_document(shot), state)
+        assert boxes == len(shot.nodes) and not crossed, (name, crossed)
+
+
+def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
+    server = Server(Session(shot), 0)
+    thread = threading.Thread(target=server.serve)
+    thread.start()
+    try:
+        driver = opened(server.address)
+        do(driver, "selectNode('picture')")
+        edit = """const field = document.querySelector('[data-setting="red"] input');
+            field.value = arguments[0]; field.dispatchEvent(new Event('change'))"""
+        wait = """const [text, done] = arguments;
+            const look = () => {
+                const there = document.querySelector('#controls').innerText.includes(text);
+                return there && !app.state.verdict.running ? done(true) : setTimeout(look, 50);
+            };
+            look();"""
+        do(driver, edit, "7e400")
+        assert driver.find_element("css selector", ".wrong").text
+        do(driver, edit, "0.875")
+        driver.execute_async_script(wait, "picture.red = 0.875")
+        assert driver.execute_script("return app.state.verdict.missing") == 5
+        do(driver, "document.getElementById('do-run').click()")
+        driver.execute_async_script(wait, "run save 1")
+        assert driver.execute_script("return [app.state.verdict.computed, app.state.verdict.missing]") == [5, 0]
+        assert (folder / "shot.toml").read_text() == SHOT
+        do(driver, "document.getElementById('do-save').click()")
+        driver.execute_async_script(wait, "run save revert")
+        assert (folder / "shot.toml").read_text() == SHOT.replace(
+            '"paint"\nin.hair = "hair"\n', '"paint"\nin.hair = "hair"\nred = 0.875\n'
+        )
+        assert driver.execute_script("return document.body.dataset.errors") == "0"
+    finally:
+        server.stop()
+        thread.join(20)

@@ -1,0 +1,66 @@
+"""A report on disk: what it holds, what it may replace, and that it is the same twice."""
+
+import hashlib
+from pathlib import Path
+
+import pytest
+
+import hairpipe
+from hairpipe.errors import BadInput
+from hairpipe.page.assets import SCRIPTS, WEB
+from hairpipe.page.report import write_report
+
+
+def digests(folder: Path) -> dict[str, str]:
+    return {
+        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+def test_it_is_the_same_twice_and_replaces_itself(shot, tmp_path):
+    write_report(shot, shot.plan(), tmp_path / "a")
+    write_report(shot, shot.plan(), tmp_path / "b")
+    assert digests(tmp_path / "a") == digests(tmp_path / "b")
+    (tmp_path / "b" / "data" / "old.js").write_text("old")
+    write_report(shot, shot.plan(), tmp_path / "b")
+    assert digests(tmp_path / "a") == digests(tmp_path / "b")
+
+
+def test_strands_are_thinned_to_fit(shot, tmp_path):
+    whole = write_report(shot, shot.plan(), tmp_path / "whole")
+    least = write_report(shot, shot.plan(), tmp_path / "least", most_bytes=0.7 * whole.size)
+    assert least.strands < 300 <= whole.strands and least.size <= 0.75 * whole.size
+    with pytest.raises(BadInput, match="MB too much"):
+        write_report(shot, shot.plan(), tmp_path / "none", most_bytes=1000)
+    assert not (tmp_path / "none").exists()
+
+
+@pytest.mark.parametrize("single", [False, True])
+def test_what_is_no_report_is_left_alone(single, shot, tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "letter.txt").write_text("dear")
+    with pytest.raises(BadInput, match="is no file for a report" if single else "holds something that is no report"):
+        write_report(shot, shot.plan(), tmp_path / "mine", single=single)
+    assert (tmp_path / "mine" / "letter.txt").read_text() == "dear"
+
+
+def test_a_run_that_failed_is_shown_as_it_was(folder, tmp_path):
+    text = (folder / "shot.toml").read_text().replace("[picture]", '[torn]\ntype = "tear"\nin.hair = "hair"\n[picture]')
+    (folder / "torn.toml").write_text(text)
+    shot = hairpipe.load(folder / "torn.toml", cache=folder / "cache")
+    run = shot.run(jobs=1, keep_going=True)
+    write_report(shot, shot.plan(), tmp_path / "torn", run=run)
+    state = (tmp_path / "torn" / "data" / "state.js").read_text()
+    assert '"state":"failed","reason":"ValueError: \\u003c/script> at frame 3"' in state
+    assert '"failures":["torn@3: ValueError: \\u003c/script> at frame 3"]' in state
+
+
+def test_every_file_of_the_page_is_listed_and_vendored_ones_say_what_they_are():
+    names = {path.name for path in Path(str(WEB)).iterdir() if path.suffix == ".js"}
+    assert names == set(SCRIPTS)
+    for line in (WEB / "vendor" / "VENDORED").read_text().splitlines():
+        name, version, licence, digest, source = line.split()
+        assert hashlib.sha256((WEB / "vendor" / name).read_bytes()).hexdigest() == digest
+        assert version[0].isdigit() and licence == "MIT" and source.startswith("npm:")

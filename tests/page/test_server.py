@@ -1,0 +1,106 @@
+"""The server answers who knows its address, from no other page, and reads nothing else."""
+
+import http.client
+import threading
+from urllib.parse import urlsplit
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.page.server import Server
+from hairpipe.page.session import Session
+
+
+@pytest.fixture
+def served(shot):
+    server = Server(Session(shot), 0)
+    thread = threading.Thread(target=server.serve)
+    thread.start()
+    yield server
+    server.stop()
+    thread.join(20)
+    assert not thread.is_alive()
+
+
+def ask(server, path, method="GET", body=None, **headers):
+    """Ask for a path below the address, or for a whole one; status and text."""
+    place = urlsplit(server.address)
+    connection = http.client.HTTPConnection(place.hostname, place.port, timeout=20)
+    connection.request(method, path if path.startswith("/") else place.path + path, body, headers)
+    answer = connection.getresponse()
+    return answer.status, answer.read().decode("utf-8", "replace"), dict(answer.getheaders())
+
+
+def test_it_serves_the_page_its_files_and_documents(served):
+    status, page, headers = ask(served, "")
+    assert (
+        status == 200 and 'data-live="true"' in page and "frame-ancestors 'none'" in headers["content-security-policy"]
+    )
+    assert ask(served, "page/core.js")[0] == 200 and ask(served, "page/style.css")[2]["content-type"].startswith(
+        "text/css"
+    )
+    status, text, _ = ask(served, "data/graph.js")
+    assert status == 200 and text.startswith('hairpipe.load("graph",{"name":"shot"')
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/",
+        "/guess/",
+        "/data/graph.js",
+        "page/../server.py",
+        "page/..%2fserver.py",
+        "page/%2e%2e/assets.py",
+        "other",
+        "page/",
+    ],
+)
+def test_nothing_else_is_there(served, path):
+    assert ask(served, path)[0] >= 300
+
+
+@pytest.mark.parametrize(
+    "name", ["0000.h5.mesh", "../../shot.toml", "%2e%2e/%2e%2e/shot.toml", "index", "graph.x", "<b>"]
+)
+def test_an_unknown_document_is_a_message(served, name):
+    status, text, _ = ask(served, f"data/{name}.js")
+    assert status in (200, 404) and "schema = 1" not in text and "<" not in text
+    assert status == 404 or text.startswith("hairpipe.fail(")
+
+
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Host": "evil.example"},
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ],
+)
+def test_other_pages_are_refused(served, headers):
+    for method, path in (("GET", ""), ("GET", "data/graph.js"), ("POST", "revert")):
+        status, text, _ = ask(served, path, method, "{}", **headers)
+        assert status in (400, 403) and "hairpipe.load" not in text
+
+
+def test_deeds_need_the_page_and_sense(served):
+    assert ask(served, "revert", "POST", "{}")[0] == 403
+    own = {"Origin": served.origin}
+    assert ask(served, "revert", "POST", "{}", **own)[0] == 200
+    for deed, body in (("explode", "{}"), ("edit", "{}"), ("edit", "[]"), ("edit", "no json"), ("run", '{"to": 3}')):
+        assert ask(served, deed, "POST", body, **own)[0] == 400, (deed, body)
+    status, text, _ = ask(served, "edit", "POST", '{"target": "hair.strands", "text": "0"}', **own)
+    assert status == 409 and "strands = 0" in text and ">= 1" in text
+
+
+def test_a_port_that_is_taken_is_a_message(served, shot):
+    port = urlsplit(served.address).port
+    with pytest.raises(BadInput, match=f"port {port} cannot be used"):
+        Server(Session(shot), port)
+
+
+def test_the_address_is_a_secret(shot):
+    addresses = {Server(Session(shot), 0).address for _ in range(3)}
+    assert len(addresses) == 3 and all(len(urlsplit(a).path) > 30 for a in addresses)

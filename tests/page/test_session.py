@@ -1,0 +1,114 @@
+"""A live page: edits, plan, run, save; and what others do to the file and the cache meanwhile."""
+
+import time
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.page.session import Session
+
+from .conftest import SHOT
+
+
+@pytest.fixture
+def session(shot):
+    session = Session(shot)
+    yield session
+    session.close()
+
+
+def cells(session, node):
+    return session.document("state")[0]["nodes"][node]["cells"]
+
+
+def states(session, node):
+    return [cell["state"] for cell in cells(session, node)]
+
+
+def until(true, most=60.0):
+    end = time.monotonic() + most
+    while not true():
+        assert time.monotonic() < end, "nothing happened"
+        time.sleep(0.05)
+
+
+def test_an_edit_says_what_would_run(session):
+    assert states(session, "picture") == ["cached"] * 5
+    session.edit("picture.red", "0.75")
+    assert states(session, "picture") == ["run"] * 5 and states(session, "hair") == ["cached"] * 5
+    assert cells(session, "picture")[0]["reason"] == "setting red 0.5 -> 0.75"
+    session.edit("hair.wave.height", "0.05")
+    assert states(session, "hair") == ["run"] * 5 and states(session, "reach") == ["depends"] * 5
+    session.revert()
+    assert states(session, "hair") == ["cached"] * 5
+
+
+@pytest.mark.parametrize(
+    "target, text", [("hair.strands", "0"), ("hair.strandz", "1"), ("har.strands", "1"), ("hair", "1")]
+)
+def test_an_edit_that_the_file_would_not_take_changes_nothing(session, target, text):
+    revision = session.revision
+    with pytest.raises(BadInput):
+        session.edit(target, text)
+    assert session.revision == revision and states(session, "hair") == ["cached"] * 5
+
+
+def test_a_run_computes_what_the_plan_said_and_saving_changes_one_value(session, folder):
+    session.edit("picture.red", "0.625")
+    said = session.document("state")[0]["verdict"]["missing"]
+    session.run([])
+    with pytest.raises(BadInput, match="a run goes on"):
+        session.run([])
+    until(lambda: not session.document("state")[0]["verdict"]["running"])
+    verdict = session.document("state")[0]["verdict"]
+    assert verdict["failures"] == [] and (verdict["computed"], verdict["missing"]) == (said, 0) == (5, 0)
+    assert states(session, "picture") == ["computed"] * 5
+    assert (folder / "shot.toml").read_text() == SHOT
+    session.edit("hair.strands", "301")
+    session.save()
+    text = (folder / "shot.toml").read_text()
+    assert text == SHOT.replace("strands = 300 #", "strands = 301 #").replace("[reach]", "[reach]").replace(
+        'type = "paint"\nin.hair = "hair"\n', 'type = "paint"\nin.hair = "hair"\nred = 0.625\n'
+    )
+    assert session.document("graph")[0]["edits"] == {}
+
+
+def test_a_run_is_stopped(session):
+    session.edit("hair.strands", "90000")
+    session.run([])
+    session.stop()
+    until(lambda: not session.document("state")[0]["verdict"]["running"])
+    assert session.document("state")[0]["verdict"]["interrupted"]
+
+
+def test_a_file_that_others_change_is_read_again(session, folder):
+    revision = session.revision
+    (folder / "shot.toml").write_text(SHOT.replace("strands = 300", "strands = 250"))
+    assert session.wait(revision, 20.0) > revision
+    until(lambda: states(session, "hair") == ["run"] * 5)
+    (folder / "shot.toml").write_text(SHOT.replace("strands = 300", "strands = -1"))
+    until(lambda: "strands = -1" in session.document("state")[0]["verdict"]["note"])
+    assert states(session, "hair") == ["run"] * 5
+    (folder / "shot.toml").write_text(SHOT)
+    until(lambda: states(session, "hair") == ["cached"] * 5)
+
+
+def test_what_has_gone_from_the_cache_is_a_message(session, shot):
+    name = cells(session, "ball")[0]["outputs"][""]
+    path = shot.object_path(name)
+    kept = path.read_bytes()
+    path.unlink()
+    with pytest.raises(BadInput, match=r"was not kept|not in the store"):
+        session.document(f"{name}.slices")
+    path.write_bytes(b"damaged")
+    with pytest.raises(BadInput):
+        session.document(f"{name}.slices")
+    path.unlink(missing_ok=True)
+    path.write_bytes(kept)
+
+
+def test_a_result_is_explained(session):
+    text = session.explain("hair", 2)
+    assert text.startswith("cached") and '"height": 0.03' in text
+    with pytest.raises(BadInput):
+        session.explain("hair", 9)

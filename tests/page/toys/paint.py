@@ -1,0 +1,19 @@
+"""A picture a frame."""
+
+import numpy as np
+from PIL import Image
+
+from hairpipe.data import Strands
+from hairpipe.graph import File, Time, Workspace, node
+
+
+@node(frames="each")
+def paint(hair: Strands, time: Time, workspace: Workspace, *, red: float = 0.5) -> File:
+    """A square whose colour changes with time.
+
+    red  share of it
+    """
+    colour = (255 * np.array([red, (time.frame % 8) / 8, 0.2])).astype(np.uint8)
+    path = workspace / "picture.png"
+    Image.fromarray(np.broadcast_to(colour, (64, 64, 3)).copy()).save(path)
+    return File(path)
