@@ -18,11 +18,22 @@ from hairpipe.graph.plan.planner import explain as explain_task
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result, read_value
 from hairpipe.graph.run.events import Event, Options
+from hairpipe.graph.run.player import Player, played_nodes, playing_environment
 from hairpipe.graph.run.scheduler import run as run_graph
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 
-__all__ = ["Explanation", "Graph", "Node", "Record", "Shot", "Task", "load"]
+__all__ = [
+    "Explanation",
+    "Graph",
+    "Node",
+    "Player",
+    "Record",
+    "Shot",
+    "Task",
+    "load",
+    "played_nodes",
+]
 
 
 def load(
@@ -188,6 +199,14 @@ class Shot:
     def object_path(self, name: str) -> Path:
         """Where an object of a result lies in the cache, whole or not; ValueError for what is no name of one."""
         return self._store.object_path(name)
+
+    def player(self, node: str) -> Player:
+        """Play the simulations that lead to a node in this process, see `Player`; BadInput where it cannot be."""
+        return Player(self.graph, self._store, node)
+
+    def playing_environment(self) -> dict[str, str]:
+        """Environment of a process that calls `player`; BadInput or OSError where kernels have no safe place."""
+        return playing_environment(self.graph, self._store)
 
     def single(self, target: Target) -> Target:
         """Return a target that names one result; BadInput where a frame is missing."""

@@ -11,7 +11,17 @@ LICENCES = ("dagre.LICENSE.txt", "uPlot.LICENSE.txt")
 STYLES = ("uPlot.min.css", "style.css")
 SCRIPTS = (
     *("core.js", "app.js", "graph_view.js", "frame_strip.js", "camera.js", "light.js", "channels.js", "shaders.js"),
-    *("scene.js", "viewer.js", "pictures.js", "tables.js", "slices.js", "stage.js", "panel.js", "verdict.js"),
+    *(
+        "scene.js",
+        "viewer.js",
+        "play.js",
+        "pictures.js",
+        "tables.js",
+        "slices.js",
+        "stage.js",
+        "panel.js",
+        "verdict.js",
+    ),
     *("timeline.js", "live.js", "main.js"),
 )
 """In the order in which they are loaded: the last one begins."""

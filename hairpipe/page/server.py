@@ -16,7 +16,7 @@ from starlette.middleware import Middleware
 from starlette.middleware.base import BaseHTTPMiddleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.requests import Request
-from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 
 from hairpipe.errors import BadInput
@@ -89,6 +89,7 @@ def application(session: Session, token: str, origin: str) -> Starlette:
         Route("/pictures/{name}", handler.picture),
         Route("/wait", handler.wait),
         Route("/explain", handler.explain),
+        Route("/play/{node}", handler.play),
         Route("/{deed}", handler.act, methods=["POST"]),
     ]
 
@@ -159,6 +160,11 @@ class Handler:
         except (BadInput, ValueError) as fault:
             text = str(fault)
         return PlainTextResponse(text)
+
+    def play(self, request: Request) -> Response:
+        """Frames of a node as they are made, for as long as the page listens."""
+        frames = self._session.play(request.path_params["node"], request.query_params.get("output", ""))
+        return StreamingResponse(frames, media_type="application/octet-stream")
 
     async def act(self, request: Request) -> Response:
         """Carry out a deed; what is wrong with it is the answer."""

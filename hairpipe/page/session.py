@@ -6,7 +6,8 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from hairpipe.page.documents import graph_document, state_document
 from hairpipe.page.packing import Packed
 from hairpipe.page.runner import Job
 from hairpipe.page.shelf import Shelf
+from hairpipe.page.stream import Show, playable
 
 MOST_STRANDS = 4000
 """That are drawn of a groom."""
@@ -47,6 +49,7 @@ class Session:
         self._fates: dict[Task, str] = {}
         self._ended: Said = {}
         self._stopped = False
+        self._players: list[subprocess.Popen[bytes]] = []
         self._note = ""
         self._seen: Any = None
         self.revision = 0
@@ -59,6 +62,8 @@ class Session:
         """Stop the run that this page began, and following."""
         self._open = False
         self.stop()
+        for player in self._players:
+            player.kill()
 
     def wait(self, seen: int, most: float) -> int:
         """Wait until there is something newer than a revision, at most so long [s]; returns the latest revision."""
@@ -70,7 +75,7 @@ class Session:
         """Make a document by name; KeyError for an unknown one, BadInput for one that has gone from the cache."""
         with self._lock:
             if name == "graph":
-                return graph_document(self._shot) | {"edits": dict(self._edits), "saved": self._can_save()}, b""
+                return graph_document(self._shot) | self._live(), b""
             if name == "state":
                 return self._state(), b""
             return self._shelf.document(name)
@@ -129,12 +134,42 @@ class Session:
                 # One that has said nothing yet has no workers, and may not listen to an interrupt yet.
                 self._run.send_signal(signal.SIGINT if self._fates else signal.SIGTERM)
 
+    def play(self, node: str, output: str) -> Iterator[bytes]:
+        """Play a node until the iteration ends, with the settings as they are edited meanwhile, see `stream.py`.
+
+        BadInput where kernels have no safe place.
+        """
+        with self._lock:
+            settings = {target: parse_value(text) for target, text in self._edits.items()}
+            show = Show(self._base.given, settings, str(self._base.cache), node, output, MOST_STRANDS)
+            process = subprocess.Popen(
+                child.command("from hairpipe.page.stream import main; main()"),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                env=self._shot.playing_environment(),
+            )
+            self._players.append(process)
+        try:
+            tell(process, vars(show))
+            assert process.stdout is not None
+            while part := process.stdout.read1(1 << 20):  # type: ignore[union-attr]
+                yield part
+        finally:
+            process.kill()
+            process.wait()
+            with self._lock:
+                self._players.remove(process)
+
     def explain(self, node: str, frame: int | None) -> str:
         """Say what a result is made of, and how that differs from the latest one; BadInput for an unknown one."""
         with self._lock:
             found = self._shot.explain(f"{node}@{frame}" if frame is not None else node, frames=self.frames)
         made = json.dumps(found.parts, indent=1, sort_keys=True) if found.parts else ""
         return "\n".join([found.entry.status, *found.reasons, made])
+
+    def _live(self) -> dict[str, Any]:
+        """What the page can do beside showing."""
+        return {"edits": dict(self._edits), "saved": self._can_save(), "playable": playable(self._shot)}
 
     def _can_save(self) -> bool:
         return os.access(self._base.path, os.W_OK) and self._base.path.exists()
@@ -154,6 +189,8 @@ class Session:
         shot = base.changed({target: parse_value(text) for target, text in edits.items()})
         plan = shot.plan(self.frames)
         self._base, self._edits, self._shot, self._plan = base, dict(edits), shot, plan
+        for player in self._players:
+            tell(player, {target: parse_value(text) for target, text in edits.items()})
         self._shelf.renew(shot, plan)
         self._advance()
 
@@ -205,6 +242,14 @@ class Session:
             self._run = None
             self._fates = {task: fate for task, fate in self._fates.items() if fate != "running"}
             self._reload()
+
+
+def tell(process: "subprocess.Popen[bytes]", document: dict[str, Any]) -> None:
+    """Write a line to a process; nothing where it has ended."""
+    with suppress(OSError):
+        assert process.stdin is not None
+        process.stdin.write(json.dumps(document).encode() + b"\n")
+        process.stdin.flush()
 
 
 def stamp(path: Path) -> tuple[int, int]:

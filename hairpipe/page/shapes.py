@@ -19,10 +19,8 @@ def strands_document(hair: Strands | Groom, most: int) -> Packed:
     most  strands that are shown, taken evenly from all; `total` says how many there are
     """
     count = len(hair.offsets) - 1
-    shown = np.linspace(0, max(count - 1, 0), min(most, count)).round().astype(np.int64)
-    lengths = np.diff(hair.offsets)[shown]
+    shown, lengths, kept = thinned(hair.offsets, most)
     offsets = np.concatenate([[0], np.cumsum(lengths)])
-    kept = np.arange(offsets[-1]) + np.repeat(np.asarray(hair.offsets)[shown] - offsets[:-1], lengths)
     places, box = quantised(hair.points[kept])
     arrays = {"points": zigzag(second_differences(places, offsets)), "lengths": lengths.astype(np.uint16)}
     if len(shown) < count:
@@ -34,6 +32,18 @@ def strands_document(hair: Strands | Groom, most: int) -> Packed:
         steps = np.rint(speeds * (255.0 / fastest if fastest else 0.0)).astype(np.int64)
         arrays["speeds"] = np.diff(steps, prepend=0).astype(np.uint8)
     return pack(arrays, **meta)
+
+
+def thinned(offsets: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Choose strands evenly: which, (s,), points of each, (s,), and which points these are, (p,), all int64; pure.
+
+    most  strands that are chosen
+    """
+    count = len(offsets) - 1
+    shown = np.linspace(0, max(count - 1, 0), min(most, count)).round().astype(np.int64)
+    lengths = np.diff(offsets)[shown].astype(np.int64)
+    starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]) if count else np.zeros(0, np.int64)
+    return shown, lengths, np.arange(lengths.sum()) + np.repeat(np.asarray(offsets)[shown] - starts, lengths)
 
 
 def mesh_document(mesh: Mesh) -> Packed:

@@ -30,6 +30,10 @@ in.plate = "plate"
 strands = 300 # three hundred
 wave = { height = 0.03 } # as high as that
 
+[lag]
+type = "trail"
+in.hair = "hair"
+
 [picture]
 type = "paint"
 in.hair = "hair"

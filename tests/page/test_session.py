@@ -1,7 +1,10 @@
 """A live page: edits, plan, run, save; and what others do to the file and the cache meanwhile."""
 
+import json
 import time
+from itertools import islice
 
+import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
@@ -105,6 +108,42 @@ def test_what_has_gone_from_the_cache_is_a_message(session, shot):
         session.document(f"{name}.slices")
     path.unlink(missing_ok=True)
     path.write_bytes(kept)
+
+
+def test_it_plays_with_settings_as_they_are_edited(session, shot):
+    assert session.document("graph")[0]["playable"] == ["lag"]
+    messages = read_messages(session.play("lag", ""))
+    for frame in (1, 2, 3, 4, 5, 1):
+        head, codes = next(messages)
+        places = np.array(head["low"]) + head["step"] * codes.reshape(-1, 3)
+        assert head["frame"] == frame and head["total"] == 300
+        assert np.abs(places - shot.get(f"lag@{frame}").points).max() <= 0.51 * head["step"]
+    session.edit("lag.share", "1.0")
+    following = (np.array(head["low"]) + head["step"] * codes.reshape(-1, 3) for head, codes in messages)
+    hair = [shot.get(f"hair@{frame}").points for frame in range(1, 6)]
+    assert any(min(np.abs(next(following) - points).max() for points in hair[2:]) < 1e-4 for _ in range(60))
+    session.edit("hair.strands", "301")
+    assert any("hair@1 has not been computed" in head.get("fault", "") for head, _ in islice(messages, 60))
+    messages.close()
+
+
+def read_messages(parts):
+    """Take messages apart, as the page does."""
+    held = bytearray()
+
+    def take(count):
+        while len(held) < count:
+            held.extend(next(parts))
+        taken = bytes(held[:count])
+        del held[:count]
+        return taken
+
+    try:
+        while True:
+            head, body = np.frombuffer(take(8), "<u4")
+            yield json.loads(take(int(head))), np.frombuffer(take(int(body)), "<u2").astype(float)
+    finally:
+        parts.close()
 
 
 def test_a_result_is_explained(session):

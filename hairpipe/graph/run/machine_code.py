@@ -17,7 +17,7 @@ from hairpipe.graph.key.code import ALWAYS, CodeReader, version
 from hairpipe.graph.store.digest import digest
 from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
 
-WITHOUT_KERNELS = ("cli", "graph", "page", "tune")
+WITHOUT_KERNELS = ("api", "chart", "cli", "graph", "page", "tune")
 """Rooms without kernels: editing them invalidates no compiled kernel."""
 PRIVATE = "a folder of your own that you alone can write to (chmod go-w)"
 KEPT = 8

@@ -2,7 +2,7 @@
 // Documents: what Python packed, by name. In a file no page may fetch, but it may load scripts, so each is one.
 
 /** @typedef {Uint8Array | Uint16Array | Uint32Array} Numbers */
-/** @typedef {{meta: any, arrays: Record<string, Numbers>}} Unpacked */
+/** @typedef {{meta: any, arrays: Record<string, Numbers>, places?: Float32Array}} Unpacked */
 /** @typedef {{meta: any, packed: string}} Raw */
 
 const MOST_UNPACKED = 96;

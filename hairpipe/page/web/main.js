@@ -43,6 +43,7 @@ async function begin() {
   app.live = document.body.dataset.live === "true";
   await refresh();
   document.title = `${app.graph.name} - hairpipe`;
+  listenToGraph();
   listenToStrip();
   listenToTimeline();
   if (app.live) follow();

@@ -51,7 +51,7 @@ class Scene {
   /** Strands: each segment is an instance that sees its neighbours in the same buffer, one point on.
    * @param {Unpacked} found @param {string} channel @param {any} rest document of the strands at rest, or null @returns {Item} */
   strands(found, channel, rest) {
-    const { gl } = this, { lengths } = found.arrays, places = placesOf(found, lengths), count = places.length / 3;
+    const { gl } = this, { lengths } = found.arrays, places = found.places ?? placesOf(found, lengths), count = places.length / 3;
     const shown = lengths.length, many = found.meta.total / Math.max(shown, 1);
     const padded = new Float32Array(3 * (count + 3));
     padded.set(places, 3);

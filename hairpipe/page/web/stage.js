@@ -10,6 +10,7 @@ const SOLID = ["strands", "mesh", "points", "surface"];
 async function showStage() {
   const stage = /** @type {HTMLElement} */ (document.getElementById("stage"));
   drawChoices();
+  if (player.stop && player.node === app.node) return;
   const three = layersOf(app.node, app.output);
   [...stage.children].forEach((child) => child.id === "view" || child.id === "note" || child.id === "legend" || child.remove());
   stage.classList.toggle("solid", three.length > 0);
@@ -49,6 +50,8 @@ function drawChoices() {
   const strands = node.kinds[app.output]?.includes("strands");
   document.getElementById("choices")?.replaceChildren(
     ...(outputs.length > 1 ? outputs.map(([name, type]) => button(name || String(type), name === app.output, { output: name })) : []),
+    ...(strands && app.graph.playable?.includes(app.node)
+      ? [element("button", { id: "live", class: player.stop ? "on" : "", title: "simulate it now, with the settings as they are", onclick: togglePlaying }, player.stop ? "stop playing" : "play live")] : []),
     ...(strands ? CHANNELS.map((channel) => button(channel, channel === app.channel, { channel })) : []),
   );
 }

@@ -38,6 +38,16 @@ class Viewer {
     this.redraw();
   }
 
+  /** Show strands that were just made, on a body. @param {Unpacked} found @param {string | null} body */
+  async showPlayed(found, body) {
+    const turn = ++this.turn, made = body ? [await this.load({ name: body, kind: "mesh", rest: null })] : [];
+    made.push(/** @type {Scene} */ (this.scene).strands(found, app.channel, null));
+    if (turn !== this.turn) return void made.forEach((item) => item.free());
+    this.items.forEach((item) => item.free());
+    this.items = made;
+    this.redraw();
+  }
+
   /** @param {Layer} layer @returns {Promise<Item>} */
   async load({ name, kind, rest }) {
     const scene = /** @type {Scene} */ (this.scene), found = await hairpipe.get(name);
@@ -98,13 +108,14 @@ function layersOf(node, output) {
   return layers;
 }
 
-/** The nearest document of a kind, and of a type, that a node depends on. @param {string} node @param {string} kind @param {string} [type] @returns {string | null} */
-function upstream(node, kind, type) {
+/** The nearest document of a kind, and of a type, that a node depends on at a frame.
+ * @param {string} node @param {string} kind @param {string} [type] @returns {string | null} */
+function upstream(node, kind, type, frame = app.frame) {
   const queue = [node], seen = new Set(queue);
   while (queue.length) {
     for (const edge of app.nodeNamed(/** @type {string} */ (queue.shift())).edges) {
       const fits = !type || app.nodeNamed(edge.node).type.outputs[edge.output] === type;
-      const found = fits && app.document(edge.node, edge.output, kind);
+      const found = fits && app.document(edge.node, edge.output, kind, frame);
       if (found) return found;
       if (!seen.has(edge.node)) seen.add(edge.node), queue.push(edge.node);
     }

@@ -1,0 +1,66 @@
+"""Playing gives what a run gives, without a trace, and takes other settings while it goes on."""
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.graph import Edge
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.results import read_result
+from hairpipe.graph.run.player import Player, played_nodes
+
+
+def stored(shot, graph, frame):
+    return read_result(graph, shot.store, Task("sum", frame), "number").value
+
+
+def test_it_plays_what_a_run_computes_and_begins_anew(shot):
+    shot.run()
+    shot.tally()
+    graph, before = shot.load(), shot.results()
+    player = Player(graph, shot.store, "sum")
+    assert [node.name for node in player.nodes] == ["sum"]
+    for frame in [*range(1, 11), 1, 2, 3]:
+        played = player.advance()
+        assert played.frame == frame and played.values["number"].value == stored(shot, graph, frame)
+        assert list(played.seconds) == ["sum"]
+    assert shot.tally() == {"add_up": 13} and shot.results() == before
+
+
+def test_other_settings_count_from_the_next_frame_on(shot):
+    shot.run()
+    player = Player(shot.load(), shot.store, "sum")
+    player.advance()
+    player.take(shot.load(**{"sum.warn": 2}))
+    with pytest.warns(UserWarning, match="a strand is too short"):
+        assert player.advance().frame == 2
+
+
+def test_what_goes_in_has_to_be_there(shot):
+    with pytest.raises(BadInput, match="move@1 has not been computed"):
+        Player(shot.load(), shot.store, "sum")
+    shot.run()
+    player = Player(shot.load(), shot.store, "sum")
+    with pytest.raises(BadInput, match="move@1 has not been computed"):
+        player.take(shot.load(**{"seed.value": 77}))
+    assert player.advance().values["number"].value == stored(shot, shot.load(), 1)
+
+
+def test_a_failure_passes_and_the_next_frame_is_the_first(shot):
+    shot.run()
+    player = Player(shot.load(), shot.store, "sum")
+    player.advance()
+    function = player.nodes[0].type.function
+    object.__setattr__(player.nodes[0].type, "function", lambda **given: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        player.advance()
+    object.__setattr__(player.nodes[0].type, "function", function)
+    assert player.advance().frame == 1
+
+
+@pytest.mark.parametrize("node, what", [("move", "follows no simulation"), ("list", "follows no simulation")])
+def test_only_what_follows_a_simulation_is_played(shot, node, what):
+    shot.run()
+    graph = shot.load()
+    assert Edge("sum", "number") in graph.taken
+    with pytest.raises(BadInput, match=what):
+        played_nodes(graph.upto([node]), node)
