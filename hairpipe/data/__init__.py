@@ -10,6 +10,7 @@ from hairpipe.data.mesh import Mesh
 from hairpipe.data.normals import Normals
 from hairpipe.data.particles import Cloud, Particles
 from hairpipe.data.parts import BodyParts
+from hairpipe.data.point_values import PointValues
 from hairpipe.data.table import Table
 
 __all__ = [
@@ -24,6 +25,7 @@ __all__ = [
     "Mesh",
     "Normals",
     "Particles",
+    "PointValues",
     "Pose",
     "Shell",
     "Skeleton",

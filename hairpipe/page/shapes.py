@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from hairpipe.data import Cloud, Density, Groom, LevelSet, Mesh, Particles, Strands
+from hairpipe.data import Cloud, Density, Groom, LevelSet, Mesh, Particles, PointValues, Strands
 from hairpipe.graph.store.digest import digest_bytes
 from hairpipe.page.packing import Packed, pack, quantised, second_differences, zigzag
 from hairpipe.spatial.isosurface import extract_surface
@@ -44,6 +44,22 @@ def thinned(offsets: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray, np.
     lengths = np.diff(offsets)[shown].astype(np.int64)
     starts = np.concatenate([[0], np.cumsum(lengths)[:-1]]) if count else np.zeros(0, np.int64)
     return shown, lengths, np.arange(lengths.sum()) + np.repeat(np.asarray(offsets)[shown] - starts, lengths)
+
+
+def values_document(measured: PointValues, most: int) -> Packed:
+    """Describe values at points of strands to 1/255 of their range, not finite ones as the least; pure.
+
+    most  strands that are shown, the same as of `strands_document`
+    """
+    arrays, ranges = {}, []
+    kept = thinned(measured.offsets, most)[2]
+    for place, values in enumerate(measured.values[:, kept].astype(float)):
+        known = values[np.isfinite(values)]
+        low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 0.0)
+        steps = np.nan_to_num((values - low) * (255.0 / (high - low or 1.0)), posinf=255.0).clip(0.0, 255.0)
+        arrays[f"values{place}"] = np.diff(np.rint(steps).astype(np.int64), prepend=0).astype(np.uint8)
+        ranges.append([low, high])
+    return pack(arrays, names=list(measured.names), ranges=ranges)
 
 
 def mesh_document(mesh: Mesh) -> Packed:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hairpipe.data import Body, Cloud, Density, Groom, LevelSet, Mesh, Particles, Strands, Table
+from hairpipe.data import Body, Cloud, Density, Groom, LevelSet, Mesh, Particles, PointValues, Strands, Table
 from hairpipe.graph import File
 from hairpipe.page import shapes
 from hairpipe.page.packing import Packed
@@ -32,6 +32,7 @@ KINDS: dict[type, tuple[str, ...]] = {
     Cloud: ("points",),
     Particles: ("points",),
     Table: ("table",),
+    PointValues: ("values",),
 }
 """Documents of values by their type; of any other type there is `value`, a summary."""
 
@@ -66,6 +67,7 @@ def document_of(kind: str, value: Any, most: int) -> Packed:
     make: dict[str, Callable[[], Packed]] = {
         "strands": lambda: shapes.strands_document(value, most),
         "points": lambda: shapes.points_document(value),
+        "values": lambda: shapes.values_document(value, most),
         "slices": lambda: shapes.slices_document(value),
         "table": lambda: (table_document(value), b""),
         "value": lambda: ({"lines": list(summary_lines(value))}, b""),

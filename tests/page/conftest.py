@@ -34,6 +34,10 @@ wave = { height = 0.03 } # as high as that
 type = "trail"
 in.hair = "hair"
 
+[height]
+type = "sense"
+in.hair = "hair"
+
 [picture]
 type = "paint"
 in.hair = "hair"

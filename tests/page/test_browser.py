@@ -104,9 +104,12 @@ def test_the_picture_moves_with_the_timeline_and_takes_colours(opened, report):
     do(driver, "arguments[0].value = 4; arguments[0].dispatchEvent(new Event('input'))", slider)
     second = pixels(driver)
     assert (np.abs(first - second).max(axis=2) > 30).mean() > 0.01
-    for channel in ("strand", "speed"):
+    names = driver.execute_script("return [...document.querySelectorAll('#choices button')].map((b) => b.innerText)")
+    assert names == ["shaded", "strand", "speed", "stretch", "height [mm]"]
+    for channel in ("strand", "speed", "height [mm]"):
         do(driver, "app.set({ channel: arguments[0] })", channel)
         assert (np.abs(pixels(driver) - second).max(axis=2) > 30).mean() > 0.01
+    assert driver.find_element("id", "legend").text.split() == ["0.00", "200", "mm"]
 
 
 def test_two_pictures_lie_below_a_slider(opened, report):

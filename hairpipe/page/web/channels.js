@@ -13,11 +13,31 @@ function rampColour(value) {
 /** A number in 0..1 that looks random, the same for the same strand. @param {number} strand */
 const noiseOf = (strand) => ((Math.imul(strand + 1, 2654435761) >>> 0) % 10007) / 10007;
 
+/** Values at the points of strands that other nodes have measured: by name, the document and the place in it.
+ * @param {string} node @param {string} output @returns {Map<string, {name: string, place: number}>} */
+function measuredOf(node, output) {
+  const found = new Map();
+  for (const other of app.graph.nodes) {
+    if (!other.edges.some((/** @type {any} */ edge) => edge.node === node && edge.output === output)) continue;
+    for (const [out, kinds] of Object.entries(other.kinds)) {
+      const name = kinds.includes("values") && app.document(other.name, out, "values");
+      if (name) hairpipe.raw.get(name)?.meta.names.forEach((/** @type {string} */ label, /** @type {number} */ place) => found.set(label, { name, place }));
+    }
+  }
+  return found;
+}
+
+/** Names of the documents of values that are measured of an output. @param {string} node @param {string} output */
+function valueDocuments(node, output) {
+  const nodes = app.graph.nodes.filter((/** @type {any} */ other) => other.edges.some((/** @type {any} */ edge) => edge.node === node && edge.output === output));
+  return nodes.flatMap((/** @type {any} */ other) => Object.keys(other.kinds).map((out) => app.document(other.name, out, "values"))).filter(Boolean);
+}
+
 /** Bytes red, green, blue, light of each point. @param {Unpacked} found @param {string} channel @param {Float32Array} places
- * @param {Uint8Array} light @param {any} rest */
-function coloursOf(found, channel, places, light, rest) {
+ * @param {Uint8Array} light @param {any} rest @param {Float32Array | null} measured */
+function coloursOf(found, channel, places, light, rest, measured) {
   const { lengths, strands } = found.arrays, colours = new Uint8Array(4 * (places.length / 3 + 1));
-  const speeds = channel === "speed" ? speedsOf(found) : null;
+  const speeds = measured ?? (channel === "speed" ? runningSums(found.arrays.speeds ?? new Uint8Array(places.length / 3)) : null);
   const stretch = channel === "stretch" ? stretchOf(places, lengths, rest) : null;
   let point = 0;
   for (let s = 0; s < lengths.length; s++) {
@@ -34,9 +54,9 @@ function coloursOf(found, channel, places, light, rest) {
 
 const STRETCH = 0.05;
 
-/** Speed of each point over the fastest. @param {Unpacked} found */
-function speedsOf(found) {
-  const steps = found.arrays.speeds ?? new Uint8Array(found.arrays.points.length / 3), values = new Float32Array(steps.length);
+/** Bytes whose differences these are, over 255. @param {Numbers} steps */
+function runningSums(steps) {
+  const values = new Float32Array(steps.length);
   for (let i = 0, value = 0; i < steps.length; i++) values[i] = (value = (value + steps[i]) & 255) / 255;
   return values;
 }
@@ -57,8 +77,9 @@ function stretchOf(places, lengths, rest) {
   return values;
 }
 
-/** What a colour means. @param {string} channel @param {Unpacked} found */
-function legendOf(channel, found) {
+/** What a colour means. @param {string} channel @param {Unpacked} found @param {number[] | null} range */
+function legendOf(channel, found, range) {
+  if (range) return [range[0].toPrecision(3), `${range[1].toPrecision(3)} ${channel.match(/\[(.*)\]/)?.[1] ?? ""}`];
   if (channel === "speed") return ["0", `${(found.meta.fastest ?? 0).toPrecision(3)} m/s`];
   return channel === "stretch" ? [`-${100 * STRETCH} %`, `+${100 * STRETCH} %`] : null;
 }

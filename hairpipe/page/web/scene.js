@@ -49,8 +49,9 @@ class Scene {
   }
 
   /** Strands: each segment is an instance that sees its neighbours in the same buffer, one point on.
-   * @param {Unpacked} found @param {string} channel @param {any} rest document of the strands at rest, or null @returns {Item} */
-  strands(found, channel, rest) {
+   * @param {Unpacked} found @param {string} channel @param {any} rest places at rest, or null
+   * @param {Float32Array | null} measured values of the points in 0..1 to colour by, or null @returns {Item} */
+  strands(found, channel, rest, measured = null) {
     const { gl } = this, { lengths } = found.arrays, places = found.places ?? placesOf(found, lengths), count = places.length / 3;
     const shown = lengths.length, many = found.meta.total / Math.max(shown, 1);
     const padded = new Float32Array(3 * (count + 3));
@@ -63,7 +64,7 @@ class Scene {
       point += length;
     }
     const light = lightAt(places, lengths, 8e-5 * many * 8);
-    const colours = coloursOf(found, channel, places, light, rest);
+    const colours = coloursOf(found, channel, places, light, rest, measured);
     const array = gl.createVertexArray();
     gl.bindVertexArray(array);
     const held = [this.buffer(padded)];

@@ -52,7 +52,7 @@ function drawChoices() {
     ...(outputs.length > 1 ? outputs.map(([name, type]) => button(name || String(type), name === app.output, { output: name })) : []),
     ...(strands && app.graph.playable?.includes(app.node)
       ? [element("button", { id: "live", class: player.stop ? "on" : "", title: "simulate it now, with the settings as they are", onclick: togglePlaying }, player.stop ? "stop playing" : "play live")] : []),
-    ...(strands ? CHANNELS.map((channel) => button(channel, channel === app.channel, { channel })) : []),
+    ...(strands ? [...CHANNELS, ...measuredOf(app.node, app.output).keys()].map((channel) => button(channel, channel === app.channel, { channel })) : []),
   );
 }
 

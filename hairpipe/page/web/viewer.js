@@ -54,9 +54,13 @@ class Viewer {
     if (kind === "points") return scene.points(found);
     if (kind !== "strands") return scene.mesh(found, await hairpipe.get(`${found.meta.faces}.faces`), kind);
     const base = rest && app.channel === "stretch" ? await hairpipe.get(rest) : null;
-    const legend = legendOf(app.channel, found);
+    await Promise.all(valueDocuments(app.node, app.output).map((/** @type {string} */ one) => hairpipe.get(one)));
+    const source = measuredOf(app.node, app.output).get(app.channel), values = source && await hairpipe.get(source.name);
+    const legend = legendOf(app.channel, found, values ? values.meta.ranges[source.place] : null);
+    drawChoices();
     this.legend.replaceChildren(...(legend ? [legend[0], element("i", {}), legend[1]] : []));
-    return scene.strands(found, app.channel, base && placesOf(base, base.arrays.lengths));
+    const measured = values ? runningSums(values.arrays[`values${source.place}`]) : null;
+    return scene.strands(found, app.channel, base && placesOf(base, base.arrays.lengths), measured);
   }
 
   redraw() {

@@ -1,0 +1,52 @@
+"""What can be said of every point of hair: how deep it is in a body, how far stretched, what it pulls with."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hairpipe.data import Groom, PointValues, Strands
+from hairpipe.data.hair import HairState
+from hairpipe.data.lengths import segment_lengths
+from hairpipe.errors import BadInput
+from hairpipe.levelset.collider import Collider
+from hairpipe.measure.contact import depths
+from hairpipe.measure.tension import layout_of, tensions
+
+
+def measure_points(
+    hair: Strands, groom: Groom | None, state: HairState | None, bodies: Sequence[Collider]
+) -> PointValues:
+    """Return `depth [mm]` where there are bodies, `stretch [%]` with a groom, and `tension [uN]` with a state as well.
+
+    A point has the stretch and the tension of the segment that ends there, a root those of the one that begins. Raises
+    BadInput where groom or state are of other strands.
+    """
+    inner = np.ones(len(hair.points), bool)
+    inner[hair.offsets[:-1]] = False
+    found: dict[str, np.ndarray] = {}
+    if bodies:
+        found["depth [mm]"] = spread(1e3 * depths(hair, bodies), inner, 0.0)
+    if groom is not None:
+        if not np.array_equal(groom.offsets, hair.offsets):
+            raise BadInput("hair and groom are not the same strands", right="in.groom: the groom that is simulated")
+        rest = segment_lengths(groom.points, groom.offsets)
+        found["stretch [%]"] = spread(100.0 * (segment_lengths(hair.points, hair.offsets) / rest - 1.0), inner)
+        if state is not None:
+            pulls = sorted(tensions(layout_of(groom, state), state), key=lambda strand: strand[0])
+            found["tension [uN]"] = spread(1e6 * np.concatenate([pull for _, _, pull in pulls]), inner)
+    if not found:
+        raise BadInput("nothing to measure by", right="in.surfaces, in.parts, or in.groom, with in.state or without")
+    return PointValues(tuple(found), np.stack(list(found.values())).astype(np.float32), hair.offsets)
+
+
+def spread(values: np.ndarray, inner: np.ndarray, root: float | None = None) -> np.ndarray:
+    """Return values of all points but roots as values of all points, (p,); pure.
+
+    inner  which points are no roots, (p,) bool
+    root   value of the roots; without, that of the point after
+    """
+    spread_out = np.zeros(len(inner))
+    spread_out[inner] = values
+    roots = np.flatnonzero(~inner)
+    spread_out[roots] = spread_out[roots + 1] if root is None else root
+    return spread_out

@@ -1,0 +1,12 @@
+"""Values at points."""
+
+import numpy as np
+
+from hairpipe.data import PointValues, Strands
+from hairpipe.graph import node
+
+
+@node(frames="each")
+def sense(hair: Strands) -> PointValues:
+    """How high hair is."""
+    return PointValues(("height [mm]",), 1e3 * hair.points[None, :, 1].astype(np.float32), hair.offsets)
