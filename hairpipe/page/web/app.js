@@ -4,12 +4,16 @@
 /** @typedef {{frame: number | null, state: string, reason: string, seconds?: number, processor?: number, bytes?: number,
  *   warnings?: string[], outputs?: Record<string, string>, pictures?: Record<string, string>, inputs?: Record<string, string>}} Cell */
 
+/** @typedef {{graph: any, state: any, live: boolean, node: string, output: string, frame: number, channel: string, pinned: string,
+ *   views: Array<[string[], () => void]>, on: (parts: string[], view: () => void) => void, set: (changes: Record<string, any>) => void,
+ *   nodeNamed: (name: string) => any, cell: (node: string, frame?: number) => Cell | undefined,
+ *   document: (node: string, output: string, kind: string, frame?: number) => string | null}} App */
+
+/** @type {App} */
 const app = {
-  /** @type {any} */ graph: null,
-  /** @type {any} */ state: null,
-  live: false,
+  graph: null, state: null, live: false,
   node: "", output: "", frame: 0, channel: "shaded", pinned: "",
-  /** @type {Array<[string[], () => void]>} */ views: [],
+  views: [],
 
   /** Call a view when one of these parts changes. @param {string[]} parts @param {() => void} view */
   on(parts, view) {
@@ -39,12 +43,6 @@ const app = {
     const object = app.cell(node, frame)?.outputs?.[output];
     const name = `${object}.${kind}`;
     return object && app.nodeNamed(node).kinds[output]?.includes(kind) && hairpipe.has(name) ? name : null;
-  },
-
-  /** Every node and output that has such a document. @param {string} kind @returns {Array<[string, string]>} */
-  having(kind) {
-    return app.graph.nodes.flatMap((/** @type {any} */ node) =>
-      Object.entries(node.kinds).filter(([, kinds]) => kinds.includes(kind)).map(([output]) => [node.name, output]));
   },
 };
 

@@ -61,7 +61,7 @@ function cellText(node, frame) {
   if (!cell) return `${node}@${frame}: not asked for`;
   const name = cell.frame === null ? node : `${node}@${frame}`;
   const took = cell.seconds === undefined ? "" : `\n${timeText(cell.seconds)}, of the processor ${timeText(cell.processor ?? 0)}, ${sizeText(cell.bytes ?? 0)}`;
-  return `${name}: ${WORDS[cell.state]}${cell.reason ? ` ${cell.state === "run" ? "because: " : ""}${cell.reason}` : ""}${took}${(cell.warnings ?? []).map((w) => `\nwarning: ${w}`).join("")}`;
+  return `${name}: ${WORDS[cell.state]}${cell.reason ? ` ${cell.state === "run" ? "because: " : ""}${cell.reason}` : ""}${took}${(cell.warnings ?? []).map((/** @type {string} */ w) => `\nwarning: ${w}`).join("")}`;
 }
 
 function listenToStrip() {

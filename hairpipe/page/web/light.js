@@ -5,8 +5,8 @@
 const CELLS = 56;
 const LAMP = [0.45, 0.75, 0.48];
 
-/** Share of the light that reaches each point, 0 to 255. @param {Float32Array} places x y z of each @param {number} width
- * of a strand, over how many of all are shown [m] @returns {Uint8Array} */
+/** Share of the light that reaches each point, 0 to 255. @param {Float32Array} places x y z of each
+ * @param {ArrayLike<number> & Iterable<number>} lengths points of each strand @param {number} width of a strand, over how many of all are shown [m] */
 function lightAt(places, lengths, width) {
   const count = places.length / 3, length = Math.hypot(...LAMP), along = LAMP.map((v) => -v / length);
   const aside = [along[2], 0, -along[0]].map((v) => v / Math.hypot(along[0], along[2]));

@@ -1,15 +1,17 @@
 "use strict";
 // Plays: hair that is simulated while one looks on, with the settings as they are now.
 
-const player = { node: "", output: "", /** @type {AbortController | null} */ stop: null, times: /** @type {number[]} */ ([]) };
+/** @type {{node: string, output: string, stop: AbortController | null, times: number[]}} */
+const player = { node: "", output: "", stop: null, times: [] };
 
 /** Begin or end to play the selected node. */
 function togglePlaying() {
   if (player.stop) return player.stop.abort();
-  Object.assign(player, { node: app.node, output: app.output, stop: new AbortController(), times: [] });
+  const stop = new AbortController();
+  Object.assign(player, { node: app.node, output: app.output, stop, times: [] });
   drawChoices();
   sayPlaying("begins; the first time kernels are compiled, which takes up to a minute");
-  play(player.stop).catch((reason) => reason?.name !== "AbortError" && sayPlaying(String(reason))).finally(() => {
+  play(stop).catch((reason) => reason?.name !== "AbortError" && sayPlaying(String(reason))).finally(() => {
     player.stop = null;
     void showStage();
   });

@@ -40,11 +40,11 @@ class Scene {
     }
   }
 
-  /** @param {BufferSource} data @param {number} [target] */
+  /** @param {ArrayBufferView} data @param {number} [target] */
   buffer(data, target = this.gl.ARRAY_BUFFER) {
     const made = this.gl.createBuffer();
     this.gl.bindBuffer(target, made);
-    this.gl.bufferData(target, data, this.gl.STATIC_DRAW);
+    this.gl.bufferData(target, /** @type {ArrayBufferView<ArrayBuffer>} */ (data), this.gl.STATIC_DRAW);
     return made;
   }
 

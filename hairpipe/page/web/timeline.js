@@ -9,8 +9,8 @@ function listenToTimeline() {
   };
   let playing = 0;
   const toggle = () => {
-    if (playing) playing = void clearInterval(playing) ?? 0;
-    else playing = window.setInterval(() => step(1), 1000 / app.graph.fps);
+    clearInterval(playing);
+    playing = playing ? 0 : window.setInterval(() => step(1), 1000 / app.graph.fps);
     play.textContent = playing ? "❚❚" : "▶";
   };
   slider.addEventListener("input", () => app.set({ frame: Number(slider.value) }));

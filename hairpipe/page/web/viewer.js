@@ -12,11 +12,11 @@ class Viewer {
     this.framed = "";
     this.turn = 0;
     const gl = this.canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
-    if (!gl) return failed(), undefined;
-    this.scene = new Scene(gl);
+    this.scene = gl && new Scene(gl);
     stage.append(this.canvas, this.note, this.legend);
     this.camera.listen(this.canvas, () => this.redraw(), (x, y) => this.pick(x, y));
     new ResizeObserver(() => this.redraw()).observe(this.canvas);
+    if (!gl) failed();
   }
 
   /** Show the documents of an output at the selected frame. */
