@@ -9,21 +9,9 @@ WEB = files("hairpipe.page") / "web"
 VENDOR = ("dagre.min.js", "uPlot.iife.min.js")
 LICENCES = ("dagre.LICENSE.txt", "uPlot.LICENSE.txt")
 STYLES = ("uPlot.min.css", "style.css")
-SCRIPTS = (
-    *("core.js", "app.js", "graph_view.js", "frame_strip.js", "camera.js", "light.js", "channels.js", "shaders.js"),
-    *(
-        "scene.js",
-        "viewer.js",
-        "play.js",
-        "pictures.js",
-        "tables.js",
-        "slices.js",
-        "stage.js",
-        "panel.js",
-        "verdict.js",
-    ),
-    *("timeline.js", "live.js", "main.js"),
-)
+_NAMES = """core app graph_view frame_strip camera light channels shaders scene viewer play pictures tables wedge_view slices
+    stage panel verdict timeline live main"""
+SCRIPTS = tuple(f"{name}.js" for name in _NAMES.split())
 """In the order in which they are loaded: the last one begins."""
 MARK = "<!-- scripts -->"
 

@@ -4,7 +4,7 @@
 /** @typedef {{frame: number | null, state: string, reason: string, seconds?: number, processor?: number, bytes?: number,
  *   warnings?: string[], outputs?: Record<string, string>, pictures?: Record<string, string>, inputs?: Record<string, string>}} Cell */
 
-/** @typedef {{graph: any, state: any, live: boolean, node: string, output: string, frame: number, channel: string, pinned: string,
+/** @typedef {{graph: any, state: any, live: boolean, node: string, output: string, frame: number, channel: string, pinned: string, base: any, wedge: any, variant: number, pareto: Record<string, string>,
  *   views: Array<[string[], () => void]>, on: (parts: string[], view: () => void) => void, set: (changes: Record<string, any>) => void,
  *   nodeNamed: (name: string) => any, cell: (node: string, frame?: number) => Cell | undefined,
  *   document: (node: string, output: string, kind: string, frame?: number) => string | null}} App */
@@ -13,6 +13,7 @@
 const app = {
   graph: null, state: null, live: false,
   node: "", output: "", frame: 0, channel: "shaded", pinned: "",
+  base: null, wedge: null, variant: -1, pareto: {},
   views: [],
 
   /** Call a view when one of these parts changes. @param {string[]} parts @param {() => void} view */
@@ -34,8 +35,7 @@ const app = {
 
   /** The result of a node at a frame; of a value for the shot at any. @param {string} node @param {number} frame @returns {Cell | undefined} */
   cell(node, frame = app.frame) {
-    const cells = app.state.nodes[node]?.cells ?? [];
-    return cells.find((/** @type {Cell} */ cell) => cell.frame === null || cell.frame === frame);
+    return cellOf(app.state.nodes, node, frame);
   },
 
   /** Name of a document of an output, or null where there is none. @param {string} node @param {string} output @param {string} kind */
@@ -45,6 +45,11 @@ const app = {
     return object && app.nodeNamed(node).kinds[output]?.includes(kind) && hairpipe.has(name) ? name : null;
   },
 };
+
+/** The result of a node at a frame among those of all nodes. @param {any} nodes @param {string} node @param {number} frame @returns {Cell | undefined} */
+function cellOf(nodes, node, frame) {
+  return (nodes[node]?.cells ?? []).find((/** @type {Cell} */ cell) => cell.frame === null || cell.frame === frame);
+}
 
 const COLOURS = {
   Strands: "#e0a46c", Groom: "#c98a5a", Mesh: "#7fb6ff", Body: "#5f8fd0", Pose: "#a57fff", LevelSet: "#63d0b4",

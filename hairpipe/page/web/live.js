@@ -26,7 +26,7 @@ async function follow() {
 
 /** Fetch graph and state again. */
 function renew() {
-  for (const name of ["graph", "state"]) hairpipe.raw.delete(name);
+  for (const name of ["graph", "state", "wedge"]) hairpipe.raw.delete(name);
   return refresh();
 }
 

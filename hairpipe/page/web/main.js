@@ -12,11 +12,15 @@ function fault(message) {
 
 /** Take new documents of the graph and its state in. */
 async function refresh() {
-  const [graph, state] = await Promise.all([hairpipe.plain("graph"), hairpipe.plain("state")]);
+  const [graph, base] = await Promise.all([hairpipe.plain("graph"), hairpipe.plain("state")]);
+  const wedge = base.wedge ? await hairpipe.plain("wedge") : null, variant = wedge?.variants[app.variant] ? app.variant : -1;
+  Object.assign(app, { base, wedge });
+  const state = stateOf(variant);
   const frame = app.frame >= graph.frames[0] && app.frame <= graph.frames[1] ? app.frame : frameToShow(graph, state);
   resolveTypes(graph);
   const node = graph.nodes.some((/** @type {any} */ one) => one.name === app.node) ? app.node : "";
-  app.set({ state, graph, frame, node });
+  app.set({ state, graph, frame, node, variant });
+  drawWedge();
   if (!node) selectNode(nodeToShow());
 }
 

@@ -1,22 +1,27 @@
 "use strict";
 // Pictures as a flipbook, two of them side by side below a slider.
 
-/** Address of the picture of an output at a frame, or null. @param {string} node @param {string} output @param {number} [frame] */
-function pictureOf(node, output, frame = app.frame) {
-  const cell = app.cell(node, frame), suffix = cell?.pictures?.[output], object = cell?.outputs?.[output];
+/** Address of the picture of an output at a frame, or null. @param {string} node @param {string} output @param {number} [frame] @param {any} [nodes] */
+function pictureOf(node, output, frame = app.frame, nodes = app.state.nodes) {
+  const cell = cellOf(nodes, node, frame), suffix = cell?.pictures?.[output], object = cell?.outputs?.[output];
   return suffix && object ? hairpipe.picture(object, suffix) : null;
+}
+
+/** What a picture is of. @param {string} node @param {string | number} frame @param {number} variant */
+function labelOf(node, frame, variant) {
+  return `${node}@${frame}${app.wedge && variant >= 0 ? ` ${app.wedge.variants[variant].name}` : ""}`;
 }
 
 /** @param {HTMLElement} stage */
 function showPictures(stage) {
   const address = pictureOf(app.node, app.output);
   if (!address) return false;
-  const [node, output, frame] = app.pinned.split("\n");
-  const other = app.pinned ? pictureOf(node, output, node === app.node ? Number(frame) : app.frame) : null;
+  const [node, output, frame, variant] = app.pinned.split("\n"), same = node === app.node && Number(variant) === app.variant;
+  const other = app.pinned ? pictureOf(node, output, same ? Number(frame) : app.frame, stateOf(Number(variant)).nodes) : null;
   const image = (/** @type {string} */ src, /** @type {string} */ kind) => element("img", { src, class: kind, draggable: "false" });
   const pin = element("button", {
     class: "pin", title: "keep this picture for comparison",
-    onclick: () => app.set({ pinned: app.pinned ? "" : `${app.node}\n${app.output}\n${app.frame}` }),
+    onclick: () => app.set({ pinned: app.pinned ? "" : [app.node, app.output, app.frame, app.variant].join("\n") }),
   }, app.pinned ? "end comparison" : "compare with ...");
   const book = element("div", { class: "book" }, image(address, "now"), pin);
   if (other) {
@@ -25,7 +30,7 @@ function showPictures(stage) {
     const cut = () => (left.style.clipPath = `inset(0 ${100 - Number(/** @type {HTMLInputElement} */ (knife).value) / 10}% 0 0)`);
     knife.addEventListener("input", cut);
     cut();
-    book.append(left, knife, element("span", { class: "which" }, `${node}${node === app.node ? `@${frame}` : ""} | ${app.node}@${app.frame}`));
+    book.append(left, knife, element("span", { class: "which" }, `${labelOf(node, same ? frame : app.frame, Number(variant))} | ${labelOf(app.node, app.frame, app.variant)}`));
   }
   stage.append(book);
   return true;
