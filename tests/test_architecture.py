@@ -51,12 +51,13 @@ ROOMS = {
     "chart": BASE,
     "io": {*BASE, "spatial"},
     "graph": {"errors", "units", "child", "plain_file"},
-    "api": {"errors", "graph", "graphs", "io", "plain_file"},
+    "api": {"data", "errors", "graph", "graphs", "io", "plain_file"},
     "__init__": {"api", "errors"},
     "bench": {*ORDER, "graph"},
     "nodes": {*ORDER, "render", "chart", "io", "graph"},
     "graphs": {*ORDER, "io"},
     "tune": {*BASE, "api", *PURE},
+    "wedge": {*BASE, "api", "io", *PURE},
     "cli": {
         "api",
         "bench",
@@ -66,6 +67,7 @@ ROOMS = {
         "levelset.vdb_header",
         "plain_file",
         "tune",
+        "wedge",
         "graph.File",
         *PURE,
         *ASKED,
@@ -79,11 +81,12 @@ PLACES = {
     "matplotlib": "hairpipe/chart/",
     "pydantic": "hairpipe/graph/node/settings.py",
     "click": "hairpipe/cli/",
+    "tomlkit": "hairpipe/graph/file/saving.py",
     "rich": "hairpipe/cli/",
 }
 """Where alone a foreign library may be imported."""
 DATA_IMPORTS = {"numpy", "hairpipe", *sys.stdlib_module_names}
-HEAVY = {"numba", "pxr", "h5py", "scipy", "matplotlib", "PIL", "pydantic", "rich"}
+HEAVY = {"numba", "pxr", "h5py", "scipy", "matplotlib", "PIL", "pydantic", "rich", "tomlkit"}
 CODE_GENERATORS = ("hairpipe/kernels/simd.py", "hairpipe/kernels/simd_vec4.py", "hairpipe/kernels/prefetch.py")
 """Its functions are called by numba, with types that numba chooses."""
 MOST_LINES, MOST_LINES_OF_NINE_IN_TEN, FEWEST_LINES, MOST_NODE_LINES = 400, 250, 25, 60

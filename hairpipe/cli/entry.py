@@ -19,7 +19,21 @@ from hairpipe.cli.stderr import Unheard, fail, open_stderr
 from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import nearest, one_line
 
-COMMANDS = ("run", "plan", "explain", "graph", "nodes", "get", "tune", "cache", "trust", "usd", "bench", "version")
+COMMANDS = (
+    "run",
+    "plan",
+    "explain",
+    "graph",
+    "nodes",
+    "get",
+    "tune",
+    "wedge",
+    "cache",
+    "trust",
+    "usd",
+    "bench",
+    "version",
+)
 """Modules of this package; each defines the command of its name."""
 BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
 COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)"; zsh and fish work the same way.'
