@@ -190,7 +190,7 @@ class Shot:
         graph, stopping = shot.part(to), shot.stopping()
         numbers = graph.select(read_frames(frames))
         options = Options(
-            jobs or os.cpu_count() or 1, keep_going, publish_root=publish_root, force=force, limits=stopping.limits
+            jobs or os.cpu_count() or 1, keep_going, publish_root=publish_root, force=force, judge=stopping
         )
         self._make_cache()
         begun, recorder = time.monotonic(), Recorder(graph, options.jobs, progress)

@@ -10,11 +10,12 @@ from hairpipe.graph.file.wedge import Comparison
 from hairpipe.graph.node.messages import nearest
 from hairpipe.graph.plan.tasks import Task, is_beyond
 from hairpipe.graph.results import read_value
+from hairpipe.graph.run.events import Judge
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 
 
-class Stopping:
+class Stopping(Judge):
     """Which variants are given up, at which frame, and why.
 
     Frames up to the one that fails a criterion are still computed: which that is does not depend on the order of tasks.
@@ -34,7 +35,8 @@ class Stopping:
             for name in names.values():
                 self._users.setdefault(name, []).append(variant)
             for criterion in criteria:
-                self._criteria.setdefault(names[criterion.left.partition(".")[0]], []).append(criterion)
+                self._criteria.setdefault(names[criterion.node], []).append(criterion)
+        self.judged = frozenset(self._criteria)
         self._found: dict[str, tuple[int, str]] = {}
         self._limits: dict[str, int] = {}
 
@@ -79,10 +81,10 @@ def read_table(graph: Graph, store: Store, task: Task, record: Record) -> Table:
 
 def broken(criterion: Comparison, table: Table) -> str | None:
     """Compare a column of a table; return the worst value that ends a variant in words, None where none does."""
-    node, _, column = criterion.left.partition(".")
-    if column not in table.numbers:
-        raise BadInput(f"stop: '{node}' has no column '{column}'", right=nearest(column, list(table.numbers)))
-    values = table.numbers[column]
+    if criterion.column not in table.numbers:
+        what, right = f"stop: '{criterion.node}' has no column", nearest(criterion.column, list(table.numbers))
+        raise BadInput(f"{what} '{criterion.column}'", right=right)
+    values = table.numbers[criterion.column]
     worst = values[criterion.holds(values, criterion.right)]
     if not len(worst):
         return None

@@ -57,8 +57,12 @@ class WedgeShot(Shot):
         self._check_stop()
 
     def part(self, to: Names) -> Graph:
-        """Return the graph of all variants, or the part of it up to some nodes, named as in the graph file."""
+        """Return the graph of all variants, or the part of it up to some nodes, named as in the graph file.
+
+        What is judged to give variants up is part of it in any case.
+        """
         wanted = [self.original.node(name).name for name in read_names(to)]
+        wanted += [criterion.node for criterion in self.definition.stop] if wanted else []
         names = {variant.names[name]: None for name in wanted for variant in self.variants.values()}
         return self.graph.upto(names) if names else self.graph
 
@@ -116,7 +120,7 @@ class WedgeShot(Shot):
     def _check_stop(self) -> None:
         """Refuse a criterion on what has no value per frame: nothing would be left to give up."""
         for criterion in self.definition.stop:
-            node = self.original.nodes[criterion.left.partition(".")[0]]
+            node = self.original.nodes[criterion.node]
             if not node.per_frame:
                 what = f"stop: '{node.name}' has one value for the shot"
                 where, right = f"{self.path}: [wedge.{self.definition.name}]", "a measure of every frame: watch_hair"

@@ -38,7 +38,7 @@ def with_settings(text: str, settings: Mapping[str, Any]) -> str:
         try:
             text = changed(text, target.split("."), value)
             written = tomllib.loads(text.replace("\r\n", "\n"))
-        except (TOMLKitError, ValueError, TypeError):
+        except (TOMLKitError, ValueError, TypeError, StopIteration):
             written = None
         if written != wanted:
             what = f"{target} = {tomlkit.item(value).as_string()} cannot be written without a change of the layout"

@@ -34,8 +34,11 @@ def variant_name(names: Mapping[str, str], settings: Mapping[str, Any]) -> str:
 def word(value: Any) -> str:
     """Write a value in letters that every file system takes; where that changes it, with a digest of it."""
     text = value if isinstance(value, str) else json.dumps(value, default=str)
-    clean = PLAIN.sub("-", text).strip("-")
-    return text if clean == text else f"{clean[:30]}-{mark(text)}"
+    if isinstance(value, float):
+        exact = [short for digits in range(1, 18) if float(short := f"{value:.{digits}g}") == value]
+        text = min(exact, key=len)
+    clean = PLAIN.sub("-", text)
+    return text if clean == text else f"{clean.strip('-')[:30]}-{mark(text)}"
 
 
 def mark(text: str) -> str:

@@ -46,6 +46,16 @@ class Comparison(NamedTuple):
     relation: str
     right: Any
 
+    @property
+    def node(self) -> str:
+        """The node whose column is compared."""
+        return self.left.partition(".")[0]
+
+    @property
+    def column(self) -> str:
+        """The column that is compared."""
+        return self.left.partition(".")[2]
+
     def holds(self, left: Any, right: Any) -> Any:
         """Compare two values, or arrays value by value."""
         return RELATIONS[self.relation](left, right)
@@ -174,9 +184,8 @@ class WedgeReader:
         """Read at what a variant is given up."""
         found = self.comparisons("stop", '[["watch.longest stretch [%]", ">", 10.0]]')
         for comparison in found:
-            node, dot, column = comparison.left.partition(".")
-            self.check_node("stop", node)
-            if not dot or not column:
+            self.check_node("stop", comparison.node)
+            if not comparison.column:
                 raise self.fault(f"stop: '{comparison.left[:60]}' names no column", ["stop"], '"node.column"')
             if not isinstance(comparison.right, int | float) or isinstance(comparison.right, bool):
                 raise self.fault(f"stop: {brief(comparison.right)} is no number", ["stop"], "a number to compare with")

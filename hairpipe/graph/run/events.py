@@ -20,6 +20,19 @@ RECENT = 15
 Kind = Literal["begun", "started", "finished", "cached", "failed", "warning", "published"]
 
 
+class Judge:
+    """Gives nodes up while a graph is run: this one none.
+
+    judged  names of the nodes by whose results it decides; these are computed before what goes on
+    """
+
+    judged: frozenset[str] = frozenset()
+
+    def limits(self, task: Task, record: Record) -> Mapping[str, int]:
+        """Judge a result; return the frames beyond which nodes are given up, by name."""
+        return {}
+
+
 @dataclass(frozen=True)
 class Options:
     """Options of a run; none of them changes a result.
@@ -29,7 +42,7 @@ class Options:
     codec         module that writes and reads values
     publish_root  folder below which files may be published beside the graph's project
     force         whether files are replaced that were not published by hairpipe
-    limits        called with every established task: the frames beyond which nodes are given up, by name
+    judge         gives nodes up meanwhile
     """
 
     jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
@@ -37,7 +50,7 @@ class Options:
     codec: str = CODEC
     publish_root: Path | None = None
     force: bool = False
-    limits: Callable[[Task, Record], Mapping[str, int]] = lambda task, record: {}
+    judge: Judge = Judge()  # noqa: RUF009 (it has no state)
 
 
 @dataclass(frozen=True)

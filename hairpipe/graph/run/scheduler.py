@@ -68,7 +68,7 @@ class Scheduler:
         modules = [node.type.module for node in graph.nodes.values()]
         self.pool = Pool(store.root, options.codec, graph.folder, options.jobs, modules, self.resolver.reader)
         self.locks = KeyLocks(store.root / "lock")
-        self.queue = Queue(graph)
+        self.queue = Queue(graph, options.judge.judged)
         self.agenda: deque[Task] = deque()
         self.unmet: dict[Task, set[Task]] = {}
         self.waiters: dict[Task, list[Task]] = {}
@@ -165,7 +165,7 @@ class Scheduler:
         """Give ready tasks to free workers."""
         kinds: tuple[WorkerKind, WorkerKind] = ("parallel", "serial")
         for kind in kinds:
-            while self.pool.free(kind):
+            while self.pool.free(kind) and not self.agenda:
                 task = next(self.queue.take(kind, parallel_is_free=self.pool.free("parallel")), None)
                 if task is None:
                     break
@@ -241,7 +241,7 @@ class Scheduler:
         elif before is None:
             self.counts["cached"] += 1
         self.report(Event(how, task, record.seconds))
-        self.limits = self.options.limits(task, record)
+        self.limits = self.options.judge.limits(task, record)
         self.report_once(task, record.prepare_warnings, task.node)
         for message in record.warnings if before is None else ():
             self.report(Event("warning", task, message=message))
@@ -325,11 +325,12 @@ class Queue:
     """Ready tasks by mode, each in the order of frames, so that the inputs of a scan do not fall behind.
 
     The parallel worker takes scans, the critical path, then values for the shot; serial workers take values per frame,
-    and values for the shot while the parallel one is busy.
+    and values for the shot while the parallel one is busy. What is judged is on the critical path: were it left behind,
+    frames would be simulated that are given up.
     """
 
-    def __init__(self, graph: Graph) -> None:
-        self._mode = {node.name: node.type.mode for node in graph.nodes.values()}
+    def __init__(self, graph: Graph, judged: frozenset[str] = frozenset()) -> None:
+        self._mode = {n.name: "scan" if n.name in judged else n.type.mode for n in graph.nodes.values()}
         self._order = order_of(graph)
         self._heaps: dict[str, list[tuple[int, int, Task]]] = {"scan": [], "once": [], "each": []}
 
