@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hairpipe.api.formatting import duration, size
+from hairpipe.api.formatting import duration, size, table
 from hairpipe.api.selection import FrameSet, read_frames
 from hairpipe.api.shot import Record, Shot, Task
 from hairpipe.api.wedge_shot import Variant, WedgeShot
@@ -23,7 +23,7 @@ class Row:
     settings  that differ, by their short names
     state     empty where everything has been computed; else why it was stopped, or how much is there
     metrics   of the measures, by column: a number or text, or the mean and the largest of several rows
-    seconds   of evaluation of what not all variants share [s]; what several share counts for each of them
+    seconds   of the processor for what not all variants share [s]; what several share counts for each of them
     bytes     of the same results
     """
 
@@ -58,7 +58,7 @@ class Comparison:
     def __init__(self, wedge: WedgeShot, frames: Sequence[int], records: Mapping[str, Record]) -> None:
         self._wedge, self._frames, self._records = wedge, frames, records
         self._stopping = wedge.stopping()
-        judged = {criterion.left.partition(".")[0] for criterion in wedge.definition.stop}
+        judged = {criterion.node for criterion in wedge.definition.stop}
         for task in {task: None for v in wedge.variants.values() for node in judged for task in self.tasks(v, node)}:
             if str(task) in records:
                 self._stopping.limits(task, records[str(task)])
@@ -74,18 +74,18 @@ class Comparison:
         metrics = {n: value for node in self._wedge.definition.measures for n, value in self.metrics(variant, node)}
         names = self._wedge.definition.short_names
         settings = {names[target]: value for target, value in variant.settings.items()}
-        seconds, count = sum(record.seconds for record in records), self._wedge.size_of(records)
-        return Row(variant.name, settings, state, metrics, seconds, count)
+        seconds = sum(r.seconds if r.processor is None else r.processor for r in records)
+        return Row(variant.name, settings, state, metrics, seconds, self._wedge.size_of(records))
 
     def is_own(self, task: Task) -> bool:
         """Whether a task is not that of all variants."""
         return any(task.node not in variant.names.values() for variant in self._wedge.variants.values())
 
     def tasks(self, variant: Variant, node: str) -> list[Task]:
-        """List the tasks of a node, up to the frame at which the variant was stopped."""
+        """List the tasks of a node; where the variant was stopped, those of frames up to that one."""
         last = self._stopping.frame_of(variant.name)
-        frames = [frame for frame in self._frames if last is None or frame <= last]
-        return list(dict.fromkeys(self._wedge.task(variant, node, frame) for frame in frames))
+        tasks = dict.fromkeys(self._wedge.task(variant, node, frame) for frame in self._frames)
+        return [task for task in tasks if last is None or (task.frame is not None and task.frame <= last)]
 
     def metrics(self, variant: Variant, node: str) -> Iterator[tuple[str, float | str]]:
         """Sum up the columns of a measure, over all frames that are there."""
@@ -118,7 +118,7 @@ def cells(rows: Sequence[Row]) -> list[tuple[str, ...]]:
     head = (*settings, *metrics, "seconds", "size", "")
     body = [
         (
-            *(json.dumps(row.settings[name], default=str) for name in settings),
+            *(shown(row.settings[name]) for name in settings),
             *(shown(row.metrics.get(name, "")) for name in metrics),
             duration(row.seconds),
             size(row.bytes),
@@ -129,6 +129,15 @@ def cells(rows: Sequence[Row]) -> list[tuple[str, ...]]:
     return [head, *body]
 
 
+def text(rows: Sequence[Row]) -> str:
+    """Write the comparison for a terminal: in the head each word is on a line of its own."""
+    head, *body = cells(rows)
+    words = [cell.split() for cell in head]
+    deep = max(map(len, words))
+    lines = [tuple(("", *[""] * (deep - len(cell)), *cell)[1 + line] for cell in words) for line in range(deep)]
+    return table([*lines, *body], ">" * (len(head) - 1) + "<")
+
+
 def markdown(rows: Sequence[Row]) -> str:
     """Write the comparison as a table of Markdown."""
     head, *body = [tuple(cell.replace("|", "\\|") for cell in row) for row in cells(rows)]
@@ -136,6 +145,8 @@ def markdown(rows: Sequence[Row]) -> str:
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
-def shown(value: float | str) -> str:
-    """Write a metric in few letters."""
-    return value if isinstance(value, str) else f"{value:.4g}"
+def shown(value: Any) -> str:
+    """Write a value of a setting or a metric in few letters."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return value if isinstance(value, str) else json.dumps(value, default=str)

@@ -6,7 +6,7 @@ from pathlib import Path
 import click
 
 import hairpipe
-from hairpipe.api.formatting import plural, shown, table
+from hairpipe.api.formatting import plural, shown
 from hairpipe.cli import completion, options
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
@@ -54,8 +54,9 @@ def compare(
 ) -> None:
     """Compare variants by their measures.
 
-    Of a column with several rows there are the mean and the largest. Seconds and size are those of the results that not
-    all variants share; what some share counts for each of them. Nothing is computed: what is not in the cache is empty.
+    Of a column with several rows there are the mean and the largest. Seconds of the processor, and size, are those of
+    what not all variants share; what some share counts for each of them. Nothing is computed: what is not in the cache
+    is empty.
     """
     from hairpipe.wedge import comparison
 
@@ -66,8 +67,7 @@ def compare(
     elif markdown:
         click.echo(comparison.markdown(rows))
     else:
-        cells = comparison.cells(rows)
-        click.echo(table(cells, ">" * (len(cells[0]) - 1) + "<"))
+        click.echo(comparison.text(rows))
 
 
 @wedge.command()
