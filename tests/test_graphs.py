@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import hairpipe
 from hairpipe.data import Strands
 from hairpipe.graph.file.graph import Edge, Graph
 from hairpipe.graph.file.load import load_graph
@@ -54,6 +55,10 @@ def test_it_can_be_planned(graph, tmp_path):
 def test_it_publishes_something_and_only_below_out(graph):
     published = [node.publish for node in graph.nodes.values() if node.publish]
     assert published and all(path.is_relative_to(OUT) for path in published)
+
+
+def test_its_wedges_are_of_variants_that_can_be_loaded(graph):
+    assert all(merged.nodes for merged in hairpipe.load(graph.path).graphs())
 
 
 FEW: dict[str, dict[str, float | list[int] | list[float]]] = {

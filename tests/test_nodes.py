@@ -14,6 +14,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from hairpipe.api.node_types import node_types
 from hairpipe.api.source import read_source
 from hairpipe.errors import BadInput
+from hairpipe.graph.file.overrides import nodes_of
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.node.declare import NodeType
 from hairpipe.graph.node.fields import Field, fields_of, metadata
@@ -102,7 +103,7 @@ def test_there_are_nodes():
 
 def test_every_graph_that_is_no_experiment_is_made_of_public_types():
     graphs = [path for path in (HOME / "graphs").rglob("*.toml") if path.parent.name != "experiments"]
-    used = {table["type"] for path in graphs for table in read_source(path).tables.values() if isinstance(table, dict)}
+    used = {table["type"] for path in graphs for table in nodes_of(read_source(path).tables).values()}
     assert used <= set(PUBLIC)
 
 

@@ -70,7 +70,7 @@ class Cache:
         size     results are removed until the cache takes no more than this [bytes]
         dry_run  report only
         """
-        kept = live_keys(self._store(), [shot.graph for shot in keep])
+        kept = live_keys(self._store(), [graph for shot in keep for graph in shot.graphs()])
         return clean(self._store(read_only=dry_run), keep=kept, older=older, size=size)
 
     def _store(self, *, read_only: bool = False) -> Store:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from hairpipe.api.formatting import duration, plural, shown, table
 from hairpipe.graph.file.frameset import fold_frames
 from hairpipe.graph.file.graph import Graph, Node
+from hairpipe.graph.file.merged import origin
 from hairpipe.graph.plan.planner import Entry
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import Event, Failure, NodeProgress, Outcome, Progress
@@ -28,6 +29,7 @@ __all__ = [
     "Recorder",
     "Run",
     "Task",
+    "origin",
 ]
 
 
@@ -42,10 +44,12 @@ class Plan:
     """What a run would do to every node and frame, each after those it needs.
 
     records  of the results that are in the cache: what each is made of, when, in how long
+    stopped  variants of a wedge that were given up, and why
     """
 
     entries: tuple[Entry, ...]
     records: Mapping[Task, Record]
+    stopped: dict[str, str]
 
     def __iter__(self) -> Iterator[Entry]:
         """Iterate over the entries."""
@@ -60,7 +64,7 @@ class Plan:
         counts = Counter(entry.status for entry in self.entries)
         waiting = f", {counts['depends']:,} depend on what comes out" if counts["depends"] else ""
         total = f"{plural(counts['run'], 'result')} to compute{waiting}, {counts['cached']:,} cached"
-        return f"{table(plan_rows(self.entries), '<<<')}\n{total}"
+        return f"{table(plan_rows(self.entries), '<<<')}\n{total}{stop_lines(self.stopped)}"
 
 
 def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
@@ -74,6 +78,11 @@ def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
         rows.append(("" if node in known else node, fold_frames(frames), what))
         known.add(node)
     return rows
+
+
+def stop_lines(stopped: dict[str, str]) -> str:
+    """Write below a table which variants were given up, and why."""
+    return "".join(f"\nstopped: {variant}: {why}" for variant, why in stopped.items())
 
 
 def fate(entry: Entry) -> str:
@@ -124,6 +133,7 @@ class Run:
     warnings  tasks by node and message, in the order in which they came
     fates     what became of every task that was reached
     seconds   that the run took altogether [s]
+    stopped   variants of a wedge that were given up, and why
     """
 
     shot: "Shot"
@@ -134,6 +144,7 @@ class Run:
     warnings: dict[tuple[str, str], list[Task]]
     fates: dict[Task, Fate]
     seconds: float
+    stopped: dict[str, str]
 
     @property
     def ok(self) -> bool:
@@ -164,7 +175,7 @@ class Run:
         total = (
             f"{plural(outcome.evaluated, 'result')} computed, {outcome.cached:,} cached, in {duration(self.seconds)}"
         )
-        return f"{table(rows, '<>>>>')}\n{total}\n\n{self._places()}".rstrip()
+        return f"{table(rows, '<>>>>')}\n{total}{stop_lines(self.stopped)}\n\n{self._places()}".rstrip()
 
     def warning_lines(self, fewest: int = 1) -> list[str]:
         """List the warnings that came at least so many times, with the frames."""

@@ -4,15 +4,18 @@ import os
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Self
 
 from hairpipe.api.cache import open_store
 from hairpipe.api.reports import Plan, Recorder, Run
 from hairpipe.api.selection import FrameSet, Names, Target, read_frames, read_names, read_target
-from hairpipe.api.source import Given, Source, read_source
+from hairpipe.api.source import Given, Source, plain, read_source
+from hairpipe.api.stopping import Stopping
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.bounds import Bounds
 from hairpipe.graph.file.graph import Graph, Node
+from hairpipe.graph.file.wedge import Wedge
+from hairpipe.graph.node.signature import File
 from hairpipe.graph.plan.planner import Explanation, Planner
 from hairpipe.graph.plan.planner import explain as explain_task
 from hairpipe.graph.plan.tasks import Task
@@ -23,14 +26,19 @@ from hairpipe.graph.run.scheduler import run as run_graph
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
 
+if TYPE_CHECKING:
+    from hairpipe.api.wedge_shot import WedgeShot
+
 __all__ = [
     "Explanation",
+    "File",
     "Graph",
     "Node",
     "Player",
     "Record",
     "Shot",
     "Task",
+    "Wedge",
     "load",
     "played_nodes",
 ]
@@ -111,15 +119,51 @@ class Shot:
 
     def changed(self, set: Mapping[str, Any]) -> "Shot":
         """Return the shot with settings changed, by `node.setting` or `node.group.setting`; pure."""
-        return Shot(self._source.changed(set), self._store) if set else self
+        return self._of(self._source.changed(set)) if set else self
 
     def edited(self, tables: Mapping[str, Any]) -> "Shot":
         """Return a shot of the same file with other tables; pure."""
-        return Shot(self._source.edited(tables), self._store)
+        return self._of(self._source.edited(tables))
+
+    @property
+    def wedges(self) -> dict[str, Wedge]:
+        """The wedges of the graph file, by name: what varies, and the settings of every variant."""
+        return self._source.wedges
+
+    def wedge(self, name: str) -> "WedgeShot":
+        """Return a shot of all variants of a wedge in one graph; BadInput where there is none, or for a bad variant."""
+        from hairpipe.api.wedge_shot import WedgeShot
+
+        return WedgeShot(self._source, self._store, name)
+
+    def save(self, set: Mapping[str, Any]) -> None:
+        """Write settings into the graph file, by `node.setting` or `node.group.setting`; nothing else there changes.
+
+        BadInput for a setting that the graph refuses, and for a shipped graph.
+        """
+        from hairpipe.graph.file.saving import save_settings
+
+        self.changed(set)
+        if self._source.shipped is not None or not self.path.is_file():
+            raise BadInput("not a file of yours", where=self._source.shipped or self.path, right="a copy of the graph")
+        save_settings(self.path, plain(set))
+
+    def graphs(self) -> list[Graph]:
+        """Return the graph, and those of its wedges."""
+        return [self.graph, *(self.wedge(name).graph for name in self.wedges)]
+
+    def part(self, to: Names) -> Graph:
+        """Return the graph, or the part of it up to some nodes; BadInput for an unknown one."""
+        names = read_names(to)
+        return self.graph.upto(names) if names else self.graph
+
+    def stopping(self) -> Stopping:
+        """Return what gives variants up during a run; a shot of one variant has nothing to give up."""
+        return Stopping(self.graph, self._store, (), {})
 
     def reloaded(self) -> "Shot":
         """Return the shot as its file is now, without changes; BadInput as for `load`."""
-        return Shot(read_source(self.given), self._store)
+        return self._of(read_source(self.given))
 
     def plan(
         self,
@@ -130,10 +174,15 @@ class Shot:
         publish_root: Path | None = None,
     ) -> Plan:
         """Report what `run` would compute, and why; nothing is computed or written. BadInput where `run` raises it."""
-        shot, names = self.changed(set or {}), read_names(to)
-        graph = shot.graph.upto(names) if names else shot.graph
+        shot = self.changed(set or {})
+        graph = shot.part(to)
         Bounds(graph, self.cache, publish_root).check()
-        return self._plan(graph, frames)
+        planner, stopping = Planner(graph, self._store, read_frames(frames)), shot.stopping()
+        entries, results = planner.entries(), planner.resolver.results
+        known = {entry.task: results[entry.task] for entry in entries if entry.status == "cached"}
+        for task, record in known.items():
+            stopping.limits(task, record)
+        return Plan(tuple(e for e in entries if not stopping.gives_up(e.task)), known, stopping.stopped())
 
     def run(
         self,
@@ -159,23 +208,18 @@ class Shot:
         publish_root  folder below which files may be published as well as below that of the project
         force         overwrite files that hairpipe has not published, or that were changed since
         """
-        shot, names = self.changed(set or {}), read_names(to)
-        graph = shot.graph.upto(names) if names else shot.graph
+        shot = self.changed(set or {})
+        graph, stopping = shot.part(to), shot.stopping()
         numbers = graph.select(read_frames(frames))
-        options = Options(jobs or os.cpu_count() or 1, keep_going, publish_root=publish_root, force=force)
+        options = Options(
+            jobs or os.cpu_count() or 1, keep_going, publish_root=publish_root, force=force, judge=stopping
+        )
         self._make_cache()
         begun, recorder = time.monotonic(), Recorder(graph, options.jobs, progress)
         outcome = run_graph(graph, self._store, numbers, options, recorder)
-        return Run(
-            shot,
-            graph,
-            numbers,
-            outcome,
-            recorder.progress.nodes,
-            recorder.warnings,
-            recorder.fates,
-            time.monotonic() - begun,
-        )
+        seconds = time.monotonic() - begun
+        found = recorder.progress.nodes, recorder.warnings, recorder.fates, seconds, stopping.stopped()
+        return Run(shot, graph, numbers, outcome, *found)
 
     def get(self, target: str | Target, *, frames: FrameSet = None) -> Any:
         """Read a result from the cache; BadInput where it has not been computed.
@@ -217,21 +261,18 @@ class Shot:
 
     def results(self, frames: FrameSet = None, *, to: Names = ()) -> dict[str, Record]:
         """Return the record of every result that is in the cache, by target: what it is made of, when, in how long."""
-        names = read_names(to)
-        found = self._plan(self.graph.upto(names) if names else self.graph, frames)
-        return {str(task): record for task, record in found.records.items()}
-
-    def _plan(self, graph: Graph, frames: FrameSet) -> Plan:
-        planner = Planner(graph, self._store, read_frames(frames))
-        entries = tuple(planner.entries())
-        known = [entry.task for entry in entries if entry.status == "cached"]
-        return Plan(entries, {task: planner.resolver.results[task] for task in known})
+        planner = Planner(self.part(to), self._store, read_frames(frames))
+        known = [entry.task for entry in planner.entries() if entry.status == "cached"]
+        return {str(task): planner.resolver.results[task] for task in known}
 
     def explain(self, target: str | Target, *, frames: FrameSet = None) -> Explanation:
         """Report what a result is made of, and every difference to the latest one; BadInput for an unknown target."""
         node, output, frame = read_target(target) if isinstance(target, str) else target
         self.graph.output(node, output)
         return explain_task(self.graph, self._store, Task(node, frame), read_frames(frames))
+
+    def _of(self, source: Source) -> Self:
+        return type(self)(source, self._store)
 
     def _make_cache(self) -> None:
         try:

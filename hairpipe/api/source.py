@@ -13,6 +13,7 @@ from hairpipe.graph.file.like import written_out
 from hairpipe.graph.file.load import make_graph
 from hairpipe.graph.file.overrides import Tables, put
 from hairpipe.graph.file.read import GraphText, read_graph_text
+from hairpipe.graph.file.wedge import Wedge, read_wedges
 from hairpipe.graph.node.messages import nearest
 
 Given = str | os.PathLike[str] | Mapping[str, Any]
@@ -44,6 +45,11 @@ class Source:
     def tables(self) -> Tables:
         """A copy of the tables, in which `like` is written out; BadInput where it cannot be."""
         return deepcopy(written_out(self.text).tables)
+
+    @property
+    def wedges(self) -> dict[str, Wedge]:
+        """The wedges, by name; BadInput where one is faulty."""
+        return read_wedges(self.text)
 
     def edited(self, tables: Mapping[str, Any]) -> "Source":
         """Return the same graph with other tables; pure."""

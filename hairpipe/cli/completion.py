@@ -9,10 +9,11 @@ import click
 from click.shell_completion import BashComplete, CompletionItem
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.file.overrides import nodes_of
 
 if TYPE_CHECKING:
     from hairpipe.api.node_types import Field
-    from hairpipe.api.source import Source
+    from hairpipe.api.source import Source, Wedge
 
 
 def complete_graph(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
@@ -33,7 +34,7 @@ def complete_type(ctx: click.Context, param: click.Parameter, incomplete: str) -
 def complete_node(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
     """Offer the nodes of the graph that stands before."""
     source = graph_before(ctx)
-    return [name for name in nodes_of(source) if name.startswith(incomplete)] if source else []
+    return [name for name in nodes_of(source.tables) if name.startswith(incomplete)] if source else []
 
 
 def complete_target(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
@@ -72,6 +73,26 @@ def complete_setting(ctx: click.Context, param: click.Parameter, incomplete: str
     return [f"{setting}={default_of(known[setting])}" for setting in near]
 
 
+def complete_wedge(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
+    """Offer the wedges of the graph that stands before."""
+    return [name for name in wedges_before(ctx) if name.startswith(incomplete)]
+
+
+def complete_variant(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[str]:
+    """Offer the variants of the wedge that stands before."""
+    found = wedges_before(ctx).get(ctx.params.get("name", ""))
+    return [name for name in found.variants if name.startswith(incomplete)] if found else []
+
+
+def wedges_before(ctx: click.Context) -> "dict[str, Wedge]":
+    """Read the wedges of the graph that stands before; none where they cannot be read."""
+    source = graph_before(ctx)
+    try:
+        return source.wedges if source else {}
+    except BadInput:
+        return {}
+
+
 def graph_before(ctx: click.Context) -> "Source | None":
     """Read the graph file that stands before; None where there is none that can be read."""
     from hairpipe.api.source import read_source
@@ -82,11 +103,6 @@ def graph_before(ctx: click.Context) -> "Source | None":
         return source.edited(source.tables)
     except BadInput:
         return None
-
-
-def nodes_of(source: "Source") -> list[str]:
-    """Name the nodes of a graph file."""
-    return [name for name, table in source.tables.items() if isinstance(table, dict)]
 
 
 def leaves(fields: "tuple[Field, ...]", prefix: str) -> "Iterator[tuple[str, Field]]":

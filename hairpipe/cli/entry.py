@@ -29,6 +29,7 @@ COMMANDS = (
     "nodes",
     "get",
     "tune",
+    "wedge",
     "cache",
     "trust",
     "usd",

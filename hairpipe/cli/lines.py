@@ -3,7 +3,7 @@
 import time
 
 from hairpipe.api.formatting import duration, plural
-from hairpipe.api.reports import Event, NodeProgress, Progress
+from hairpipe.api.reports import Event, NodeProgress, Progress, origin
 from hairpipe.cli.stderr import say
 
 INTERVAL = 5.0
@@ -40,7 +40,8 @@ class Lines(Silence):
         """Write a line where a node begins or is done, and now and then in between."""
         if event.task is None:
             return
-        name, node = event.task.node, self._progress.nodes[event.task.node]
+        name = origin(event.task.node)
+        node = self._progress.nodes[name]
         if event.kind == "started" and name not in self._begun:
             self._begun.add(name)
             say(f"{name}: begins")

@@ -1,13 +1,14 @@
 """Every argument and option that more than one command takes.
 
-GRAPH        run plan explain graph get tune; any number in cache; --graph in nodes
+GRAPH        run plan explain graph get tune wedge; any number in cache; --graph in nodes
 TARGET       explain get
---set        run plan explain graph get tune bench
---frames     run plan explain get
+--set        run plan explain graph get tune wedge bench
+--frames     run plan explain get wedge
 --to         run plan graph
+--wedge      run plan; WEDGE in wedge
 --publish-root  run plan
---cache      run plan explain get tune cache bench
---json       run plan explain nodes tune cache bench
+--cache      run plan explain get tune wedge cache bench
+--json       run plan explain nodes tune wedge cache bench
 """
 
 import os
@@ -17,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hairpipe.cli.completion import complete_graph, complete_node, complete_setting, complete_target
+from hairpipe.cli.completion import complete_graph, complete_node, complete_setting, complete_target, complete_wedge
 from hairpipe.errors import BadInput
 
 if TYPE_CHECKING:
@@ -96,6 +97,10 @@ to = click.option(
     shell_complete=complete_node,
     help="Only this node and what it depends on; any number of times.",
 )
+wedge = click.option(
+    "--wedge", metavar="WEDGE", shell_complete=complete_wedge, help="All variants of this wedge, in one run."
+)
+wedge_name = click.argument("name", metavar="WEDGE", shell_complete=complete_wedge)
 publish_root = click.option(
     "--publish-root",
     metavar="FOLDER",

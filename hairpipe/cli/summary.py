@@ -38,6 +38,7 @@ def document(done: Run) -> dict[str, Any]:
         "evaluated": done.outcome.evaluated,
         "cached": done.outcome.cached,
         "blocked": done.outcome.blocked,
+        "stopped": done.stopped,
         "nodes": {
             name: {
                 "total": node.total,

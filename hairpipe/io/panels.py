@@ -38,20 +38,21 @@ def write_beside(path: Path, pictures: Sequence[np.ndarray], words: Sequence[str
 
 def write_below(
     path: Path,
-    pictures: Mapping[str, Path],
+    pictures: Mapping[str, Path | None],
     columns: int,
     words: Mapping[int, str] = {},
     corners: Sequence[str] = ("",),
 ) -> None:
     """Write a PNG of pictures, by their names in messages, all of the size of the first, in rows of so many.
 
-    words    over pictures, by their numbers; corners  words in the corners of all, over and over
+    pictures at least one; a place without one is empty
+    words    over places, by their numbers; corners  words in the corners of all, over and over
     Raise BadInput naming a picture of another size.
     """
-    images = [read_picture(picture) for picture in pictures.values()]
-    width, height = images[0].size
+    images = [picture and read_picture(picture) for picture in pictures.values()]
+    width, height = next(image.size for image in images if image)
     for name, image in zip(pictures, images, strict=True):
-        if image.size != (width, height):
+        if image and image.size != (width, height):
             right = f"{width} x {height} as the first"
             raise BadInput(f"{image.width} x {image.height} pixels", where=name, right=right)
     rows = -(-len(images) // columns)
@@ -60,7 +61,8 @@ def write_below(
     pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(max(10, height // 22))
     for place, image in enumerate(images):
         left, top = place % columns * (width + GAP), place // columns * (height + GAP)
-        sheet.paste(image, (left, top))
+        if image:
+            sheet.paste(image, (left, top))
         at, edge = (left + height * 0.03, top + height * 0.02), {"stroke_width": 2, "stroke_fill": PAPER}
         pen.text(at, words.get(place, ""), INK, font, **edge)
         corner = (left + height * 0.03, top + height * 0.98)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import Strands, Table
+from hairpipe.data import Groom, Strands, Table
 from hairpipe.data.lengths import strand_lengths
 from hairpipe.data.table import table_of_rows
 
@@ -25,17 +25,24 @@ def measure_speeds(hair: Mapping[int, Strands], fps: float) -> Table:
     for frame in frames:
         now = hair[frame]
         points, before = (np.delete(strands.points.astype(float), led, axis=0) for strands in (now, previous))
-        speeds = np.linalg.norm(np.delete(now.velocities.astype(float), led, axis=0), axis=1)
         moved = np.linalg.norm(points - before, axis=1)
-        rows.append(
-            (
-                (frame - frames[0]) / fps,
-                1e3 * np.sqrt(np.mean(speeds**2)),
-                1e3 * speeds.max(),
-                100.0 * (strand_lengths(now.points, now.offsets) / lengths - 1.0).max(),
-                1e3 * points[:, 1].mean(),
-                1e3 * np.sqrt(np.mean(moved**2)),
-            )
-        )
+        rows.append(((frame - frames[0]) / fps, *row_of(now, lengths), 1e3 * np.sqrt(np.mean(moved**2))))
         previous = now
     return table_of_rows(COLUMNS, rows)
+
+
+def watch(hair: Strands, groom: Groom) -> Table:
+    """Return one row as of `measure_speeds`, of one frame; strands are stretched against the groom."""
+    return table_of_rows(COLUMNS[1:-1], [row_of(hair, strand_lengths(groom.points, groom.offsets))])
+
+
+def row_of(hair: Strands, lengths: np.ndarray) -> tuple[float, ...]:
+    """Return speeds, stretch over lengths [m], (S,), and height of hair."""
+    led = hair.offsets[:-1]
+    speeds = np.linalg.norm(np.delete(hair.velocities.astype(float), led, axis=0), axis=1)
+    return (
+        1e3 * np.sqrt(np.mean(speeds**2)),
+        1e3 * speeds.max(),
+        100.0 * (strand_lengths(hair.points, hair.offsets) / lengths - 1.0).max(),
+        1e3 * np.delete(hair.points.astype(float), led, axis=0)[:, 1].mean(),
+    )

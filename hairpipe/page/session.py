@@ -17,7 +17,6 @@ from hairpipe.api.selection import FrameSet, read_frames
 from hairpipe.api.shot import Shot
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import parse_value
-from hairpipe.graph.file.save import save_settings
 from hairpipe.page.documents import graph_document, state_document
 from hairpipe.page.packing import Packed
 from hairpipe.page.runner import Job
@@ -98,9 +97,7 @@ class Session:
     def save(self) -> None:
         """Write the edits into the graph file, and nothing else; BadInput where it is a shipped graph or in the way."""
         with self._lock:
-            if not self._can_save():
-                raise BadInput("is shipped with hairpipe", where=self._base.path, right="a copy of your own")
-            save_settings(self._base.path, {target: parse_value(text) for target, text in self._edits.items()})
+            self._base.save({target: parse_value(text) for target, text in self._edits.items()})
             self._edits = {}
             self._reload()
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from copy import deepcopy
 from typing import Any
 
-from hairpipe.graph.file.overrides import Tables, drop, put
+from hairpipe.graph.file.overrides import Tables, drop, nodes_of, put
 from hairpipe.graph.store.digest import digest
 from hairpipe.tune.simplifications import Simplification
 
@@ -94,11 +94,6 @@ def map_edges(edges: Tables, change: Any) -> Tables:
         socket: [change(edge) for edge in value] if isinstance(value, list) else change(value)
         for socket, value in edges.items()
     }
-
-
-def nodes_of(tables: Tables) -> Tables:
-    """Return the tables that are nodes."""
-    return {name: table for name, table in tables.items() if isinstance(table, dict)}
 
 
 def plain(value: Any) -> Any:

@@ -14,6 +14,7 @@ from hairpipe.cli import options
 @options.frames
 @options.overrides
 @options.to
+@options.wedge
 @options.publish_root
 @options.cache
 @options.as_json
@@ -22,6 +23,7 @@ def plan(
     frames: tuple[int, ...] | None,
     overrides: dict[str, str],
     to: tuple[str, ...],
+    wedge: str | None,
     publish_root: Path | None,
     cache: Path,
     as_json: bool,
@@ -32,9 +34,10 @@ def plan(
     runs only if the new result of X differs from the previous one.
     """
     shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
+    shot = shot if wedge is None else shot.wedge(wedge)
     found = shot.plan(frames, to=to, publish_root=publish_root)
     if as_json:
         tasks = [entry.task._asdict() | {"status": entry.status, "reason": entry.reason} for entry in found]
-        click.echo(json.dumps({"tasks": tasks}, indent=2))
+        click.echo(json.dumps({"tasks": tasks, "stopped": found.stopped}, indent=2))
     else:
         click.echo(found)

@@ -15,6 +15,7 @@ from hairpipe.cli import options
 @options.frames
 @options.overrides
 @options.to
+@options.wedge
 @options.jobs
 @click.option(
     "-k", "--keep-going", is_flag=True, help="After a failure, continue with the nodes that do not depend on it."
@@ -30,6 +31,7 @@ def run(
     frames: tuple[int, ...] | None,
     overrides: dict[str, str],
     to: tuple[str, ...],
+    wedge: str | None,
     jobs: int,
     keep_going: bool,
     publish_root: Path | None,
@@ -45,6 +47,9 @@ def run(
     to the graph file; those of a shipped graph as if it lay in ./graphs. They stay below the folder of the project,
     which is the one that holds a folder `graphs` in which the file lies, else the file's own, or below --publish-root.
 
+    With --wedge all variants of a wedge are computed, what they share once. What differs is published in a folder that
+    is called after the variant.
+
     A run that was stopped or killed resumes where it was. Exit codes: 0 all is computed, 1 a node failed, 2 bad input,
     130 interrupted.
     """
@@ -53,6 +58,7 @@ def run(
     from hairpipe.cli.watch import Watch
 
     shot = asking(lambda: hairpipe.load(graph, options.parsed(overrides), cache=cache))
+    shot = shot if wedge is None else shot.wedge(wedge)
     with Watch(shot.graph, jobs, quiet=quiet) as watch:
         done = shot.run(
             frames, to=to, jobs=jobs, progress=watch, keep_going=keep_going, publish_root=publish_root, force=force

@@ -5,6 +5,7 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.file.overrides import nodes_of
 from hairpipe.graph.file.read import GraphText
 from hairpipe.graph.node.fields import SHORTHAND
 from hairpipe.graph.node.messages import brief, nearest
@@ -17,8 +18,7 @@ Table = dict[str, Any]
 
 def written_out(text: GraphText) -> GraphText:
     """Return a graph file with every `like` written out; BadInput as for `write_out`."""
-    tables = {name: table for name, table in text.tables.items() if isinstance(table, dict)}
-    return text.edited(text.tables | write_out(text, tables))
+    return text.edited(text.tables | write_out(text, nodes_of(text.tables)))
 
 
 def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:

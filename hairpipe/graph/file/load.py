@@ -10,10 +10,11 @@ from hairpipe.graph.file.edges import connect, read_edges
 from hairpipe.graph.file.frameset import MOST_FRAMES
 from hairpipe.graph.file.graph import FRAME_MARK, Graph, Node, project_of
 from hairpipe.graph.file.like import write_out
-from hairpipe.graph.file.overrides import parse_value, put
+from hairpipe.graph.file.overrides import nodes_of, parse_value, put
 from hairpipe.graph.file.read import GraphText, read_graph_text
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.file.trust import Untrusted
+from hairpipe.graph.file.wedge import read_wedges
 from hairpipe.graph.node.declare import RESERVED, NodeType
 from hairpipe.graph.node.fields import field_at, fields_of
 from hairpipe.graph.node.messages import brief, nearest
@@ -48,8 +49,9 @@ def read_edited(path: Path, overrides: Mapping[str, str]) -> GraphText:
 def make_graph(text: GraphText) -> Graph:
     """Check the tables of a graph file, which may have been edited since they were read; BadInput as above."""
     path = text.path
-    tables = {name: value for name, value in text.tables.items() if isinstance(value, dict)}
+    tables = nodes_of(text.tables)
     check_header(text)
+    read_wedges(text)
     registry = Registry(path.parent / "nodes")
     written = write_out(text, tables)
     nodes = {name: read_node(text, name, table, registry) for name, table in written.items()}

@@ -10,12 +10,19 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.node.messages import nearest
 
 Tables = dict[str, Any]
+WEDGE = "wedge"
+"""The one table of a graph file that is no node: it holds the wedges, by name."""
+
+
+def nodes_of(tables: Tables) -> Tables:
+    """Return the tables that are nodes."""
+    return {name: table for name, table in tables.items() if isinstance(table, dict) and name != WEDGE}
 
 
 def put(tables: Tables, target: str, value: Any) -> None:
     """Set a setting, or a group of them; in place."""
     node, *names = target.split(".")
-    nodes = [name for name, table in tables.items() if isinstance(table, dict)]
+    nodes = list(nodes_of(tables))
     if node not in nodes or not names or not all(names):
         known = nearest(node, nodes) if node not in nodes else "node.setting=value"
         raise BadInput(f"cannot set '{target}'", where="--set", right=known)

@@ -14,14 +14,16 @@ from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
 
 MOST_BYTES = 1 << 20
-HEADER = re.compile(r"""\s*\[\s*(?:([\w-]+)|["']([^"']*)["'])\s*[\].]""")
+HEADER = re.compile(r"""\s*\[\s*(?:(wedge\.[\w-]+|[\w-]+)|["']([^"']*)["'])\s*[\].]""")
+"""Of a table; what follows the first name of a wedge is its own name."""
 
 
 class GraphText:
-    """A graph file as read: its tables, and their lines."""
+    """A graph file as read: its text, its tables, and their lines."""
 
     def __init__(self, path: Path, text: str) -> None:
         self.path = path
+        self.text = text
         self._lines = text.splitlines()
         try:
             self.tables: dict[str, Any] = tomllib.loads(text.replace("\r\n", "\n"))

@@ -1,7 +1,7 @@
 """A graph unrolled over frames: which evaluation needs which."""
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 from hairpipe.graph.file.graph import Graph, Node
@@ -76,6 +76,12 @@ def unroll(graph: Graph, frames: tuple[int, ...]) -> dict[Task, Inputs]:
             for source in sources(tasks[task]):
                 wanted[source.task.node].add(source.task.frame)
     return {task: tasks[task] for task in sorted(tasks, key=order_of(graph))}
+
+
+def is_beyond(task: Task, limits: Mapping[str, int]) -> bool:
+    """Whether a task is given up: it is beyond the last frame of its node, or needs all frames."""
+    limit = limits.get(task.node)
+    return limit is not None and (task.frame is None or task.frame > limit)
 
 
 def sources(inputs: Inputs) -> Iterator[Source]:

@@ -3,19 +3,34 @@
 import os
 import statistics
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.file.merged import origin
 from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.store.record import Record
 
 CODEC = "hairpipe.io.hdf5"
 RECENT = 15
 """Number of latest evaluations whose median is the rate: the first ones include compilation."""
 
 Kind = Literal["begun", "started", "finished", "cached", "failed", "warning", "published"]
+
+
+class Judge:
+    """Gives nodes up while a graph is run: this one none.
+
+    judged  names of the nodes by whose results it decides; these are computed before what goes on
+    """
+
+    judged: frozenset[str] = frozenset()
+
+    def limits(self, task: Task, record: Record) -> Mapping[str, int]:
+        """Judge a result; return the frames beyond which nodes are given up, by name."""
+        return {}
 
 
 @dataclass(frozen=True)
@@ -27,6 +42,7 @@ class Options:
     codec         module that writes and reads values
     publish_root  folder below which files may be published beside the graph's project
     force         whether files are replaced that were not published by hairpipe
+    judge         gives nodes up meanwhile
     """
 
     jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
@@ -34,6 +50,7 @@ class Options:
     codec: str = CODEC
     publish_root: Path | None = None
     force: bool = False
+    judge: Judge = Judge()  # noqa: RUF009 (it has no state)
 
 
 @dataclass(frozen=True)
@@ -87,7 +104,7 @@ class Outcome:
     """How a run ended.
 
     evaluated  number of evaluations; cached number of results that were there; blocked tasks that were not reached
-    seconds    of evaluation by node, those of cached results not counted [s]
+    seconds    of evaluation by node of the graph file, those of cached results not counted [s]
     processor  processor seconds of all its threads, by node [s]
     """
 
@@ -142,13 +159,14 @@ class NodeProgress:
 
 
 class Progress:
-    """Progress of all nodes of a run, by name; `update` it with every event.
+    """Progress of all nodes of a run, by their names in the graph file; `update` it with every event.
 
     jobs  of the run
     """
 
     def __init__(self, graph: Graph, jobs: int) -> None:
-        self._widths = {node.name: jobs if node.type.mode == "each" else 1 for node in graph.nodes.values()}
+        modes = {origin(node.name): node.type.mode for node in graph.nodes.values()}
+        self._widths = {name: jobs if mode == "each" else 1 for name, mode in modes.items()}
         self.nodes: dict[str, NodeProgress] = {}
 
     def update(self, event: Event) -> None:
@@ -157,7 +175,7 @@ class Progress:
             self.nodes = {name: NodeProgress(total, self._widths[name]) for name, total in event.totals}
         if event.task is None:
             return
-        node = self.nodes[event.task.node]
+        node = self.nodes[origin(event.task.node)]
         if event.kind == "started":
             node.running.add(event.task)
         elif event.kind in ("finished", "failed", "cached"):

@@ -6,18 +6,19 @@ missing, the task that produced it is scheduled again, which may in turn resched
 
 import heapq
 from collections import Counter, defaultdict, deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.file.merged import origin
 from hairpipe.graph.node.signature import File
 from hairpipe.graph.plan.checkpoints import Thinner
 from hairpipe.graph.plan.divergence import divergence_note, end_scan
 from hairpipe.graph.plan.resolve import Resolver
-from hairpipe.graph.plan.tasks import Task, order_of, sources
+from hairpipe.graph.plan.tasks import Task, is_beyond, order_of, sources
 from hairpipe.graph.run.events import Event, Failure, Kind, Options, Outcome, Report
 from hairpipe.graph.run.pool import Pool, WorkerKind
 from hairpipe.graph.run.publish import Publisher
@@ -67,7 +68,7 @@ class Scheduler:
         modules = [node.type.module for node in graph.nodes.values()]
         self.pool = Pool(store.root, options.codec, graph.folder, options.jobs, modules, self.resolver.reader)
         self.locks = KeyLocks(store.root / "lock")
-        self.queue = Queue(graph)
+        self.queue = Queue(graph, options.judge.judged)
         self.agenda: deque[Task] = deque()
         self.unmet: dict[Task, set[Task]] = {}
         self.waiters: dict[Task, list[Task]] = {}
@@ -81,10 +82,11 @@ class Scheduler:
         self.processor: defaultdict[str, float] = defaultdict(float)
         self.published: list[str] = []
         self.reported: set[tuple[str, str]] = set()
+        self.limits: Mapping[str, int] = {}
 
     def run(self) -> Outcome:
         """Run until everything is established, or nothing more can be."""
-        totals = Counter(task.node for task in self.resolver.tasks)
+        totals = Counter(origin(task.node) for task in self.resolver.tasks)
         self.report(Event("begun", totals=tuple(totals.items())))
         for task in self.resolver.tasks:
             path = self.publish_path(task)
@@ -137,6 +139,8 @@ class Scheduler:
         """Decide for every task on the agenda, whose inputs are known: it is cached, has to wait, or is ready."""
         while self.agenda:
             task = self.agenda.popleft()
+            if is_beyond(task, self.limits):
+                continue
             self.keys[task] = action_key(self.resolver.parts(task))
             record = self.resolver.find(task, self.keys[task])
             if record:
@@ -161,11 +165,12 @@ class Scheduler:
         """Give ready tasks to free workers."""
         kinds: tuple[WorkerKind, WorkerKind] = ("parallel", "serial")
         for kind in kinds:
-            while self.pool.free(kind):
+            while self.pool.free(kind) and not self.agenda:
                 task = next(self.queue.take(kind, parallel_is_free=self.pool.free("parallel")), None)
                 if task is None:
                     break
-                self.begin(kind, task)
+                if not is_beyond(task, self.limits):
+                    self.begin(kind, task)
 
     def begin(self, kind: WorkerKind, task: Task) -> None:
         """Give a task to a worker, unless another process is evaluating it or has just finished it."""
@@ -231,11 +236,12 @@ class Scheduler:
         self.thinner.add(task, record, before)
         if how == "finished":
             self.counts["evaluated"] += 1
-            self.seconds[task.node] += record.seconds
-            self.processor[task.node] += record.processor or 0.0
+            self.seconds[origin(task.node)] += record.seconds
+            self.processor[origin(task.node)] += record.processor or 0.0
         elif before is None:
             self.counts["cached"] += 1
         self.report(Event(how, task, record.seconds))
+        self.limits = self.options.judge.limits(task, record)
         self.report_once(task, record.prepare_warnings, task.node)
         for message in record.warnings if before is None else ():
             self.report(Event("warning", task, message=message))
@@ -306,7 +312,7 @@ class Scheduler:
         return Outcome(
             evaluated=self.counts["evaluated"],
             cached=self.counts["cached"],
-            blocked=len(self.resolver.tasks.keys() - reached),
+            blocked=sum(not is_beyond(task, self.limits) for task in self.resolver.tasks.keys() - reached),
             failures=tuple(self.failures.values()),
             published=tuple(self.published),
             seconds=dict(self.seconds),
@@ -319,11 +325,12 @@ class Queue:
     """Ready tasks by mode, each in the order of frames, so that the inputs of a scan do not fall behind.
 
     The parallel worker takes scans, the critical path, then values for the shot; serial workers take values per frame,
-    and values for the shot while the parallel one is busy.
+    and values for the shot while the parallel one is busy. What is judged is on the critical path: were it left behind,
+    frames would be simulated that are given up.
     """
 
-    def __init__(self, graph: Graph) -> None:
-        self._mode = {node.name: node.type.mode for node in graph.nodes.values()}
+    def __init__(self, graph: Graph, judged: frozenset[str] = frozenset()) -> None:
+        self._mode = {n.name: "scan" if n.name in judged else n.type.mode for n in graph.nodes.values()}
         self._order = order_of(graph)
         self._heaps: dict[str, list[tuple[int, int, Task]]] = {"scan": [], "once": [], "each": []}
 

@@ -37,7 +37,7 @@ def test_nothing_is_imported_before_it_is_trusted(marked):
         marked.load()
     fault = caught.value
     assert f"{marked.nodes}: its code is not trusted: add_up.py, draw_number.py, " in str(fault)
-    assert str(fault).endswith(f"and 2 more (hairpipe trust {marked.nodes}, once you have read it)")
+    assert str(fault).endswith(f"and 3 more (hairpipe trust {marked.nodes}, once you have read it)")
     assert str(marked.nodes) not in sys.path and not (marked.folder / "mark").exists()
 
 

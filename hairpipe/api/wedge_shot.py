@@ -1,0 +1,127 @@
+"""All variants of a wedge as one shot: what they share is computed once. `Shot.wedge` makes one."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any, Self
+
+from hairpipe.api.selection import Names, read_names
+from hairpipe.api.shot import Shot
+from hairpipe.api.source import Source
+from hairpipe.api.stopping import Stopping, read_table
+from hairpipe.data import Table
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.file.merged import merged
+from hairpipe.graph.file.variant_names import variant_name
+from hairpipe.graph.file.wedge import Wedge, find_wedge
+from hairpipe.graph.node.messages import nearest
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.results import read_value
+from hairpipe.graph.store.record import Record
+from hairpipe.graph.store.store import Store
+
+__all__ = ["Variant", "WedgeShot"]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """A variant of a wedge.
+
+    settings  that differ from the graph file, by `node.setting` or `node.group.setting`
+    graph     the graph file with these settings; its results have the keys that they have in the wedge
+    names     of its nodes in the graph of all variants, by their own
+    """
+
+    name: str
+    settings: dict[str, Any]
+    graph: Graph
+    names: dict[str, str]
+
+
+class WedgeShot(Shot):
+    """All variants of a wedge in one graph: nodes that are the same in several are there once.
+
+    definition  of the wedge in the graph file
+    original    the graph file as it stands
+    variants    by name
+    """
+
+    def __init__(self, source: Source, store: Store, name: str) -> None:
+        super().__init__(source, store)
+        self.definition: Wedge = find_wedge(source.text, name)
+        chosen = self.definition.variants
+        graphs = {label: self._graph_of(label, settings) for label, settings in chosen.items()}
+        self.original = self.graph
+        self.graph, names = merged(graphs, self._name_of)
+        self.variants = {label: Variant(label, chosen[label], graphs[label], names[label]) for label in graphs}
+        self._check_stop()
+
+    def part(self, to: Names) -> Graph:
+        """Return the graph of all variants, or the part of it up to some nodes, named as in the graph file.
+
+        What is judged to give variants up is part of it in any case.
+        """
+        wanted = [self.original.node(name).name for name in read_names(to)]
+        wanted += [criterion.node for criterion in self.definition.stop] if wanted else []
+        names = {variant.names[name]: None for name in wanted for variant in self.variants.values()}
+        return self.graph.upto(names) if names else self.graph
+
+    def variant(self, name: str) -> Variant:
+        """Find a variant; BadInput with the nearest name where there is none."""
+        if name not in self.variants:
+            right = nearest(name, list(self.variants))
+            raise BadInput(f"'{self.definition.name}' has no variant '{name}'", where=self.path, right=right)
+        return self.variants[name]
+
+    def task(self, variant: Variant, node: str, frame: int | None) -> Task:
+        """Return the task of a variant's node in the graph of all variants; a value for the shot has no frame."""
+        found = self.graph.nodes[variant.names[self.original.node(node).name]]
+        return Task(found.name, frame if found.per_frame else None)
+
+    def value(self, task: Task, record: Record | None, output: str | None = None) -> Any:
+        """Read a result; BadInput where it has not been computed.
+
+        record  of the task, as `results` gives it
+        output  of a node with several; without one, the only one or the first
+        """
+        return read_value(self.graph, self._store, task, record, output)
+
+    def size_of(self, records: Iterable[Record]) -> int:
+        """Add up what results take, each object once, without the states of simulations that were not kept [bytes]."""
+        sizes = {name: size for record in records for name, size in record.objects()}
+        return sum(size for name, size in sizes.items() if self._store.has(name))
+
+    def table(self, task: Task, record: Record) -> Table:
+        """Read a result that is a table; BadInput for any other."""
+        return read_table(self.graph, self._store, task, record)
+
+    def stopping(self) -> Stopping:
+        """Return what gives variants up during a run."""
+        names = {label: variant.names for label, variant in self.variants.items()}
+        return Stopping(self.graph, self._store, self.definition.stop, names)
+
+    def _of(self, source: Source) -> Self:
+        return type(self)(source, self._store, self.definition.name)
+
+    def _graph_of(self, label: str, settings: dict[str, Any]) -> Graph:
+        """Check a variant as the graph file is checked."""
+        try:
+            return self._source.changed(settings).graph()
+        except BadInput as fault:
+            where = f"[wedge.{self.definition.name}] {label}: {fault.where}"
+            raise BadInput(fault.what, where=where, right=fault.right) from None
+
+    def _name_of(self, labels: Sequence[str]) -> str:
+        """Name some variants after the settings that they have in common."""
+        axes, first = self.definition.axes, self.definition.variants[labels[0]]
+        alike = [target for target in axes if all(self.definition.variants[o][target] == first[target] for o in labels)]
+        return variant_name(self.definition.short_names, {target: first[target] for target in alike})
+
+    def _check_stop(self) -> None:
+        """Refuse a criterion on what has no value per frame: nothing would be left to give up."""
+        for criterion in self.definition.stop:
+            node = self.original.nodes[criterion.node]
+            if not node.per_frame:
+                what = f"stop: '{node.name}' has one value for the shot"
+                where, right = f"{self.path}: [wedge.{self.definition.name}]", "a measure of every frame: watch_hair"
+                raise BadInput(what, where=where, right=right)

@@ -1,0 +1,73 @@
+"""Writes settings into the text of a graph file: those values change, every other character stays as it is."""
+
+import re
+import tomllib
+from collections.abc import Mapping, MutableMapping, Sequence
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+from tomlkit.items import InlineTable
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.overrides import put
+from hairpipe.graph.file.read import read_graph_text
+from hairpipe.graph.store.atomic import write_text
+
+BOM = "\ufeff"
+TABLE = re.compile(r"\s*\[([^\[\]]+)\]\s*(?:#.*)?")
+
+
+def save_settings(path: Path, settings: Mapping[str, Any]) -> None:
+    """Write settings into a graph file, in place of it; BadInput as for `with_settings`."""
+    mark = BOM if path.read_bytes().startswith(BOM.encode()) else ""
+    write_text(path.resolve(), mark + with_settings(read_graph_text(path).text, settings))
+
+
+def with_settings(text: str, settings: Mapping[str, Any]) -> str:
+    """Return the text of a graph file with settings changed, by `node.setting` or `node.group.setting`.
+
+    A setting that was not there gets a line of its own, the last one of its table. BadInput where a setting cannot be
+    set, or where the text is laid out such that only a person can change it.
+    """
+    for target, value in settings.items():
+        wanted = deepcopy(tomllib.loads(text.replace("\r\n", "\n")))
+        put(wanted, target, value)
+        try:
+            text = changed(text, target.split("."), value)
+            written = tomllib.loads(text.replace("\r\n", "\n"))
+        except (TOMLKitError, ValueError, TypeError, StopIteration):
+            written = None
+        if written != wanted:
+            what = f"{target} = {tomlkit.item(value).as_string()} cannot be written without a change of the layout"
+            raise BadInput(what, right="a line written by hand")
+    return text
+
+
+def changed(text: str, names: Sequence[str], value: Any) -> str:
+    """Change one value, or add it."""
+    document = tomlkit.parse(text)
+    table: Any = document
+    for name in names[:-1]:
+        table = table.get(name, {})
+    if names[-1] in table or isinstance(table, InlineTable):
+        assert isinstance(table, MutableMapping)
+        table[names[-1]] = value
+        return document.as_string()
+    return with_line(text, names, value)
+
+
+def with_line(text: str, names: Sequence[str], value: Any) -> str:
+    """Add a value as the last line of the innermost table that is written out."""
+    lines = text.splitlines(keepends=True)
+    headers = {number: match[1].strip() for number, line in enumerate(lines) if (match := TABLE.fullmatch(line))}
+    depth = next(depth for depth in range(len(names) - 1, 0, -1) if ".".join(names[:depth]) in headers.values())
+    begin = next(number for number, name in headers.items() if name == ".".join(names[:depth]))
+    end = min((number for number in headers if number > begin), default=len(lines))
+    last = max(number for number in range(begin, end) if lines[number].partition("#")[0].strip())
+    newline = "\r\n" if lines[begin].endswith("\r\n") else "\n"
+    lines[last] = lines[last].rstrip("\r\n") + newline
+    line = f"{'.'.join(names[depth:])} = {tomlkit.item(value).as_string()}{newline}"
+    return "".join([*lines[: last + 1], line, *lines[last + 1 :]])

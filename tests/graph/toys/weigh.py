@@ -1,0 +1,15 @@
+"""A table per frame."""
+
+from numeral import Numeral
+from tally import tally
+
+from hairpipe.data import Table
+from hairpipe.data.table import table_of_columns
+from hairpipe.graph import Time, node
+
+
+@node(frames="each")
+def weigh(number: Numeral, time: Time) -> Table:
+    """Write a number into a table of one row."""
+    tally("weigh", time.frame)
+    return table_of_columns({"weight [kg]": [number.value]})

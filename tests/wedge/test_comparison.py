@@ -1,0 +1,87 @@
+"""The table of a wedge, compared with the numbers that each variant gives by itself."""
+
+import json
+
+import numpy as np
+import pytest
+
+import hairpipe
+from hairpipe.errors import BadInput
+from hairpipe.wedge.comparison import compare, document, markdown, text, wedges_of
+
+WEDGE = """
+[weight]
+type = "weigh"
+in.number = "sum"
+[wedge.steps]
+axes.move.step = [1.0, 2.0]
+axes.seed.value = [3, 4]
+measures = ["weight"]
+stop = [["weight.weight [kg]", ">", 35]]
+"""
+
+
+@pytest.fixture
+def wedge(shot):
+    shot.write_text(shot.read_text() + WEDGE)
+    return wedges_of(hairpipe.load(shot))["steps"]
+
+
+def test_before_a_run_it_says_that_nothing_is_there(wedge):
+    rows = compare(wedge)
+    assert [row.state for row in rows] == ["0 of 26 results"] * 4
+    assert all(not row.metrics and row.seconds == row.bytes == 0 for row in rows)
+    assert "0 of 26 results" in text(rows)
+
+
+def test_a_row_sums_a_variant_up(wedge):
+    report = wedge.run(jobs=1)
+    rows = compare(wedge)
+    for row, variant in zip(rows, wedge.variants.values(), strict=True):
+        alone = hairpipe.load(wedge.path).changed(variant.settings)
+        last = int(row.state.split()[-1]) if row.state else 6
+        truth = [alone.get(f"sum@{frame}").value for frame in range(1, last + 1)]
+        assert row.metrics["mean weight [kg]"] == pytest.approx(np.mean(truth))
+        assert row.metrics["largest weight [kg]"] == pytest.approx(max(truth))
+        assert (max(truth) > 35) == bool(row.state) == (row.variant in report.stopped)
+        assert row.state in ("", f"stopped: {report.stopped.get(row.variant)}")
+    assert [row.settings for row in rows][1] == {"step": 1.0, "value": 4}
+
+
+def test_seconds_and_bytes_are_those_of_what_is_not_shared(wedge, shot):
+    one = shot.with_name("one.toml")
+    one.write_text(shot.read_text().replace("axes.seed.value = [3, 4]", ""))
+    wedge = wedges_of(hairpipe.load(one))["steps"]
+    wedge.run(jobs=1)
+    records = wedge.results()
+    for row, variant in zip(compare(wedge), wedge.variants.values(), strict=True):
+        own = {
+            target: record
+            for target, record in records.items()
+            if target.partition("@")[0] in variant.names.values() and "[" in target
+        }
+        assert "seed" not in own and any(target.startswith("move[") for target in own)
+        states = sum(output.size for r in own.values() for name, output in r.outputs.items() if name == r.state)
+        size = sum(record.size for record in own.values())
+        assert size - states < row.bytes <= size
+        assert 0.0 < row.seconds <= sum(record.seconds for record in own.values()) * 1.5
+
+
+def test_it_is_written_for_people_for_markdown_and_for_programs(wedge):
+    wedge.run(jobs=1)
+    rows = compare(wedge)
+    lines = text(rows).splitlines()
+    assert lines[1].split()[:2] == ["weight", "weight"] and lines[2].split()[:4] == ["step", "value", "[kg]", "[kg]"]
+    head, rule, *body = markdown(rows).splitlines()
+    assert head.startswith("| step | value | mean weight [kg] | largest weight [kg] | seconds | size |")
+    assert len(body) == 4 and {line.count("|") for line in (head, rule, *body)} == {head.count("|")}
+    found = json.loads(json.dumps(document(wedge, rows), allow_nan=False))
+    assert found["wedge"] == "steps" and found["variants"][0]["variant"] == "step=1,value=3"
+
+
+def test_what_is_measured_must_be_a_table(wedge, shot):
+    shot.write_text(shot.read_text().replace('measures = ["weight"]', 'measures = ["sum"]'))
+    wedge = hairpipe.load(shot).wedge("steps")
+    wedge.run(jobs=1)
+    with pytest.raises(BadInput, match="is no table"):
+        compare(wedge)
