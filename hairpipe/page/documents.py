@@ -2,13 +2,17 @@
 
 import platform
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from hairpipe import __version__
 from hairpipe.api.node_types import document as type_document
 from hairpipe.api.reports import Fate, Plan, Run, Task
+from hairpipe.api.selection import FrameSet
 from hairpipe.api.shot import Node, Record, Shot
+from hairpipe.api.wedge_shot import WedgeShot
 from hairpipe.page.values import kinds_of
+from hairpipe.wedge.comparison import compare
+from hairpipe.wedge.comparison import document as comparison_document
 
 Suffix = Callable[[str], str | None]
 """Finds the suffix of a picture by the name of its object; None for any other file."""
@@ -55,25 +59,68 @@ def paragraphs(text: str) -> str:
     return "\n".join(kept).strip()
 
 
-def state_document(shot: Shot, found: Plan, suffix: Suffix, run: Run | None = None) -> dict[str, Any]:
+class Told(NamedTuple):
+    """What a run has told, or tells.
+
+    fates     of the tasks that it has reached
+    failures  messages of those that failed
+    """
+
+    fates: Mapping[Task, Fate]
+    failures: Mapping[Task, str]
+
+
+NOTHING = Told({}, {})
+
+
+def told_by(run: Run | None) -> Told:
+    """Return what a run has told; nothing where there was none."""
+    return Told(run.fates, {failure.task: failure.message for failure in run.failures}) if run else NOTHING
+
+
+def state_document(shot: Shot, found: Plan, suffix: Suffix, told: Told = NOTHING) -> dict[str, Any]:
     """Describe what is in the cache, what a run would do and why, or what one has done.
 
     found  plan of the shot
-    run    that has ended, whose outcome is shown
     """
-    fates: Mapping[Task, Fate] = run.fates if run else {}
-    failures = {failure.task: failure.message for failure in run.outcome.failures} if run else {}
+    return {"nodes": nodes_document(shot, found, suffix, told), "verdict": verdict(shot, found)}
+
+
+def wedge_document(wedge: WedgeShot, found: Plan, suffix: Suffix, told: Told, frames: FrameSet) -> dict[str, Any]:
+    """Describe the variants of a wedge: settings and measures of each, and the state of its results.
+
+    found   plan of the wedge
+    frames  of the run that has computed it
+    """
+    nodes = nodes_document(wedge, found, suffix, told)
+    rows = comparison_document(wedge, compare(wedge, frames))["variants"]
+    return {
+        "name": wedge.definition.name,
+        "names": list(wedge.definition.short_names.values()),
+        "show": wedge.definition.show or [list(wedge.original.nodes)[-1]],
+        "variants": [{"name": row.pop("variant"), **row} for row in rows],
+        "states": [{name: nodes[other] for name, other in v.names.items()} for v in wedge.variants.values()],
+    }
+
+
+def nodes_document(shot: Shot, found: Plan, suffix: Suffix, told: Told) -> dict[str, Any]:
+    """Describe the results of every node, a cell for the shot or for each frame."""
     nodes: dict[str, dict[str, Any]] = {name: {"cells": []} for name in shot.graph.nodes}
     for entry in found:
-        state = fates.get(entry.task, "blocked" if run and entry.status == "depends" else entry.status)
-        record = found.records.get(entry.task)
+        state: str = entry.status
+        fate = told.fates.get(entry.task)
+        if fate is not None and (state == "cached" or fate in ("running", "failed")):
+            state = fate
+        elif told.failures and fate is None and state != "cached":
+            state = "blocked"
         cell: dict[str, Any] = {"frame": entry.task.frame, "state": state, "reason": entry.reason}
-        if entry.task in failures:
-            cell["reason"] = failures[entry.task]
+        if entry.task in told.failures:
+            cell["reason"] = told.failures[entry.task]
+        record = found.records.get(entry.task)
         if record is not None:
             cell |= measured(record, suffix)
         nodes[entry.task.node]["cells"].append(cell)
-    return {"nodes": nodes, "verdict": verdict(shot, found, run)}
+    return nodes
 
 
 def measured(record: Record, suffix: Suffix) -> dict[str, Any]:
@@ -89,11 +136,11 @@ def measured(record: Record, suffix: Suffix) -> dict[str, Any]:
     }
 
 
-def verdict(shot: Shot, found: Plan, run: Run | None) -> dict[str, Any]:
+def verdict(shot: Shot, found: Plan) -> dict[str, Any]:
     """Sum up: results in the cache and to compute, seconds, bytes, failures and warnings, versions, the command."""
     records = found.records.values()
     warnings = {(record.node, text) for record in records for text in (*record.warnings, *record.prepare_warnings)}
-    document: dict[str, Any] = {
+    return {
         "cached": sum(entry.status == "cached" for entry in found),
         "missing": sum(entry.status != "cached" for entry in found),
         "seconds": sum(record.seconds for record in records),
@@ -104,12 +151,14 @@ def verdict(shot: Shot, found: Plan, run: Run | None) -> dict[str, Any]:
         "versions": {"hairpipe": __version__, "python": platform.python_version()},
         "command": f"hairpipe run {shot.path.name}",
     }
-    if run is not None:
-        document |= {
-            "failures": [str(failure) for failure in run.outcome.failures],
-            "computed": run.outcome.evaluated,
-            "reused": run.outcome.cached,
-            "took": run.seconds,
-            "interrupted": run.outcome.interrupted,
-        }
-    return document
+
+
+def ending(run: Run) -> dict[str, Any]:
+    """Say how a run ended, for the verdict."""
+    return {
+        "failures": [str(failure) for failure in run.failures],
+        "computed": run.outcome.evaluated,
+        "reused": run.outcome.cached,
+        "took": run.seconds,
+        "interrupted": run.outcome.interrupted,
+    }

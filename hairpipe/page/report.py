@@ -6,13 +6,15 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
-from hairpipe.api.reports import Plan, Run
+from hairpipe.api.reports import Run
+from hairpipe.api.selection import FrameSet
 from hairpipe.api.shot import Shot
+from hairpipe.api.wedge_shot import WedgeShot
 from hairpipe.errors import BadInput
 from hairpipe.graph.store.atomic import write_text
 from hairpipe.io.picture import reduced
 from hairpipe.page.assets import LICENCES, SCRIPTS, STYLES, VENDOR, asset, page_html, page_in_one
-from hairpipe.page.documents import graph_document, state_document
+from hairpipe.page.documents import ending, graph_document, state_document, told_by, wedge_document
 from hairpipe.page.packing import script
 from hairpipe.page.shelf import Shelf
 
@@ -48,25 +50,27 @@ class Contents(NamedTuple):
 
 def write_report(
     shot: Shot,
-    found: Plan,
     place: Path,
+    frames: FrameSet = None,
     *,
+    wedge: WedgeShot | None = None,
     run: Run | None = None,
     most_bytes: float = 60e6,
     single: bool = False,
     progress: Progress = lambda done, of: None,
 ) -> Contents:
-    """Write a report of what a plan found in the cache; returns what is in it.
+    """Write a report of what a shot, and the variants of a wedge of it, have in the cache; returns what is in it.
 
     place       folder, made where it is missing; or file, for a single one. An older report there is replaced
-    run         that has ended, whose outcome is shown
+    run         of the shot, or of the wedge, whose outcome is shown
     most_bytes  by which the number of strands is chosen: `MOST_STRANDS` where they fit
     single      one file with all in it
 
     BadInput where something else lies there, or where not even `FEWEST_STRANDS` fit.
     """
     check_place(place, single)
-    contents = collect(shot, found, run, most_bytes, progress)
+    shelf = Shelf(MOST_STRANDS)
+    contents = collect(shelf, plain_documents(shelf, shot, frames, wedge, run), most_bytes, progress)
     if single:
         pictures = {
             name: f"data:image/webp;base64,{base64.b64encode(data).decode()}"
@@ -104,18 +108,36 @@ def check_place(place: Path, single: bool) -> None:
         raise BadInput("holds something that is no report", where=place, right="a new or an empty folder")
 
 
-def collect(shot: Shot, found: Plan, run: Run | None, most_bytes: float, progress: Progress) -> Contents:
-    """Make all documents; strands last, so many that the whole fits."""
-    shelf = Shelf(shot, found, MOST_STRANDS)
+def plain_documents(
+    shelf: Shelf, shot: Shot, frames: FrameSet, wedge: WedgeShot | None, run: Run | None
+) -> dict[str, Any]:
+    """Describe graph, state and wedge, and take their results in."""
+    found, told = shot.plan(frames), told_by(run)
+    shelf.take(shot, found)
+    state = state_document(shot, found, shelf.suffix, told)
+    state["verdict"] |= {} if run is None else ending(run)
+    documents = {"graph": graph_document(shot), "state": state}
+    if wedge is not None:
+        variants = wedge.plan(frames)
+        shelf.take(wedge, variants)
+        state["wedge"] = True
+        documents["wedge"] = wedge_document(wedge, variants, shelf.suffix, told, frames)
+    return documents
+
+
+def collect(shelf: Shelf, documents: dict[str, Any], most_bytes: float, progress: Progress) -> Contents:
+    """Make all documents; strands last, so many that the whole fits.
+
+    documents  that are plain, by name
+    """
     names = list(chosen(shelf))
     hair = [name for name in names if name.endswith(".strands")]
-    state = state_document(shot, found, shelf.suffix, run)
-    objects = list(dict.fromkeys(pictures_of(state)))
+    objects = list(dict.fromkeys(pictures_of(documents)))
     count = Counting(progress, len(names) + len(objects))
     pictures = {name: count(reduced(shelf.picture(name), QUALITY)) for name in objects}
     texts = {name: count(script(name, *shelf.document(name))) for name in names if name not in hair}
     texts |= {f"{name}.faces": script(f"{name}.faces", *packed) for name, packed in shelf.faces().items()}
-    scripts = {"graph": script("graph", graph_document(shot)), "state": script("state", state)}
+    scripts = {name: script(name, document) for name, document in documents.items()}
     room = most_bytes - sum(map(len, (*texts.values(), *scripts.values(), *pictures.values())))
     shelf.most = strands_that_fit(shelf, hair, room)
     strands = {name: count(script(name, *shelf.document(name))) for name in hair}
@@ -150,11 +172,11 @@ def chosen(shelf: Shelf) -> Iterator[str]:
         yield name
 
 
-def pictures_of(state: dict[str, Any]) -> Iterator[str]:
+def pictures_of(documents: dict[str, Any]) -> Iterator[str]:
     """Name the objects that are pictures."""
-    for node in state["nodes"].values():
-        for cell in node["cells"]:
-            yield from (cell["outputs"][output] for output in cell.get("pictures", {}))
+    states = [documents["state"]["nodes"], *documents.get("wedge", {"states": []})["states"]]
+    for cell in (cell for nodes in states for node in nodes.values() for cell in node["cells"]):
+        yield from (cell["outputs"][output] for output in cell.get("pictures", {}))
 
 
 def strands_that_fit(shelf: Shelf, names: list[str], room: float) -> int:

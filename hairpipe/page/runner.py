@@ -8,13 +8,15 @@ from typing import Any
 
 import hairpipe
 from hairpipe.errors import BadInput
+from hairpipe.page.documents import ending
 
 
 @dataclass(frozen=True)
 class Job:
     """What to run: a graph with settings, at some frames, with the cache of the page.
 
-    to  nodes that are wanted, with all that they depend on; empty for all
+    to     nodes that are wanted, with all that they depend on; empty for all
+    wedge  all variants of which are run; None for the graph as it is
     """
 
     graph: str
@@ -22,6 +24,7 @@ class Job:
     frames: list[int] | None
     to: list[str]
     cache: str
+    wedge: str | None
 
     @property
     def text(self) -> str:
@@ -35,15 +38,9 @@ def main() -> None:
     job = Job(**json.loads(sys.stdin.readline()))
     try:
         shot = hairpipe.load(job.graph, job.settings, cache=job.cache)
+        shot = shot if job.wedge is None else shot.wedge(job.wedge)
         done = shot.run(job.frames, to=job.to, progress=tell, keep_going=True)
-        ended: dict[str, Any] = {
-            "kind": "ended",
-            "failures": [str(failure) for failure in done.failures],
-            "computed": done.outcome.evaluated,
-            "reused": done.outcome.cached,
-            "took": done.seconds,
-            "interrupted": done.outcome.interrupted,
-        }
+        ended: dict[str, Any] = {"kind": "ended", **ending(done)}
     except BadInput as fault:
         ended = {
             "kind": "ended",

@@ -12,12 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from hairpipe import child
-from hairpipe.api.reports import FATES, Task
+from hairpipe.api.reports import FATES, Fate, Task
 from hairpipe.api.selection import FrameSet, read_frames
 from hairpipe.api.shot import Shot
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import parse_value
-from hairpipe.page.documents import graph_document, state_document
+from hairpipe.page.documents import Told, graph_document, state_document, wedge_document
 from hairpipe.page.packing import Packed
 from hairpipe.page.runner import Job
 from hairpipe.page.shelf import Shelf
@@ -35,25 +35,27 @@ class Session:
     """Everything behind a live page. Any thread may call it.
 
     frames    that a run computes and the plan is of; None for all
+    wedge     of the graph, whose variants are shown and run
     revision  counts the changes of what the page shows
     """
 
-    def __init__(self, shot: Shot, frames: FrameSet = None) -> None:
+    def __init__(self, shot: Shot, frames: FrameSet = None, wedge: str | None = None) -> None:
+        self._wedge = wedge
         self._base, self.frames = shot, None if frames is None else list(shot.graph.select(read_frames(frames)))
         self._edits: dict[str, str] = {}
         self._shot = shot
         self._lock = threading.RLock()
         self._changed = threading.Condition(self._lock)
         self._run: subprocess.Popen[str] | None = None
-        self._fates: dict[Task, str] = {}
+        self._fates: dict[Task, Fate] = {}
         self._ended: Said = {}
         self._stopped = False
         self._players: list[subprocess.Popen[bytes]] = []
         self._note = ""
         self._seen: Any = None
         self.revision = 0
-        self._plan = shot.plan(frames)
-        self._shelf = Shelf(shot, self._plan, MOST_STRANDS)
+        self._shelf = Shelf(MOST_STRANDS)
+        self._take(shot, {})
         self._open = True
         threading.Thread(target=self._follow, daemon=True).start()
 
@@ -77,6 +79,8 @@ class Session:
                 return graph_document(self._shot) | self._live(), b""
             if name == "state":
                 return self._state(), b""
+            if name == "wedge" and self._wedge is not None:
+                return self._variants(), b""
             return self._shelf.document(name)
 
     def picture(self, name: str) -> tuple[bytes, str]:
@@ -107,7 +111,7 @@ class Session:
             if self._run is not None:
                 raise BadInput("a run goes on", where=self._base.path.name, right="its end, or stop")
             settings = {target: parse_value(text) for target, text in self._edits.items()}
-            job = Job(self._base.given, settings, self.frames, to, str(self._base.cache))
+            job = Job(self._base.given, settings, self.frames, to, str(self._base.cache), self._wedge)
             self._run = subprocess.Popen(
                 child.command("from hairpipe.page.runner import main; main()"),
                 stdin=subprocess.PIPE,
@@ -169,17 +173,21 @@ class Session:
         return {"edits": dict(self._edits), "saved": self._can_save(), "playable": playable(self._shot)}
 
     def _can_save(self) -> bool:
-        return os.access(self._base.path, os.W_OK) and self._base.path.exists()
+        return self._base.given == str(self._base.path) and os.access(self._base.path, os.W_OK)
 
     def _state(self) -> dict[str, Any]:
-        document = state_document(self._shot, self._plan, self._shelf.suffix)
-        for task, fate in self._fates.items():
-            for cell in document["nodes"].get(task.node, {"cells": []})["cells"]:
-                if cell["frame"] == task.frame and (fate in ("running", "failed") or cell["state"] == "cached"):
-                    cell["state"] = fate
+        document = state_document(self._shot, self._plan, self._shelf.suffix, Told(self._fates, {}))
         ended = {name: value for name, value in self._ended.items() if name != "kind"}
         running = {"running": self._run is not None, "note": self._note}
-        return document | {"verdict": document["verdict"] | ended | running}
+        return document | {"verdict": document["verdict"] | ended | running, "wedge": self._wedge is not None}
+
+    def _variants(self) -> dict[str, Any]:
+        """Describe the wedge, as it is with the edits."""
+        assert self._wedge is not None
+        wedge = self._shot.wedge(self._wedge)
+        found = wedge.plan(self.frames)
+        self._shelf.take(wedge, found)
+        return wedge_document(wedge, found, self._shelf.suffix, Told(self._fates, {}), self.frames)
 
     def _take(self, base: Shot, edits: Mapping[str, str]) -> None:
         """Plan a shot with edits, and show it from now on; BadInput changes nothing."""
@@ -188,7 +196,7 @@ class Session:
         self._base, self._edits, self._shot, self._plan = base, dict(edits), shot, plan
         for player in self._players:
             tell(player, {target: parse_value(text) for target, text in edits.items()})
-        self._shelf.renew(shot, plan)
+        self._shelf.take(shot, plan)
         self._advance()
 
     def _advance(self) -> None:

@@ -1,4 +1,4 @@
-"""What a shot has made, by name: every document that a page may ask for, made when it is asked for."""
+"""What shots have made, by name: every document that a page may ask for, made when it is asked for."""
 
 from collections.abc import Iterator
 from typing import Any, NamedTuple
@@ -13,40 +13,42 @@ from hairpipe.page.values import document_of, kinds_of, mesh_of, suffix_of
 
 
 class Place(NamedTuple):
-    """Where an object came from: an output of a result."""
+    """Where an object came from: an output of a result of a shot."""
 
+    shot: Shot
     task: Task
     record: Record
     output: str
 
+    @property
+    def kind(self) -> type:
+        """Type of the output."""
+        return self.shot.graph.nodes[self.task.node].type.outputs[self.output]
+
 
 class Shelf:
-    """The results of a shot that are in the cache, as documents named `OBJECT.KIND`.
+    """Results of shots that are in the cache, as documents named `OBJECT.KIND`.
 
-    found  plan of the shot
-    most   strands that are shown of a groom
+    most  strands that are shown of a groom
     """
 
-    def __init__(self, shot: Shot, found: Plan, most: int) -> None:
-        self.shot, self.most = shot, most
+    def __init__(self, most: int) -> None:
+        self.most = most
         self._places: dict[str, Place] = {}
         self._faces: dict[str, Packed] = {}
         self._suffixes: dict[str, str | None] = {}
-        self.renew(shot, found)
 
-    def renew(self, shot: Shot, found: Plan) -> None:
-        """Take the results of another plan, or of another shot, in; what was named before stays."""
-        self.shot = shot
+    def take(self, shot: Shot, found: Plan) -> None:
+        """Take the results that a plan of a shot has found in; what was named before stays."""
         for task, record in found.records.items():
             for name, output in record.outputs.items():
-                self._places[output.object] = Place(task, record, name)
+                self._places[output.object] = Place(shot, task, record, name)
 
     def names(self) -> Iterator[str]:
         """Iterate over the names of all documents but those of triangles, which are known once a mesh was made."""
         for name, place in self._places.items():
-            kind = self.shot.graph.nodes[place.task.node].type.outputs[place.output]
-            if self.shot.object_path(name).exists():
-                yield from (f"{name}.{document}" for document in kinds_of(kind))
+            if place.shot.object_path(name).exists():
+                yield from (f"{name}.{document}" for document in kinds_of(place.kind))
 
     def node_of(self, name: str) -> str:
         """Name the node that a document came from."""
@@ -59,18 +61,18 @@ class Shelf:
     def suffix(self, name: str) -> str | None:
         """Suffix of the picture that an object is; None where it is none."""
         if name not in self._suffixes and name.endswith(".bin"):
-            self._suffixes[name] = suffix_of(self.shot.object_path(name))
+            self._suffixes[name] = suffix_of(self._places[name].shot.object_path(name))
         return self._suffixes.get(name)
 
     def picture(self, name: str) -> bytes:
-        """Read a picture by the name of its object; KeyError where the shot has none of this name."""
+        """Read a picture by the name of its object; KeyError where there is none of this name."""
         file = self._read(name)
         if not isinstance(file, File) or not self.suffix(name):
             raise KeyError(name)
         return file.path.read_bytes()
 
     def document(self, name: str) -> Packed:
-        """Make a document by its name; KeyError for a name that the shot has none of.
+        """Make a document by its name; KeyError for an unknown name.
 
         BadInput where the object has gone or is damaged, which the next run makes good.
         """
@@ -78,8 +80,7 @@ class Shelf:
         if kind == "faces":
             return self._faces[whose]
         value = self._read(whose)
-        place = self._places[whose]
-        if kind not in kinds_of(self.shot.graph.nodes[place.task.node].type.outputs[place.output]):
+        if kind not in kinds_of(self._places[whose].kind):
             raise KeyError(name)
         mesh = mesh_of(kind, value)
         if mesh is None:
@@ -91,6 +92,6 @@ class Shelf:
     def _read(self, name: str) -> Any:
         place = self._places[name]
         try:
-            return self.shot.read(place.task, place.record, place.output)
+            return place.shot.read(place.task, place.record, place.output)
         except FileNotFoundError as error:
             raise BadInput("is not in the cache any more", where=name, right="a run, which makes it again") from error

@@ -22,7 +22,7 @@ from .conftest import SHOT
 @pytest.fixture(scope="module")
 def report(folder):
     shot = load(folder / "shot.toml", cache=folder / "cache")
-    write_report(shot, shot.plan(), folder / "report")
+    write_report(shot, folder / "report")
     return (folder / "report" / "index.html").as_uri()
 
 
@@ -55,7 +55,7 @@ def test_a_frozen_page_needs_nothing_but_its_files(opened, report):
 
 
 def test_one_file_holds_all_of_it(opened, shot, tmp_path):
-    write_report(shot, shot.plan(), tmp_path / "report.html", single=True)
+    write_report(shot, tmp_path / "report.html", single=True)
     driver = opened((tmp_path / "report.html").as_uri())
     do(driver, "selectNode('picture')")
     assert driver.execute_script("return document.querySelector('.book img').naturalWidth") == 64

@@ -20,20 +20,20 @@ def digests(folder: Path) -> dict[str, str]:
 
 
 def test_it_is_the_same_twice_and_replaces_itself(shot, tmp_path):
-    write_report(shot, shot.plan(), tmp_path / "a")
-    write_report(shot, shot.plan(), tmp_path / "b")
+    write_report(shot, tmp_path / "a")
+    write_report(shot, tmp_path / "b")
     assert digests(tmp_path / "a") == digests(tmp_path / "b")
     (tmp_path / "b" / "data" / "old.js").write_text("old")
-    write_report(shot, shot.plan(), tmp_path / "b")
+    write_report(shot, tmp_path / "b")
     assert digests(tmp_path / "a") == digests(tmp_path / "b")
 
 
 def test_strands_are_thinned_to_fit(shot, tmp_path):
-    whole = write_report(shot, shot.plan(), tmp_path / "whole")
-    least = write_report(shot, shot.plan(), tmp_path / "least", most_bytes=0.7 * whole.size)
+    whole = write_report(shot, tmp_path / "whole")
+    least = write_report(shot, tmp_path / "least", most_bytes=0.7 * whole.size)
     assert least.strands < 300 <= whole.strands and least.size <= 0.75 * whole.size
     with pytest.raises(BadInput, match="MB too much"):
-        write_report(shot, shot.plan(), tmp_path / "none", most_bytes=1000)
+        write_report(shot, tmp_path / "none", most_bytes=1000)
     assert not (tmp_path / "none").exists()
 
 
@@ -42,7 +42,7 @@ def test_what_is_no_report_is_left_alone(single, shot, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("dear")
     with pytest.raises(BadInput, match="is no file for a report" if single else "holds something that is no report"):
-        write_report(shot, shot.plan(), tmp_path / "mine", single=single)
+        write_report(shot, tmp_path / "mine", single=single)
     assert (tmp_path / "mine" / "letter.txt").read_text() == "dear"
 
 
@@ -51,7 +51,7 @@ def test_a_run_that_failed_is_shown_as_it_was(folder, tmp_path):
     (folder / "torn.toml").write_text(text)
     shot = hairpipe.load(folder / "torn.toml", cache=folder / "cache")
     run = shot.run(jobs=1, keep_going=True)
-    write_report(shot, shot.plan(), tmp_path / "torn", run=run)
+    write_report(shot, tmp_path / "torn", run=run)
     state = (tmp_path / "torn" / "data" / "state.js").read_text()
     assert '"state":"failed","reason":"ValueError: \\u003c/script> at frame 3"' in state
     assert '"failures":["torn@3: ValueError: \\u003c/script> at frame 3"]' in state

@@ -13,7 +13,7 @@ from hairpipe.cli import options
 @options.graph
 @options.frames
 @options.overrides
-@options.to
+@options.wedge
 @click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder to write, or file.")
 @click.option("--single", is_flag=True, help="One HTML file with everything in it.")
 @click.option(
@@ -30,7 +30,7 @@ def report(
     graph: str,
     frames: tuple[int, ...] | None,
     overrides: dict[str, str],
-    to: tuple[str, ...],
+    wedge: str | None,
     output: Path,
     single: bool,
     megabytes: float,
@@ -45,7 +45,14 @@ def report(
     from hairpipe.page.report import write_report
 
     shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
-    found = shot.plan(frames, to=to)
-    made = write_report(shot, found, output, most_bytes=1e6 * megabytes, single=single, progress=Steps("document"))
+    made = write_report(
+        shot,
+        output,
+        frames,
+        wedge=None if wedge is None else shot.wedge(wedge),
+        most_bytes=1e6 * megabytes,
+        single=single,
+        progress=Steps("document"),
+    )
     place = output if single else output / "index.html"
     click.echo(f"{shown(place)}  {size(made.size)}, at most {made.strands:,} strands of a groom")

@@ -22,6 +22,7 @@ from hairpipe.cli import options
 )
 @options.publish_root
 @click.option("--force", is_flag=True, help="Overwrite files that hairpipe has not published, or that were changed.")
+@click.option("--report", type=click.Path(path_type=Path), metavar="FOLDER", help="Write a report, as `report` does.")
 @options.cache
 @click.option("-v", "--verbose", is_flag=True, help="Show the traceback of a node that failed.")
 @click.option("-q", "--quiet", is_flag=True, help="Print only warnings and failures.")
@@ -36,6 +37,7 @@ def run(
     keep_going: bool,
     publish_root: Path | None,
     force: bool,
+    report: Path | None,
     cache: Path,
     verbose: bool,
     quiet: bool,
@@ -67,5 +69,10 @@ def run(
         click.echo(json.dumps(summary.document(done), indent=2))
     elif not quiet:
         click.echo(done.summary)
+    if report is not None:
+        from hairpipe.page.report import write_report
+
+        plain = hairpipe.load(graph, options.parsed(overrides), cache=cache)
+        write_report(plain, report, done.frames, wedge=None if wedge is None else plain.wedge(wedge), run=done)
     summary.say_faults(done, verbose)
     sys.exit(done.outcome.exit_code)

@@ -23,6 +23,7 @@ def view(
     graph: str,
     frames: tuple[int, ...] | None,
     overrides: dict[str, str],
+    wedge: str | None,
     port: int,
     no_browser: bool,
     cache: Path,
@@ -33,6 +34,8 @@ def view(
     run, runs begin and end, and what is saved changes only these values of the graph file. A run that another process
     makes is followed, too.
 
+    With --wedge the variants are shown beside each other, and a run computes all of them.
+
     The page is served to this machine alone, at an address with a secret in it. Ctrl-C ends it.
     """
     from hairpipe.cli.commands.trust import asking
@@ -40,7 +43,7 @@ def view(
     from hairpipe.page.session import Session
 
     shot = asking(lambda: hairpipe.load(graph, cache=cache))
-    session = Session(shot, frames)
+    session = Session(shot, frames, wedge)
     for target, text in overrides.items():
         session.edit(target, text)
     server = Server(session, port)
