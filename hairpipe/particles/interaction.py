@@ -24,7 +24,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import cross, dot, flattened, length, minus, plus, row, scaled, unit
+from hairpipe.kernels.vec3 import Vector, cross, dot, flattened, length, minus, plus, row, scaled, unit
 from hairpipe.particles.smoothing_kernel import shape, slope
 
 PARALLEL = 0.1
@@ -96,7 +96,7 @@ def exchange(
         i, j = pairs.ends[k, 0], pairs.ends[k, 1]
         first, second = inverse_masses[i], inverse_masses[j]
         u, way = minus(row(velocities, j), row(velocities, i)), minus(row(points, j), row(points, i))
-        n = _normal(row(directions, i), row(directions, j), way)
+        n = normal_of(row(directions, i), row(directions, j), way)
         hits = dot(u, n) * dot(way, n) < 0.0
         if first + second > 0.0 and (hits or pressed[k] > 0.0):  # else there is nothing, and no friction of it
             pair = law.mass * 0.25 * shape(pairs.apart[k] / law.h) * dt * (first + second)
@@ -138,7 +138,7 @@ def _press(law, pairs, inverse_masses, gradients, dt, k, velocities, pressed):
 
 
 @inlined
-def _normal(t, s, way):
+def normal_of(t: Vector, s: Vector, way: Vector) -> Vector:
     """Return a normal of two hairs, of any length; that of parallel ones is the way from one to the other, across."""
     n = cross(t, s)
     return n if dot(n, n) > PARALLEL * PARALLEL else flattened(way, t)

@@ -10,7 +10,7 @@ from hairpipe.graph import Time
 from hairpipe.particles.settings import Interaction
 from hairpipe.sim.air.wind import Wind
 
-DEFAULTS = {"sag": 0.1, "damping": 0.2, "gravity": 9.81, "interaction": Interaction(), "sag_free": None}
+DEFAULTS = {"sag": 0.1, "damping": 0.2, "gravity": 9.81, "interaction": Interaction(), "sag_free": None, "printed": ()}
 
 
 def frames_of(particles, bodies, **settings):
