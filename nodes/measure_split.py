@@ -6,7 +6,7 @@ from hairpipe.graph import Frames, node
 
 @node(frames="once")
 def measure_split(cloud: Frames[Cloud], particles: Particles) -> Table:
-    """Gap between the left and the right half of hair, links across it, and what ends on the wrong side: one row."""
+    """Gap between the halves of hair that is parted, links across it, and what ends on the wrong side: one row."""
     from hairpipe.measure.cloud import split_table
 
     return split_table(cloud, particles)

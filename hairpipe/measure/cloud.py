@@ -12,7 +12,7 @@ from hairpipe.data.table import table_of_rows
 FEW = 0.05
 """Share of each half that may lie nearer to the other than the gap is wide."""
 CROSSED = 0.01
-"""What lies farther across the middle than this is on the wrong side [m]."""
+"""What is farther beyond the end of the other half than this is on the wrong side [m]."""
 COLUMNS = (
     "frames reached",
     "nearest, of that at rest [%]",
@@ -58,24 +58,36 @@ def cloud_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
 
 
 def split_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
-    """Return one row, of hair whose halves lie left and right of the plane x = 0 at rest.
+    """Return one row, of what is farther from the root than half of its hair.
 
-    gap       between the halves of what is farther from the root than half of its hair: each without the 5 % nearest to
-              the other
-    let go    links from one half to the other that are out of reach, at the widest
-    wrong     particles, of the same, that end more than 10 mm across the plane
+    Its halves lie on both sides of the widest room along x that there is at any frame, in the middle half of the hair.
+
+    gap     between the halves: each without the 5 % nearest to the other
+    let go  links from one half to the other that are out of reach, at the widest
+    wrong   particles that end more than 10 mm beyond where the other half ends
     """
-    hair = particles.hair
+    hair, ends = particles.hair, particles.links
     low = particles.arcs > 0.5 * strand_lengths(hair.points, hair.offsets)[particles.strands]
-    x, ends = particles.points[:, 0], particles.links
-    right = x > 0.0
-    across, gaps, opened = right[ends[:, 0]] != right[ends[:, 1]], [], []
+    rooms = {frame: _widest(cloud[frame].points[low, 0]) for frame in cloud}
+    parted = max(rooms, key=lambda frame: rooms[frame][0])
+    right = cloud[parted].points[:, 0] > rooms[parted][1]
+    across, gaps, opened = low[ends].all(axis=1) & (right[ends[:, 0]] != right[ends[:, 1]]), [], []
+    begin = end = 0.0
     for frame in cloud:
         x = cloud[frame].points[:, 0]
-        gaps.append(1e3 * (np.quantile(x[low & right], FEW) - np.quantile(x[low & ~right], 1.0 - FEW)))
+        begin, end = np.quantile(x[low & right], FEW), np.quantile(x[low & ~right], 1.0 - FEW)
+        gaps.append(1e3 * (begin - end))
         opened.append(100.0 * _open(cloud[frame].points, particles)[across].mean())
-    wrong = 100.0 * np.mean(np.where(right, x, -x)[low] < -CROSSED)
+    last = cloud[max(cloud)].points[:, 0]
+    wrong = 100.0 * np.mean(np.where(right, end - last, last - begin)[low] > CROSSED)
     return table_of_rows(SPLIT, [(gaps[0], max(gaps), gaps[-1], max(opened), opened[-1], wrong)])
+
+
+def _widest(x: np.ndarray) -> tuple[float, float]:
+    """Return the width and the middle of the widest room between numbers, in the middle half of them."""
+    x = np.sort(x)[len(x) // 4 : -(len(x) // 4)]
+    widest = int(np.argmax(np.diff(x)))
+    return float(x[widest + 1] - x[widest]), float(0.5 * (x[widest + 1] + x[widest]))
 
 
 def _nearest(points: np.ndarray) -> np.ndarray:
