@@ -13,9 +13,10 @@ mass, backward Euler of the pair gives
     j_c = a / (1 + a) m v_n,   j_f = min(a / (1 + a) m v_t, bound (j_c + j_p)),   d = m_i rate pi h_2^3
 
 We differ from the paper: explicit forces of these rates blow up, or make hair tremble that lies on a body; these
-impulses never do, at any rate. Pressure does not attract, and rho_0 is the particle's own at rest: one for all draws in
-what is at the surface of the hair, where particles then clump. Friction has Coulomb's bound. Rates do not depend on how
-many particles stand for the hair.
+impulses never do, at any rate. Pressure does not attract, as where hair is thin particles would clump. rho_0 is that of
+the densest hair at rest, for what stands apart there may lie as close as that: with its own as rho_0, hair let go of
+from above the head would keep its room. Friction has Coulomb's bound. Rates do not depend on how many particles stand
+for the hair.
 """
 
 from typing import NamedTuple
@@ -37,7 +38,7 @@ class Law(NamedTuple):
     pressure, collision, friction, bound  as in `Interaction`
     h     smoothing length h_2 [m]
     mass  of a particle [kg]
-    rest  density of every particle at rest [kg/m^3], (N,)
+    rest  density of every particle beyond which it presses [kg/m^3], (N,)
     """
 
     pressure: float

@@ -25,6 +25,8 @@ from hairpipe.sim.build import bodies_of
 from hairpipe.sim.settings import BodyContact
 
 MOST_NAMED = 10
+DENSE = 0.99
+"""Quantile of the density at rest up to which pressure leaves hair alone."""
 NEAR_ROOT = 0.5
 """Of the way along the hair to its root that a particle keeps from bodies, at most: it cannot be farther than all."""
 
@@ -85,13 +87,14 @@ def laws_of(
 ) -> tuple[Law, PrintedLaw | None]:
     """Return the laws by which particles act on each other that are at points [m], (N, 3), at rest; pure."""
     pairs, apart = near_pairs(points, 2.0 * model.range)
-    rest, mass = densities(model.masses, pairs, apart, model.range), float(model.masses.mean())
+    own, mass = densities(model.masses, pairs, apart, model.range), float(model.masses.mean())
+    rest = np.maximum(own, np.quantile(own[model.deep :], DENSE))
     ours = replace(interaction, **dict.fromkeys(set(printed) & {"pressure", "friction"}, 0.0))
     law = Law(ours.pressure, ours.collision, ours.friction, ours.bound, model.range, mass, rest)
     if ours == interaction:
         return law, None
     pressure, friction = interaction.pressure - ours.pressure, interaction.friction - ours.friction
-    return law, PrintedLaw(pressure, friction, float(rest[model.deep :].mean()), model.range, mass)
+    return law, PrintedLaw(pressure, friction, float(own[model.deep :].mean()), model.range, mass)
 
 
 def next_state(
