@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from hairpipe.data import BodyParts, Cloud, LevelSet, Mesh, Particles
 from hairpipe.data.particles import ParticleState
 from hairpipe.graph import Pair, Time, flat_group, node
-from hairpipe.particles.settings import Interaction, ParticleSettings, RestTension
+from hairpipe.particles.settings import Interaction, ParticleSettings, Printed, RestTension
 
 if TYPE_CHECKING:
     from hairpipe.particles.simulate import Prepared
@@ -25,12 +25,13 @@ def prepare_particles(
     gravity: float,
     interaction: Interaction | None,
     sag_free: RestTension | None,
+    printed: tuple[Printed, ...],
 ) -> "Prepared":
     """Find what links and pairs are like, for the whole shot."""
     from hairpipe.particles.simulate import prepare
 
-    settings = ParticleSettings(sag, damping, gravity=gravity, interaction=interaction, sag_free=sag_free)
-    return prepare(particles, settings)
+    hair = {"interaction": interaction, "sag_free": sag_free, "printed": printed}
+    return prepare(particles, ParticleSettings(sag, damping, gravity=gravity, **hair))
 
 
 @node(frames="scan", prepare=prepare_particles)

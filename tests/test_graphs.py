@@ -65,6 +65,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "grow_groom": {"strands": 24},
     "load_groom": {"strands": 24},
     "sample_particles": {"particles": 200},
+    "thin_groom": {"every": 2},
     "measure_cantilever": {"segments": [8], "angles": [90], "rolls": 1, "gammas": [1]},
     "measure_torsion": {"segments": [8], "twists": [1]},
     "measure_helix": {"segments": [25], "gravities": [0.1], "orientations": 1},
@@ -92,9 +93,10 @@ SOME = {
     "experiments/speed_accuracy_head.toml": ["hair_error", "hair_cost"],
     "experiments/speed_accuracy_tuft.toml": ["hair_error", "hair_cost"],
     "experiments/stability_contact.toml": ["all", "nine", "converged"],
+    "particles/shake.toml": ["table", "sheet"],
     "volume/head.toml": ["shake_both_packing"],
 }
-"""Of graphs that do the same many times, the nodes that are computed, with what they depend on."""
+"""Of graphs that do the same many times, or measure what has not begun, the nodes that are computed."""
 FIRST = 2
 """Frames of every graph that are computed."""
 DEEPEST = 1e-3

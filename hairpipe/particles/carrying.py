@@ -1,10 +1,12 @@
 """Hair carried by particles: the vertices of a groom as the particles beside them move, strand by strand.
 
-    target_k = sum_i w_i (x_i + Q_i (X_k - X_i)),   x_k+1 = x_k + l_k unit(target_k+1 - x_k)
+    target_k = sum_i v_i a_i,   a_i = x_i + Q_i (X_k - X_i),   v_i = w_i / (|a_i - x_k-1|^2 + b^2)^2 over their sum,
+    x_k = x_k-1 + l_k unit(target_k - x_k-1)
 
 with Q_i of `turns`, and l_k the length of a segment at rest: lengths are exact, roots stay on the body, and hair that
-is moved rigidly is right. Laid down by directions, sum_i w_i Q_i D_k, instead of by targets, hair is farther off.
-Velocities are the derivative. The groom may be another one than particles lie on.
+is moved rigidly is right. Where particles part, hair goes with those that are near where it has come to, within b, half
+the reach of links: else it would lie across the opening. Laid down by directions, sum_i w_i Q_i D_k, instead of by
+targets, hair is farther off. Velocities are the derivative. The groom may be another one than particles lie on.
 """
 
 from typing import NamedTuple
@@ -16,7 +18,7 @@ from hairpipe.data import Cloud, Groom, Mesh, Particles, Strands
 from hairpipe.errors import BadInput
 from hairpipe.groom.keys.interpolating import go_on, moved
 from hairpipe.groom.resampling import put
-from hairpipe.kernels.vec3 import length, minus, row
+from hairpipe.kernels.vec3 import dot, length, minus, plus, row, scaled
 from hairpipe.particles.turns import rigid_motions
 from hairpipe.sim.boundary import motion_of_roots
 
@@ -67,13 +69,15 @@ def carried(
     """
     turns = rigid_motions(cloud, particles, motion_of_roots(body, particles.hair))
     points, velocities = np.empty_like(groom.points), np.empty((len(groom.points), 3), np.float32)
-    _carry(carriers, turns, motion_of_roots(body, groom), groom.points, groom.offsets, points, velocities)
+    roots, near = motion_of_roots(body, groom), (0.5 * particles.reach) ** 2
+    _carry(carriers, near, turns, roots, groom.points, groom.offsets, points, velocities)
     return Strands(points, velocities, groom.offsets, diameter)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _carry(
     carriers: Carriers,
+    near: float,
     turns: tuple[np.ndarray, np.ndarray],
     roots: tuple[np.ndarray, np.ndarray],
     rest: np.ndarray,
@@ -81,23 +85,28 @@ def _carry(
     points: np.ndarray,
     velocities: np.ndarray,
 ) -> None:
-    """Lay all strands down from their roots, in place."""
+    """Lay all strands down from their roots, in place; near is b^2 [m^2]."""
     for s in prange(len(offsets) - 1):
-        motion, rate = np.empty((1, 3, 4)), np.empty((1, 3, 4))
         X = row(rest, offsets[s])
         x, v = moved(roots[0], s, X), moved(roots[1], s, X)
         put(points, offsets[s], x)
         put(velocities, offsets[s], v)
         for k in range(offsets[s] + 1, offsets[s + 1]):
             before, X = X, row(rest, k)
-            motion[:], rate[:] = 0.0, 0.0
+            way = speed = (0.0, 0.0, 0.0)
+            total = change = 0.0
             for c in range(CARRIERS):
-                i, weight = carriers.particles[k, c], carriers.weights[k, c]
-                for a in range(3):
-                    for b in range(4):
-                        motion[0, a, b] += weight * turns[0][i, a, b]
-                        rate[0, a, b] += weight * turns[1][i, a, b]
-            way, speed = minus(moved(motion, 0, X), x), minus(moved(rate, 0, X), v)
+                i = carriers.particles[k, c]
+                away, drift = minus(moved(turns[0], i, X), x), minus(moved(turns[1], i, X), v)
+                far = 1.0 + dot(away, away) / near
+                weight = carriers.weights[k, c] / (far * far)
+                rate = -4.0 * weight * dot(away, drift) / (far * near)
+                total += weight
+                change += rate
+                way = plus(way, scaled(weight, away))
+                speed = plus(speed, plus(scaled(weight, drift), scaled(rate, away)))
+            way = scaled(1.0 / total, way)
+            speed = scaled(1.0 / total, minus(speed, scaled(change, way)))
             x, v = go_on(x, v, length(minus(X, before)), way, speed)
             put(points, k, x)
             put(velocities, k, v)

@@ -13,9 +13,10 @@ mass, backward Euler of the pair gives
     j_c = a / (1 + a) m v_n,   j_f = min(a / (1 + a) m v_t, bound (j_c + j_p)),   d = m_i rate pi h_2^3
 
 We differ from the paper: explicit forces of these rates blow up, or make hair tremble that lies on a body; these
-impulses never do, at any rate. Pressure does not attract, and rho_0 is the particle's own at rest: one for all draws in
-what is at the surface of the hair, where particles then clump. Friction has Coulomb's bound. Rates do not depend on how
-many particles stand for the hair.
+impulses never do, at any rate. Pressure does not attract, as where hair is thin particles would clump. rho_0 is that of
+the densest hair at rest, for what stands apart there may lie as close as that: with its own as rho_0, hair let go of
+from above the head would keep its room. Friction has Coulomb's bound. Rates do not depend on how many particles stand
+for the hair.
 """
 
 from typing import NamedTuple
@@ -24,7 +25,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import cross, dot, flattened, length, minus, plus, row, scaled, unit
+from hairpipe.kernels.vec3 import Vector, cross, dot, flattened, length, minus, plus, row, scaled, unit
 from hairpipe.particles.smoothing_kernel import shape, slope
 
 PARALLEL = 0.1
@@ -37,7 +38,7 @@ class Law(NamedTuple):
     pressure, collision, friction, bound  as in `Interaction`
     h     smoothing length h_2 [m]
     mass  of a particle [kg]
-    rest  density of every particle at rest [kg/m^3], (N,)
+    rest  density of every particle beyond which it presses [kg/m^3], (N,)
     """
 
     pressure: float
@@ -96,7 +97,7 @@ def exchange(
         i, j = pairs.ends[k, 0], pairs.ends[k, 1]
         first, second = inverse_masses[i], inverse_masses[j]
         u, way = minus(row(velocities, j), row(velocities, i)), minus(row(points, j), row(points, i))
-        n = _normal(row(directions, i), row(directions, j), way)
+        n = normal_of(row(directions, i), row(directions, j), way)
         hits = dot(u, n) * dot(way, n) < 0.0
         if first + second > 0.0 and (hits or pressed[k] > 0.0):  # else there is nothing, and no friction of it
             pair = law.mass * 0.25 * shape(pairs.apart[k] / law.h) * dt * (first + second)
@@ -138,7 +139,7 @@ def _press(law, pairs, inverse_masses, gradients, dt, k, velocities, pressed):
 
 
 @inlined
-def _normal(t, s, way):
+def normal_of(t: Vector, s: Vector, way: Vector) -> Vector:
     """Return a normal of two hairs, of any length; that of parallel ones is the way from one to the other, across."""
     n = cross(t, s)
     return n if dot(n, n) > PARALLEL * PARALLEL else flattened(way, t)

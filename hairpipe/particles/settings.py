@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from math import pi
-from typing import Annotated
+from typing import Annotated, Literal
 
 from hairpipe.sim.air.wind import Wind
 from hairpipe.sim.settings import Air
@@ -73,6 +73,10 @@ class RestTension:
     strain: Annotated[float, Interval(gt=0.0, le=0.9)] = 0.3
 
 
+Printed = Literal["steps", "pressure", "friction", "links"]
+"""Equations that can be had as the paper prints them, where hair fails by them; `ParticleSettings` says how."""
+
+
 @dataclass(frozen=True)
 class ParticleSettings:
     """All that a graph says of the simulation of particles.
@@ -87,6 +91,8 @@ class ParticleSettings:
     interaction  hair acts on hair; without, it passes through
     sag_free     links carry the hair as groomed; without, they rest in the groom's shape and hair sags from it
     wind         moving air, which takes the place of `air`; without, it is still
+    printed      what is to be as the paper prints it, to see how it fails: explicit `steps`, (16) `pressure` with one
+                 density at rest, which attracts, (18) `friction` without bound, `links` that fade, all of them
     cuts         frames at which a shot begins anew: particles are carried over with their roots
     """
 
@@ -100,4 +106,5 @@ class ParticleSettings:
     interaction: Interaction | None = None
     sag_free: RestTension | None = None
     wind: Wind | None = None
+    printed: tuple[Printed, ...] = ()
     cuts: tuple[int, ...] = ()

@@ -14,8 +14,10 @@ from hairpipe.particles.directions import redirect
 from hairpipe.particles.interaction import Law, Pairs, exchange
 from hairpipe.particles.model import Model, Moving, build_model, inverse_masses
 from hairpipe.particles.neighbours import densities, near_pairs, rows_of
+from hairpipe.particles.printed.explicit_steps import advance_explicitly
+from hairpipe.particles.printed.pair_forces import PrintedLaw, push_pairs
 from hairpipe.particles.sag_free import rest_lengths
-from hairpipe.particles.settings import Interaction, ParticleSettings
+from hairpipe.particles.settings import Interaction, ParticleSettings, Printed
 from hairpipe.particles.step import Forces, Springs, advance
 from hairpipe.sim.air.loose_fibres import LooseFibres, add_wind
 from hairpipe.sim.boundary import motion_of_roots
@@ -23,6 +25,8 @@ from hairpipe.sim.build import bodies_of
 from hairpipe.sim.settings import BodyContact
 
 MOST_NAMED = 10
+DENSE = 0.99
+"""Quantile of the density at rest up to which pressure leaves hair alone."""
 NEAR_ROOT = 0.5
 """Of the way along the hair to its root that a particle keeps from bodies, at most: it cannot be farther than all."""
 
@@ -34,11 +38,13 @@ class Prepared:
     model     their arrays
     springs   what links are like
     law       how hair acts on hair; None: not at all
+    printed   the part of it that is as the paper prints it; None: none is
     """
 
     model: Model
     springs: Springs
     law: Law | None
+    printed: PrintedLaw | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,16 +74,27 @@ def prepare(particles: Particles, settings: ParticleSettings) -> Prepared:
     rest = model.links.lengths
     if settings.sag_free is not None:
         rest = rest_lengths(model, particles.points, axial, settings.gravity, settings.sag_free.strain)
-    law = None if settings.interaction is None else law_of(settings.interaction, model, particles.points)
-    return Prepared(model, Springs(axial, rest, settings.damping), law)
+    springs = Springs(axial, rest, settings.damping)
+    if "links" in settings.printed:
+        model = model._replace(links=model.links._replace(keeps=np.full(len(rest), np.inf)))
+    if settings.interaction is None:
+        return Prepared(model, springs, None)
+    return Prepared(model, springs, *laws_of(settings.interaction, settings.printed, model, particles.points))
 
 
-def law_of(interaction: Interaction, model: Model, points: np.ndarray) -> Law:
-    """Return the law by which particles act on each other that are at points [m], (N, 3), at rest; pure."""
+def laws_of(
+    interaction: Interaction, printed: Sequence[Printed], model: Model, points: np.ndarray
+) -> tuple[Law, PrintedLaw | None]:
+    """Return the laws by which particles act on each other that are at points [m], (N, 3), at rest; pure."""
     pairs, apart = near_pairs(points, 2.0 * model.range)
-    rest = densities(model.masses, pairs, apart, model.range)
-    rates = (interaction.pressure, interaction.collision, interaction.friction, interaction.bound)
-    return Law(*rates, model.range, float(model.masses.mean()), rest)
+    own, mass = densities(model.masses, pairs, apart, model.range), float(model.masses.mean())
+    rest = np.maximum(own, np.quantile(own[model.deep :], DENSE))
+    ours = replace(interaction, **dict.fromkeys(set(printed) & {"pressure", "friction"}, 0.0))
+    law = Law(ours.pressure, ours.collision, ours.friction, ours.bound, model.range, mass, rest)
+    if ours == interaction:
+        return law, None
+    pressure, friction = interaction.pressure - ours.pressure, interaction.friction - ours.friction
+    return law, PrintedLaw(pressure, friction, float(own[model.deep :].mean()), model.range, mass)
 
 
 def next_state(
@@ -97,13 +114,16 @@ def next_state(
     bodies = bodies_of(frame.surfaces, frame.parts, BodyContact(contact.friction, contact.thickness), frame.frame_dt)
     if previous is None:
         return start(particles, prepared, frame, bodies)
-    state = advance_frame(particles, prepared, previous, frame, bodies, settings)
-    lost = ~(np.isfinite(state.points).all(1) & np.isfinite(state.velocities).all(1))
+    return advance_frame(particles, prepared, previous, frame, bodies, settings)
+
+
+def _check_finite(particles: Particles, points: np.ndarray, velocities: np.ndarray) -> None:
+    """Raise ArithmeticError that names strands where particles are not finite."""
+    lost = ~(np.isfinite(points).all(1) & np.isfinite(velocities).all(1))
     if lost.any():
         ids = np.unique(particles.hair.ids[particles.strands[lost]])
         named = ", ".join(map(str, ids[:MOST_NAMED]))
         raise ArithmeticError(f"{np.count_nonzero(lost)} particles are not finite, among them on strands {named}")
-    return state
 
 
 def start(particles: Particles, prepared: Prepared, frame: ParticleFrame, bodies: Sequence[Collider]) -> ParticleState:
@@ -128,33 +148,54 @@ def advance_frame(
     bodies: Sequence[Collider],
     settings: ParticleSettings,
 ) -> ParticleState:
-    """Advance particles from the previous frame to this one; pure."""
-    model, springs, law = prepared.model, prepared.springs, prepared.law
+    """Advance particles from the previous frame to this one; pure. ArithmeticError as `next_state`."""
+    model, springs = prepared.model, prepared.springs
     deep, frame_dt, steps = model.deep, frame.frame_dt, settings.steps
     points, velocities, directions = state.points.copy(), state.velocities.copy(), state.directions.copy()
     ways = _ways_of_roots(particles, state, frame, deep, steps)
     forces, ahead = _forces_on(prepared, settings, (points, directions, velocities), frame.began), velocities
-    if law is not None:
-        ends, apart = near_pairs(points, 2.0 * model.range)
-        rows, by = rows_of(ends, len(points))
-        pairs = Pairs(ends, apart, rows, by, densities(model.masses, ends, apart, model.range))
+    explicit = "steps" in settings.printed
+    if not explicit:
         ahead = velocities.copy()
-        exchange(law, pairs, inverse_masses(model), points, directions, frame_dt, ahead)
+        _act(prepared, points, directions, frame_dt, ahead)
         # As a force through the frame: what is given at its beginning would be undone in the steps that follow.
         forces.push[:] += model.masses[:, None] * (ahead - velocities) / frame_dt
     places = points + frame_dt * ahead
+    _check_finite(particles, places, ahead)
     found = look(bodies, places, frame_dt, deep)
     thickness = np.minimum(settings.contact.thickness, NEAR_ROOT * np.maximum(particles.arcs, 0.0))
     planes = planes_of(found, places, thickness, settings.contact.friction)
     moving = Moving(points, velocities, state.tensions.copy())
-    advance(model, springs, forces, planes, ways.points, frame_dt / steps, moving)
+    dt, stiffness = frame_dt / steps, np.empty(len(model.links.ends))
+    if explicit:
+
+        def begin(moving: Moving, dt: float) -> None:
+            redirect(model.links, model.reach, springs.axial, deep, moving.points, stiffness, directions)
+            _act(prepared, moving.points, directions, dt, moving.velocities)
+
+        advance_explicitly(model, springs, forces, planes, ways.points, dt, moving, begin)
+    else:
+        advance(model, springs, forces, planes, ways.points, dt, moving)
+    _check_finite(particles, points, velocities)
     if bodies:
         again = stale(planes, found, places, points)
         again = again[again >= deep]
         put_right(look(bodies, points[again], frame_dt), again, planes, state.points, frame_dt, moving)
     velocities[:deep], directions[:deep] = ways.velocities, ways.directions
-    redirect(model.links, model.reach, springs.axial, deep, points, np.empty(len(model.links.ends)), directions)
+    redirect(model.links, model.reach, springs.axial, deep, points, stiffness, directions)
     return ParticleState(points, velocities, directions, moving.tensions)
+
+
+def _act(prepared: Prepared, points: np.ndarray, directions: np.ndarray, dt: float, velocities: np.ndarray) -> None:
+    """Change velocities by what hair exchanges with hair in dt [s], in place."""
+    model, law, inverses = prepared.model, prepared.law, inverse_masses(prepared.model)
+    if law is None:
+        return
+    ends, apart = near_pairs(points, 2.0 * model.range)
+    pairs = Pairs(ends, apart, *rows_of(ends, len(points)), densities(model.masses, ends, apart, model.range))
+    exchange(law, pairs, inverses, points, directions, dt, velocities)
+    if prepared.printed is not None:
+        push_pairs(prepared.printed, pairs, inverses, points, directions, dt, velocities)
 
 
 @dataclass(frozen=True, eq=False)

@@ -87,7 +87,7 @@ def advance(
             for c in range(3):
                 along += ways[e, c] * (moving.velocities[j, c] - moving.velocities[i, c])
             moving.tensions[e] = stiffness[e] * (ways[e, 3] - springs.rest[e] + dt * along)
-        _touch(system, planes, left, dt, moving)
+        touch(planes, deep, left, dt, moving)
         for k in range(count):
             for c in range(3):
                 x = moving.points[k, c] + dt * moving.velocities[k, c]
@@ -172,9 +172,9 @@ def _hold(system, planes, moving, left, dt, residual, change):
 
 
 @njit(cache=True, error_model="numpy")
-def _touch(system, planes, left, dt, moving):
-    """Stop what came too near since, with the friction of that, in place."""
-    for k in range(system.deep, len(system.blocks)):
+def touch(planes: Planes, deep: int, left: float, dt: float, moving: Moving) -> None:
+    """Stop what comes too near in a step, with the friction of that, in place; arguments are those of `least_speed`."""
+    for k in range(deep, len(moving.points)):
         n, v = row(planes.normals, k), row(moving.velocities, k)
         missing = least_speed(planes, k, row(moving.points, k), left, dt) - dot(n, v)
         if missing > 0.0:

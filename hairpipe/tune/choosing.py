@@ -128,6 +128,8 @@ def guess_all(full: Measured, singles: Mapping[Simplification, Measured]) -> Ite
         drops = [target for part in taken for target in part.drops]
         if len(drops) > len(set(drops)):
             continue  # what is left out for something else is not left out again
+        if any(p.beside is not None and other.axis not in (p.axis, *p.beside) for p in taken for other in taken):
+            continue
         square = full.bound**2 + sum(max(singles[part].bound ** 2 - full.bound**2, 0.0) for part in taken)
         seconds = full.seconds * math.prod(min(singles[part].seconds / full.seconds, 1.0) for part in taken)
         yield Guess(Combination(taken), math.sqrt(square), seconds)

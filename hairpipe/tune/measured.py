@@ -66,13 +66,14 @@ def bounded(table: Table, column: str) -> tuple[float, float]:
 
 
 def seconds_per_frame(
-    hair: Sequence[Sequence[float]], bodies: Sequence[Sequence[float]], frames: int, scale: float
+    hair: Sequence[Sequence[float]], others: Sequence[Sequence[float]], frames: int, scale: float
 ) -> float:
-    """Return seconds a frame of the whole scene: the median of its hair, and all of its level sets.
+    """Return seconds a frame of the whole scene: the median of its hair, and all of the others.
 
     hair    seconds of each frame of the sample, for every node that hair takes [s]
-    bodies  seconds of each level set that was made, for every node that makes them [s]
+    others  seconds of each level set that was made, and of each frame of particles, which stand for the whole scene,
+            for every node that makes them [s]
     frames  that were measured
     scale   strands of the scene over those of the sample
     """
-    return scale * sum(map(statistics.median, hair)) + sum(statistics.median(b) * len(b) / frames for b in bodies if b)
+    return scale * sum(map(statistics.median, hair)) + sum(statistics.median(b) * len(b) / frames for b in others if b)

@@ -27,6 +27,10 @@ CELL = 0.006
 """Of the grid that takes the place of pairs [m]."""
 KEYS = (4, 8)
 """So many strands one is simulated, the others are interpolated."""
+PARTICLES = (2000, 500)
+"""So many particles are simulated in place of at least as many strands."""
+LED = ("ends", "target")
+"""Sockets of the simulation that lead strands, and do not lead particles."""
 BODIES = ("surface", "parts")
 """Sockets of the simulation that take level sets."""
 TYPE = "simulate_hair"
@@ -36,12 +40,14 @@ TYPE = "simulate_hair"
 class Simplification:
     """One part of the physics left out, or one discretisation made coarser.
 
-    axis   what it is about; of each axis one simplification at most can be taken
-    level  how far it goes on this axis: a higher one leaves out more
-    text   what it does, in words
-    puts   settings by target `node.setting`, with their values
-    drops  targets of groups that are taken out
-    keys   one in how many strands is simulated; 1: all
+    axis       what it is about; of each axis one simplification at most can be taken
+    level      how far it goes on this axis: a higher one leaves out more
+    text       what it does, in words
+    puts       settings by target `node.setting`, with their values
+    drops      targets of groups that are taken out
+    keys       one in how many strands is simulated; 1: all
+    particles  simulated in place of strands; 0: strands are
+    beside     axes of which something can be left out beside it; None: of all
     """
 
     axis: str
@@ -50,6 +56,8 @@ class Simplification:
     puts: tuple[tuple[str, Any], ...] = ()
     drops: tuple[str, ...] = ()
     keys: int = 1
+    particles: int = 0
+    beside: tuple[str, ...] | None = None
 
 
 def simplifications(graph: Graph, name: str) -> list[Simplification]:
@@ -60,7 +68,8 @@ def simplifications(graph: Graph, name: str) -> list[Simplification]:
         what = f"'{name}' is a {node.type.name}, which has nothing to leave out"
         raise BadInput(what, where=graph.path, right=known or f"a graph with a node of type {TYPE}")
     shortened = [*of_segments(graph, node), *of_steps(graph, node), *of_voxels(graph, node)]
-    return [*of_model(node), *of_precision(node), *shortened, *of_groups(node), *of_pairs(node), *of_keys(node)]
+    others = [*of_groups(node), *of_pairs(node), *of_keys(node), *of_particles(graph, node)]
+    return [*of_model(node), *of_precision(node), *shortened, *others]
 
 
 def touches(node: Node) -> bool:
@@ -149,6 +158,15 @@ def of_keys(node: Node) -> Iterator[Simplification]:
     if touches(node):
         for level, every in enumerate(KEYS, 1):
             yield Simplification("keys", level, f"one hair in {every} simulated", keys=every)
+
+
+def of_particles(graph: Graph, node: Node) -> Iterator[Simplification]:
+    """Simulate particles in place of strands, where these are led by a body alone and no node takes their state."""
+    led = any(plug.split(".")[0] in LED for plug in node.edges)
+    taken = any(tuple(edge) == (node.name, "state") for other in graph.nodes.values() for edge in other.edges.values())
+    for level, count in enumerate(() if led or taken or not node.settings["gravity"] else PARTICLES, 1):
+        text = f"{count:,} particles, not strands"
+        yield Simplification("particles", level, text, particles=count, beside=("voxels",))
 
 
 def listed(counts: Iterable[float]) -> str:

@@ -11,12 +11,12 @@ from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import Sample
 from hairpipe.tune.simplifications import BODIES, Simplification, scaled_steps
-from hairpipe.tune.variants import merged_variants, shown_of, simplified, with_node
+from hairpipe.tune.variants import SAMPLE, cloud_of, merged_variants, shown_of, simplified, with_node
 
 CarryOut = Callable[[str, Shot, Sequence[str], Sequence[int]], Outcome]
 """Runs a shot up to some nodes at some frames; the text describes what is measured."""
-SAMPLE, ERROR = "tune-sample", "tune-error"
-"""Names of the nodes that are added."""
+ERROR = "tune-error"
+"""Name of the node that compares."""
 FINE, FINEST = 0.5, 0.25
 """Factors on the steps of the graph, of the two models that show whether the reference is converged."""
 
@@ -64,7 +64,7 @@ class Study:
         finest = self.refined(FINEST)
         variants = {"reference": [finest], "variant": parts}
         tables = {label: simplified(self._tables, self.hair, changes) for label, changes in variants.items()}
-        merged, names = merged_variants(tables, [self.hair, shown_of(self.hair)])
+        merged, names = merged_variants(tables, [cloud_of(self.hair), self.hair, shown_of(self.hair)])
         edges = {"hair": names["variant"][-1], "reference": names["reference"][-1]}
         table = {"type": "measure_patches", "in": edges, "patches": self.sample.patches}
         shot = self.shot.edited(with_node(merged, ERROR, table))
@@ -85,13 +85,15 @@ class Study:
         return next((str(failure.message) for failure in outcome.failures), "")
 
     def _read(self, shot: Shot, names: Sequence[str]) -> Measured:
-        """Read what nodes that simulate hair, and interpolate it, were off by, and what they took."""
+        """Read what nodes that simulate hair, and interpolate or carry it, were off by, and what they took."""
         results = Results(shot, self.sample.frames)
         frames = [frame for frame in self.sample.frames if frame > self.sample.begin]
         plugs = shot.nodes[names[0]].edges.items()
-        bodies = [results.seconds(edge.node, frames) for plug, edge in plugs if plug.split(".")[0] in BODIES]
-        hair = [results.seconds(name, frames) for name in names]
-        seconds = seconds_per_frame(hair, bodies, len(frames), self.scale)
+        others = [results.seconds(edge.node, frames) for plug, edge in plugs if plug.split(".")[0] in BODIES]
+        whole = [name for name in names if shot.nodes[name].type.name == "simulate_particles"]
+        hair = [results.seconds(name, frames) for name in names if name not in whole]
+        others += [results.seconds(name, frames) for name in whole]
+        seconds = seconds_per_frame(hair, others, len(frames), self.scale)
         return measured_of(results.value(ERROR), self.tolerance, seconds)
 
 

@@ -94,6 +94,7 @@ def tune(request: Request, say: Callable[[str], None] = lambda line: None) -> Tu
         raise BadInput("one frame is no motion", where=request.shot.path, right="frames = [first, last] farther apart")
     parts = simplifications(shot.graph, request.hair)
     total, motion = look_at(request)
+    parts = [part for part in parts if part.particles <= total]
     sample = sample_of(request, total, motion)
     study = study_of(request, sample, total)
     say(described(sample, total))

@@ -6,25 +6,33 @@ from typing import Any
 
 from hairpipe.graph.file.overrides import Tables, drop, nodes_of, put
 from hairpipe.graph.store.digest import digest
-from hairpipe.tune.simplifications import Simplification
+from hairpipe.tune.simplifications import BODIES, GROUPS, Simplification
 
 MARK = 8
 """Characters of the digest that distinguishes variants of a node."""
 KEYS = "-keys"
 """What follows the name of a simulation in that of its thinned groom."""
+PARTICLES, CLOUD = "-particles", "-cloud"
+"""What follows it in those of particles at rest, and of those that are simulated in its place."""
+SAMPLE = "tune-sample"
+"""The node that chooses strands of which a scene is tuned."""
+SHARED = ("gravity", "air", "wind", "cuts", "checkpoint")
+"""Settings that a simulation of particles has in common with one of strands."""
 INTERPOLATED = ("body", "ends", "surface", "parts")
 """Sockets that a simulation and an interpolation have in common."""
 
 
 def simplified(tables: Tables, hair: str, parts: Iterable[Simplification]) -> Tables:
     """Return the tables of a graph with simplifications of a node that simulates applied; pure."""
-    tables, every = deepcopy(tables), 1
+    tables, every, particles = deepcopy(tables), 1, 0
     for part in parts:
         for target in part.drops:
             drop(tables, target)
         for target, value in part.puts:
             put(tables, target, value)
-        every = max(every, part.keys)
+        every, particles = max(every, part.keys), max(particles, part.particles)
+    if particles:
+        return with_particles(tables, hair, particles)
     return tables if every == 1 else with_keys(tables, hair, every)
 
 
@@ -38,6 +46,34 @@ def with_keys(tables: Tables, hair: str, every: int) -> Tables:
     tables[keys] = {"type": "thin_groom", "in": {"groom": groom}, "every": every}
     tables[hair]["in"]["groom"] = keys
     return tables
+
+
+def with_particles(tables: Tables, hair: str, count: int) -> Tables:
+    """Return the tables with so many particles simulated, which carry the hair where it is used; pure.
+
+    They are those of the whole groom, also where a sample of its strands is carried.
+    """
+    strands, particles, cloud = tables[hair], f"{hair}{PARTICLES}", cloud_of(hair)
+    groom, material = strands["in"]["groom"], strands.get("material", {})
+    beside = {socket: edge for socket, edge in strands["in"].items() if socket in ("body", *BODIES)}
+    fibre = {"fibre": {name: material[name] for name in ("diameter", "density") if name in material}}
+    whole = tables[SAMPLE]["in"]["groom"] if groom == SAMPLE else groom
+    moved = {"type": "simulate_particles", "in": {"particles": particles} | beside} | fibre
+    moved |= {name: strands[name] for name in SHARED if name in strands}
+    moved |= {"sag_free": {}} if "sag_free" in strands else {}
+    moved |= {"interaction": {}} if any(group in strands for group, _ in GROUPS) else {}
+    friction = strands.get("contact", {}).get("friction")
+    moved |= {"contact": {"friction": friction}} if friction is not None else {}
+    carried = {"type": "carry_strands", "in": {"cloud": cloud, "particles": particles, "groom": groom} | beside}
+    carried |= {"diameter": material["diameter"]} if "diameter" in material else {}
+    tables = with_node(tables, hair, carried, instead=f"{hair}.strands")
+    tables[particles] = {"type": "sample_particles", "in": {"groom": whole}, "particles": count} | fibre
+    return tables | {cloud: moved}
+
+
+def cloud_of(hair: str) -> str:
+    """Return the name of the node that simulates particles."""
+    return f"{hair}{CLOUD}"
 
 
 def shown_of(hair: str) -> str:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.spatial import KDTree
 
 from hairpipe.data import Groom, Mesh
 from hairpipe.data.particles import ParticleState
@@ -107,6 +108,12 @@ class Shot:
     def pace(self) -> float:
         """Root mean square of the speeds [m/s]."""
         return float(np.sqrt(np.mean(np.sum(self.state.velocities**2, axis=1))))
+
+    @property
+    def crowding(self) -> float:
+        """1 % quantile of the distance to the nearest other particle, over that at rest."""
+        now, rest = (KDTree(x).query(x, k=2)[0][:, 1] for x in (self.state.points, self.particles.points))
+        return float(np.quantile(now, 0.01) / np.quantile(rest, 0.01))
 
 
 def copy_of(state: ParticleState) -> bytes:

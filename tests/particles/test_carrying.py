@@ -139,6 +139,20 @@ def test_hair_bends_to_the_same_arc_as_particles():
     assert errors[0] < 2e-3 and errors[1] < errors[0] / 2.5
 
 
+def test_hair_where_particles_part_goes_with_one_side_and_does_not_lie_across():
+    """Left and right halves go 8 cm apart, but for the roots; hair everywhere between them."""
+    dense = gather_tuft(
+        lay_strands(12, 0.1, 10, (0.0, -1.0, 0.0), (0.004, 0.0, 0.0), None, 0.0), Tuft(4, (0.0, 0.0, 0.005), 0.0)
+    )
+    particles = particles_on(dense)
+    hair, middle = lay_strands(30, 0.1, 20, (0.0, -1.0, 0.0), (0.0015, 0.0, 0.0), None, 0.0), 0.022
+    slope = np.where(particles.points[:, 0] > middle, 0.4, -0.4)
+    away = particles.points - slope[:, None] * particles.points[:, 1:2] * (1.0, 0.0, 0.0)
+    found = carry(cloud_of(away, np.c_[slope, -np.ones(len(slope)), 0.0 * slope]), particles, hair)
+    tips = found.points[hair.offsets[1:] - 1, 0] - hair.points[hair.offsets[1:] - 1, 0]
+    assert (np.abs(tips) > 0.03).all()
+
+
 def test_hair_does_not_follow_particles_that_point_elsewhere():
     """Every other particle lies across the hair, which is straight: wherever it goes, hair stays."""
     groom = tuft(6, stray=0.0)

@@ -2,15 +2,18 @@
 
 import numpy as np
 import pytest
+from hairpipe.nodes.carry_strands import carry_strands
 from hairpipe.nodes.sample_particles import sample_particles
 from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
 
 from hairpipe.errors import BadInput
 from hairpipe.graph import Time
+from hairpipe.groom.sampling import take
+from hairpipe.particles.carrying import weigh_carriers
 from hairpipe.particles.settings import Interaction
 from hairpipe.sim.air.wind import Wind
 
-DEFAULTS = {"sag": 0.1, "damping": 0.2, "gravity": 9.81, "interaction": Interaction(), "sag_free": None}
+DEFAULTS = {"sag": 0.1, "damping": 0.2, "gravity": 9.81, "interaction": Interaction(), "sag_free": None, "printed": ()}
 
 
 def frames_of(particles, bodies, **settings):
@@ -40,6 +43,19 @@ def test_at_a_cut_hair_goes_with_its_body(curtain, place_plate):
     clouds = frames_of(particles, [place_plate(), place_plate(), there, there], cuts=(3,))
     assert clouds[2].points == pytest.approx(clouds[1].points + np.array([5.0, 0.0, 0.0]))
     assert np.abs(clouds[3].velocities).max() < 2.0
+
+
+def test_over_a_cut_the_strands_that_they_carry_go_with_the_body_too(curtain, place_plate):
+    particles, there = sample_particles(curtain, particles=300), place_plate((5.0, 0.0, 0.0))
+    bodies, groom = [place_plate(), place_plate(), there, there], take(curtain, np.arange(0, 1000, 50))
+    carriers = weigh_carriers(particles, groom)
+    hair = [
+        carry_strands(cloud, particles, groom, body, None, None, Time(frame, 24.0), carriers)
+        for frame, (cloud, body) in enumerate(zip(frames_of(particles, bodies, cuts=(3,)), bodies, strict=True), 1)
+    ]
+    assert hair[2].points == pytest.approx(hair[1].points + np.array([5.0, 0.0, 0.0]))
+    assert hair[2].velocities == pytest.approx(hair[1].velocities, abs=1e-6)
+    assert np.abs(hair[3].velocities).max() < 2.0
 
 
 def test_a_groom_that_cannot_carry_so_many_is_refused_in_one_line(curtain):

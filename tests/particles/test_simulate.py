@@ -4,12 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.spatial import KDTree
 
 from hairpipe.data.particles import ParticleState
 from hairpipe.errors import BadInput
+from hairpipe.particles.links import link
+from hairpipe.particles.model import build_model
+from hairpipe.particles.neighbours import densities, near_pairs
+from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Interaction, RestTension
-from hairpipe.particles.simulate import ParticleFrame, carry_over_cut, cloud_of, next_state, start
+from hairpipe.particles.simulate import ParticleFrame, carry_over_cut, cloud_of, laws_of, next_state, start
 
 FRAME = 1 / 24
 
@@ -32,12 +35,22 @@ def test_hair_sags_as_asked_and_not_at_all_with_links_that_carry_it(shot):
 
 
 def test_stiff_pressure_neither_draws_particles_together_nor_makes_them_tremble(shot):
-    pressed = shot(interaction=Interaction(pressure=100.0))
-    before = KDTree(pressed.particles.points).query(pressed.particles.points, k=2)[0][:, 1]
-    pressed.run(48)
-    after = KDTree(pressed.state.points).query(pressed.state.points, k=2)[0][:, 1]
-    assert np.quantile(after, 0.01) >= 0.9 * np.quantile(before, 0.01)
+    pressed = shot(interaction=Interaction(pressure=100.0)).run(48)
+    assert pressed.crowding >= 0.9
     assert pressed.pace < 1e-3
+
+
+def test_hair_that_stands_apart_may_lie_as_close_as_the_densest_does(make_groom, rule):
+    """A fan of hair: where its tips come as close as its roots are, nothing presses; at rest nothing does anywhere."""
+    roots = np.random.default_rng(3).uniform(-0.02, 0.02, (300, 3)) * (1.0, 0.0, 1.0)
+    fan = [root + np.linspace(0.0, 0.2, 21)[:, None] * (8.0 * root[0], -1.0, 8.0 * root[2]) for root in roots]
+    particles = link(sample(make_groom(fan), 500, "strands", 0), rule, 1e-5)
+    model = build_model(particles)
+    own = densities(model.masses, *near_pairs(particles.points, 2.0 * model.range), model.range)
+    law, printed = laws_of(Interaction(), (), model, particles.points)
+    dense = np.quantile(own[model.deep :], 0.99)
+    assert printed is None and (law.rest >= own).all() and own.min() < 0.3 * dense
+    assert np.unique(law.rest[own < dense]) == pytest.approx([dense])
 
 
 def test_hair_that_is_pulled_apart_splits_and_merges(shot):

@@ -137,3 +137,13 @@ def test_a_budget_that_buys_nothing_is_said_with_the_cheapest():
     choice = choose_within(FULL, world.singles(), 1e-3, world.measure)
     assert choice.parts is None and len(world.asked) == 1
     assert choice.measured.seconds == pytest.approx(min(world.truth(parts).seconds for parts in world.everything()))
+
+
+def test_what_makes_others_moot_is_taken_with_none_of_them():
+    """Everything together would be cheaper; particles leave nothing of what else is left out, but for the voxels."""
+    voxels = Simplification("voxels", 1, "voxels")
+    alone = Simplification("particles", 1, "particles", particles=500, beside=("voxels",))
+    singles = {part: found(0.2, 5.0) for part in (*PARTS, voxels)} | {alone: found(0.2, 0.5)}
+    world = World()
+    choose(FULL, singles, 1.0, world.measure)
+    assert world.asked == [frozenset({alone, voxels})]

@@ -111,6 +111,17 @@ def test_what_a_scene_cannot_be_modelled_by_is_kept(scene):
     assert not study.measure([]).fault
 
 
+def test_particles_are_measured_as_any_simplification(scene):
+    """A curtain that swings out of the slant; of 96 of its hairs 12 are carried."""
+    path = scene.parent / "curtain.toml"
+    curtain = SCENE.replace("strands = 8", "strands = 96\ndirection = [0.1, -1.0, 0.0]").replace("0.02]", "0.002]")
+    path.write_text(curtain.replace("segments = 5", "segments = 10"))
+    part = next(p for p in simplifications(opened(path).graph, "hair") if p.particles == 500)
+    sample = choose_sample(range(1, 9), 24.0, None, 96, 12, 4)
+    found = Study(opened(path), "hair", sample, 96, Tolerance(0.02, "m"), runner(True)).measure([part])
+    assert not found.fault and 0.0 < found.tip < 0.05 and found.seconds > 0.0
+
+
 def test_a_cut_is_no_motion(scene):
     """Hair is carried over it: it must not draw the sample to itself."""
     led = SCENE.replace('in.groom = "groom"', 'in = { groom = "groom", ends = "hand" }\ncuts = [5]')

@@ -9,7 +9,9 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
 from hairpipe.tune.fragment import changed_tables, write_toml
+from hairpipe.tune.sampling import Sample
 from hairpipe.tune.simplifications import scaled_steps, simplifications
+from hairpipe.tune.study import sampled
 from hairpipe.tune.variants import merged_variants, simplified, with_node
 
 SCENE = """schema = 1
@@ -50,7 +52,17 @@ def parts_by_axis(path: Path) -> dict[str, list]:
 
 def test_each_axis_leaves_out_more_and_more_and_every_variant_is_a_graph(scene):
     axes = parts_by_axis(scene)
-    assert list(axes) == ["model", "segments", "steps", "voxels", "collisions", "stiction", "pairs", "keys"]
+    assert list(axes) == [
+        "model",
+        "segments",
+        "steps",
+        "voxels",
+        "collisions",
+        "stiction",
+        "pairs",
+        "keys",
+        "particles",
+    ]
     for parts in axes.values():
         assert [part.level for part in parts] == list(range(1, len(parts) + 1))
         for part in parts:
@@ -65,7 +77,7 @@ def test_each_axis_leaves_out_more_and_more_and_every_variant_is_a_graph(scene):
 
 def test_what_the_scene_does_not_have_cannot_be_left_out(scene):
     scene.write_text(SCENE[: SCENE.index("[hair.collisions]")] + 'model = "chain"\nsteps.longest = 0.05\n')
-    assert list(parts_by_axis(scene)) == ["segments", "voxels"]
+    assert list(parts_by_axis(scene)) == ["segments", "voxels", "particles"]
 
 
 def test_single_precision_is_tried_where_double_was_asked_for(scene):
@@ -107,7 +119,7 @@ def test_who_took_a_value_takes_that_of_the_node_put_between(scene):
 
 def test_a_fragment_says_the_same_as_the_tables_and_no_more(scene):
     tables = tomllib.loads(SCENE)
-    parts = [found[-1] for found in parts_by_axis(scene).values()]
+    parts = [found[-1] for axis, found in parts_by_axis(scene).items() if axis != "particles"]
     after = simplified(tables, "hair", parts)
     fragment = tomllib.loads(write_toml(changed_tables(tables, after), "why\n\nand how"))
     assert fragment == {name: after[name] for name in ("surface", "groom", "hair", "hair-shown", "hair-keys")}
@@ -131,6 +143,33 @@ def test_key_hairs_are_simulated_and_who_took_hair_takes_all_of_it(scene):
         assert after["hair"]["in"]["groom"] == "hair-keys" and after["hair-keys"]["every"] == part.keys == 4
         scene.write_text("schema = 1\nframes = [1, 30]\nfps = 24\n" + write_toml(changed_tables({}, after), ""))
         load_graph(scene)
+
+
+def test_particles_take_the_place_of_strands_and_carry_them_under_the_same_name(scene):
+    """With what both models have in common; the sample of strands that is tuned is carried by those of all hair."""
+    said = "cuts = [9]\nmaterial.diameter = 5e-5\ncontact.friction = 0.1\nwind.velocity = [1.0, 0.0, 0.0]\n"
+    picture = '[picture]\ntype = "preview"\nin = { hair = "hair.strands", body = "body" }\n'
+    scene.write_text(SCENE.replace("[hair.collisions]", said + "[hair.collisions]") + picture)
+    part = parts_by_axis(scene)["particles"][1]
+    tables = tomllib.loads(scene.read_text())
+    after = simplified(sampled(tables, "hair", Sample(8, 4, 0, 1, 2, 3)), "hair", [part])
+    assert after["picture"]["in"]["hair"] == "hair"
+    assert after["hair"]["type"] == "carry_strands" and after["hair"]["in"]["groom"] == "tune-sample"
+    assert after["hair-particles"]["in"] == {"groom": "groom"} and after["hair-particles"]["particles"] == 500
+    cloud = after["hair-cloud"]
+    assert cloud["in"] == {"particles": "hair-particles", "body": "body", "surface": ["surface"]}
+    assert (cloud["cuts"], cloud["contact"], cloud["fibre"]) == ([9], {"friction": 0.1}, {"diameter": 5e-5})
+    assert cloud["wind"] == {"velocity": [1.0, 0.0, 0.0]} and cloud["interaction"] == {} and "sag_free" not in cloud
+    scene.write_text("schema = 1\nframes = [1, 3]\nfps = 24\n" + write_toml(changed_tables({}, after), ""))
+    load_graph(scene)
+
+
+def test_strands_that_are_led_by_their_ends_or_weigh_nothing_are_not_replaced(scene):
+    driven = '[hand]\ntype = "drive_ends"\nin.groom = "groom"\n'
+    scene.write_text(SCENE.replace('surface = ["surface"] }', 'surface = ["surface"], ends = "hand" }') + driven)
+    assert "particles" not in parts_by_axis(scene)
+    scene.write_text(SCENE.replace("[hair.collisions]", "gravity = 0.0\n[hair.collisions]"))
+    assert "particles" not in parts_by_axis(scene)
 
 
 def test_a_volume_takes_the_place_of_pairs(scene):
