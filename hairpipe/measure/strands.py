@@ -7,7 +7,7 @@ import numpy as np
 
 from hairpipe.data import Ends, Strands, Table
 from hairpipe.data.table import table_of_rows
-from hairpipe.measure.writhe import writhe
+from hairpipe.measure.shape.writhe import writhe
 
 COLUMNS = (
     "time [s]",

@@ -9,7 +9,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time
 from hairpipe.groom.helix import Helix, turn_of
 from hairpipe.groom.strands import lay_strands
-from hairpipe.measure.curls import radius
+from hairpipe.measure.shape.curls import radius
 
 
 def curls(width, pitch=0.02, segments=80):

@@ -1,0 +1,1 @@
+"""The shape of hair: curls, writhe, how a tuft spreads and crosses another."""
