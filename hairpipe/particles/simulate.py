@@ -8,8 +8,8 @@ import numpy as np
 from hairpipe.data import BodyParts, Cloud, LevelSet, Mesh, Particles
 from hairpipe.data.particles import ParticleState
 from hairpipe.errors import BadInput
-from hairpipe.levelset.collider import Collider
-from hairpipe.particles.contact import look, planes_of, put_right, stale
+from hairpipe.levelset.collider import Collider, SdfSample
+from hairpipe.particles.contact import Planes, look, planes_of, put_right, stale
 from hairpipe.particles.directions import redirect
 from hairpipe.particles.interaction import Law, Pairs, exchange
 from hairpipe.particles.model import Model, Moving, build_model, inverse_masses
@@ -129,31 +129,18 @@ def advance_frame(
     settings: ParticleSettings,
 ) -> ParticleState:
     """Advance particles from the previous frame to this one; pure."""
-    model, springs, law = prepared.model, prepared.springs, prepared.law
-    deep, frame_dt, steps = model.deep, frame.frame_dt, settings.steps
+    model, deep, frame_dt = prepared.model, prepared.model.deep, frame.frame_dt
     points, velocities, directions = state.points.copy(), state.velocities.copy(), state.directions.copy()
-    ways = _ways_of_roots(particles, state, frame, deep, steps)
-    forces, ahead = _forces_on(prepared, settings, (points, directions, velocities), frame.began), velocities
-    if law is not None:
-        ends, apart = near_pairs(points, 2.0 * model.range)
-        rows, by = rows_of(ends, len(points))
-        pairs = Pairs(ends, apart, rows, by, densities(model.masses, ends, apart, model.range))
-        ahead = velocities.copy()
-        exchange(law, pairs, inverse_masses(model), points, directions, frame_dt, ahead)
-        # As a force through the frame: what is given at its beginning would be undone in the steps that follow.
-        forces.push[:] += model.masses[:, None] * (ahead - velocities) / frame_dt
-    places = points + frame_dt * ahead
-    found = look(bodies, places, frame_dt, deep)
-    thickness = np.minimum(settings.contact.thickness, NEAR_ROOT * np.maximum(particles.arcs, 0.0))
-    planes = planes_of(found, places, thickness, settings.contact.friction)
-    moving = Moving(points, velocities, state.tensions.copy())
-    advance(model, springs, forces, planes, ways.points, frame_dt / steps, moving)
+    acting = find_acting(particles, prepared, state, frame, bodies, settings)
+    moving, planes, ways = Moving(points, velocities, state.tensions.copy()), acting.planes, acting.ways
+    advance(model, prepared.springs, acting.forces, planes, ways.points, frame_dt / settings.steps, moving)
     if bodies:
-        again = stale(planes, found, places, points)
+        again = stale(planes, acting.found, acting.places, points)
         again = again[again >= deep]
         put_right(look(bodies, points[again], frame_dt), again, planes, state.points, frame_dt, moving)
     velocities[:deep], directions[:deep] = ways.velocities, ways.directions
-    redirect(model.links, model.reach, springs.axial, deep, points, np.empty(len(model.links.ends)), directions)
+    stiffness = np.empty(len(model.links.ends))
+    redirect(model.links, model.reach, prepared.springs.axial, deep, points, stiffness, directions)
     return ParticleState(points, velocities, directions, moving.tensions)
 
 
@@ -169,6 +156,62 @@ class RootWays:
     points: np.ndarray
     velocities: np.ndarray
     directions: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Acting:
+    """What acts on particles in a frame.
+
+    ways    of those below the skin
+    forces  of gravity, air and hair
+    places  where particles are expected at the end [m], (N, 3)
+    found   bodies there
+    planes  of these
+    """
+
+    ways: RootWays
+    forces: Forces
+    places: np.ndarray
+    found: SdfSample
+    planes: Planes
+
+
+def find_acting(
+    particles: Particles,
+    prepared: Prepared,
+    state: ParticleState,
+    frame: ParticleFrame,
+    bodies: Sequence[Collider],
+    settings: ParticleSettings,
+) -> Acting:
+    """Find what acts on particles from the previous frame to this one; pure."""
+    model, law, frame_dt = prepared.model, prepared.law, frame.frame_dt
+    ways = _ways_of_roots(particles, state, frame, model.deep, settings.steps)
+    forces, ahead = _forces_on(prepared, settings, state, frame.began), state.velocities
+    if law is not None:
+        ahead = ahead.copy()
+        exchange(
+            law,
+            find_pairs(model, state.points),
+            inverse_masses(model),
+            state.points,
+            state.directions,
+            frame_dt,
+            ahead,
+        )
+        # As a force through the frame: what is given at its beginning would be undone in the steps that follow.
+        forces.push[:] += model.masses[:, None] * (ahead - state.velocities) / frame_dt
+    places = state.points + frame_dt * ahead
+    found = look(bodies, places, frame_dt, model.deep)
+    thickness = np.minimum(settings.contact.thickness, NEAR_ROOT * np.maximum(particles.arcs, 0.0))
+    return Acting(ways, forces, places, found, planes_of(found, places, thickness, settings.contact.friction))
+
+
+def find_pairs(model: Model, points: np.ndarray) -> Pairs:
+    """Find particles near each other that are at points [m], (N, 3); pure."""
+    ends, apart = near_pairs(points, 2.0 * model.range)
+    density = densities(model.masses, ends, apart, model.range)
+    return Pairs(ends, apart, *rows_of(ends, len(points)), density)
 
 
 def _ways_of_roots(particles: Particles, state: ParticleState, frame: ParticleFrame, deep: int, steps: int) -> RootWays:
@@ -187,7 +230,7 @@ def _ways_of_roots(particles: Particles, state: ParticleState, frame: ParticleFr
     return RootWays(points, v1, turned(motions, particles.directions[:deep]))
 
 
-def _forces_on(prepared: Prepared, settings: ParticleSettings, now: tuple[np.ndarray, ...], seconds: float) -> Forces:
+def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleState, seconds: float) -> Forces:
     """Return gravity, and the drag of the air."""
     masses, links = prepared.model.masses, prepared.model.links
     forces = Forces(np.zeros((len(masses), 3)), np.zeros((len(masses), 6)))
@@ -197,6 +240,7 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, now: tuple[np.nda
     else:
         segment = float(links.lengths.mean())
         counts = masses / (settings.fibre.line_density * segment)
+        now = state.points, state.directions, state.velocities
         add_wind(settings.wind, LooseFibres(*now, counts, segment, settings.fibre.diameter), seconds, *forces)
     return forces
 
