@@ -44,9 +44,18 @@ class Planes(NamedTuple):
     friction: float
 
 
-def look(bodies: Sequence[Collider], points: np.ndarray, seconds: float, first: int = 0) -> SdfSample:
-    """Return what is nearest of bodies at points [m], (n, 3), from the first on, at a time in the frame [s]."""
-    found = SdfSample.blank(len(points))
+def look(
+    bodies: Sequence[Collider],
+    points: np.ndarray,
+    seconds: float,
+    first: int = 0,
+    reach: float | np.ndarray = np.inf,
+) -> SdfSample:
+    """Return what is nearest of bodies at points [m], (n, 3), from the first on, at a time in the frame [s].
+
+    reach  distance beyond which nothing is found [m], (n,)
+    """
+    found = SdfSample.blank(len(points), reach)
     for body in bodies:
         body.probe(points[first:], seconds, SdfSample(*(values[first:] for values in found)))
     return found

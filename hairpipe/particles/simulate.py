@@ -137,7 +137,8 @@ def advance_frame(
     if bodies:
         again = stale(planes, acting.found, acting.places, points)
         again = again[again >= deep]
-        put_right(look(bodies, points[again], frame_dt), again, planes, state.points, frame_dt, moving)
+        there = look(bodies, points[again], frame_dt, reach=planes.thickness[again])
+        put_right(there, again, planes, state.points, frame_dt, moving)
     velocities[:deep], directions[:deep] = ways.velocities, ways.directions
     stiffness = np.empty(len(model.links.ends))
     redirect(model.links, model.reach, prepared.springs.axial, deep, points, stiffness, directions)
