@@ -23,12 +23,12 @@ from hairpipe.kernels.vec3 import length, minus, row, scaled
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.particles.contact import look
 from hairpipe.particles.directions import turn_directions
-from hairpipe.particles.interaction import exchange
+from hairpipe.particles.interaction import exchange, find_pairs
 from hairpipe.particles.links import LinkRule, link
 from hairpipe.particles.model import Moving, inverse_masses
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Fibre, Interaction, ParticleSettings
-from hairpipe.particles.simulate import ParticleFrame, Prepared, find_acting, find_pairs, next_state, prepare
+from hairpipe.particles.simulate import ParticleFrame, Prepared, find_acting, next_state, prepare
 from hairpipe.particles.step import advance
 from hairpipe.particles.stiffness import measure_links, stiffen
 from hairpipe.sim.build import bodies_of
@@ -159,7 +159,7 @@ def parts_of(
     assert law is not None
     points, dt, count = state.points, frame.frame_dt, len(model.links.ends)
     inverses, ways, stiffness = inverse_masses(model), np.empty((count, 4)), np.empty(count)
-    search, pairs = timed(lambda: find_pairs(model, points))
+    search, pairs = timed(lambda: find_pairs(model.masses, points, model.range))
     swapped = state.velocities.copy()
     exchanged, _ = timed(lambda: exchange(law, pairs, inverses, points, state.directions, dt, swapped))
     contact = BodyContact(settings.contact.friction, settings.contact.thickness)

@@ -25,6 +25,7 @@ from numba import njit
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import cross, dot, flattened, length, minus, plus, row, scaled
+from hairpipe.particles.neighbours import densities, near_pairs, rows_of
 from hairpipe.particles.smoothing_kernel import shape, slope
 
 PARALLEL = 0.1
@@ -65,6 +66,14 @@ class Pairs(NamedTuple):
     rows: np.ndarray
     by: np.ndarray
     density: np.ndarray
+
+
+@njit(cache=True)
+def find_pairs(masses: np.ndarray, points: np.ndarray, h: float) -> Pairs:
+    """Find the pairs of particles of masses [kg], (N,), that are at points [m], (N, 3), within 2 h [m]; pure."""
+    ends, apart = near_pairs(points, 2.0 * h)
+    rows, by = rows_of(ends, len(points))
+    return Pairs(ends, apart, rows, by, densities(masses, ends, apart, h))
 
 
 @njit(cache=True, error_model="numpy")

@@ -4,16 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 
 from hairpipe.data import BodyParts, Cloud, LevelSet, Mesh, Particles
 from hairpipe.data.particles import ParticleState
 from hairpipe.errors import BadInput
+from hairpipe.kernels.vec3 import dot, row
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.particles.contact import Planes, look, planes_of, put_right, stale
 from hairpipe.particles.directions import redirect
-from hairpipe.particles.interaction import Law, Pairs, exchange
+from hairpipe.particles.interaction import Law, exchange, find_pairs
 from hairpipe.particles.model import Model, Moving, build_model, inverse_masses
-from hairpipe.particles.neighbours import densities, near_pairs, rows_of
 from hairpipe.particles.sag_free import rest_lengths
 from hairpipe.particles.settings import Interaction, ParticleSettings
 from hairpipe.particles.step import Forces, Springs, advance
@@ -74,8 +75,7 @@ def prepare(particles: Particles, settings: ParticleSettings) -> Prepared:
 
 def law_of(interaction: Interaction, model: Model, points: np.ndarray) -> Law:
     """Return the law by which particles act on each other that are at points [m], (N, 3), at rest; pure."""
-    pairs, apart = near_pairs(points, 2.0 * model.range)
-    rest = densities(model.masses, pairs, apart, model.range)
+    rest = find_pairs(model.masses, points, model.range).density
     rates = (interaction.pressure, interaction.collision, interaction.friction, interaction.bound)
     return Law(*rates, model.range, float(model.masses.mean()), rest)
 
@@ -98,8 +98,9 @@ def next_state(
     if previous is None:
         return start(particles, prepared, frame, bodies)
     state = advance_frame(particles, prepared, previous, frame, bodies, settings)
-    lost = ~(np.isfinite(state.points).all(1) & np.isfinite(state.velocities).all(1))
-    if lost.any():
+    finite = np.isfinite(state.points) & np.isfinite(state.velocities)
+    if not finite.all():
+        lost = ~finite.all(axis=1)
         ids = np.unique(particles.hair.ids[particles.strands[lost]])
         named = ", ".join(map(str, ids[:MOST_NAMED]))
         raise ArithmeticError(f"{np.count_nonzero(lost)} particles are not finite, among them on strands {named}")
@@ -135,8 +136,7 @@ def advance_frame(
     moving, planes, ways = Moving(points, velocities, state.tensions.copy()), acting.planes, acting.ways
     advance(model, prepared.springs, acting.forces, planes, ways.points, frame_dt / settings.steps, moving)
     if bodies:
-        again = stale(planes, acting.found, acting.places, points)
-        again = again[again >= deep]
+        again = stale(planes, acting.found, acting.places, points, deep)
         there = look(bodies, points[again], frame_dt, reach=planes.thickness[again])
         put_right(there, again, planes, state.points, frame_dt, moving)
     velocities[:deep], directions[:deep] = ways.velocities, ways.directions
@@ -193,7 +193,7 @@ def find_acting(
         ahead = ahead.copy()
         exchange(
             law,
-            find_pairs(model, state.points),
+            find_pairs(model.masses, state.points, model.range),
             inverse_masses(model),
             state.points,
             state.directions,
@@ -208,13 +208,6 @@ def find_acting(
     return Acting(ways, forces, places, found, planes_of(found, places, thickness, settings.contact.friction))
 
 
-def find_pairs(model: Model, points: np.ndarray) -> Pairs:
-    """Find particles near each other that are at points [m], (N, 3); pure."""
-    ends, apart = near_pairs(points, 2.0 * model.range)
-    density = densities(model.masses, ends, apart, model.range)
-    return Pairs(ends, apart, *rows_of(ends, len(points)), density)
-
-
 def _ways_of_roots(particles: Particles, state: ParticleState, frame: ParticleFrame, deep: int, steps: int) -> RootWays:
     """Find them: on the cubic through places and velocities at both frames, as roots of strands go."""
     x0, v0, strands, rest = (
@@ -223,12 +216,31 @@ def _ways_of_roots(particles: Particles, state: ParticleState, frame: ParticleFr
         particles.strands[:deep],
         particles.points[:deep],
     )
-    motions, rates = (m[strands] for m in motion_of_roots(frame.leads[1], particles.hair))
-    x1, v1 = moved(motions, rest), moved(rates, rest)
-    s = (np.arange(steps + 1) / steps)[:, None, None]
-    points = (1 + 2 * s) * (1 - s) ** 2 * x0 + s * (1 - s) ** 2 * frame.frame_dt * v0
-    points = points + s**2 * (3 - 2 * s) * x1 + s**2 * (s - 1) * frame.frame_dt * v1
-    return RootWays(points, v1, turned(motions, particles.directions[:deep]))
+    motions, rates = motion_of_roots(frame.leads[1], particles.hair)
+    ends = rest, particles.directions[:deep], x0, v0
+    return RootWays(*_follow_roots(motions, rates, strands, ends, frame.frame_dt, steps))
+
+
+@njit(cache=True)
+def _follow_roots(motions, rates, strands, ends, dt, steps):
+    """Return the arrays of `RootWays`.
+
+    ends  places and directions at rest, places and velocities at the previous frame
+    """
+    rest, directions, x0, v0 = ends
+    count = len(strands)
+    ways, v1, t1 = np.empty((steps + 1, count, 3)), np.empty((count, 3)), np.empty((count, 3))
+    for k in range(count):
+        motion, rate = motions[strands[k]], rates[strands[k]]
+        x, t = row(rest, k), row(directions, k)
+        for c in range(3):
+            x1 = dot(row(motion, c), x) + motion[c, 3]
+            v1[k, c], t1[k, c] = dot(row(rate, c), x) + rate[c, 3], dot(row(motion, c), t)
+            for step in range(steps + 1):
+                s = step / steps
+                place = (1 + 2 * s) * (1 - s) ** 2 * x0[k, c] + s * (1 - s) ** 2 * dt * v0[k, c]
+                ways[step, k, c] = place + s**2 * (3 - 2 * s) * x1 + s**2 * (s - 1) * dt * v1[k, c]
+    return ways, v1, t1
 
 
 def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleState, seconds: float) -> Forces:
