@@ -99,7 +99,7 @@ def measure_particles(say: Callable[[str], None], sizes: Sizes = FULL) -> Report
     before, cases, passes = numba.get_num_threads(), list[Case](), list[float]()
     numba.set_num_threads(1)
     try:
-        say(f"{sizes.settling + sizes.frames} frames of a head")
+        say(f"a head, frames: {sizes.settling + sizes.frames}")
         bust = build_bust()
         frames = frames_of(bust, sizes.settling + sizes.frames)
         for count in sizes.counts:

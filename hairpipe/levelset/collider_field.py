@@ -174,7 +174,15 @@ def probe_field(
 
 
 @njit(cache=True, parallel=True)
-def _probe_between(before, after, when, points, nearest, normals, velocities):
+def _probe_between(
+    before: Field,
+    after: Field,
+    when: tuple[int, float, float],
+    points: np.ndarray,
+    nearest: np.ndarray,
+    normals: np.ndarray,
+    velocities: np.ndarray,
+) -> None:
     """Do that between two frames. A SdfSample is unpacked: a parallel loop loses what is written to a member."""
     scheme, frame, seconds = when
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
@@ -189,7 +197,9 @@ def _probe_between(before, after, when, points, nearest, normals, velocities):
 
 
 @njit(cache=True, parallel=True)
-def _probe_one(field, points, nearest, normals, velocities):
+def _probe_one(
+    field: Field, points: np.ndarray, nearest: np.ndarray, normals: np.ndarray, velocities: np.ndarray
+) -> None:
     """Do that of one level set."""
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):

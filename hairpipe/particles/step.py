@@ -20,7 +20,7 @@ from numba import njit
 from hairpipe.kernels.vec3 import dot, flattened, length, minus, plus, row, scaled
 from hairpipe.particles.contact import Planes, least_speed, rubbed
 from hairpipe.particles.model import Model, Moving, inverse_masses
-from hairpipe.particles.solve import System, build_system, hold, product, set_block, solve, take_off
+from hairpipe.particles.solve import build_system, hold, product, set_block, solve, take_off
 from hairpipe.particles.stiffness import measure_links, stiffen
 
 TOLERANCE = 1e-2
