@@ -100,7 +100,7 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
     """Return the system of a step, and its residual where v' = v, (4 N,) float32."""
     links, masses, v = model.links, model.masses, moving.velocities
     push, drag = forces.push, forces.drag
-    joins, pull = np.empty(4 * len(links.ends)), np.zeros(v.shape)
+    joins, pull = np.empty(4 * len(links.ends), np.float32), np.zeros(v.shape)
     inverses = inverse_masses(model)
     for e in range(len(links.ends)):
         i, j = links.ends[e, 0], links.ends[e, 1]
