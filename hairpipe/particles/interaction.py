@@ -99,7 +99,7 @@ def exchange(
         others, gradients = np.empty(most, np.int64), np.empty((most, 4))
         for k in range(len(velocities)):
             if pairs.density[k] > law.rest[k]:
-                _press(law, pairs, inverse_masses, points, dt, k, (others, gradients), velocities, pressed)
+                _press(law, pairs, (inverse_masses, points), dt, k, (others, gradients), velocities, pressed)
     over = 1.0 / law.h
     for k in range(count):
         i, j = np.int64(pairs.ends[k, 0]), np.int64(pairs.ends[k, 1])
@@ -117,12 +117,13 @@ def exchange(
 
 
 @inlined
-def _press(law, pairs, inverse_masses, points, dt, k, room, velocities, pressed):
+def _press(law, pairs, particles, dt, k, room, velocities, pressed):
     """Let particle k, which is too dense, press on those around it, in place; add the impulse to those of its pairs.
 
-    room  for particles beside it, and for the gradient of its density by their places, and its length with its sign
+    particles  1 / m of all, and where they are
+    room       for those beside it, and for the gradient of its density by their places, and its length with its sign
     """
-    others, gradients = room
+    (inverse_masses, points), (others, gradients) = particles, room
     rate, weight, total, mine = 0.0, 0.0, (0.0, 0.0, 0.0), row(velocities, k)
     x, begin, end = row(points, k), np.int64(pairs.rows[k]), np.int64(pairs.rows[k + 1])
     over, scale = 1.0 / law.h, law.mass / (4.0 * np.pi * law.h**4)

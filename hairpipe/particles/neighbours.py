@@ -1,7 +1,8 @@
 """Particles near each other now, and the density (1) of Bando, Chen, Nishita 2003: rho_i = sum_j m_j W(r_ij, h_2).
 
 Space is cut into cells of 2 h_2, in which particles are counted and sorted; where hair is so far apart that there would
-be many more cells than particles, cells are larger. Pairs come in the order of cells, which no thread changes.
+be many more cells than particles, cells are larger. A few that were thrown far make none larger. Pairs come in the
+order of cells, which no thread changes.
 """
 
 from typing import NamedTuple
@@ -15,6 +16,8 @@ from hairpipe.particles.smoothing_kernel import shape
 
 CELLS = 4
 """Cells a particle, at most."""
+WIDE = 3.0
+"""Standard deviations from the mean to which there are cells; what is farther lies in the outermost."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -65,7 +68,7 @@ def _make_room(count):
 @inlined
 def _ranges(first, cell, counts):
     """Return where particles begin and end: of a cell and the next; then of rows of three cells on one side."""
-    nx, ny, nz = counts
+    _, ny, nz = counts
     cx, cy, cz = cell // (ny * nz), cell // nz % ny, cell % nz
     own = first[cell], first[min(cell + 1, (cx * ny + cy) * nz + nz - 1) + 1]
     return (
@@ -141,9 +144,14 @@ def _sorted_into_cells(points, size):
     """Return particles cell by cell, where each begins, and how many there are along the axes; z goes fastest."""
     low, high = np.empty(3), np.empty(3)
     for c in range(3):
-        low[c], high[c] = np.inf, -np.inf
+        low[c], high[c], total, squares = np.inf, -np.inf, 0.0, 0.0
         for k in range(len(points)):
-            low[c], high[c] = min(low[c], points[k, c]), max(high[c], points[k, c])
+            x = points[k, c] - points[0, c]
+            low[c], high[c], total, squares = min(low[c], x), max(high[c], x), total + x, squares + x * x
+        mean = total / len(points)
+        wide = WIDE * np.sqrt(max(squares / len(points) - mean * mean, 0.0))
+        low[c], high[c], mean = low[c] + points[0, c], high[c] + points[0, c], mean + points[0, c]
+        low[c], high[c] = max(low[c], mean - wide), min(high[c], mean + wide)
     while True:
         nx, ny, nz = (
             (high[0] - low[0]) // size + 1.0,
@@ -157,9 +165,9 @@ def _sorted_into_cells(points, size):
     cells, first = np.empty(len(points), np.int64), np.zeros(x * y * z + 1, np.int64)
     over = 1.0 / size
     for k in range(len(points)):
-        a = min(np.int64((points[k, 0] - low[0]) * over), x - 1)
-        b = min(np.int64((points[k, 1] - low[1]) * over), y - 1)
-        c = min(np.int64((points[k, 2] - low[2]) * over), z - 1)
+        a = min(max(np.int64((points[k, 0] - low[0]) * over), 0), x - 1)
+        b = min(max(np.int64((points[k, 1] - low[1]) * over), 0), y - 1)
+        c = min(max(np.int64((points[k, 2] - low[2]) * over), 0), z - 1)
         cells[k] = (a * y + b) * z + c
         first[cells[k] + 1] += 1
     for cell in range(x * y * z):
