@@ -111,9 +111,10 @@ def test_at_the_end_of_a_frame_a_body_is_what_it_is_just_before(travel):
         before, at_end = (SdfSample.blank(len(points)) for _ in range(2))
         travel[name].probe(points, np.nextafter(FRAME, 0.0), before)
         travel[name].probe(points, FRAME, at_end)
-        assert np.isfinite(at_end.distance).sum() > 100
+        near = before.distance < 0.99 * HALF_WIDTH * VOXEL
+        assert near.sum() > 100
         for found, expected in zip(at_end, before, strict=True):
-            assert found == pytest.approx(expected, abs=1e-9)
+            assert found[near] == pytest.approx(expected[near], abs=1e-9)
 
 
 def test_results_do_not_depend_on_threads_and_a_union_is_one_after_the_other(travel):
