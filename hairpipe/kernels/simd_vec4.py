@@ -45,6 +45,23 @@ def load_four(typingctx, array, place):
 
 
 @intrinsic
+def store_four(typingctx, array, place, four):
+    """Write four numbers to an array of float32, as `load_four` reads them."""
+    if not (
+        isinstance(array, types.Array) and array.layout == "C" and array.ndim == 1 and array.dtype == types.float32
+    ):
+        raise TypingError(f"expected an array of float32 with one axis in C order, not {array}")
+
+    def emit(context, builder, sig, args):
+        data = context.make_array(sig.args[0])(context, builder, args[0]).data
+        pointer = builder.gep(data, [context.cast(builder, args[1], sig.args[1], types.intp)], inbounds=True)
+        builder.store(args[2], builder.bitcast(pointer, FOUR.vector.as_pointer()), align=4)
+        return context.get_dummy_value()
+
+    return types.none(array, place, FOUR), emit
+
+
+@intrinsic
 def load_short_four(typingctx, array, place):
     """The four numbers of int16 that begin at array[place], over `WHOLE`; the array has one axis, and is in C order."""
     if not (isinstance(array, types.Array) and array.layout == "C" and array.ndim == 1 and array.dtype == types.int16):
@@ -74,6 +91,25 @@ def item(typingctx, four, place):
         return builder.extract_element(args[0], context.cast(builder, args[1], sig.args[1], types.int32))
 
     return types.float32(FOUR, place), emit
+
+
+@intrinsic
+def dot_in_all(typingctx, a, b):
+    """The sum of all four products of two, in each of four."""
+
+    def emit(context, builder, sig, args):
+        sums = builder.fmul(*args)
+        for places in ([2, 3, 0, 1], [1, 0, 3, 2]):
+            sums = builder.fadd(sums, _shuffled(builder, sums, sums, places))
+        return sums
+
+    return FOUR(FOUR, FOUR), emit
+
+
+@intrinsic
+def last_in_all(typingctx, four):
+    """The last number of four, in each of them."""
+    return FOUR(four), lambda context, builder, sig, args: _shuffled(builder, *args, *args, [3, 3, 3, 3])
 
 
 @intrinsic

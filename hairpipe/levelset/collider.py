@@ -18,8 +18,8 @@ class SdfSample(NamedTuple):
     velocity: np.ndarray
 
     @classmethod
-    def blank(cls, count: int, reach: float = np.inf) -> "SdfSample":
-        """Return samples at so many points without any body; bodies farther than reach [m] will not be written."""
+    def blank(cls, count: int, reach: float | np.ndarray = np.inf) -> "SdfSample":
+        """Return samples at so many points without any body; bodies beyond reach [m], (P,), will not be written."""
         return cls(np.full(count, reach), np.zeros((count, 3)), np.zeros((count, 3)))
 
 

@@ -1,6 +1,7 @@
 """One level set of a whole body, with its velocities, interpolated between two frames."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -11,8 +12,8 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, length, minus, row, scaled
 from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.grid_layout import BRICK
-from hairpipe.levelset.interpolation import Interpolation, distance_between, evaluate
-from hairpipe.levelset.sample import FAR_OUTSIDE, Field, brick_at, field_of, velocity
+from hairpipe.levelset.interpolation import ONE_SIDED, Interpolation, distance_between, evaluate, normal_of
+from hairpipe.levelset.sample import FAR_OUTSIDE, Field, brick_at, distance, field_of, gradient, velocity
 from hairpipe.levelset.sphere_tracing import (
     MARGIN,
     STILL,
@@ -53,24 +54,35 @@ class Body(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ColliderField:
-    """A body between two frames, interpolated by one of the schemes; a Collider."""
+    """A body between two frames, interpolated by one of the schemes; a Collider.
 
-    body: Body
+    before, after  its level sets
+    frame          time between them [s]
+    scheme         of interpolation
+    corners        lower and upper one of the box around the bricks of both frames [m], (2, 3) float64
+    """
 
-    @property
+    before: Field
+    after: Field
+    frame: float
+    scheme: Interpolation
+    corners: np.ndarray
+
+    @cached_property
     def speed(self) -> float:
-        """Speed that no point of the body exceeds [m/s]."""
-        return self.body.motion.speed
+        """Speed that no point of the body exceeds [m/s]; all velocities are read for it."""
+        return float(max(fastest(field.velocity.reshape(-1, 3)) for field in (self.before, self.after)))
 
     def probe(self, points: np.ndarray, seconds: float, out: SdfSample) -> None:
         """Write what is nearer than out, in place; see Collider."""
-        probe_field(*self.body, seconds, points, *out)
+        probe_field(self.before, self.after, int(self.scheme), self.frame, seconds, points, out)
 
     def sweep(
         self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: FirstHit
     ) -> None:
         """Write hits that are sooner than out, in place; see Collider."""
-        sweep_field(*self.body, Walk(before, after, thickness), start, end, out.fraction)
+        motion = Motion(self.frame, int(self.scheme), self.speed, self.corners)
+        sweep_field(self.before, self.after, motion, Walk(before, after, thickness), start, end, out.fraction)
 
 
 def build_collider_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interpolation) -> ColliderField:
@@ -79,11 +91,9 @@ def build_collider_field(before: LevelSet, after: LevelSet, frame: float, scheme
     frame  time between them [s]
     """
     both = (before, after)
-    speed = max(fastest(surface.velocity.reshape(-1, 3)) for surface in both)
     low = np.min([surface.origin for surface in both], axis=0)
     high = np.max([surface.origin + BRICK * surface.voxel * np.array(surface.bricks.shape) for surface in both], axis=0)
-    motion = Motion(frame, int(scheme), float(speed), np.stack([low, high]))
-    return ColliderField(Body(field_of(before), field_of(after), motion))
+    return ColliderField(field_of(before), field_of(after), frame, scheme, np.stack([low, high]))
 
 
 @njit(cache=True)
@@ -150,31 +160,55 @@ def first_hit(body: Body, ray: SpaceTimeRay, thickness: float) -> float:
     return first_below(distance_on, body, ray, kept, span)
 
 
-@njit(cache=True, parallel=True)
 def probe_field(
+    before: Field, after: Field, scheme: int, frame: float, seconds: float, points: np.ndarray, out: SdfSample
+) -> None:
+    """Write, in place, what a body is like where it is nearer than `out.distance`.
+
+    At the end of a frame that is what its own level set says; the previous one is not read.
+    """
+    if seconds == frame and scheme != ONE_SIDED:
+        _probe_one(after, points, *out)
+    else:
+        _probe_between(before, after, (scheme, frame, seconds), points, *out)
+
+
+@njit(cache=True, parallel=True)
+def _probe_between(
     before: Field,
     after: Field,
-    motion: Motion,
-    seconds: float,
+    when: tuple[int, float, float],
     points: np.ndarray,
-    distance: np.ndarray,
-    normal: np.ndarray,
-    velocity: np.ndarray,
+    nearest: np.ndarray,
+    normals: np.ndarray,
+    velocities: np.ndarray,
 ) -> None:
-    """Write, in place, what a body is like where it is nearer than `distance`.
-
-    A Body and a SdfSample are unpacked: a parallel loop takes no nested tuple, and loses what is written to a member.
-    """
-    scheme, frame = motion.scheme, motion.frame
+    """Do that between two frames. A SdfSample is unpacked: a parallel loop loses what is written to a member."""
+    scheme, frame, seconds = when
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x, y, z = row(points, i)
             phi = distance_between(scheme, before, after, seconds / frame, frame, x, y, z)
-            if phi < distance[i] and phi < before.background:
+            if phi < nearest[i] and phi < before.background:
                 _, nx, ny, nz, vx, vy, vz = evaluate(scheme, before, after, seconds / frame, frame, x, y, z)
-                distance[i] = phi
-                normal[i, 0], normal[i, 1], normal[i, 2] = nx, ny, nz
-                velocity[i, 0], velocity[i, 1], velocity[i, 2] = vx, vy, vz
+                nearest[i] = phi
+                normals[i, 0], normals[i, 1], normals[i, 2] = nx, ny, nz
+                velocities[i, 0], velocities[i, 1], velocities[i, 2] = vx, vy, vz
+
+
+@njit(cache=True, parallel=True)
+def _probe_one(
+    field: Field, points: np.ndarray, nearest: np.ndarray, normals: np.ndarray, velocities: np.ndarray
+) -> None:
+    """Do that of one level set."""
+    for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
+        for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
+            x, y, z = row(points, i)
+            phi = distance(field, x, y, z)
+            if phi < nearest[i] and phi < field.background:
+                nearest[i] = phi
+                normals[i, 0], normals[i, 1], normals[i, 2] = normal_of(*gradient(field, x, y, z))
+                velocities[i, 0], velocities[i, 1], velocities[i, 2] = velocity(field, x, y, z)
 
 
 @njit(cache=True, parallel=True)

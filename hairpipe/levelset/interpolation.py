@@ -155,7 +155,12 @@ def normal_at(field0: Field, field1: Field, at: DeparturePoints) -> tuple[float,
     px, py, pz = gradient(field0, at.x0, at.y0, at.z0)
     qx, qy, qz = gradient(field1, at.x1, at.y1, at.z1)
     w0, w1 = 1 - at.weight, at.weight
-    nx, ny, nz = w0 * px + w1 * qx, w0 * py + w1 * qy, w0 * pz + w1 * qz
+    return normal_of(w0 * px + w1 * qx, w0 * py + w1 * qy, w0 * pz + w1 * qz)
+
+
+@inlined
+def normal_of(nx: float, ny: float, nz: float) -> tuple[float, float, float]:
+    """Return the unit vector along a gradient; 0 where that is."""
     scale = 1 / max(np.sqrt(nx * nx + ny * ny + nz * nz), TINY)
     return nx * scale, ny * scale, nz * scale
 

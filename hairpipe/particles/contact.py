@@ -18,7 +18,7 @@ import numpy as np
 from numba import njit
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, dot, minus, plus, row, scaled
+from hairpipe.kernels.vec3 import Vector, dot, length, minus, plus, row, scaled
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.particles.model import Moving
 from hairpipe.sim.contact.body.projection import slide
@@ -44,18 +44,30 @@ class Planes(NamedTuple):
     friction: float
 
 
-def look(bodies: Sequence[Collider], points: np.ndarray, seconds: float, first: int = 0) -> SdfSample:
-    """Return what is nearest of bodies at points [m], (n, 3), from the first on, at a time in the frame [s]."""
-    found = SdfSample.blank(len(points))
+def look(
+    bodies: Sequence[Collider],
+    points: np.ndarray,
+    seconds: float,
+    first: int = 0,
+    reach: float | np.ndarray = np.inf,
+) -> SdfSample:
+    """Return what is nearest of bodies at points [m], (n, 3), from the first on, at a time in the frame [s].
+
+    reach  distance beyond which nothing is found [m], (n,)
+    """
+    found = SdfSample.blank(len(points), reach)
     for body in bodies:
         body.probe(points[first:], seconds, SdfSample(*(values[first:] for values in found)))
     return found
 
 
+@njit(cache=True)
 def planes_of(found: SdfSample, places: np.ndarray, thickness: np.ndarray, friction: float) -> Planes:
     """Return the planes of what was found at places [m], (N, 3); pure."""
-    near = np.isfinite(found.distance)
-    offsets = np.where(near, found.distance, 1.0) - np.sum(found.normal * places, axis=1)
+    offsets = np.ones(len(places))
+    for k in range(len(places)):
+        if np.isfinite(found.distance[k]):
+            offsets[k] = found.distance[k] - dot(row(found.normal, k), row(places, k))
     return Planes(found.normal, offsets, found.velocity, thickness, friction)
 
 
@@ -81,11 +93,19 @@ def rubbed(planes: Planes, k: int, v: Vector, push: float) -> Vector:
     return plus(u, drift)
 
 
-def stale(planes: Planes, found: SdfSample, places: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Return the particles whose planes do not tell where the body is, of those looked at elsewhere, (n,); pure."""
-    way = np.linalg.norm(points - places, axis=1)
-    near = np.where(np.isfinite(found.distance), found.distance, 2.0 * planes.thickness)
-    return np.flatnonzero(near - 2.0 * way < planes.thickness)
+@njit(cache=True)
+def stale(planes: Planes, found: SdfSample, places: np.ndarray, points: np.ndarray, first: int) -> np.ndarray:
+    """Return the particles from the first on whose planes do not tell where the body is, of those looked at elsewhere.
+
+    Pure; they are sorted, (n,).
+    """
+    which, count = np.empty(len(points), np.int64), 0
+    for k in range(first, len(points)):
+        kept, near = planes.thickness[k], found.distance[k]
+        near = near if np.isfinite(near) else 2.0 * kept
+        which[count] = k
+        count += near - 2.0 * length(minus(row(points, k), row(places, k))) < kept
+    return which[:count]
 
 
 @njit(cache=True, error_model="numpy")

@@ -25,11 +25,13 @@ import numpy as np
 from numba import njit
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, cross, dot, flattened, length, minus, plus, row, scaled, unit
+from hairpipe.kernels.vec3 import Vector, cross, dot, flattened, length, minus, plus, row, scaled
+from hairpipe.particles.neighbours import densities, near_pairs, rows_of
 from hairpipe.particles.smoothing_kernel import shape, slope
 
 PARALLEL = 0.1
 """Sine of the angle between hairs below which they are taken as parallel."""
+TINY = 1e-300
 
 
 class Law(NamedTuple):
@@ -67,6 +69,14 @@ class Pairs(NamedTuple):
     density: np.ndarray
 
 
+@njit(cache=True)
+def find_pairs(masses: np.ndarray, points: np.ndarray, h: float) -> Pairs:
+    """Find the pairs of particles of masses [kg], (N,), that are at points [m], (N, 3), within 2 h [m]; pure."""
+    ends, apart = near_pairs(points, 2.0 * h)
+    rows, by = rows_of(ends, len(points))
+    return Pairs(ends, apart, rows, by, densities(masses, ends, apart, h))
+
+
 @njit(cache=True, error_model="numpy")
 def exchange(
     law: Law,
@@ -81,27 +91,25 @@ def exchange(
 
     inverse_masses  of particles, 0 where they are led [1/kg], (N,)
     """
-    pressed, count = np.zeros(len(pairs.ends)), len(pairs.ends)
+    count = len(pairs.ends)
+    pressed = np.zeros(count)
     if law.pressure > 0.0:
-        gradients = np.empty((count, 4))
-        for k in range(count):
-            r = pairs.apart[k]
-            g = law.mass * slope(r / law.h) / (4.0 * np.pi * law.h**4)
-            away = minus(row(points, pairs.ends[k, 1]), row(points, pairs.ends[k, 0]))
-            gradients[k, 0], gradients[k, 1], gradients[k, 2] = scaled(g / r if r > 0.0 else 0.0, away)
-            gradients[k, 3] = g
+        most = 0
+        for k in range(len(velocities)):
+            most = max(most, pairs.rows[k + 1] - pairs.rows[k])
+        others, gradients = np.empty(most, np.int64), np.empty((most, 4))
         for k in range(len(velocities)):
             if pairs.density[k] > law.rest[k]:
-                _press(law, pairs, inverse_masses, gradients, dt, k, velocities, pressed)
+                _press(law, pairs, (inverse_masses, points), dt, k, (others, gradients), velocities, pressed)
+    over = 1.0 / law.h
     for k in range(count):
-        i, j = pairs.ends[k, 0], pairs.ends[k, 1]
+        i, j = np.int64(pairs.ends[k, 0]), np.int64(pairs.ends[k, 1])
         first, second = inverse_masses[i], inverse_masses[j]
         u, way = minus(row(velocities, j), row(velocities, i)), minus(row(points, j), row(points, i))
         n = normal_of(row(directions, i), row(directions, j), way)
         hits = dot(u, n) * dot(way, n) < 0.0
         if first + second > 0.0 and (hits or pressed[k] > 0.0):  # else there is nothing, and no friction of it
-            pair = law.mass * 0.25 * shape(pairs.apart[k] / law.h) * dt * (first + second)
-            n = unit(n, n)
+            pair = law.mass * 0.25 * shape(pairs.apart[k] * over) * dt * (first + second)
             collision = law.collision * pair if hits else 0.0
             impulse = _lost(u, n, collision, law.friction * pair, 1.0 / (first + second), law.bound, pressed[k])
             for c in range(3):
@@ -110,30 +118,36 @@ def exchange(
 
 
 @inlined
-def _press(law, pairs, inverse_masses, gradients, dt, k, velocities, pressed):
+def _press(law, pairs, particles, dt, k, room, velocities, pressed):
     """Let particle k, which is too dense, press on those around it, in place; add the impulse to those of its pairs.
 
-    gradients  of the density by the place of the second of a pair, and their length with its sign [kg/m^4], (P, 4)
+    particles  1 / m of all, and where they are
+    room       for those beside it, and for the gradient of its density by their places, and its length with its sign
     """
+    (inverse_masses, points), (others, gradients) = particles, room
     rate, weight, total, mine = 0.0, 0.0, (0.0, 0.0, 0.0), row(velocities, k)
-    for at in range(pairs.rows[k], pairs.rows[k + 1]):
-        pair = pairs.by[at]
-        i, j = pairs.ends[pair, 0], pairs.ends[pair, 1]
-        other, sign = i + j - k, np.float64((i == k) - (j == k))  # no branch to be guessed
-        g = scaled(sign, row(gradients, pair))
+    x, begin, end = row(points, k), np.int64(pairs.rows[k]), np.int64(pairs.rows[k + 1])
+    over, scale = 1.0 / law.h, law.mass / (4.0 * np.pi * law.h**4)
+    for at in range(begin, end):
+        pair = np.int64(pairs.by[at])
+        other = np.int64(pairs.ends[pair, 0]) + np.int64(pairs.ends[pair, 1]) - k
+        r = pairs.apart[pair]
+        size = scale * slope(r * over)
+        g = scaled(size / max(r, TINY), minus(row(points, other), x))
+        others[at - begin] = other
+        gradients[at - begin, 0], gradients[at - begin, 1], gradients[at - begin, 2] = g
+        gradients[at - begin, 3] = size
         rate += dot(g, minus(row(velocities, other), mine))
         weight += dot(g, g) * inverse_masses[other]
         total = plus(total, g)
     weight += inverse_masses[k] * dot(total, total)
     stiff = law.pressure * law.mass / (pairs.density[k] * pairs.density[k])
     push = stiff * dt * max(pairs.density[k] - law.rest[k] + dt * rate, 0.0) / (1.0 + stiff * dt * dt * weight)
-    for at in range(pairs.rows[k], pairs.rows[k + 1]):
-        pair = pairs.by[at]
-        i, j = pairs.ends[pair, 0], pairs.ends[pair, 1]
-        other, sign = i + j - k, np.float64((i == k) - (j == k))
-        pressed[pair] -= push * gradients[pair, 3]
+    for at in range(end - begin):
+        other = others[at]
+        pressed[pairs.by[begin + at]] -= push * gradients[at, 3]
         for c in range(3):
-            velocities[other, c] -= sign * inverse_masses[other] * push * gradients[pair, c]
+            velocities[other, c] -= inverse_masses[other] * push * gradients[at, c]
     for c in range(3):
         velocities[k, c] += inverse_masses[k] * push * total[c]
 
@@ -142,20 +156,20 @@ def _press(law, pairs, inverse_masses, gradients, dt, k, velocities, pressed):
 def normal_of(t: Vector, s: Vector, way: Vector) -> Vector:
     """Return a normal of two hairs, of any length; that of parallel ones is the way from one to the other, across."""
     n = cross(t, s)
-    return n if dot(n, n) > PARALLEL * PARALLEL else flattened(way, t)
+    crossed = np.float64(dot(n, n) > PARALLEL * PARALLEL)  # no branch to be guessed
+    return plus(scaled(crossed, n), scaled(1.0 - crossed, flattened(way, t)))
 
 
 @inlined
 def _lost(u, n, collision, friction, mass, bound, pressed):
     """Return the impulse [N s] on the first of two particles by collision and friction.
 
-    u  velocity of the second against the first; collision, friction  a of both; mass  reduced mass of both
+    u  velocity of the second against the first; n  normal, of any length
+    collision, friction  a of both; mass  reduced mass of both
     """
-    along = dot(u, n)
-    hit = collision / (1.0 + collision) * mass * along
-    across = flattened(u, n)
-    speed = length(across)
-    rub, most = friction / (1.0 + friction) * mass, bound * (abs(hit) + pressed)
-    if rub * speed > most:
-        rub = most / speed
-    return hit * n[0] + rub * across[0], hit * n[1] + rub * across[1], hit * n[2] + rub * across[2]
+    square = dot(n, n)
+    along = scaled(dot(u, n) / square if square > 0.0 else 0.0, n)
+    across = minus(u, along)
+    hit = collision / (1.0 + collision) * mass
+    rub, most = friction / (1.0 + friction) * mass, bound * (hit * length(along) + pressed) / length(across)
+    return plus(scaled(hit, along), scaled(most if most < rub else rub, across))

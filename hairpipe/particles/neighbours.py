@@ -1,58 +1,133 @@
 """Particles near each other now, and the density (1) of Bando, Chen, Nishita 2003: rho_i = sum_j m_j W(r_ij, h_2).
 
 Space is cut into cells of 2 h_2, in which particles are counted and sorted; where hair is so far apart that there would
-be many more cells than particles, cells are larger. Pairs come in the order of cells, which no thread changes.
+be many more cells than particles, cells are larger. A few that were thrown far make none larger. Pairs come in the
+order of cells, which no thread changes.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import WIDTH, bits, load, lowest, store
 from hairpipe.particles.smoothing_kernel import shape
 
 CELLS = 4
 """Cells a particle, at most."""
+WIDE = 3.0
+"""Standard deviations from the mean to which there are cells; what is farther lies in the outermost."""
 
 
 @njit(cache=True, error_model="numpy")
 def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return all pairs nearer than a distance [m], (P, 2) int32, and how far apart they are [m], (P,); pure."""
-    order, first, counts = _sorted_into_cells(points, distance)
-    nx, ny, nz = counts
-    place = np.empty(points.shape)
-    for a in range(len(order)):
-        for c in range(3):
-            place[a, c] = points[order[a], c]
-    room = 16 * len(points) + 64
-    pairs, apart, found = np.empty((room, 2), np.int32), np.empty(room), 0
-    most = distance * distance
-    for cx in range(nx):
-        for cy in range(ny):
-            for cz in range(nz):
-                cell = (cx * ny + cy) * nz + cz
-                for a in range(first[cell], first[cell + 1]):
-                    # The rest of its own cell and the next; then rows of three cells on one side.
-                    for side in range(5):
-                        begin, end = a + 1, first[min(cell + 1, (cx * ny + cy) * nz + nz - 1) + 1]
-                        if side > 0:
-                            x = cx if side == 1 else cx + 1
-                            y = cy + 1 if side == 1 else cy + side - 3
-                            if x >= nx or y < 0 or y >= ny:
-                                continue
-                            line = (x * ny + y) * nz
-                            begin, end = first[line + max(cz - 1, 0)], first[line + min(cz + 1, nz - 1) + 1]
-                        if found + end - begin >= len(pairs):
-                            pairs, apart = _longer(pairs, apart, end - begin)
-                        for b in range(begin, end):
-                            u = place[b, 0] - place[a, 0]
-                            v = place[b, 1] - place[a, 1]
-                            w = place[b, 2] - place[a, 2]
-                            square = u * u + v * v + w * w
-                            pairs[found, 0], pairs[found, 1] = order[a], order[b]
-                            apart[found] = square
-                            found += square < most  # always written, and kept or not: no branch to be guessed
+    order, first, (nx, ny, nz) = _sorted_into_cells(points, distance)
+    room, found, most = 16 * len(points) + 64, 0, distance * distance
+    pairs, apart = np.empty((room, 2), np.int32), np.empty(room)
+    around = _make_room(WIDTH)
+    for cell in range(len(first) - 1):
+        if first[cell] == first[cell + 1]:
+            continue
+        begins = _ranges(first, cell, (nx, ny, nz))
+        count = 0
+        for begin, end in begins:
+            count += end - begin
+        if count > around.order.size:
+            around = _make_room(2 * count)
+        _gather(points, order, begins, around)
+        for a in range(first[cell + 1] - first[cell]):
+            if found + count >= len(pairs):
+                pairs, apart = _longer(pairs, apart, count)
+            found = _add_near(around, a, count, most, pairs, apart, found)
     for k in range(found):
         apart[k] = np.sqrt(apart[k])
     return pairs[:found], apart[:found]
+
+
+class Around(NamedTuple):
+    """Particles of a cell, then those of half of the cells about it, in lanes.
+
+    places   [m], inf in the lanes beyond the last, (3, rows, W) float64
+    order    which particles they are, (rows W,)
+    squares  of distances in a row of lanes, (1, W)
+    """
+
+    places: np.ndarray
+    order: np.ndarray
+    squares: np.ndarray
+
+
+@njit(cache=True)
+def _make_room(count):
+    rows = (count + WIDTH - 1) // WIDTH
+    return Around(np.empty((3, rows, WIDTH)), np.empty(rows * WIDTH, np.int64), np.empty((1, WIDTH)))
+
+
+@inlined
+def _ranges(first, cell, counts):
+    """Return where particles begin and end: of a cell and the next; then of rows of three cells on one side."""
+    _, ny, nz = counts
+    cx, cy, cz = cell // (ny * nz), cell // nz % ny, cell % nz
+    own = first[cell], first[min(cell + 1, (cx * ny + cy) * nz + nz - 1) + 1]
+    return (
+        own,
+        _row_of(first, (cx, cy + 1, cz), counts),
+        _row_of(first, (cx + 1, cy - 1, cz), counts),
+        _row_of(first, (cx + 1, cy, cz), counts),
+        _row_of(first, (cx + 1, cy + 1, cz), counts),
+    )
+
+
+@inlined
+def _row_of(first, cell, counts):
+    (x, y, z), (nx, ny, nz) = cell, counts
+    if x >= nx or y < 0 or y >= ny:
+        return first[0], first[0]
+    line = (x * ny + y) * nz
+    return first[line + max(z - 1, 0)], first[line + min(z + 1, nz - 1) + 1]
+
+
+@inlined
+def _gather(points, order, begins, around):
+    """Put particles into lanes, in place."""
+    n = 0
+    for begin, end in begins:
+        for at in range(begin, end):
+            around.order[n] = order[at]
+            for c in range(3):
+                around.places[c, n // WIDTH, n % WIDTH] = points[order[at], c]
+            n += 1
+    while n % WIDTH:
+        around.places[0, n // WIDTH, n % WIDTH] = np.inf
+        n += 1
+
+
+@inlined
+def _add_near(around, a, count, most, pairs, apart, found):
+    """Add the pairs of particle a, in place, with those after it that are nearer than the root of most; count them."""
+    x, y, z = (
+        around.places[0, a // WIDTH, a % WIDTH],
+        around.places[1, a // WIDTH, a % WIDTH],
+        around.places[2, a // WIDTH, a % WIDTH],
+    )
+    begin = a + 1
+    for r in range(begin // WIDTH, (count + WIDTH - 1) // WIDTH):
+        u, v, w = load(around.places, (0, r)) - x, load(around.places, (1, r)) - y, load(around.places, (2, r)) - z
+        squares = u * u + v * v + w * w
+        near = bits(squares < most)
+        if r == begin // WIDTH:
+            near &= -(1 << (begin % WIDTH))
+        if near:
+            store(around.squares, (0,), squares)
+        while near:
+            lane = lowest(near)
+            pairs[found, 0], pairs[found, 1] = around.order[a], around.order[r * WIDTH + lane]
+            apart[found] = around.squares[0, lane]
+            found += 1
+            near &= near - 1
+    return found
 
 
 @njit(cache=True)
@@ -69,9 +144,14 @@ def _sorted_into_cells(points, size):
     """Return particles cell by cell, where each begins, and how many there are along the axes; z goes fastest."""
     low, high = np.empty(3), np.empty(3)
     for c in range(3):
-        low[c], high[c] = np.inf, -np.inf
+        low[c], high[c], total, squares = np.inf, -np.inf, 0.0, 0.0
         for k in range(len(points)):
-            low[c], high[c] = min(low[c], points[k, c]), max(high[c], points[k, c])
+            x = points[k, c] - points[0, c]
+            low[c], high[c], total, squares = min(low[c], x), max(high[c], x), total + x, squares + x * x
+        mean = total / len(points)
+        wide = WIDE * np.sqrt(max(squares / len(points) - mean * mean, 0.0))
+        low[c], high[c], mean = low[c] + points[0, c], high[c] + points[0, c], mean + points[0, c]
+        low[c], high[c] = max(low[c], mean - wide), min(high[c], mean + wide)
     while True:
         nx, ny, nz = (
             (high[0] - low[0]) // size + 1.0,
@@ -85,9 +165,9 @@ def _sorted_into_cells(points, size):
     cells, first = np.empty(len(points), np.int64), np.zeros(x * y * z + 1, np.int64)
     over = 1.0 / size
     for k in range(len(points)):
-        a = min(np.int64((points[k, 0] - low[0]) * over), x - 1)
-        b = min(np.int64((points[k, 1] - low[1]) * over), y - 1)
-        c = min(np.int64((points[k, 2] - low[2]) * over), z - 1)
+        a = min(max(np.int64((points[k, 0] - low[0]) * over), 0), x - 1)
+        b = min(max(np.int64((points[k, 1] - low[1]) * over), 0), y - 1)
+        c = min(max(np.int64((points[k, 2] - low[2]) * over), 0), z - 1)
         cells[k] = (a * y + b) * z + c
         first[cells[k] + 1] += 1
     for cell in range(x * y * z):

@@ -8,7 +8,7 @@ links that cannot carry it. Hair that lies on a body still sinks: what supports 
 import numpy as np
 
 from hairpipe.particles.model import Model
-from hairpipe.particles.solve import System, inverted, solve
+from hairpipe.particles.solve import build_system, set_blocks, solve
 from hairpipe.particles.stiffness import measure_links, stiffen
 
 SOFT = 1e-4
@@ -33,9 +33,10 @@ def rest_lengths(model: Model, points: np.ndarray, axial: np.ndarray, gravity: f
     for end in range(2):
         np.add.at(blocks, links.ends[:, end], outer)
     blocks[:, [0, 3, 5]] += SOFT * blocks[model.deep :, [0, 3, 5]].mean()
-    joins = np.zeros((len(links.ends), 4), np.float32)
-    joins[:, :3] = np.sqrt(stiffness)[:, None] * d
-    system = System(links, model.deep, blocks, joins.ravel(), inverted(blocks), np.zeros((count, 3)))
+    joins = np.sqrt(stiffness)[:, None] * d
+    system = build_system(links, model.deep)
+    system.joins[:] = np.pad(joins[links.by], ((0, 0), (0, 1))).ravel()
+    set_blocks(system, blocks)
     sunk, residual = np.zeros(4 * count, np.float32), np.zeros((count, 4), np.float32)
     residual[model.deep :, 1] = -gravity * model.masses[model.deep :]
     residual = residual.ravel()

@@ -4,16 +4,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numba import njit
 
 from hairpipe.data import BodyParts, Cloud, LevelSet, Mesh, Particles
 from hairpipe.data.particles import ParticleState
 from hairpipe.errors import BadInput
-from hairpipe.levelset.collider import Collider
-from hairpipe.particles.contact import look, planes_of, put_right, stale
+from hairpipe.kernels.vec3 import dot, row
+from hairpipe.levelset.collider import Collider, SdfSample
+from hairpipe.particles.contact import Planes, look, planes_of, put_right, stale
 from hairpipe.particles.directions import redirect
-from hairpipe.particles.interaction import Law, Pairs, exchange
+from hairpipe.particles.interaction import Law, exchange, find_pairs
 from hairpipe.particles.model import Model, Moving, build_model, inverse_masses
-from hairpipe.particles.neighbours import densities, near_pairs, rows_of
 from hairpipe.particles.printed.explicit_steps import advance_explicitly
 from hairpipe.particles.printed.pair_forces import PrintedLaw, push_pairs
 from hairpipe.particles.sag_free import rest_lengths
@@ -86,8 +87,7 @@ def laws_of(
     interaction: Interaction, printed: Sequence[Printed], model: Model, points: np.ndarray
 ) -> tuple[Law, PrintedLaw | None]:
     """Return the laws by which particles act on each other that are at points [m], (N, 3), at rest; pure."""
-    pairs, apart = near_pairs(points, 2.0 * model.range)
-    own, mass = densities(model.masses, pairs, apart, model.range), float(model.masses.mean())
+    own, mass = find_pairs(model.masses, points, model.range).density, float(model.masses.mean())
     rest = np.maximum(own, np.quantile(own[model.deep :], DENSE))
     ours = replace(interaction, **dict.fromkeys(set(printed) & {"pressure", "friction"}, 0.0))
     law = Law(ours.pressure, ours.collision, ours.friction, ours.bound, model.range, mass, rest)
@@ -149,38 +149,25 @@ def advance_frame(
     settings: ParticleSettings,
 ) -> ParticleState:
     """Advance particles from the previous frame to this one; pure. ArithmeticError as `next_state`."""
-    model, springs = prepared.model, prepared.springs
-    deep, frame_dt, steps = model.deep, frame.frame_dt, settings.steps
+    model, springs, deep, frame_dt = prepared.model, prepared.springs, prepared.model.deep, frame.frame_dt
     points, velocities, directions = state.points.copy(), state.velocities.copy(), state.directions.copy()
-    ways = _ways_of_roots(particles, state, frame, deep, steps)
-    forces, ahead = _forces_on(prepared, settings, (points, directions, velocities), frame.began), velocities
-    explicit = "steps" in settings.printed
-    if not explicit:
-        ahead = velocities.copy()
-        _act(prepared, points, directions, frame_dt, ahead)
-        # As a force through the frame: what is given at its beginning would be undone in the steps that follow.
-        forces.push[:] += model.masses[:, None] * (ahead - velocities) / frame_dt
-    places = points + frame_dt * ahead
-    _check_finite(particles, places, ahead)
-    found = look(bodies, places, frame_dt, deep)
-    thickness = np.minimum(settings.contact.thickness, NEAR_ROOT * np.maximum(particles.arcs, 0.0))
-    planes = planes_of(found, places, thickness, settings.contact.friction)
-    moving = Moving(points, velocities, state.tensions.copy())
-    dt, stiffness = frame_dt / steps, np.empty(len(model.links.ends))
-    if explicit:
+    acting = find_acting(particles, prepared, state, frame, bodies, settings)
+    moving, planes, ways = Moving(points, velocities, state.tensions.copy()), acting.planes, acting.ways
+    dt, stiffness = frame_dt / settings.steps, np.empty(len(model.links.ends))
+    if "steps" in settings.printed:
 
         def begin(moving: Moving, dt: float) -> None:
             redirect(model.links, model.reach, springs.axial, deep, moving.points, stiffness, directions)
             _act(prepared, moving.points, directions, dt, moving.velocities)
 
-        advance_explicitly(model, springs, forces, planes, ways.points, dt, moving, begin)
+        advance_explicitly(model, springs, acting.forces, planes, ways.points, dt, moving, begin)
     else:
-        advance(model, springs, forces, planes, ways.points, dt, moving)
+        advance(model, springs, acting.forces, planes, ways.points, dt, moving)
     _check_finite(particles, points, velocities)
     if bodies:
-        again = stale(planes, found, places, points)
-        again = again[again >= deep]
-        put_right(look(bodies, points[again], frame_dt), again, planes, state.points, frame_dt, moving)
+        again = stale(planes, acting.found, acting.places, points, deep)
+        there = look(bodies, points[again], frame_dt, reach=planes.thickness[again])
+        put_right(there, again, planes, state.points, frame_dt, moving)
     velocities[:deep], directions[:deep] = ways.velocities, ways.directions
     redirect(model.links, model.reach, springs.axial, deep, points, stiffness, directions)
     return ParticleState(points, velocities, directions, moving.tensions)
@@ -191,8 +178,7 @@ def _act(prepared: Prepared, points: np.ndarray, directions: np.ndarray, dt: flo
     model, law, inverses = prepared.model, prepared.law, inverse_masses(prepared.model)
     if law is None:
         return
-    ends, apart = near_pairs(points, 2.0 * model.range)
-    pairs = Pairs(ends, apart, *rows_of(ends, len(points)), densities(model.masses, ends, apart, model.range))
+    pairs = find_pairs(model.masses, points, model.range)
     exchange(law, pairs, inverses, points, directions, dt, velocities)
     if prepared.printed is not None:
         push_pairs(prepared.printed, pairs, inverses, points, directions, dt, velocities)
@@ -212,6 +198,48 @@ class RootWays:
     directions: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class Acting:
+    """What acts on particles in a frame.
+
+    ways    of those below the skin
+    forces  of gravity, air and hair
+    places  where particles are expected at the end [m], (N, 3)
+    found   bodies there
+    planes  of these
+    """
+
+    ways: RootWays
+    forces: Forces
+    places: np.ndarray
+    found: SdfSample
+    planes: Planes
+
+
+def find_acting(
+    particles: Particles,
+    prepared: Prepared,
+    state: ParticleState,
+    frame: ParticleFrame,
+    bodies: Sequence[Collider],
+    settings: ParticleSettings,
+) -> Acting:
+    """Find what acts on particles from the previous frame to this one; pure."""
+    model, frame_dt = prepared.model, frame.frame_dt
+    ways = _ways_of_roots(particles, state, frame, model.deep, settings.steps)
+    forces, ahead = _forces_on(prepared, settings, state, frame.began), state.velocities
+    if "steps" not in settings.printed:
+        ahead = ahead.copy()
+        _act(prepared, state.points, state.directions, frame_dt, ahead)
+        # As a force through the frame: what is given at its beginning would be undone in the steps that follow.
+        forces.push[:] += model.masses[:, None] * (ahead - state.velocities) / frame_dt
+    places = state.points + frame_dt * ahead
+    _check_finite(particles, places, ahead)
+    found = look(bodies, places, frame_dt, model.deep)
+    thickness = np.minimum(settings.contact.thickness, NEAR_ROOT * np.maximum(particles.arcs, 0.0))
+    return Acting(ways, forces, places, found, planes_of(found, places, thickness, settings.contact.friction))
+
+
 def _ways_of_roots(particles: Particles, state: ParticleState, frame: ParticleFrame, deep: int, steps: int) -> RootWays:
     """Find them: on the cubic through places and velocities at both frames, as roots of strands go."""
     x0, v0, strands, rest = (
@@ -220,15 +248,34 @@ def _ways_of_roots(particles: Particles, state: ParticleState, frame: ParticleFr
         particles.strands[:deep],
         particles.points[:deep],
     )
-    motions, rates = (m[strands] for m in motion_of_roots(frame.leads[1], particles.hair))
-    x1, v1 = moved(motions, rest), moved(rates, rest)
-    s = (np.arange(steps + 1) / steps)[:, None, None]
-    points = (1 + 2 * s) * (1 - s) ** 2 * x0 + s * (1 - s) ** 2 * frame.frame_dt * v0
-    points = points + s**2 * (3 - 2 * s) * x1 + s**2 * (s - 1) * frame.frame_dt * v1
-    return RootWays(points, v1, turned(motions, particles.directions[:deep]))
+    motions, rates = motion_of_roots(frame.leads[1], particles.hair)
+    ends = rest, particles.directions[:deep], x0, v0
+    return RootWays(*_follow_roots(motions, rates, strands, ends, frame.frame_dt, steps))
 
 
-def _forces_on(prepared: Prepared, settings: ParticleSettings, now: tuple[np.ndarray, ...], seconds: float) -> Forces:
+@njit(cache=True)
+def _follow_roots(motions, rates, strands, ends, dt, steps):
+    """Return the arrays of `RootWays`.
+
+    ends  places and directions at rest, places and velocities at the previous frame
+    """
+    rest, directions, x0, v0 = ends
+    count = len(strands)
+    ways, v1, t1 = np.empty((steps + 1, count, 3)), np.empty((count, 3)), np.empty((count, 3))
+    for k in range(count):
+        motion, rate = motions[strands[k]], rates[strands[k]]
+        x, t = row(rest, k), row(directions, k)
+        for c in range(3):
+            x1 = dot(row(motion, c), x) + motion[c, 3]
+            v1[k, c], t1[k, c] = dot(row(rate, c), x) + rate[c, 3], dot(row(motion, c), t)
+            for step in range(steps + 1):
+                s = step / steps
+                place = (1 + 2 * s) * (1 - s) ** 2 * x0[k, c] + s * (1 - s) ** 2 * dt * v0[k, c]
+                ways[step, k, c] = place + s**2 * (3 - 2 * s) * x1 + s**2 * (s - 1) * dt * v1[k, c]
+    return ways, v1, t1
+
+
+def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleState, seconds: float) -> Forces:
     """Return gravity, and the drag of the air."""
     masses, links = prepared.model.masses, prepared.model.links
     forces = Forces(np.zeros((len(masses), 3)), np.zeros((len(masses), 6)))
@@ -238,6 +285,7 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, now: tuple[np.nda
     else:
         segment = float(links.lengths.mean())
         counts = masses / (settings.fibre.line_density * segment)
+        now = state.points, state.directions, state.velocities
         add_wind(settings.wind, LooseFibres(*now, counts, segment, settings.fibre.diameter), seconds, *forces)
     return forces
 

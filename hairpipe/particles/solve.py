@@ -9,8 +9,9 @@ conjugate gradient methods, 1981, they cost no more each, as for r = (D + L) s, 
     (D + L)^-1 A (D + L^T)^-1 p = t + (D + L)^-1 (p - D t),   t = (D + L^T)^-1 p.
 
 Particles that a body holds do not move along its normal n: their rows are those of A across n, as in Baraff and Witkin,
-Large steps in cloth simulation, 1998. Sweeps go through particles in their order, on one thread. Vectors are in single
-precision, since memory is what they cost; what they add to is not.
+Large steps in cloth simulation, 1998, and D^-1 gives nothing along n. Sweeps go through particles in their order, on
+one thread. Vectors are in single precision, since memory is what they cost; what they add to is not. They are fours of
+which the last is 0, as in blocks, which are columns.
 """
 
 from typing import NamedTuple
@@ -19,8 +20,9 @@ import numpy as np
 from numba import njit
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd_vec4 import dot, item, load_four, zeros
-from hairpipe.kernels.vec3 import Vector
+from hairpipe.kernels.simd import multiply_add
+from hairpipe.kernels.simd_vec4 import dot_in_all, item, last_in_all, load_four, store_four, zeros
+from hairpipe.kernels.vec3 import Vector, dot
 from hairpipe.particles.model import Links
 
 MOST = 500
@@ -30,22 +32,28 @@ DELAY = 2
 
 
 class System(NamedTuple):
-    """A system, in fours of float32, flat.
+    """A system.
 
     links     that join particles
     deep      particles that are not solved for, which come first
-    blocks    D_i of every particle: xx xy xz yy yz zz, (N, 6) float64
-    joins     sqrt(a) d and b of every link, (4 E,)
-    inverses  of the D_i, (N, 6) float32
-    normals   unit vectors along which particles do not move; 0 where they are free, (N, 3) float64
+    blocks    D_i of every particle, three columns of it, (12 N,) float32
+    inverses  of the D_i, the same
+    joins     sqrt(a) d and b of the links of every particle, in the order of `links.others`, (8 E,) float32
     """
 
     links: Links
     deep: int
     blocks: np.ndarray
-    joins: np.ndarray
     inverses: np.ndarray
-    normals: np.ndarray
+    joins: np.ndarray
+
+
+@njit(cache=True)
+def build_system(links: Links, deep: int) -> System:
+    """Make a system of so many particles and links, without numbers."""
+    count = len(links.mids)
+    joins = np.empty(4 * len(links.others), np.float32)
+    return System(links, deep, np.zeros(12 * count, np.float32), np.zeros(12 * count, np.float32), joins)
 
 
 @njit(cache=True, error_model="numpy")
@@ -61,152 +69,146 @@ def solve(system: System, residual: np.ndarray, change: np.ndarray, tolerance: f
     before them, after Hestenes and Stiefel, Methods of conjugate gradients for solving linear systems, 1952. A residual
     alone does not: the more particles a hair has, the more of the error is in what moves all of it.
     """
-    deep, count = system.deep, len(system.blocks)
-    s, t, p, q = (np.zeros_like(change), np.zeros_like(change), np.zeros_like(change), np.zeros_like(change))
-    sweep_down(system, residual, s)
-    rz, before, made = 0.0, np.inf, 0
-    for k in range(deep, count):
-        rz += _dot(s, times_block(system.blocks, s, k), k)
+    s, t, q = np.zeros_like(change), np.zeros_like(change), np.zeros_like(change)
+    u, p = np.zeros_like(change), np.zeros_like(change)
+    _sweep_down(system, residual, p, t, s)
+    rz, before, made = _step(system, np.float32(0.0), change, (s, t, q, u)), np.inf, 0
     gains, total = np.zeros(DELAY), 0.0
     while rz > 0.0 and made < MOST:
-        _sweep_up(system, s, np.float32(rz / before), p, t, q)
-        sweep_down(system, q, q)
-        pq = 0.0
-        for k in range(4 * deep, 4 * count):
-            q[k] += t[k]
-            pq += np.float64(p[k]) * q[k]
-        step = np.float32(rz / pq)
+        _sweep_up(system, np.float32(rz / before), u, p, t, q)
+        step = rz / _sweep_down(system, q, p, t, q)
         gains[made % DELAY] = step * rz
         total += step * rz
-        before, rz, made = rz, 0.0, made + 1
-        for k in range(deep, count):
-            for c in range(4 * k, 4 * k + 3):
-                change[c] += step * t[c]
-                s[c] -= step * q[c]
-            rz += _dot(s, times_block(system.blocks, s, k), k)
+        before, made = rz, made + 1
+        rz = _step(system, np.float32(step), change, (s, t, q, u))
         if made >= DELAY and not gains[0] + gains[1] > max(tolerance * tolerance * total, still):
             break
     return made
 
 
 @njit(cache=True, error_model="numpy")
-def sweep_down(system: System, r: np.ndarray, s: np.ndarray) -> None:
-    """Write (D + L)^-1 r, (4 N,) float32, in place; both may be one."""
-    links = system.links
-    for k in range(system.deep, len(system.blocks)):
-        across = _across(system, links.rows[k], links.mids[k], s, k)
-        x, y, z = r[4 * k] + across[0], r[4 * k + 1] + across[1], r[4 * k + 2] + across[2]
-        s[4 * k], s[4 * k + 1], s[4 * k + 2] = times(system.inverses, k, x, y, z)
+def _sweep_down(system, r, p, t, s):
+    """Write s = (D + L)^-1 r, in place, where r may be s; return p . (s + t)."""
+    links, total = system.links, 0.0
+    for k in range(system.deep, len(links.mids)):
+        across = _gathered(system, links.rows[k], links.mids[k], s, load_four(r, 4 * k))
+        mine = times(system.inverses, k, across)
+        store_four(s, 4 * k, mine)
+        total += np.float64(item(dot_in_all(load_four(p, 4 * k), mine + load_four(t, 4 * k)), 0))
+    return total
 
 
 @njit(cache=True, error_model="numpy")
-def _sweep_up(system, s, turn, p, t, q):
-    """Write the next p = D s + turn p, t = (D + L^T)^-1 p, and p - D t to q, (4 N,) float32, in place."""
+def _sweep_up(system, turn, u, p, t, q):
+    """Write the next p = u + turn p, with u = D s; t = (D + L^T)^-1 p; and q = p - D t, in place."""
     links = system.links
-    for k in range(len(system.blocks) - 1, system.deep - 1, -1):
-        across, more = _across(system, links.mids[k], links.rows[k + 1], t, k), times_block(system.blocks, s, k)
-        for c in range(3):
-            p[4 * k + c] = more[c] + turn * p[4 * k + c]
-            q[4 * k + c] = -across[c]
-        x, y, z = p[4 * k] + across[0], p[4 * k + 1] + across[1], p[4 * k + 2] + across[2]
-        t[4 * k], t[4 * k + 1], t[4 * k + 2] = times(system.inverses, k, x, y, z)
+    for k in range(len(links.mids) - 1, system.deep - 1, -1):
+        across = _gathered(system, links.mids[k], links.rows[k + 1], t, zeros())
+        mine = load_four(u, 4 * k) + load_four(p, 4 * k) * turn
+        store_four(p, 4 * k, mine)
+        store_four(q, 4 * k, -across)
+        store_four(t, 4 * k, times(system.inverses, k, mine + across))
+
+
+@njit(cache=True, error_model="numpy")
+def _step(system, step, change, vectors):
+    """Go a step along t, and write what remains, s -= step (q + t), and u = D s, in place; return s . u."""
+    (s, t, q, u), total = vectors, 0.0
+    for k in range(system.deep, len(system.links.mids)):
+        along = load_four(t, 4 * k)
+        store_four(change, 4 * k, load_four(change, 4 * k) + along * step)
+        mine = load_four(s, 4 * k) - (load_four(q, 4 * k) + along) * step
+        under = times(system.blocks, k, mine)
+        store_four(s, 4 * k, mine)
+        store_four(u, 4 * k, under)
+        total += np.float64(item(dot_in_all(mine, under), 0))
+    return total
 
 
 @njit(cache=True, error_model="numpy")
 def take_off(system: System, change: np.ndarray, residual: np.ndarray) -> None:
     """Take A x from a residual, (4 N,) float32 each, in place."""
     links = system.links
-    for k in range(system.deep, len(system.blocks)):
-        mine, others = (
-            times_block(system.blocks, change, k),
-            _gathered(system, links.rows[k], links.rows[k + 1], change),
-        )
+    for k in range(system.deep, len(links.mids)):
+        others = _gathered(system, links.rows[k], links.rows[k + 1], change, load_four(residual, 4 * k))
+        left = others - times(system.blocks, k, load_four(change, 4 * k))
         for c in range(3):
-            residual[4 * k + c] -= mine[c] - others[c]
+            residual[4 * k + c] = item(left, c)
 
 
 @inlined
-def _gathered(system, begin, end, v):
-    """Return the sum of B v over links of a particle, from one to another of its row."""
-    across = zeros()
-    for at in range(begin, end):
-        other, join = load_four(v, 4 * system.links.others[at]), load_four(system.joins, 4 * system.links.by[at])
-        across = across + join * dot(other, join) + other * item(join, 3)
-    return item(across, 0), item(across, 1), item(across, 2)
+def _gathered(system, begin, end, v, across):
+    """Add the sum of B v over links of a particle, from one to another of its row; the last number is any."""
+    for at in range(np.int64(begin), np.int64(end)):
+        other, join = load_four(v, 4 * np.int64(system.links.others[at])), load_four(system.joins, 4 * at)
+        across = multiply_add(join, dot_in_all(other, join), multiply_add(other, last_in_all(join), across))
+    return across
 
 
 @inlined
-def _across(system, begin, end, v, k):
-    """Return the same across the normal of particle k."""
-    x, y, z = _gathered(system, begin, end, v)
-    n = system.normals
-    nx, ny, nz = np.float32(n[k, 0]), np.float32(n[k, 1]), np.float32(n[k, 2])
-    along = x * nx + y * ny + z * nz
-    return x - along * nx, y - along * ny, z - along * nz
+def times(columns: np.ndarray, k: int, v):
+    """Return the symmetric matrix k times a vector."""
+    a, b, c = (load_four(columns, 12 * k), load_four(columns, 12 * k + 4), load_four(columns, 12 * k + 8))
+    return multiply_add(c, zeros() + item(v, 2), multiply_add(b, zeros() + item(v, 1), a * item(v, 0)))
 
 
 @inlined
-def times(matrices, k, x, y, z):
-    """Return the symmetric matrix k times a vector, in float32."""
-    u = np.float32(matrices[k, 0] * x + matrices[k, 1] * y + matrices[k, 2] * z)
-    v = np.float32(matrices[k, 1] * x + matrices[k, 3] * y + matrices[k, 4] * z)
-    return u, v, np.float32(matrices[k, 2] * x + matrices[k, 4] * y + matrices[k, 5] * z)
-
-
-@inlined
-def times_block(matrices: np.ndarray, v: np.ndarray, k: int) -> Vector:
-    """Return the symmetric matrix k times what particle k has of v, (4 N,) float32."""
-    return times(matrices, k, v[4 * k], v[4 * k + 1], v[4 * k + 2])
-
-
-@inlined
-def _dot(v, u, k):
-    """Return the scalar product of what particle k has of v with u, in double precision."""
-    return np.float64(v[4 * k]) * u[0] + np.float64(v[4 * k + 1]) * u[1] + np.float64(v[4 * k + 2]) * u[2]
+def product(columns: np.ndarray, k: int, v: Vector) -> Vector:
+    """Return the same of three numbers."""
+    x, y, z = v
+    a, b, c = columns[12 * k : 12 * k + 3], columns[12 * k + 4 : 12 * k + 7], columns[12 * k + 8 : 12 * k + 11]
+    return a[0] * x + b[0] * y + c[0] * z, a[1] * x + b[1] * y + c[1] * z, a[2] * x + b[2] * y + c[2] * z
 
 
 @njit(cache=True, error_model="numpy")
-def inverted(blocks: np.ndarray) -> np.ndarray:
-    """Return the inverses of symmetric blocks, (N, 6) float64, in float32; pure."""
-    inverses = np.empty(blocks.shape, np.float32)
-    for k in range(len(blocks)):
-        _invert(blocks, k, inverses)
-    return inverses
+def set_blocks(system: System, blocks: np.ndarray) -> None:
+    """Write the blocks that are solved for, (N, 6) float64, as `set_block`, in place."""
+    for k in range(system.deep, len(blocks)):
+        B = blocks[k]
+        set_block(system, k, (B[0], B[1], B[2], B[3], B[4], B[5]))
 
 
 @inlined
-def _invert(blocks, k, inverses):
-    """Write the inverse of block k, in place."""
-    a, b, c, d, e, f = blocks[k, 0], blocks[k, 1], blocks[k, 2], blocks[k, 3], blocks[k, 4], blocks[k, 5]
+def set_block(system: System, k: int, block: tuple[float, float, float, float, float, float]) -> None:
+    """Write a symmetric block, xx xy xz yy yz zz, and its inverse, in place."""
+    a, b, c, d, e, f = block
     A, B, C = d * f - e * e, c * e - b * f, b * e - c * d
     over = 1.0 / (a * A + b * B + c * C)
-    inverses[k, 0], inverses[k, 1], inverses[k, 2] = over * A, over * B, over * C
-    inverses[k, 3] = over * (a * f - c * c)
-    inverses[k, 4] = over * (b * c - a * e)
-    inverses[k, 5] = over * (a * d - b * b)
+    _put(system.blocks, k, block)
+    inverse = over * A, over * B, over * C, over * (a * f - c * c), over * (b * c - a * e), over * (a * d - b * b)
+    _put(system.inverses, k, inverse)
 
 
 @inlined
-def yielding(inverses: np.ndarray, k: int, n: Vector) -> float:
-    """Return by how much particle k, alone, gives way along a unit vector to an impulse along it [1/kg]."""
-    x, y, z = n
-    B = inverses[k]
-    return B[0] * x * x + B[3] * y * y + B[5] * z * z + 2.0 * (B[1] * x * y + B[2] * x * z + B[4] * y * z)
+def _put(columns, k, block):
+    """Write a symmetric block, in place."""
+    a, b, c, d, e, f = block
+    at = 12 * k
+    columns[at], columns[at + 1], columns[at + 2] = a, b, c
+    columns[at + 4], columns[at + 5], columns[at + 6] = b, d, e
+    columns[at + 8], columns[at + 9], columns[at + 10] = c, e, f
 
 
 @inlined
 def hold(system: System, k: int, n: Vector, damper: float) -> None:
     """Hold particle k along a unit vector, and add a damper [kg] across it, in place."""
-    B = system.blocks
-    a = B[k, 0] * n[0] + B[k, 1] * n[1] + B[k, 2] * n[2]
-    b = B[k, 1] * n[0] + B[k, 3] * n[1] + B[k, 4] * n[2]
-    c = B[k, 2] * n[0] + B[k, 4] * n[1] + B[k, 5] * n[2]
-    D = (a, b, c)  # D n; across n is D - n (D n)^T - (D n) n^T + n (n . D n) n^T, and along it n (n . D n) n^T
-    along = 2.0 * (a * n[0] + b * n[1] + c * n[2]) - damper
-    at = 0
+    B, at = system.blocks, 12 * k
+    D = product(B, k, n)  # D n; across n is D - n (D n)^T - (D n) n^T + n (n . D n) n^T, and along it n (n . D n) n^T
+    along = 2.0 * dot(D, n) - damper
+    set_block(
+        system,
+        k,
+        (
+            B[at] + along * n[0] * n[0] - 2.0 * n[0] * D[0] + damper,
+            B[at + 1] + along * n[0] * n[1] - n[0] * D[1] - D[0] * n[1],
+            B[at + 2] + along * n[0] * n[2] - n[0] * D[2] - D[0] * n[2],
+            B[at + 5] + along * n[1] * n[1] - 2.0 * n[1] * D[1] + damper,
+            B[at + 6] + along * n[1] * n[2] - n[1] * D[2] - D[1] * n[2],
+            B[at + 10] + along * n[2] * n[2] - 2.0 * n[2] * D[2] + damper,
+        ),
+    )
+    I, u = system.inverses, product(system.inverses, k, n)
+    most = dot(u, n)
     for i in range(3):
-        for j in range(i, 3):
-            B[k, at] += along * n[i] * n[j] - n[i] * D[j] - D[i] * n[j] + (damper if i == j else 0.0)
-            system.normals[k, i] = n[i]
-            at += 1
-    _invert(B, k, system.inverses)
+        for j in range(3):
+            I[at + 4 * i + j] -= most * n[i] * n[j]

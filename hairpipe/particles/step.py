@@ -20,7 +20,7 @@ from numba import njit
 from hairpipe.kernels.vec3 import dot, flattened, length, minus, plus, row, scaled
 from hairpipe.particles.contact import Planes, least_speed, rubbed
 from hairpipe.particles.model import Model, Moving, inverse_masses
-from hairpipe.particles.solve import System, hold, inverted, solve, take_off, times_block, yielding
+from hairpipe.particles.solve import build_system, hold, product, set_block, solve, take_off
 from hairpipe.particles.stiffness import measure_links, stiffen
 
 TOLERANCE = 1e-2
@@ -115,12 +115,15 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
         for c in range(3):
             pull[i, c] += force[c]
             pull[j, c] -= force[c]
-    blocks, residual = np.empty((len(masses), 6)), np.zeros(4 * len(masses), np.float32)
-    for k in range(len(masses)):
+    system, residual = build_system(links, model.deep), np.zeros(4 * len(masses), np.float32)
+    for k in range(model.deep, len(masses)):
         xx = xy = xz = yy = yz = zz = 0.0
-        for at in range(links.rows[k], links.rows[k + 1]):
-            e = 4 * links.by[at]
+        for at in range(np.int64(links.rows[k]), np.int64(links.rows[k + 1])):
+            e = 4 * np.int64(links.by[at])
             x, y, z, across = joins[e], joins[e + 1], joins[e + 2], joins[e + 3]
+            into = 4 * at
+            system.joins[into], system.joins[into + 1], system.joins[into + 2] = x, y, z
+            system.joins[into + 3] = across
             xx += x * x + across
             xy += x * y
             xz += x * z
@@ -129,13 +132,12 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
             zz += z * z + across
         a, b, c = dt * drag[k, 0], dt * drag[k, 1], dt * drag[k, 2]
         d, e, f = dt * drag[k, 3], dt * drag[k, 4], dt * drag[k, 5]
-        blocks[k, 0], blocks[k, 1], blocks[k, 2] = xx + a + masses[k], xy + b, xz + c
-        blocks[k, 3], blocks[k, 4], blocks[k, 5] = yy + d + masses[k], yz + e, zz + f + masses[k]
-        if k >= model.deep:
-            residual[4 * k] = pull[k, 0] + dt * push[k, 0] - (a * v[k, 0] + b * v[k, 1] + c * v[k, 2])
-            residual[4 * k + 1] = pull[k, 1] + dt * push[k, 1] - (b * v[k, 0] + d * v[k, 1] + e * v[k, 2])
-            residual[4 * k + 2] = pull[k, 2] + dt * push[k, 2] - (c * v[k, 0] + e * v[k, 1] + f * v[k, 2])
-    return System(links, model.deep, blocks, joins, inverted(blocks), np.zeros((len(masses), 3))), residual
+        m = masses[k]
+        set_block(system, k, (xx + a + m, xy + b, xz + c, yy + d + m, yz + e, zz + f + m))
+        residual[4 * k] = pull[k, 0] + dt * push[k, 0] - (a * v[k, 0] + b * v[k, 1] + c * v[k, 2])
+        residual[4 * k + 1] = pull[k, 1] + dt * push[k, 1] - (b * v[k, 0] + d * v[k, 1] + e * v[k, 2])
+        residual[4 * k + 2] = pull[k, 2] + dt * push[k, 2] - (c * v[k, 0] + e * v[k, 1] + f * v[k, 2])
+    return system, residual
 
 
 @njit(cache=True, error_model="numpy")
@@ -145,23 +147,30 @@ def _hold(system, planes, moving, left, dt, residual, change):
     What holds each alone, were its links to stay as they are, bears friction: a damper that takes mu times that at the
     speed at which the particle, alone, would slide.
     """
-    held, dampers = np.zeros(len(system.blocks), np.bool_), np.empty(len(system.blocks))
-    for k in range(system.deep, len(system.blocks)):
-        n, v, drift = row(planes.normals, k), row(moving.velocities, k), row(planes.drifts, k)
+    count = len(planes.offsets)
+    held, dampers, any_held = np.zeros(count, np.bool_), np.empty(count), False
+    for k in range(system.deep, count):
+        n = row(planes.normals, k)
+        if dot(n, n) == 0.0:
+            continue
+        v, drift = row(moving.velocities, k), row(planes.drifts, k)
         least = least_speed(planes, k, row(moving.points, k), left, dt)
-        ahead = plus(v, times_block(system.inverses, residual, k))
+        ahead = plus(v, product(system.inverses, k, (residual[4 * k], residual[4 * k + 1], residual[4 * k + 2])))
         if dot(n, ahead) < least:
-            held[k] = True
-            push = planes.friction * (least - dot(n, ahead)) / yielding(system.inverses, k, n)
+            held[k] = any_held = True
+            push = planes.friction * (least - dot(n, ahead)) / dot(n, product(system.inverses, k, n))
             sliding = flattened(minus(ahead, drift), n)
             speed = length(sliding)
             if speed > 0.0:
-                speed -= push * yielding(system.inverses, k, scaled(1.0 / speed, sliding))
+                along = scaled(1.0 / speed, sliding)
+                speed -= push * dot(along, product(system.inverses, k, along))
             dampers[k] = push / max(speed, CREEP)
             for c in range(3):
                 change[4 * k + c] = (least - dot(n, v)) * n[c]
+    if not any_held:
+        return
     take_off(system, change, residual)
-    for k in range(system.deep, len(system.blocks)):
+    for k in range(system.deep, count):
         if held[k]:
             n = row(planes.normals, k)
             u = flattened(minus(row(moving.velocities, k), row(planes.drifts, k)), n)

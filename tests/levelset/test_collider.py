@@ -104,6 +104,19 @@ def test_a_point_that_explodes_is_followed_to_the_body_and_no_farther(travel):
         assert sweep.fraction[0] == pytest.approx(4.4e-9, rel=1e-2) and np.isinf(sweep.fraction[1:]).all()
 
 
+def test_at_the_end_of_a_frame_a_body_is_what_it_is_just_before(travel):
+    """Only its own level set is read there, where both are read before."""
+    points = np.random.default_rng(2).uniform(-1.5, 1.5, (3000, 3))
+    for name in ("linear", "two_sided"):
+        before, at_end = (SdfSample.blank(len(points)) for _ in range(2))
+        travel[name].probe(points, np.nextafter(FRAME, 0.0), before)
+        travel[name].probe(points, FRAME, at_end)
+        near = before.distance < 0.99 * HALF_WIDTH * VOXEL
+        assert near.sum() > 100
+        for found, expected in zip(at_end, before, strict=True):
+            assert found[near] == pytest.approx(expected[near], abs=1e-9)
+
+
 def test_results_do_not_depend_on_threads_and_a_union_is_one_after_the_other(travel):
     chance = np.random.default_rng(1)
     points, goal = chance.uniform(-1.5, 1.5, (2, 3000, 3))

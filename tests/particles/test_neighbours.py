@@ -11,6 +11,7 @@ from hairpipe.particles.smoothing_kernel import kernel
 def test_all_pairs_are_found_once(spread):
     points = np.random.default_rng(0).normal(size=(400, 3)) * spread
     points[7:20] = points[7]
+    points[20:24] = 1e5 * spread[0] + 0.01 * points[20:24]
     h = 0.15
     pairs, apart = near_pairs(points, 2.0 * h)
     distances = np.linalg.norm(points[:, None] - points, axis=2)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hairpipe.bench.head import Between
     from hairpipe.bench.machine import Machine
     from hairpipe.bench.paper import Report as PaperReport
+    from hairpipe.bench.particles import Report as ParticleReport
     from hairpipe.bench.repeat import Spread
     from hairpipe.bench.roofs import Roofs
     from hairpipe.bench.volume import Report as VolumeReport
@@ -95,6 +96,26 @@ def volume(as_json: bool) -> None:
         show_machine(report.machine)
         rows = [(case.kernel, case.each, str(case.threads), spread(case.time, 1.0)) for case in report.cases]
         show_table("ns", [("kernel", "for each", "threads", "median (half between)"), *rows], text=2)
+
+
+@bench.command()
+@options.as_json
+def particles(as_json: bool) -> None:
+    """Measure hair of particles: a frame of a shaking head, of 500 to 200,000 particles, at one step and at two.
+
+    Hair acts on hair and on the level set of our bust. Processor time of one thread, over 12 frames of 1/24 s: their
+    median, their least, and the medians of the parts. A link pass, measured in the same minutes, is the least work on
+    a link, in double precision: two particles read, a force, and both written.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+        from hairpipe.bench.particles import measure_particles
+
+        report = measure_particles(say)
+    if as_json:
+        click.echo(json.dumps(document(report), indent=2))
+    else:
+        show_particles(report)
 
 
 @bench.command()
@@ -205,6 +226,23 @@ def show_contact(report: "ContactReport") -> None:
     show_roofs(report.roofs)
 
 
+def show_particles(report: "ParticleReport") -> None:
+    """Write the report on particles as tables."""
+    show_machine(report.machine)
+    rows: list[tuple[str, ...]] = [
+        ("particles", "links", "pairs", "steps", "iterations", "median", "least", "us each", "link passes")
+    ]
+    parts: list[tuple[str, ...]] = [("particles", "steps", *report.cases[0].shares)]
+    for case in report.cases:
+        named, each = (f"{case.particles:,}", str(case.steps)), case.least / case.particles
+        numbers = f"{case.links:,}", f"{case.pairs:,.0f}", str(case.steps), f"{case.iterations:.1f}"
+        times = f"{1e3 * case.median:.2f}", f"{1e3 * case.least:.2f}", f"{1e6 * each:.2f}"
+        rows.append((named[0], *numbers, *times, f"{each / report.link_pass:.0f}"))
+        parts.append((*named, *(f"{1e3 * seconds:.2f}" for seconds in case.shares.values())))
+    show_table(f"ms a frame; for each particle, and in link passes, of {1e9 * report.link_pass:.1f} ns a link", rows)
+    show_table("ms, its parts", parts)
+
+
 def show(report: "Report") -> None:
     """Write the report as tables."""
     show_machine(report.machine)
@@ -281,7 +319,9 @@ def spread(value: "Spread", unit: float) -> str:
     return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
 
 
-def document(report: "Report | ContactReport | PaperReport | FaultReport | VolumeReport") -> dict[str, Any]:
+def document(
+    report: "Report | ContactReport | PaperReport | ParticleReport | FaultReport | VolumeReport",
+) -> dict[str, Any]:
     """Describe the report as a JSON document."""
 
     def plain(value: Any) -> Any:

@@ -5,9 +5,9 @@ import os
 
 import pytest
 
-from hairpipe.bench import contact, core, paper
-from hairpipe.bench.assembly import Arithmetic
-from hairpipe.bench.counting import Work
+from hairpipe.bench import contact, core, paper, particles
+from hairpipe.bench.arithmetic.assembly import Arithmetic
+from hairpipe.bench.arithmetic.counting import Work
 from hairpipe.bench.machine import Machine
 from hairpipe.bench.repeat import Spread
 from hairpipe.bench.roofs import Roofs
@@ -95,6 +95,16 @@ def test_a_table_that_is_wider_than_the_screen_is_whole(monkeypatch, hairpipe):
     lines = [line.split() for line in hairpipe("bench contact").stdout.splitlines()]
     assert ["1,000,000", "pairs", "2,040,000", "987,654", "2", "117.50", *["10.25"] * 7] in lines
     assert ["triad,", "1", "thread", "20.0", "(19.0-21.0)", "GB/s"] in lines
+
+
+def test_particles_are_counted_in_link_passes(monkeypatch, hairpipe):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
+    case = particles.Case(2_003, 13_280, 28_000.0, 1, 14.5, 3e-3, 2.003e-3, {"search": 5e-4, "solve": 1e-3})
+    report = particles.Report(REPORT.machine, particles.FULL, 4e-9, [case])
+    monkeypatch.setattr(particles, "measure_particles", lambda say: report)
+    lines = [line.split() for line in hairpipe("bench particles").stdout.splitlines()]
+    assert ["2,003", "13,280", "28,000", "1", "14.5", "3.00", "2.00", "1.00", "250"] in lines
+    assert ["2,003", "1", "0.50", "1.00"] in lines
 
 
 @pytest.mark.parametrize(("found", "code"), [([], 0), (["kill 3: other results"], 1)])
