@@ -1,0 +1,102 @@
+"""Which segments of hair cross which tile of the film, those that begin nearest to the eye first."""
+
+import numpy as np
+from numba import njit
+
+from hairpipe.render.camera import NEAR
+from hairpipe.render.raster.fragments import BLOCK
+
+TILE = 64
+"""Pixels across a tile: its buffer stays in the processor's cache."""
+LEVELS = 65535
+"""Steps of depth by which segments are ordered."""
+
+
+def order_segments(
+    places: np.ndarray, offsets: np.ndarray, strand: np.ndarray, width: float, height: int, across: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Order the segments that are on the film by their least depth; pure.
+
+    places   column [pixels], row [pixels], depth [m] of the points, (p, 3) float64
+    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
+    strand   of every point, (p,) int32
+    width    of a strand times the focal length [m pixels]
+    height   of the film [pixels]
+    across   its width [pixels]
+
+    Returns the points that they begin at, (n,) int64; the first and last blocks of rows and of columns that they may
+    touch, (n, 4) int16; and their least depth [m], (n,) float32. Steps of depth are equal in its logarithm: what has
+    flown away does not make them coarse.
+    """
+    boxes, nearest = np.empty((len(places), 4), np.int16), np.empty(len(places), np.float32)
+    bound(boxes, nearest, places, offsets, strand, width, (height, across))
+    starts = np.flatnonzero(nearest < np.inf)
+    logs = np.log(nearest[starts])
+    span = max(float(np.ptp(logs)), 1e-6) if len(logs) else 1.0
+    keys = ((logs - logs.min(initial=np.inf)) * (LEVELS / span)).astype(np.uint16)
+    starts = starts[np.argsort(keys, kind="stable")]
+    return starts, boxes[starts], nearest[starts]
+
+
+@njit(cache=True, nogil=True)
+def bound(
+    boxes: np.ndarray,
+    nearest: np.ndarray,
+    places: np.ndarray,
+    offsets: np.ndarray,
+    strand: np.ndarray,
+    width: float,
+    film: tuple[int, int],
+) -> None:
+    """Write blocks and least depth of the segment from every point, infinite where there is none to draw.
+
+    A segment lies within the control points of its curve in Bezier's form, p1, p1 + (p2 - p0)/6, p2 - (p3 - p1)/6, p2.
+    """
+    low, high = np.empty(3), np.empty(3)
+    for i in range(len(places)):
+        first, last = offsets[strand[i]], offsets[strand[i] + 1] - 1
+        nearest[i] = np.inf
+        if i == last or min(places[max(i - 1, first), 2], places[i, 2], places[i + 1, 2]) <= NEAR:
+            continue
+        if places[min(i + 2, last), 2] <= NEAR:
+            continue
+        for d in range(3):
+            p1, p2 = places[i, d], places[i + 1, d]
+            p0 = places[i - 1, d] if i > first else 2.0 * p1 - p2
+            p3 = places[i + 2, d] if i + 1 < last else 2.0 * p2 - p1
+            b1, b2 = p1 + (p2 - p0) / 6.0, p2 - (p3 - p1) / 6.0
+            low[d], high[d] = min(min(p1, p2), min(b1, b2)), max(max(p1, p2), max(b1, b2))
+        z = max(low[2], NEAR)
+        half = width / z + 1.0
+        if high[0] + half <= 0.0 or high[1] + half <= 0.0 or low[0] - half >= film[1] or low[1] - half >= film[0]:
+            continue
+        nearest[i] = z
+        boxes[i, 0] = int(max(low[1] - half, 0.0)) // BLOCK
+        boxes[i, 1] = int(min(high[1] + half, film[0] - 1.0)) // BLOCK
+        boxes[i, 2] = int(max(low[0] - half, 0.0)) // BLOCK
+        boxes[i, 3] = int(min(high[0] + half, film[1] - 1.0)) // BLOCK
+
+
+@njit(cache=True, nogil=True)
+def list_by_tile(boxes: np.ndarray, rows: int, columns: int) -> tuple[np.ndarray, np.ndarray]:
+    """List what is in every tile of so many rows and columns of them, in the order given.
+
+    boxes  first and last block of rows and of columns, (n, 4)
+
+    Returns starts, (rows*columns + 1,) int64, and indices, int32: tile t has indices[starts[t]:starts[t+1]].
+    """
+    blocks = TILE // BLOCK
+    starts = np.zeros(rows * columns + 1, np.int64)
+    for n in range(len(boxes)):
+        for i in range(boxes[n, 0] // blocks, boxes[n, 1] // blocks + 1):
+            for j in range(boxes[n, 2] // blocks, boxes[n, 3] // blocks + 1):
+                starts[i * columns + j + 1] += 1
+    starts = np.cumsum(starts)
+    ends, indices = starts[:-1].copy(), np.empty(starts[-1], np.int32)
+    for n in range(len(boxes)):
+        for i in range(boxes[n, 0] // blocks, boxes[n, 1] // blocks + 1):
+            for j in range(boxes[n, 2] // blocks, boxes[n, 3] // blocks + 1):
+                t = i * columns + j
+                indices[ends[t]] = n
+                ends[t] += 1
+    return starts, indices
