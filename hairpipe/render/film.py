@@ -5,8 +5,6 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-GRAIN = 2
-"""Pixels of the film across one pixel of a picture that may take its time."""
 EXPOSURE, VIGNETTE = 0.75, 0.6
 """Light of the film that reaches the picture, and how much of it is lost towards the corners."""
 CENTRE = np.array([0.30, 0.325, 0.36])
@@ -28,7 +26,7 @@ def _wall(height: int, width: int) -> np.ndarray:
     return np.stack([edge + (centre - edge) * glow for edge, centre in zip(EDGE, CENTRE, strict=True)], axis=2)
 
 
-def develop(film: np.ndarray, grain: int = GRAIN) -> np.ndarray:
+def develop(film: np.ndarray, grain: int) -> np.ndarray:
     """Make the picture of a film of so many pixels across each of its own, (height/grain, width/grain, 3) uint8, sRGB.
 
     Bright light is compressed by the curve x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14), a fit to ACES by Narkowicz

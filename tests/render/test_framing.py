@@ -25,7 +25,7 @@ def test_a_head_that_walks_and_turns_keeps_its_scale(hair: Strands) -> None:
 @pytest.mark.parametrize("size", [(300, 300), (400, 200), (200, 400)])
 def test_the_radius_reaches_from_the_middle_to_the_nearer_edge(size: tuple[int, int]) -> None:
     framing = Framing(np.array([0.2, 1.5, -0.1]), 0.3)
-    camera = place_camera(Shot(*size), framing)
+    camera = place_camera(Shot(*size, grain=1), framing)
     edge = framing.target + framing.radius * camera.axes[:2]
     expected = [[size[0] / 2 + min(size) / 2, size[1] / 2], [size[0] / 2, size[1] / 2 - min(size) / 2]]
     assert camera.project(edge)[:, :2] == pytest.approx(np.array(expected))

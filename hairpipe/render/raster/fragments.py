@@ -45,15 +45,24 @@ def make_tile(depth: np.ndarray) -> Tile:
     """Make an empty tile before a body, infinitely far where there is none [m], (rows, columns)."""
     rows, columns = depth.shape
     limit = np.empty((rows, columns), np.float32)
-    far = np.zeros(((rows + BLOCK - 1) // BLOCK, (columns + BLOCK - 1) // BLOCK), np.float32)
     blended = np.zeros((rows, columns, 4), np.float32)
     for i in range(rows):
         for j in range(columns):
             limit[i, j] = depth[i, j] + SKIN
             blended[i, j, 3] = 1.0
-            far[i // BLOCK, j // BLOCK] = max(far[i // BLOCK, j // BLOCK], limit[i, j])
     kept, head = np.empty((rows, columns, KEPT, 5), np.float32), np.zeros((rows, columns), np.int32)
-    return Tile(kept, head, np.zeros((rows, columns), np.int32), blended, np.ones_like(limit), limit, far)
+    return Tile(kept, head, np.zeros((rows, columns), np.int32), blended, np.ones_like(limit), limit, farthest(limit))
+
+
+@njit(cache=True, nogil=True)
+def farthest(limit: np.ndarray) -> np.ndarray:
+    """Return the greatest limit in every block of pixels, (rows/BLOCK, columns/BLOCK) float32."""
+    rows, columns = limit.shape
+    far = np.zeros(((rows + BLOCK - 1) // BLOCK, (columns + BLOCK - 1) // BLOCK), np.float32)
+    for i in range(rows):
+        for j in range(columns):
+            far[i // BLOCK, j // BLOCK] = max(far[i // BLOCK, j // BLOCK], limit[i, j])
+    return far
 
 
 @njit(cache=True, nogil=True)

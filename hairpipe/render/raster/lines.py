@@ -1,14 +1,12 @@
 """Hair as thin lines with exact coverage, sorted by depth in every pixel."""
 
 import math
-from typing import NamedTuple
-
 import numpy as np
 from numba import njit, prange
 
 from hairpipe.render.camera import NEAR
 from hairpipe.render.raster.fragments import BLOCK, Tile, add_fragment, develop_tile, make_tile
-from hairpipe.render.raster.tiles import TILE, list_by_tile, order_segments
+from hairpipe.render.raster.tiles import TILE, Curves, is_seen, list_by_tile
 from hairpipe.render.raster.triangles import first_centre
 
 BEND = 0.25
@@ -19,86 +17,63 @@ TAPER = 0.35
 """Part of a strand, at its tip, over which it narrows to nothing."""
 
 
-class Curves(NamedTuple):
-    """Strands on the film, and what of them is drawn.
-
-    places   column [pixels], row [pixels] and depth [m] of the points, (p, 3) float64
-    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    strand   of every point, (p,) int32
-    colours  linear, at the points, (p, 3) float64
-    width    of a strand times the focal length [m pixels]
-    starts   points at which segments begin, nearest first, (n,)
-    boxes    first and last blocks of rows and of columns that they may touch, (n, 4) int16
-    nearest  their least depth [m], (n,) float32
-    """
-
-    places: np.ndarray
-    offsets: np.ndarray
-    strand: np.ndarray
-    colours: np.ndarray
-    width: float
-    starts: np.ndarray
-    boxes: np.ndarray
-    nearest: np.ndarray
-
-
-def draw_strands(
-    film: np.ndarray, depth: np.ndarray, places: np.ndarray, offsets: np.ndarray, colours: np.ndarray, width: float
-) -> None:
+def draw_strands(film: np.ndarray, depth: np.ndarray, curves: Curves, colours: np.ndarray) -> None:
     """Draw strands over the film, in place; the same on any number of threads.
 
     film     linear red, green, blue, (height, width, 3) float32
     depth    of the body [m], (height, width)
-    places   column [pixels], row [pixels] and depth [m] of the points, (p, 3) float64; depth <= NEAR is not drawn
-    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    colours  linear, at the points, (p, 3) float64
-    width    of a strand times the focal length [m pixels]
+    curves   what may be seen before that body
+    colours  linear, at every point and in the middle of the segment from there, (p, 2, 3) float64; only those of
+             segments that may be seen are read
     """
-    height, across = depth.shape
-    strand = np.repeat(np.arange(len(offsets) - 1, dtype=np.int32), np.diff(offsets))
-    ordered = order_segments(places, offsets, strand, width, height, across)
-    rows, columns = -(-height // TILE), -(-across // TILE)
-    listed = list_by_tile(ordered[1], rows, columns)
-    draw_tiles(film, depth, Curves(places, offsets, strand, colours, width, *ordered), *listed, columns)
+    rows, columns = -(-depth.shape[0] // TILE), -(-depth.shape[1] // TILE)
+    draw_tiles(film, depth, curves, colours, *list_by_tile(curves.boxes, rows, columns), columns)
 
 
 @njit(cache=True, nogil=True, parallel=True)
 def draw_tiles(
-    film: np.ndarray, depth: np.ndarray, curves: Curves, starts: np.ndarray, indices: np.ndarray, columns: int
+    film: np.ndarray,
+    depth: np.ndarray,
+    curves: Curves,
+    colours: np.ndarray,
+    starts: np.ndarray,
+    indices: np.ndarray,
+    columns: int,
 ) -> None:
     """Draw in every tile what is listed there: tile t, in rows of so many, has indices[starts[t]:starts[t+1]]."""
     for t in prange(len(starts) - 1):
-        draw_tile(film, depth, curves, indices[starts[t] : starts[t + 1]], TILE * (t // columns), TILE * (t % columns))
+        place = TILE * (t // columns), TILE * (t % columns)
+        draw_tile(film, depth, curves, colours, indices[starts[t] : starts[t + 1]], place)
 
 
 @njit(cache=True, nogil=True)
-def draw_tile(film: np.ndarray, depth: np.ndarray, curves: Curves, listed: np.ndarray, top: int, left: int) -> None:
+def draw_tile(
+    film: np.ndarray,
+    depth: np.ndarray,
+    curves: Curves,
+    colours: np.ndarray,
+    listed: np.ndarray,
+    place: tuple[int, int],
+) -> None:
     """Draw the segments listed over the tile that begins at this row and column of the film, in place."""
     if not len(listed):
         return
-    tile = make_tile(depth[top : top + TILE, left : left + TILE])
-    ends = np.empty((2, 7))
+    top, left = place
+    tile, ends = make_tile(depth[top : top + TILE, left : left + TILE]), np.empty((2, 7))
     for n in listed:
-        if is_seen(tile, curves.boxes[n], curves.nearest[n], top // BLOCK, left // BLOCK):
-            draw_segment(tile, ends, curves, curves.starts[n], top, left)
+        if is_seen(tile.far, curves.boxes[n], curves.nearest[n], top // BLOCK, left // BLOCK):
+            draw_segment(tile, ends, curves, colours, curves.starts[n], place)
     develop_tile(film[top : top + TILE, left : left + TILE], tile)
 
 
-@njit(cache=True, nogil=True, inline="always")
-def is_seen(tile: Tile, box: np.ndarray, nearest: float, top: int, left: int) -> bool:
-    """Whether something as near as this may be seen in any of these blocks of the film; the tile begins at a block."""
-    for i in range(max(box[0] - top, 0), min(box[1] - top + 1, tile.far.shape[0])):
-        for j in range(max(box[2] - left, 0), min(box[3] - left + 1, tile.far.shape[1])):
-            if nearest < tile.far[i, j]:
-                return True
-    return False
-
-
 @njit(cache=True, nogil=True)
-def draw_segment(tile: Tile, ends: np.ndarray, curves: Curves, i: int, top: int, left: int) -> None:
+def draw_segment(
+    tile: Tile, ends: np.ndarray, curves: Curves, colours: np.ndarray, i: int, place: tuple[int, int]
+) -> None:
     """Draw the segment from point i as straight pieces in a tile that begins at this row and column of the film.
 
-    A piece of n misses the curve c by at most max |c''| / (8 n^2); c'' is greatest at an end of the segment.
+    A piece of n misses the curve c by at most max |c''| / (8 n^2); c'' is greatest at an end of the segment. Their
+    number is even: colours change their course in the middle.
     """
     first, last = curves.offsets[curves.strand[i]], curves.offsets[curves.strand[i] + 1] - 1
     terms = np.empty((3, 4))
@@ -106,13 +81,16 @@ def draw_segment(tile: Tile, ends: np.ndarray, curves: Curves, i: int, top: int,
         terms[d] = catmull_rom(curves.places, d, i, first, last)
     begin = math.hypot(terms[0, 2], terms[1, 2])
     end = math.hypot(terms[0, 2] + 3.0 * terms[0, 3], terms[1, 2] + 3.0 * terms[1, 3])
-    pieces = 1 + int(min(math.sqrt(2.0 * max(begin, end) / (8.0 * BEND)), MOST_PIECES - 1.0))
+    pieces = 2 + 2 * int(min(0.5 * math.sqrt(2.0 * max(begin, end) / (8.0 * BEND)), MOST_PIECES / 2 - 1.0))
+    top, left = place
     a, b = ends
     for n in range(pieces + 1):
         t = n / pieces
         for d in range(3):
             b[d] = terms[d, 0] + t * (terms[d, 1] + t * (terms[d, 2] + t * terms[d, 3]))
-            b[4 + d] = (1.0 - t) * curves.colours[i, d] + t * curves.colours[i + 1, d]
+            outer = (1.0 - t) * colours[i, 0, d] + t * colours[i + 1, 0, d]
+            middle = 0.5 * (colours[i, 0, d] + colours[i + 1, 0, d])
+            b[4 + d] = outer + (1.0 - abs(2.0 * t - 1.0)) * (colours[i, 1, d] - middle)
         b[0], b[1] = b[0] - left, b[1] - top
         b[3] = curves.width / max(b[2], NEAR) * math.sqrt(min(1.0, (last - i - t) / (last - first) / TAPER))
         if n > 0:

@@ -6,6 +6,7 @@ import pytest
 
 from hairpipe.render.raster.fragments import OPAQUE, SKIN, develop_tile, make_tile
 from hairpipe.render.raster.lines import TAPER, draw_line, draw_strands
+from hairpipe.render.raster.tiles import lay_curves
 
 
 def line(start: tuple[float, float], end: tuple[float, float], width: float, depth: float = 1.0) -> np.ndarray:
@@ -25,9 +26,10 @@ def drawn(*lines: np.ndarray, size: int = 100, body: float = np.inf) -> np.ndarr
 def paint(strands: list[np.ndarray], colours: np.ndarray, width: float, size: int = 100) -> np.ndarray:
     """Draw strands, (n, 3) each, each of one colour, (S, 3), over black."""
     counts = [len(points) for points in strands]
-    film, offsets = np.zeros((size, size, 3), np.float32), np.cumsum([0, *counts], dtype=np.int32)
-    shown = np.repeat(np.asarray(colours, float), counts, axis=0)
-    draw_strands(film, np.full((size, size), np.inf), np.concatenate(strands), offsets, shown, width)
+    film, depth = np.zeros((size, size, 3), np.float32), np.full((size, size), np.inf)
+    curves = lay_curves(np.concatenate(strands), np.cumsum([0, *counts], dtype=np.int32), width, depth)
+    shown = np.repeat(np.asarray(colours, float)[:, None], 2, axis=1)
+    draw_strands(film, depth, curves, np.repeat(shown, counts, axis=0))
     return film
 
 
