@@ -16,7 +16,7 @@ OPAQUE = 0.004
 BLOCK = 8
 """Pixels across a block: lines that lie behind all that its pixels show are skipped at once."""
 SKIN = 0.002
-"""How far below the skin a hair is still seen [m]: roots lie on the mesh, and hair rests on a slightly coarser body."""
+"""Depth below the skin over which hair fades [m]: roots lie on the mesh, and hair rests on a slightly coarser body."""
 
 
 class Tile(NamedTuple):
@@ -27,7 +27,8 @@ class Tile(NamedTuple):
     filled   how many are kept, (rows, columns) int32
     blended  light of those blended, and the share of light that they let through, (rows, columns, 4) float32
     through  share that these and those kept let through, (rows, columns) float32
-    limit    depth at which nothing is seen any more [m], (rows, columns) float32
+    sunk     depth at which hair is too far below the skin to be seen [m], (rows, columns) float32
+    limit    depth at which nothing is seen any more, behind opaque hair neither [m], (rows, columns) float32
     far      greatest limit in every block, (rows/BLOCK, columns/BLOCK) float32
     """
 
@@ -36,6 +37,7 @@ class Tile(NamedTuple):
     filled: np.ndarray
     blended: np.ndarray
     through: np.ndarray
+    sunk: np.ndarray
     limit: np.ndarray
     far: np.ndarray
 
@@ -51,7 +53,16 @@ def make_tile(depth: np.ndarray) -> Tile:
             limit[i, j] = depth[i, j] + SKIN
             blended[i, j, 3] = 1.0
     kept, head = np.empty((rows, columns, KEPT, 5), np.float32), np.zeros((rows, columns), np.int32)
-    return Tile(kept, head, np.zeros((rows, columns), np.int32), blended, np.ones_like(limit), limit, farthest(limit))
+    return Tile(
+        kept,
+        head,
+        np.zeros((rows, columns), np.int32),
+        blended,
+        np.ones_like(limit),
+        limit,
+        limit.copy(),
+        farthest(limit),
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -69,6 +80,7 @@ def farthest(limit: np.ndarray) -> np.ndarray:
 def add_fragment(tile: Tile, i: int, j: int, z: float, cover: float, red: float, green: float, blue: float) -> None:
     """Add to pixel (i, j) what a line covers of it, before its limit, in place."""
     kept, head, count = tile.kept, tile.head[i, j], tile.filled[i, j]
+    cover *= min(1.0, (tile.sunk[i, j] - z) / SKIN)
     if count == KEPT:
         if z < kept[i, j, head, 0]:
             blend(tile, i, j, cover, red, green, blue)

@@ -1,6 +1,7 @@
 """Hair as thin lines with exact coverage, sorted by depth in every pixel."""
 
 import math
+
 import numpy as np
 from numba import njit, prange
 
@@ -15,6 +16,8 @@ MOST_PIECES = 16
 """Of a segment, however it bends."""
 TAPER = 0.35
 """Part of a strand, at its tip, over which it narrows to nothing."""
+ROOT = 4.0
+"""Length over which it widens from nothing at its root, over its width."""
 
 
 def draw_strands(film: np.ndarray, depth: np.ndarray, curves: Curves, colours: np.ndarray) -> None:
@@ -84,8 +87,11 @@ def draw_segment(
     pieces = 2 + 2 * int(min(0.5 * math.sqrt(2.0 * max(begin, end) / (8.0 * BEND)), MOST_PIECES / 2 - 1.0))
     top, left = place
     a, b = ends
-    for n in range(pieces + 1):
-        t = n / pieces
+    lead = 1 if i == first else 0  # one more piece, in which a root widens
+    for n in range(pieces + lead + 1):
+        t = max(n - lead, 0) / pieces
+        if lead and n == 1:
+            t = min(ROOT * curves.width / terms[2, 0] / max(math.hypot(terms[0, 1], terms[1, 1]), 1e-9), 0.5 / pieces)
         for d in range(3):
             b[d] = terms[d, 0] + t * (terms[d, 1] + t * (terms[d, 2] + t * terms[d, 3]))
             outer = (1.0 - t) * colours[i, 0, d] + t * colours[i + 1, 0, d]
@@ -93,6 +99,8 @@ def draw_segment(
             b[4 + d] = outer + (1.0 - abs(2.0 * t - 1.0)) * (colours[i, 1, d] - middle)
         b[0], b[1] = b[0] - left, b[1] - top
         b[3] = curves.width / max(b[2], NEAR) * math.sqrt(min(1.0, (last - i - t) / (last - first) / TAPER))
+        if n < lead:
+            b[3] = 0.0
         if n > 0:
             draw_line(tile, a, b)
         a, b = b, a

@@ -5,8 +5,10 @@ import numpy as np
 import pytest
 
 from hairpipe.render.raster.fragments import OPAQUE, SKIN, develop_tile, make_tile
-from hairpipe.render.raster.lines import TAPER, draw_line, draw_strands
+from hairpipe.render.raster.lines import ROOT, TAPER, draw_line, draw_strands
 from hairpipe.render.raster.tiles import lay_curves
+
+DEPTHS = np.array([-1.0, 0.0, 0.5, 1.0, 1.5]) * SKIN
 
 
 def line(start: tuple[float, float], end: tuple[float, float], width: float, depth: float = 1.0) -> np.ndarray:
@@ -99,8 +101,8 @@ def test_strands_side_by_side_never_change_their_order(segments: int, slope: flo
         )
         for strands, colours in (([front, back], [[1, 0, 0], [0, 1, 0]]), ([back, front], [[0, 1, 0], [1, 0, 0]])):
             film = paint(strands, colours, 2.0, size=200)
-            before = film[10:150, 98:103, 0].sum(axis=1)  # above the tips, which are narrow
-            assert before == pytest.approx(2.0 / np.interp(np.arange(10.5, 150.0), rows, front[:, 2]), rel=1e-3)
+            before = film[15:150, 98:103, 0].sum(axis=1)  # between the ends, which are narrow
+            assert before == pytest.approx(2.0 / np.interp(np.arange(15.5, 150.0), rows, front[:, 2]), rel=1e-3)
 
 
 def test_pixels_are_the_fragments_in_order_of_their_depth(lock) -> None:
@@ -129,10 +131,15 @@ def test_any_number_of_threads_gives_the_same_bytes(lock) -> None:
     assert len(films) == 1
 
 
-def test_a_strand_across_tiles_covers_width_times_length_less_its_tip() -> None:
+def test_a_strand_across_tiles_covers_width_times_length_less_its_ends() -> None:
     points = np.column_stack([np.linspace(3.3, 97.1, 12), np.linspace(20.0, 90.0, 12), np.ones(12)])
-    length = np.hypot(93.8, 70.0) * (1.0 - TAPER / 3.0)  # a root is 2/3 on average
+    length = np.hypot(93.8, 70.0) * (1.0 - TAPER / 3.0) - 0.5 * ROOT * 0.7  # a square root is 2/3 on average
     assert paint([points], np.ones((1, 3)), 0.7)[..., 0].sum() == pytest.approx(0.7 * length, rel=0.01)
+
+
+def test_hair_fades_below_the_skin() -> None:
+    shown = [drawn(line((0.0, 5.5), (10.0, 5.5), 1.0, 2.0 + below), size=10, body=2.0)[5, 5, 0] for below in DEPTHS]
+    assert shown == pytest.approx(np.clip(1.0 - DEPTHS / SKIN, 0.0, 1.0), abs=1e-3)
 
 
 def test_a_strand_is_a_smooth_curve_through_its_points() -> None:
