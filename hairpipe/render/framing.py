@@ -32,6 +32,7 @@ class Shot:
     eye     position of the camera [m]
     target  what is at the centre of the picture [m]
     grain   pixels of the film across one of the picture
+    turn    angle by which the eye has gone around the target, towards the left ear [degrees]
     """
 
     width: int
@@ -41,6 +42,7 @@ class Shot:
     eye: Place | None = None
     target: Place | None = None
     grain: int = GRAIN
+    turn: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -80,4 +82,7 @@ def place_camera(shot: Shot, framing: Framing) -> Camera:
     towards = np.array([level * np.sin(azimuth), np.sin(elevation), level * np.cos(azimuth)])
     distance = framing.radius / np.tan(0.5 * np.radians(shot.fov))
     eye = target + distance * towards if shot.eye is None else np.array(shot.eye)
+    around = np.radians(shot.turn)
+    c, s = np.cos(around), np.sin(around)
+    eye = target + np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ (eye - target)
     return Camera.look_at(eye, target, shot.fov, shot.width, shot.height).enlarged(shot.grain)

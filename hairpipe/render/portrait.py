@@ -5,6 +5,7 @@ import numpy as np
 from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.render.camera import Camera
+from hairpipe.render.exposure import instants
 from hairpipe.render.film import backdrop, develop
 from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
 from hairpipe.render.lights import studio
@@ -36,12 +37,14 @@ def draw_portrait(
     colour: np.ndarray,
     thickness: float,
     facing: np.ndarray | None = None,
+    shutter: float = 0.0,
 ) -> np.ndarray:
     """Draw hair, and the body under it, (height, width, 3) uint8, sRGB.
 
     colour     of the hair, linear red, green and blue, (3,)
     thickness  drawn width over the width that looks full, see drawn_width
     facing     normals of hair as one body, each as long as its share of the diffuse light, (p, 3); None: no share
+    shutter    how long it is open [s]: motion is blurred, in the light of its middle
 
     Raises BadInput where there is no strand, or a position is not finite.
     """
@@ -55,24 +58,30 @@ def draw_portrait(
     shadows = [
         cast_shadow(light, framing.target, SCENE * framing.radius, *casting, body) for light in studio(camera.axes)
     ]
-    film = backdrop(camera.height, camera.width)
-    surface = see_body(body, camera)
-    share = SCALP * hair_share(surface.points, points[hair.offsets[:-1]], camera.axes)[:, None]
-    film[surface.rows, surface.columns] = shade_skin(surface, CLAY + share * (0.5 * colour - CLAY), camera.eye, shadows)
-    curves = lay_curves(camera.project(points), hair.offsets, width * camera.focal, surface.depth)
-    lit = lit_sites(curves)
-    colours = np.empty((2 * len(points), 3))
-    colours[lit] = shade_hair(points, hair.offsets, lit, colour, camera.eye, shadows, facing)
-    draw_strands(film, surface.depth, curves, colours.reshape(-1, 2, 3))
+    film = np.zeros((camera.height, camera.width, 3), np.float32)
+    colours, known, taken = np.empty((2 * len(points), 3)), np.zeros(2 * len(points), bool), 0
+    for places, moved in instants(hair, body, camera, shutter):
+        surface, layer = see_body(body, camera, moved), backdrop(camera.height, camera.width)
+        share = SCALP * hair_share(surface.points, points[hair.offsets[:-1]], camera.axes)[:, None]
+        skin = CLAY + share * (0.5 * colour - CLAY)
+        layer[surface.rows, surface.columns] = shade_skin(surface, skin, camera.eye, shadows)
+        curves = lay_curves(camera.project(places), hair.offsets, width * camera.focal, surface.depth)
+        fresh = np.flatnonzero(lit_sites(curves) & ~known)
+        colours[fresh] = shade_hair(points, hair.offsets, fresh, colour, camera.eye, shadows, facing)
+        known[fresh] = True
+        draw_strands(layer, surface.depth, curves, colours.reshape(-1, 2, 3))
+        film += layer
+        taken += 1
+    film /= taken
     return develop(film, shot.grain)
 
 
 def lit_sites(curves: Curves) -> np.ndarray:
-    """List the sites whose light is drawn, see `shade_hair`: ends and middles of segments that may be seen, (n,)."""
-    lit = np.zeros(2 * len(curves.places) + 1, bool)
+    """Say which sites are drawn, see `shade_hair`: ends and middles of segments that may be seen, (2 p,) bool."""
+    lit = np.zeros(2 * len(curves.places), bool)
     for site in range(3):
         lit[2 * curves.starts + site] = True
-    return np.flatnonzero(lit)
+    return lit
 
 
 def drawn_width(hair: Strands, framing: Framing, camera: Camera, grain: int) -> float:

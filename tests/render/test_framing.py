@@ -48,3 +48,11 @@ def test_a_target_alone_keeps_the_distance() -> None:
     framing = Framing(np.zeros(3), 0.3)
     moved = place_camera(Shot(64, 64, target=(1.0, 0.0, 0.0)), framing)
     assert moved.eye - [1, 0, 0] == pytest.approx(place_camera(Shot(64, 64), framing).eye)
+
+
+def test_the_eye_goes_around_the_target_on_a_circle() -> None:
+    framing = Framing(np.array([0.1, 0.0, 0.0]), 0.3)
+    turned, side = place_camera(Shot(64, 64, "front", turn=90.0), framing), place_camera(Shot(64, 64, "side"), framing)
+    assert turned.eye == pytest.approx(side.eye) and turned.axes == pytest.approx(side.axes)
+    given = Shot(64, 64, eye=(1.0, 0.5, 0.0), target=(0.0, 0.0, 0.0), turn=-90.0)
+    assert place_camera(given, framing).eye == pytest.approx([0.0, 0.5, 1.0])

@@ -75,9 +75,12 @@ def at_pixels(sight: Sight, triangles: np.ndarray, values: np.ndarray) -> np.nda
     return taken
 
 
-def see_body(body: Mesh, camera: Camera) -> Surface:
-    """Find the body's points at the pixel centres; triangles that reach behind the eye are left out."""
-    sight = look_at_body(body, camera)
+def see_body(body: Mesh, camera: Camera, moved: Mesh | None = None) -> Surface:
+    """Find the body's points at the pixel centres; triangles that reach behind the eye are left out.
+
+    moved  the body as it is seen; points and normals are where it is not moved
+    """
+    sight = look_at_body(body if moved is None else moved, camera)
     points, normals = (at_pixels(sight, body.triangles, some) for some in (body.points, vertex_normals(body)))
     turn_to(camera.eye, points, normals)
     return Surface(sight.rows, sight.columns, points, normals, sight.depth)

@@ -102,7 +102,7 @@ def bound(
 
 @njit(cache=True, nogil=True, inline="always")
 def is_seen(far: np.ndarray, box: np.ndarray, nearest: float, top: int, left: int) -> bool:
-    """Whether anything as near as this is before the limit of a block in the box; limits begin at this block of the film."""
+    """Whether anything so near is before the limit of a block in the box; limits begin at block (top, left)."""
     for i in range(max(box[0] - top, 0), min(box[1] - top + 1, far.shape[0])):
         for j in range(max(box[2] - left, 0), min(box[3] - left + 1, far.shape[1])):
             if nearest < far[i, j]:
