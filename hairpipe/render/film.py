@@ -26,6 +26,25 @@ def _wall(height: int, width: int) -> np.ndarray:
     return np.stack([edge + (centre - edge) * glow for edge, centre in zip(EDGE, CENTRE, strict=True)], axis=2)
 
 
+def soften(film: np.ndarray, depth: np.ndarray) -> None:
+    """Smooth the outline of a body on the film, (height, width, 3), in place, by the weights 1 2 1 along rows and columns.
+
+    depth  of the body, infinite beside it, (height, width)
+    """
+    inside = np.isfinite(depth)
+    outline = np.zeros_like(inside)
+    across, down = inside[:, 1:] != inside[:, :-1], inside[1:] != inside[:-1]
+    for part, change in ((outline[:, 1:], across), (outline[:, :-1], across), (outline[1:], down), (outline[:-1], down)):
+        part |= change
+    rows, columns = np.nonzero(outline)
+    smooth = np.zeros((len(rows), 3))
+    for i in (-1, 0, 1):
+        for j in (-1, 0, 1):
+            near = np.clip(rows + i, 0, len(film) - 1), np.clip(columns + j, 0, film.shape[1] - 1)
+            smooth += (2 - abs(i)) * (2 - abs(j)) / 16 * film[near]
+    film[rows, columns] = smooth
+
+
 def develop(film: np.ndarray, grain: int) -> np.ndarray:
     """Make the picture of a film of so many pixels across each of its own, (height/grain, width/grain, 3) uint8, sRGB.
 

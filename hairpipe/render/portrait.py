@@ -6,7 +6,7 @@ from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.render.camera import Camera
 from hairpipe.render.exposure import instants
-from hairpipe.render.film import backdrop, develop
+from hairpipe.render.film import backdrop, develop, soften
 from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
 from hairpipe.render.lights import studio
 from hairpipe.render.raster.lines import draw_strands
@@ -65,6 +65,7 @@ def draw_portrait(
         share = SCALP * hair_share(surface.points, points[hair.offsets[:-1]], camera.axes)[:, None]
         skin = CLAY + share * (0.5 * colour - CLAY)
         layer[surface.rows, surface.columns] = shade_skin(surface, skin, camera.eye, shadows)
+        soften(layer, surface.depth)
         curves = lay_curves(camera.project(places), hair.offsets, width * camera.focal, surface.depth)
         fresh = np.flatnonzero(lit_sites(curves) & ~known)
         colours[fresh] = shade_hair(points, hair.offsets, fresh, colour, camera.eye, shadows, facing)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.film import backdrop, develop, linear
+from hairpipe.render.film import backdrop, develop, linear, soften
 
 GRAIN = 2
 
@@ -32,3 +32,14 @@ def test_backdrop_is_brightest_near_the_middle_and_even_to_both_sides() -> None:
     row, column, _ = np.unravel_index(wall.argmax(), wall.shape)
     assert abs(row - 30) < 5 and abs(column - 40) <= 1
     assert wall == pytest.approx(wall[:, ::-1])
+
+
+def test_only_the_outline_of_a_body_is_smoothed_and_light_is_kept() -> None:
+    rows, columns = np.mgrid[0:40, 0:40]
+    away = np.hypot(rows - 20, columns - 20)
+    depth, film = np.where(away < 10.2, 1.0, np.inf), np.where(away < 10.2, 1.0, 0.0)[..., None] * np.ones(3)
+    smooth = film.copy()
+    soften(smooth, depth)
+    assert np.array_equal(smooth[np.abs(away - 10.2) > 1.5], film[np.abs(away - 10.2) > 1.5])
+    assert smooth.sum() == pytest.approx(film.sum(), rel=0.01)
+    assert np.abs(np.diff(smooth[..., 0], axis=0)).max() < 0.8 < np.abs(np.diff(film[..., 0], axis=0)).max()
