@@ -10,8 +10,8 @@ from typing import NamedTuple, get_args
 
 import numba
 
-from hairpipe.bench.assembly import Arithmetic, count_arithmetic
-from hairpipe.bench.counting import Work
+from hairpipe.bench.arithmetic.assembly import Arithmetic, count_arithmetic
+from hairpipe.bench.arithmetic.counting import Work
 from hairpipe.bench.machine import Machine, this_machine
 from hairpipe.bench.repeat import Spread, repeat
 from hairpipe.bench.roofs import TRIAD, Roofs, measure_roofs

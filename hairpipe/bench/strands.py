@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike
 
-from hairpipe.bench.assembly import assembly_of
-from hairpipe.bench.counting import Work, count_work
+from hairpipe.bench.arithmetic.assembly import assembly_of
+from hairpipe.bench.arithmetic.counting import Work, count_work
 from hairpipe.groom.strands import unbound
 from hairpipe.kernels.simd import width
 from hairpipe.sim.boundary import Clamp, ClampPath

@@ -4,7 +4,7 @@ import numba
 import pytest
 
 from hairpipe.bench import core
-from hairpipe.bench.counting import Work
+from hairpipe.bench.arithmetic.counting import Work
 from hairpipe.bench.repeat import Spread
 from hairpipe.bench.roofs import Roofs
 

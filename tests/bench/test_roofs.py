@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.bench import roofs
-from hairpipe.bench.assembly import assembly_of, count_arithmetic
+from hairpipe.bench.arithmetic.assembly import assembly_of, count_arithmetic
 from hairpipe.kernels.simd import width
 
 

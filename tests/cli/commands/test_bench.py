@@ -6,8 +6,8 @@ import os
 import pytest
 
 from hairpipe.bench import contact, core, paper
-from hairpipe.bench.assembly import Arithmetic
-from hairpipe.bench.counting import Work
+from hairpipe.bench.arithmetic.assembly import Arithmetic
+from hairpipe.bench.arithmetic.counting import Work
 from hairpipe.bench.machine import Machine
 from hairpipe.bench.repeat import Spread
 from hairpipe.bench.roofs import Roofs

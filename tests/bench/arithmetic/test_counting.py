@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from hairpipe.bench.counting import Work, count_work
+from hairpipe.bench.arithmetic.counting import Work, count_work
 from hairpipe.bench.strands import hang, one_block
 from hairpipe.kernels import simd
 from hairpipe.kernels.simd import load, maximum, select, sqrt, store

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numba import njit
 
-from hairpipe.bench.assembly import Arithmetic, assembly_of, count_arithmetic
+from hairpipe.bench.arithmetic.assembly import Arithmetic, assembly_of, count_arithmetic
 from hairpipe.bench.strands import machine_code
 from hairpipe.kernels.simd import load, store
 
