@@ -27,14 +27,19 @@ def _wall(height: int, width: int) -> np.ndarray:
 
 
 def soften(film: np.ndarray, depth: np.ndarray) -> None:
-    """Smooth the outline of a body on the film, (height, width, 3), in place, by the weights 1 2 1 along rows and columns.
+    """Smooth the outline of a body on the film, (height, width, 3), in place: weights 1 2 1 along rows and columns.
 
     depth  of the body, infinite beside it, (height, width)
     """
     inside = np.isfinite(depth)
     outline = np.zeros_like(inside)
     across, down = inside[:, 1:] != inside[:, :-1], inside[1:] != inside[:-1]
-    for part, change in ((outline[:, 1:], across), (outline[:, :-1], across), (outline[1:], down), (outline[:-1], down)):
+    for part, change in (
+        (outline[:, 1:], across),
+        (outline[:, :-1], across),
+        (outline[1:], down),
+        (outline[:-1], down),
+    ):
         part |= change
     rows, columns = np.nonzero(outline)
     smooth = np.zeros((len(rows), 3))

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from hairpipe.bench.head import Between
     from hairpipe.bench.machine import Machine
     from hairpipe.bench.paper import Report as PaperReport
+    from hairpipe.bench.picture import Report as PictureReport
     from hairpipe.bench.repeat import Spread
     from hairpipe.bench.roofs import Roofs
     from hairpipe.bench.volume import Report as VolumeReport
@@ -95,6 +96,30 @@ def volume(as_json: bool) -> None:
         show_machine(report.machine)
         rows = [(case.kernel, case.each, str(case.threads), spread(case.time, 1.0)) for case in report.cases]
         show_table("ns", [("kernel", "for each", "threads", "median (half between)"), *rows], text=2)
+
+
+@bench.command()
+@options.as_json
+def picture(as_json: bool) -> None:
+    """Measure a picture of hair at rest on our bust: processor seconds of `preview`, by part.
+
+    720 x 720 pixels; 4,000 and 100,000 strands of 26 points, 10,000 of 51. The least of five takes, after one that
+    compiles.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+        from hairpipe.bench.picture import measure_picture
+
+        report = measure_picture(say)
+    if as_json:
+        click.echo(json.dumps(document(report), indent=2))
+    else:
+        show_machine(report.machine)
+        rows: list[tuple[str, ...]] = [("strands", "points", "whole", *report.cases[0].shares)]
+        for case in report.cases:
+            seconds = (f"{value:.2f}" for value in (case.seconds, *case.shares.values()))
+            rows.append((f"{case.strands:,}", str(case.points), *seconds))
+        show_table("processor seconds", rows)
 
 
 @bench.command()
@@ -281,7 +306,9 @@ def spread(value: "Spread", unit: float) -> str:
     return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
 
 
-def document(report: "Report | ContactReport | PaperReport | FaultReport | VolumeReport") -> dict[str, Any]:
+def document(
+    report: "Report | ContactReport | PaperReport | FaultReport | PictureReport | VolumeReport",
+) -> dict[str, Any]:
     """Describe the report as a JSON document."""
 
     def plain(value: Any) -> Any:
