@@ -25,6 +25,8 @@ SCENE = 1.35
 """Half the edge of the cube in which shadows fall, over the radius of the picture."""
 CASTERS = 250_000
 """Points of the strands that cast shadows: of more, one strand in so many casts the shadow of all."""
+FINE = 200_000
+"""Points of the hair up to which light is found in the middle of segments, too: of more, these hide one another."""
 SCALP = 0.8
 """How far the skin takes the colour of the hair where hair grows: every strand drawn stands for many."""
 NOBODY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
@@ -59,6 +61,7 @@ def draw_portrait(
         cast_shadow(light, framing.target, SCENE * framing.radius, *casting, body) for light in studio(camera.axes)
     ]
     film = np.zeros((camera.height, camera.width, 3), np.float32)
+    fine = len(points) <= FINE
     colours, known, taken = np.empty((2 * len(points), 3)), np.zeros(2 * len(points), bool), 0
     for places, moved in instants(hair, body, camera, shutter):
         surface, layer = see_body(body, camera, moved), backdrop(camera.height, camera.width)
@@ -67,9 +70,11 @@ def draw_portrait(
         layer[surface.rows, surface.columns] = shade_skin(surface, skin, camera.eye, shadows)
         soften(layer, surface.depth)
         curves = lay_curves(camera.project(places), hair.offsets, width * camera.focal, surface.depth)
-        fresh = np.flatnonzero(lit_sites(curves) & ~known)
+        fresh = np.flatnonzero(lit_sites(curves, fine) & ~known)
         colours[fresh] = shade_hair(points, hair.offsets, fresh, colour, camera.eye, shadows, facing)
         known[fresh] = True
+        if not fine:
+            colours[2 * curves.starts + 1] = 0.5 * (colours[2 * curves.starts] + colours[2 * curves.starts + 2])
         draw_strands(layer, surface.depth, curves, colours.reshape(-1, 2, 3))
         film += layer
         taken += 1
@@ -77,10 +82,10 @@ def draw_portrait(
     return develop(film, shot.grain)
 
 
-def lit_sites(curves: Curves) -> np.ndarray:
-    """Say which sites are drawn, see `shade_hair`: ends and middles of segments that may be seen, (2 p,) bool."""
+def lit_sites(curves: Curves, fine: bool) -> np.ndarray:
+    """Say which sites are lit, see `shade_hair`: ends, if fine middles, of segments that may be seen, (2 p,) bool."""
     lit = np.zeros(2 * len(curves.places), bool)
-    for site in range(3):
+    for site in (0, 1, 2) if fine else (0, 2):
         lit[2 * curves.starts + site] = True
     return lit
 
