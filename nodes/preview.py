@@ -3,7 +3,7 @@
 from typing import Annotated, Literal
 
 from hairpipe.data import Mesh, Normals, Strands
-from hairpipe.graph import File, Workspace, node
+from hairpipe.graph import File, Time, Workspace, node
 from hairpipe.render.framing import View
 from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels
 
@@ -16,6 +16,7 @@ def preview(
     body: Mesh | None,
     normals: Normals | None,
     workspace: Workspace,
+    time: Time,
     *,
     width: Annotated[Pixels, Interval(ge=16, le=4096)] = 720,
     height: Annotated[Pixels, Interval(ge=16, le=4096)] = 720,
@@ -27,19 +28,25 @@ def preview(
     thickness: Annotated[float, Interval(gt=0.0, le=100.0)] = 1.0,
     curve: Literal["catmull_rom", "bspline"] = "catmull_rom",
     lambert: Fraction = 0.4,
+    supersampling: Annotated[int, Interval(ge=1, le=4)] = 1,
+    shutter: Fraction = 0.0,
+    turn: Degrees = 0.0,
 ) -> File:
     """PNG of the hair, and of the body where there is one, lit as in a studio.
 
-    width      of the picture
-    height     of the picture
-    view       from where; the strands' length gives the scale, their roots the centre
-    eye        position of the camera, instead of the one that `view` gives
-    target     centre of the picture, instead of a place below the roots: keeps the camera still
-    fov        field of view across the shorter side
-    colour     of the hair: red, green and blue, sRGB
-    thickness  of a strand, over what makes so many look full: few are drawn thick, very many as thick as they are
-    curve      through the points of the hair; or a B-spline whose control hull they are, as of the paper's key hairs
-    lambert    share of the diffuse light that is a surface's, by `normals`; without these there is none
+    width          of the picture
+    height         of the picture
+    view           from where; the strands' length gives the scale, their roots the centre
+    eye            position of the camera, instead of the one that `view` gives
+    target         centre of the picture, instead of a place below the roots: keeps the camera still
+    fov            field of view across the shorter side
+    colour         of the hair: red, green and blue, sRGB
+    thickness      of a strand, over what makes so many look full: few are drawn thick, very many as they are
+    curve          through the points of the hair; or a B-spline whose control hull they are, as of key hairs
+    lambert        share of the diffuse light that is a surface's, by `normals`; without these there is none
+    supersampling  of the picture, across one of its pixels: 1 is fast, 2 is for stills
+    shutter        part of the frame while it is open: motion is blurred, at a cost that grows with it; 0: it is not
+    turn           by which the eye goes around the target every frame, towards the left ear; it begins at frame 0
     """
     from dataclasses import replace
 
@@ -50,12 +57,13 @@ def preview(
     from hairpipe.render.framing import Shot
     from hairpipe.render.portrait import draw_portrait
 
-    shot = Shot(width, height, view, fov, eye, target)
+    shot = Shot(width, height, view, fov, eye, target, supersampling, turn * time.frame)
     if normals is not None and len(normals.vectors) != len(hair.points):
         what = f"{len(normals.vectors)} normals of {len(hair.points)} points"
         raise BadInput(what, where="in.normals", right="those that this hair carries")
     if curve == "bspline":
-        hair = replace(hair, points=spline_knots(hair.points, hair.offsets))
+        points, velocities = (spline_knots(hull, hair.offsets) for hull in (hair.points, hair.velocities))
+        hair = replace(hair, points=points, velocities=velocities)
     facing, path = None if normals is None else lambert * normals.vectors.astype(float), workspace / "picture.png"
-    write_png(path, draw_portrait(hair, body, shot, linear(colour), thickness, facing))
+    write_png(path, draw_portrait(hair, body, shot, linear(colour), thickness, facing, shutter * time.dt))
     return File(path)

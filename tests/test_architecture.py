@@ -53,7 +53,7 @@ ROOMS = {
     "graph": {"errors", "units", "child", "plain_file"},
     "api": {"data", "errors", "graph", "graphs", "io", "plain_file"},
     "__init__": {"api", "errors"},
-    "bench": {*ORDER, "graph"},
+    "bench": {*ORDER, "render", "graph"},
     "nodes": {*ORDER, "render", "chart", "io", "graph"},
     "graphs": {*ORDER, "io"},
     "tune": {*BASE, "api", *PURE},

@@ -33,14 +33,32 @@ Function = tuple[str, int, str]
 Callers = dict[Function, tuple[int, int, float, float]]
 
 
-def shares_of(work: Callable[[], object]) -> tuple[float, dict[str, float]]:
-    """Do some work; return its seconds and those of every part. What is not ours counts for the file that calls it."""
-    profile = cProfile.Profile()
-    begun = time.perf_counter()
+def part_of(path: Path) -> str:
+    """Name the part that a file stands for."""
+    if path.parent.parent.name == "contact" and path.parent.name == "body":
+        return "body"
+    found = next((part for part, stems in _FILES.items() if path.stem in stems), "strands")
+    return _ROOMS.get(path.parent.name, found)
+
+
+def shares_of(
+    work: Callable[[], object],
+    part_of: Callable[[Path], str] = part_of,
+    parts: tuple[str, ...] = PARTS,
+    clock: Callable[[], float] = time.perf_counter,
+) -> tuple[float, dict[str, float]]:
+    """Do some work; return its seconds and those of every part. What is not ours counts for the file that calls it.
+
+    part_of  names the part that a file stands for
+    parts    all of them
+    clock    tells seconds
+    """
+    profile = cProfile.Profile(clock)
+    begun = clock()
     profile.runcall(work)
-    whole = time.perf_counter() - begun
+    whole = clock() - begun
     stats = pstats.Stats(profile).stats  # type: ignore[attr-defined]
-    seconds: dict[str, float] = dict.fromkeys(PARTS, 0.0)
+    seconds = dict.fromkeys(parts, 0.0)
     for function, (_, _, own, _, _) in stats.items():
         for caller, part_of_it in _charged(function, own, stats, 0).items():
             seconds[part_of(Path(caller))] += part_of_it
@@ -60,11 +78,3 @@ def _charged(function: Function, seconds: float, stats: dict, depth: int) -> dic
         for file, some in _charged(caller, weight * seconds, stats, depth + 1).items():
             found[file] = found.get(file, 0.0) + some
     return found
-
-
-def part_of(path: Path) -> str:
-    """Name the part that a file stands for."""
-    if path.parent.parent.name == "contact" and path.parent.name == "body":
-        return "body"
-    found = next((part for part, stems in _FILES.items() if path.stem in stems), "strands")
-    return _ROOMS.get(path.parent.name, found)

@@ -53,9 +53,11 @@ class Camera:
         column = width/2 + focal x/z, row = height/2 - focal y/z; pixel (i, j) has its centre at row i + 1/2 and column
         j + 1/2. Points of a depth below NEAR are not on the film: column and row say nothing there.
         """
-        x, y, z = self.see(points).T
-        scale = self.focal / np.maximum(z, NEAR)
-        return np.stack([self.width / 2 + scale * x, self.height / 2 - scale * y, z], axis=1)
+        places = self.see(points)
+        scale = self.focal / np.maximum(places[:, 2], NEAR)
+        places[:, 0] = self.width / 2 + scale * places[:, 0]
+        places[:, 1] = self.height / 2 - scale * places[:, 1]
+        return places
 
     def enlarged(self, times: int) -> Self:
         """Return the same view on a film of so many times the pixels across."""

@@ -5,8 +5,6 @@ from functools import lru_cache
 import numpy as np
 from numba import njit
 
-GRAIN = 2
-"""Pixels of the film across one pixel of a picture that may take its time."""
 EXPOSURE, VIGNETTE = 0.75, 0.6
 """Light of the film that reaches the picture, and how much of it is lost towards the corners."""
 CENTRE = np.array([0.30, 0.325, 0.36])
@@ -28,7 +26,31 @@ def _wall(height: int, width: int) -> np.ndarray:
     return np.stack([edge + (centre - edge) * glow for edge, centre in zip(EDGE, CENTRE, strict=True)], axis=2)
 
 
-def develop(film: np.ndarray, grain: int = GRAIN) -> np.ndarray:
+def soften(film: np.ndarray, depth: np.ndarray) -> None:
+    """Smooth the outline of a body on the film, (height, width, 3), in place: weights 1 2 1 along rows and columns.
+
+    depth  of the body, infinite beside it, (height, width)
+    """
+    inside = np.isfinite(depth)
+    outline = np.zeros_like(inside)
+    across, down = inside[:, 1:] != inside[:, :-1], inside[1:] != inside[:-1]
+    for part, change in (
+        (outline[:, 1:], across),
+        (outline[:, :-1], across),
+        (outline[1:], down),
+        (outline[:-1], down),
+    ):
+        part |= change
+    rows, columns = np.nonzero(outline)
+    smooth = np.zeros((len(rows), 3))
+    for i in (-1, 0, 1):
+        for j in (-1, 0, 1):
+            near = np.clip(rows + i, 0, len(film) - 1), np.clip(columns + j, 0, film.shape[1] - 1)
+            smooth += (2 - abs(i)) * (2 - abs(j)) / 16 * film[near]
+    film[rows, columns] = smooth
+
+
+def develop(film: np.ndarray, grain: int) -> np.ndarray:
     """Make the picture of a film of so many pixels across each of its own, (height/grain, width/grain, 3) uint8, sRGB.
 
     Bright light is compressed by the curve x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14), a fit to ACES by Narkowicz

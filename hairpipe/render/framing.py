@@ -11,6 +11,8 @@ from hairpipe.render.camera import Camera
 View = Literal["three_quarter", "front", "side", "back"]
 Place = tuple[float, float, float]
 
+GRAIN = 2
+"""Pixels of the film across one pixel of a picture that may take its time."""
 AZIMUTHS = {"three_quarter": 38.0, "front": 0.0, "side": 90.0, "back": 180.0}
 """Azimuth of the eye about the up axis, from where the face looks (+Z) towards the left ear (+X) [degrees]."""
 ELEVATION = 6.0
@@ -29,6 +31,8 @@ class Shot:
     fov     field of view across the shorter side [degrees]
     eye     position of the camera [m]
     target  what is at the centre of the picture [m]
+    grain   pixels of the film across one of the picture
+    turn    angle by which the eye has gone around the target, towards the left ear [degrees]
     """
 
     width: int
@@ -37,6 +41,8 @@ class Shot:
     fov: float = 24.0
     eye: Place | None = None
     target: Place | None = None
+    grain: int = GRAIN
+    turn: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -69,11 +75,14 @@ def frame_hair(points: np.ndarray, offsets: np.ndarray) -> Framing:
 
 
 def place_camera(shot: Shot, framing: Framing) -> Camera:
-    """Put the camera where the shot says, and where it says nothing, where the framed hair fills the picture."""
+    """Put the camera, with its film, where the shot says; where it says nothing, where the framed hair fills it."""
     target = framing.target if shot.target is None else np.array(shot.target)
     azimuth, elevation = np.radians(AZIMUTHS[shot.view]), np.radians(ELEVATION)
     level = np.cos(elevation)
     towards = np.array([level * np.sin(azimuth), np.sin(elevation), level * np.cos(azimuth)])
     distance = framing.radius / np.tan(0.5 * np.radians(shot.fov))
     eye = target + distance * towards if shot.eye is None else np.array(shot.eye)
-    return Camera.look_at(eye, target, shot.fov, shot.width, shot.height)
+    around = np.radians(shot.turn)
+    c, s = np.cos(around), np.sin(around)
+    eye = target + np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ (eye - target)
+    return Camera.look_at(eye, target, shot.fov, shot.width, shot.height).enlarged(shot.grain)

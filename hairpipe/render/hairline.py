@@ -5,7 +5,7 @@ import numpy as np
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
 from hairpipe.groom.grow.paint import vertex_coat
-from hairpipe.render.film import GRAIN, backdrop, develop
+from hairpipe.render.film import backdrop, develop
 from hairpipe.render.framing import Framing, Shot, place_camera
 from hairpipe.render.lights import studio
 from hairpipe.render.objects import NO_HAIR
@@ -31,7 +31,7 @@ def draw_hairline(body: Body, name: str, shot: Shot) -> np.ndarray:
     """
     coat = vertex_coat(body, name, "map")
     mesh, framing = body.mesh, frame_paint(body, name)
-    camera = place_camera(shot, framing).enlarged(GRAIN)
+    camera = place_camera(shot, framing)
     shadows = [
         cast_shadow(light, framing.target, SCENE * framing.radius, *NO_HAIR, 0.0, mesh) for light in studio(camera.axes)
     ]
@@ -40,7 +40,7 @@ def draw_hairline(body: Body, name: str, shot: Shot) -> np.ndarray:
     paint = np.clip(coat(sites), 0.0, 1.0)[:, None]
     colours = np.where(np.abs(paint - 0.5) < HALF, LINE, CLAY + paint * (PAINT - CLAY))
     film[surface.rows, surface.columns] = shade_skin(surface, colours, camera.eye, shadows)
-    return develop(film)
+    return develop(film, shot.grain)
 
 
 def frame_paint(body: Body, name: str) -> Framing:

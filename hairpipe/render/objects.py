@@ -4,7 +4,7 @@ import numpy as np
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
-from hairpipe.render.film import GRAIN, backdrop, develop
+from hairpipe.render.film import backdrop, develop
 from hairpipe.render.framing import Framing, Shot, place_camera
 from hairpipe.render.lights import studio
 from hairpipe.render.raster.surface import Surface, see_body
@@ -30,7 +30,7 @@ def draw_object(mesh: Mesh, shot: Shot, framing: Framing, colour: np.ndarray) ->
     """
     if not np.isfinite(mesh.points).all():
         raise BadInput("a point is not finite", where="mesh")
-    camera = place_camera(shot, framing).enlarged(GRAIN)
+    camera = place_camera(shot, framing)
     facets = Mesh(mesh.points[mesh.triangles].reshape(-1, 3), np.arange(3 * len(mesh.triangles)).reshape(-1, 3))
     shadows = [
         cast_shadow(light, framing.target, 2 * framing.radius, *NO_HAIR, 0.0, facets) for light in studio(camera.axes)
@@ -39,7 +39,7 @@ def draw_object(mesh: Mesh, shot: Shot, framing: Framing, colour: np.ndarray) ->
     for thing, paint in ((_floor(framing), FLOOR), (facets, colour)):
         seen = _ahead(see_body(thing, camera), nearest)
         film[seen.rows, seen.columns] = shade_skin(seen, np.tile(paint, (len(seen.rows), 1)), camera.eye, shadows)
-    return develop(film)
+    return develop(film, shot.grain)
 
 
 def _floor(framing: Framing) -> Mesh:

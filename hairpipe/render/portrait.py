@@ -5,11 +5,13 @@ import numpy as np
 from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.render.camera import Camera
-from hairpipe.render.film import GRAIN, backdrop, develop
+from hairpipe.render.exposure import instants
+from hairpipe.render.film import backdrop, develop, soften
 from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
 from hairpipe.render.lights import studio
 from hairpipe.render.raster.lines import draw_strands
 from hairpipe.render.raster.surface import see_body
+from hairpipe.render.raster.tiles import Curves, lay_curves
 from hairpipe.render.shading.kajiya_kay import shade_hair
 from hairpipe.render.shading.scalp_tint import hair_share
 from hairpipe.render.shading.skin import CLAY, shade_skin
@@ -21,6 +23,10 @@ WIDEST = 1.6
 """What few strands are drawn with at most [pixels]."""
 SCENE = 1.35
 """Half the edge of the cube in which shadows fall, over the radius of the picture."""
+CASTERS = 250_000
+"""Points of the strands that cast shadows: of more, one strand in so many casts the shadow of all."""
+FINE = 200_000
+"""Points of the hair up to which light is found in the middle of segments, too: of more, these hide one another."""
 SCALP = 0.8
 """How far the skin takes the colour of the hair where hair grows: every strand drawn stands for many."""
 NOBODY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
@@ -33,12 +39,14 @@ def draw_portrait(
     colour: np.ndarray,
     thickness: float,
     facing: np.ndarray | None = None,
+    shutter: float = 0.0,
 ) -> np.ndarray:
     """Draw hair, and the body under it, (height, width, 3) uint8, sRGB.
 
     colour     of the hair, linear red, green and blue, (3,)
     thickness  drawn width over the width that looks full, see drawn_width
     facing     normals of hair as one body, each as long as its share of the diffuse light, (p, 3); None: no share
+    shutter    how long it is open [s]: motion is blurred, in the light of its middle
 
     Raises BadInput where there is no strand, or a position is not finite.
     """
@@ -46,27 +54,55 @@ def draw_portrait(
     check(hair, body)
     points = np.asarray(hair.points, float)
     framing = frame_hair(points, hair.offsets)
-    camera = place_camera(shot, framing).enlarged(GRAIN)
-    width = thickness * drawn_width(hair, framing, camera)
+    camera = place_camera(shot, framing)
+    width = thickness * drawn_width(hair, framing, camera, shot.grain)
+    casting = casters(points, hair.offsets, width)
     shadows = [
-        cast_shadow(light, framing.target, SCENE * framing.radius, points, hair.offsets, width, body)
-        for light in studio(camera.axes)
+        cast_shadow(light, framing.target, SCENE * framing.radius, *casting, body) for light in studio(camera.axes)
     ]
-    film = backdrop(camera.height, camera.width)
-    surface = see_body(body, camera)
-    share = SCALP * hair_share(surface.points, points[hair.offsets[:-1]], camera.axes)[:, None]
-    film[surface.rows, surface.columns] = shade_skin(surface, CLAY + share * (0.5 * colour - CLAY), camera.eye, shadows)
-    facing = np.zeros(points.shape) if facing is None else facing
-    colours = shade_hair(points, hair.offsets, colour, camera.eye, shadows, facing)
-    draw_strands(film, surface.depth, camera.project(points), hair.offsets, colours, width * camera.focal)
-    return develop(film)
+    film = np.zeros((camera.height, camera.width, 3), np.float32)
+    fine = len(points) <= FINE
+    colours, known, taken = np.empty((2 * len(points), 3)), np.zeros(2 * len(points), bool), 0
+    for places, moved in instants(hair, body, camera, shutter):
+        surface, layer = see_body(body, camera, moved), backdrop(camera.height, camera.width)
+        share = SCALP * hair_share(surface.points, points[hair.offsets[:-1]], camera.axes)[:, None]
+        skin = CLAY + share * (0.5 * colour - CLAY)
+        layer[surface.rows, surface.columns] = shade_skin(surface, skin, camera.eye, shadows)
+        soften(layer, surface.depth)
+        curves = lay_curves(camera.project(places), hair.offsets, width * camera.focal, surface.depth)
+        fresh = np.flatnonzero(lit_sites(curves, fine) & ~known)
+        colours[fresh] = shade_hair(points, hair.offsets, fresh, colour, camera.eye, shadows, facing)
+        known[fresh] = True
+        if not fine:
+            colours[2 * curves.starts + 1] = 0.5 * (colours[2 * curves.starts] + colours[2 * curves.starts + 2])
+        draw_strands(layer, surface.depth, curves, colours.reshape(-1, 2, 3))
+        film += layer
+        taken += 1
+    film /= taken
+    return develop(film, shot.grain)
 
 
-def drawn_width(hair: Strands, framing: Framing, camera: Camera) -> float:
-    """Width that makes so many strands look full [m]: at least their own, and at most WIDEST pixels."""
+def lit_sites(curves: Curves, fine: bool) -> np.ndarray:
+    """Say which sites are lit, see `shade_hair`: ends, if fine middles, of segments that may be seen, (2 p,) bool."""
+    lit = np.zeros(2 * len(curves.places), bool)
+    for site in (0, 1, 2) if fine else (0, 2):
+        lit[2 * curves.starts + site] = True
+    return lit
+
+
+def drawn_width(hair: Strands, framing: Framing, camera: Camera, grain: int) -> float:
+    """Width that makes so many strands look full [m]: at least their own, and at most WIDEST pixels of the picture."""
     full = FULLNESS * framing.radius / (len(hair.offsets) - 1)
-    pixel = GRAIN * float(np.linalg.norm(camera.eye - framing.target)) / camera.focal
+    pixel = grain * float(np.linalg.norm(camera.eye - framing.target)) / camera.focal
     return max(hair.diameter, min(full, WIDEST * pixel))
+
+
+def casters(points: np.ndarray, offsets: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """Take one strand in so many, and widen it by as much: points, offsets and width of those that cast shadows."""
+    every = (len(points) - 1) // CASTERS + 1
+    counts = np.diff(offsets)
+    cast = np.arange(len(counts)) % every == 0
+    return points[np.repeat(cast, counts)], np.concatenate([[0], np.cumsum(counts[cast])]), every * width
 
 
 def check(hair: Strands, body: Mesh) -> None:

@@ -113,15 +113,19 @@ def accumulate(depth: np.ndarray, solid: np.ndarray) -> None:
     """Sum the cells along the light, each to its centre, and fill what lies behind the body, in place."""
     for i in range(CELLS):
         for j in range(CELLS):
-            before = 0.0
+            before, nearest = 0.0, np.inf
+            for n in range(FINE * FINE):
+                nearest = min(nearest, solid[FINE * i + n // FINE, FINE * j + n % FINE])
             for k in range(CELLS):
                 behind = 0.0
-                for n in range(FINE * FINE):
-                    start = solid[FINE * i + n // FINE, FINE * j + n % FINE]
-                    behind += min(max(k + 0.5 - start - BIAS, 0.0), 1.0) / FINE**2
+                if k + 0.5 > nearest + BIAS:
+                    for n in range(FINE * FINE):
+                        start = solid[FINE * i + n // FINE, FINE * j + n % FINE]
+                        behind += min(max(k + 0.5 - start - BIAS, 0.0), 1.0) / FINE**2
                 own = depth[i, j, k]
-                depth[i, j, k] = before + 0.5 * own + SOLID * behind
-                before += own
+                if own + before + behind > 0.0:  # what is empty is not even written
+                    depth[i, j, k] = before + 0.5 * own + SOLID * behind
+                    before += own
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -9,7 +9,9 @@ from PIL import Image
 
 from hairpipe.data import Normals, Strands
 from hairpipe.errors import BadInput
-from hairpipe.graph import Workspace
+from hairpipe.graph import Time, Workspace
+
+TIME = Time(30, 24.0)
 
 
 @pytest.fixture
@@ -25,7 +27,7 @@ def hair() -> Strands:
 
 def shoot(hair: Strands, folder: Path, normals: Normals | None = None, **settings: object) -> np.ndarray:
     """Run the node and read its file."""
-    with Image.open(preview(hair, None, normals, Workspace(folder), **settings).path) as image:
+    with Image.open(preview(hair, None, normals, Workspace(folder), TIME, **settings).path) as image:
         assert image.format == "PNG"
         return np.asarray(image)
 
@@ -35,6 +37,7 @@ def test_writes_a_picture_of_the_size(hair: Strands, tmp_path: Path) -> None:
 
 
 def test_every_setting_shows(hair: Strands, tmp_path: Path) -> None:
+    hair.velocities[:, 0] = 2.0
     plain = shoot(hair, tmp_path, width=96, height=96)
     for changed in (
         {"view": "back"},
@@ -44,8 +47,17 @@ def test_every_setting_shows(hair: Strands, tmp_path: Path) -> None:
         {"colour": (0.8, 0.7, 0.4)},
         {"thickness": 2.0},
         {"curve": "bspline"},
+        {"supersampling": 2},
+        {"turn": 1.0},
+        {"shutter": 0.5},
     ):
         assert not np.array_equal(plain, shoot(hair, tmp_path, width=96, height=96, **changed)), changed
+
+
+def test_the_eye_has_turned_by_as_much_as_frames_have_passed(hair: Strands, tmp_path: Path) -> None:
+    views = ({"view": "front", "turn": 3.0}, {"view": "side"})
+    turned, side = (shoot(hair, tmp_path, width=96, height=96, **view).astype(int) for view in views)
+    assert np.abs(turned - side).mean() < 0.01
 
 
 def test_normals_show_by_their_share_and_are_those_of_the_hair(hair: Strands, tmp_path: Path) -> None:

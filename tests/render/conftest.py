@@ -31,6 +31,12 @@ def head() -> Mesh:
 
 
 @pytest.fixture(scope="session")
+def coarse_head() -> Mesh:
+    """The same of few triangles."""
+    return make_sphere(np.array([0.0, 1.6, 0.0]), 0.09, 7)
+
+
+@pytest.fixture(scope="session")
 def hair() -> Strands:
     """300 arcs of 20 cm that stand off the upper half of the head and fall."""
     rng = np.random.default_rng(7)

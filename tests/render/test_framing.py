@@ -25,7 +25,7 @@ def test_a_head_that_walks_and_turns_keeps_its_scale(hair: Strands) -> None:
 @pytest.mark.parametrize("size", [(300, 300), (400, 200), (200, 400)])
 def test_the_radius_reaches_from_the_middle_to_the_nearer_edge(size: tuple[int, int]) -> None:
     framing = Framing(np.array([0.2, 1.5, -0.1]), 0.3)
-    camera = place_camera(Shot(*size), framing)
+    camera = place_camera(Shot(*size, grain=1), framing)
     edge = framing.target + framing.radius * camera.axes[:2]
     expected = [[size[0] / 2 + min(size) / 2, size[1] / 2], [size[0] / 2, size[1] / 2 - min(size) / 2]]
     assert camera.project(edge)[:, :2] == pytest.approx(np.array(expected))
@@ -48,3 +48,11 @@ def test_a_target_alone_keeps_the_distance() -> None:
     framing = Framing(np.zeros(3), 0.3)
     moved = place_camera(Shot(64, 64, target=(1.0, 0.0, 0.0)), framing)
     assert moved.eye - [1, 0, 0] == pytest.approx(place_camera(Shot(64, 64), framing).eye)
+
+
+def test_the_eye_goes_around_the_target_on_a_circle() -> None:
+    framing = Framing(np.array([0.1, 0.0, 0.0]), 0.3)
+    turned, side = place_camera(Shot(64, 64, "front", turn=90.0), framing), place_camera(Shot(64, 64, "side"), framing)
+    assert turned.eye == pytest.approx(side.eye) and turned.axes == pytest.approx(side.axes)
+    given = Shot(64, 64, eye=(1.0, 0.5, 0.0), target=(0.0, 0.0, 0.0), turn=-90.0)
+    assert place_camera(given, framing).eye == pytest.approx([0.0, 0.5, 1.0])

@@ -11,7 +11,7 @@ from hairpipe.render.billboards.sprites import Sprites, lay_sprites
 from hairpipe.render.billboards.streaks import KINDS, streak_levels
 from hairpipe.render.billboards.view_pass import paint
 from hairpipe.render.camera import NEAR, Camera
-from hairpipe.render.film import GRAIN, backdrop, develop
+from hairpipe.render.film import backdrop, develop
 from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
 from hairpipe.render.lights import studio
 from hairpipe.render.portrait import NOBODY, SCALP, SCENE
@@ -67,23 +67,21 @@ def style_cloud(particles: Particles, colour: np.ndarray, size: float) -> CloudS
     return CloudStyle(particles, framing, buried, half, kinds, colour, colours)
 
 
-def draw_cloud(cloud: Cloud, style: CloudStyle, body: Mesh | None, shot: Shot, grain: int = GRAIN) -> np.ndarray:
+def draw_cloud(cloud: Cloud, style: CloudStyle, body: Mesh | None, shot: Shot) -> np.ndarray:
     """Draw particles as billboards, and the body under them, (height, width, 3) uint8, sRGB.
-
-    grain  pixels of the film across one of the picture; 1 is the fastest
 
     Raises BadInput where the cloud or the body is another one, or a position is not finite.
     """
     body = NOBODY if body is None else body
     check(cloud, style.particles, body)
     framing = frame_cloud(cloud, style)
-    camera = place_camera(shot, framing).enlarged(grain)
+    camera = place_camera(shot, framing)
     film, sight = backdrop(camera.height, camera.width), look_at_body(body, camera)
     shown = Cloud(*(values[style.buried :] for values in (cloud.points, cloud.velocities, cloud.directions)))
     hair, flesh = _shaded(shown, style, body, sight, (framing, camera))
     film[sight.rows, sight.columns] = at_pixels(sight, body.triangles, flesh)
     paint(film, sight.depth, _seen(shown, style, camera), hair, streak_levels())
-    return develop(film, grain)
+    return develop(film, shot.grain)
 
 
 def frame_cloud(cloud: Cloud, style: CloudStyle) -> Framing:
@@ -121,7 +119,7 @@ def _shaded(
     points, normals = body.points[seen], vertex_normals(body)[seen]
     turn_to(camera.eye, points, normals)
     clay = skin.CLAY + _haired(style, body, points, camera) * (0.5 * style.colour - skin.CLAY)
-    tilts, no_normals = np.full(len(cloud.points), kajiya_kay.TILT), np.zeros_like(cloud.points)
+    tilts, no_normals = np.full(len(cloud.points), np.sin(kajiya_kay.TILT)), np.zeros_like(cloud.points)
     fibres = kajiya_kay.Fibres(cloud.points, cloud.directions, no_normals, style.colours, tilts)
     hair, flesh = kajiya_kay.AMBIENT * style.colours, skin.AMBIENT * clay
     for light in studio(camera.axes):

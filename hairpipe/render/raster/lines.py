@@ -1,96 +1,126 @@
-"""Hair as thin lines with exact coverage, drawn from the back to the front."""
+"""Hair as thin lines with exact coverage, sorted by depth in every pixel."""
 
 import math
 
 import numpy as np
-from numba import njit
+from numba import njit, prange
 
 from hairpipe.render.camera import NEAR
+from hairpipe.render.raster.fragments import BLOCK, Tile, add_fragment, develop_tile, make_tile
+from hairpipe.render.raster.tiles import TILE, Curves, is_seen, list_by_tile
 from hairpipe.render.raster.triangles import first_centre
 
-SKIN = 0.002
-"""How far below the skin a hair is still seen [m]: roots lie on the mesh, and hair rests on a slightly coarser body."""
-PIECE = 6.0
-"""Pixels of the film that one straight piece of a curve covers, about."""
+BEND = 0.25
+"""Pixels of the film by which a straight piece may miss its curve."""
+MOST_PIECES = 16
+"""Of a segment, however it bends."""
 TAPER = 0.35
 """Part of a strand, at its tip, over which it narrows to nothing."""
+ROOT = 4.0
+"""Length over which it widens from nothing at its root, over its width."""
 
 
-def draw_strands(
-    film: np.ndarray, depth: np.ndarray, places: np.ndarray, offsets: np.ndarray, colours: np.ndarray, width: float
-) -> None:
-    """Paint strands over the film, farthest segment first, in place.
+def draw_strands(film: np.ndarray, depth: np.ndarray, curves: Curves, colours: np.ndarray) -> None:
+    """Draw strands over the film, in place; the same on any number of threads.
 
     film     linear red, green, blue, (height, width, 3) float32
-    depth    of the body [m], (height, width) float32
-    places   column [pixels], row [pixels] and depth [m] of the points, (p, 3) float64; depth <= NEAR is not drawn
-    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
-    colours  linear, at the points, (p, 3) float64
-    width    of a strand times the focal length [m pixels]
+    depth    of the body [m], (height, width)
+    curves   what may be seen before that body
+    colours  linear, at every point and in the middle of the segment from there, (p, 2, 3) float64; only those of
+             segments that may be seen are read
     """
-    inner = np.ones(len(places), bool)
-    inner[offsets[1:] - 1] = False
-    starts = np.flatnonzero(inner)
-    middle = places[starts, 2] + places[starts + 1, 2]
-    strand = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    paint(film, depth, places, offsets, colours, width, starts[np.argsort(-middle, kind="stable")], strand)
+    rows, columns = -(-depth.shape[0] // TILE), -(-depth.shape[1] // TILE)
+    draw_tiles(film, depth, curves, colours, *list_by_tile(curves.boxes, rows, columns), columns)
 
 
-@njit(cache=True, nogil=True)
-def paint(
+@njit(cache=True, nogil=True, parallel=True)
+def draw_tiles(
     film: np.ndarray,
     depth: np.ndarray,
-    places: np.ndarray,
-    offsets: np.ndarray,
+    curves: Curves,
     colours: np.ndarray,
-    width: float,
-    order: np.ndarray,
-    strand: np.ndarray,
+    starts: np.ndarray,
+    indices: np.ndarray,
+    columns: int,
 ) -> None:
-    """Draw the segments that begin at the points `order`, one over another, as pieces of Catmull-Rom curves."""
-    a, b = np.empty(7), np.empty(7)
-    for i in order:
-        first, last = offsets[strand[i]], offsets[strand[i] + 1] - 1
-        if places[max(i - 1, first) : min(i + 3, last + 1), 2].min() <= NEAR:
-            continue
-        length = math.hypot(places[i + 1, 0] - places[i, 0], places[i + 1, 1] - places[i, 1])
-        pieces = 1 + int(min(length / PIECE, 4.0))
-        vertex(a, places, colours, i, 0.0, first, last, width)
-        for n in range(pieces):
-            vertex(b, places, colours, i, (n + 1) / pieces, first, last, width)
-            draw_line(film, depth, a, b)
-            a[:] = b
+    """Draw in every tile what is listed there: tile t, in rows of so many, has indices[starts[t]:starts[t+1]]."""
+    for t in prange(len(starts) - 1):
+        place = TILE * (t // columns), TILE * (t % columns)
+        draw_tile(film, depth, curves, colours, indices[starts[t] : starts[t + 1]], place)
 
 
 @njit(cache=True, nogil=True)
-def vertex(
-    out: np.ndarray,
-    places: np.ndarray,
+def draw_tile(
+    film: np.ndarray,
+    depth: np.ndarray,
+    curves: Curves,
     colours: np.ndarray,
-    i: int,
-    t: float,
-    first: int,
-    last: int,
-    width: float,
+    listed: np.ndarray,
+    place: tuple[int, int],
 ) -> None:
-    """Column, row, depth, width and colour of a strand at parameter t of the segment from point i, into `out` (7,).
+    """Draw the segments listed over the tile that begins at this row and column of the film, in place."""
+    if not len(listed):
+        return
+    top, left = place
+    tile, ends = make_tile(depth[top : top + TILE, left : left + TILE]), np.empty((2, 7))
+    for n in listed:
+        if is_seen(tile.far, curves.boxes[n], curves.nearest[n], top // BLOCK, left // BLOCK):
+            draw_segment(tile, ends, curves, colours, curves.starts[n], place)
+    develop_tile(film[top : top + TILE, left : left + TILE], tile)
 
-    p1 + t/2 (p2 - p0 + t (2 p0 - 5 p1 + 4 p2 - p3 + t (3 (p1 - p2) + p3 - p0))) between p1 and p2 (Catmull, Rom 1974);
-    beyond the ends of the strand its points are mirrored, as in the pinned curves of USD.
+
+@njit(cache=True, nogil=True)
+def draw_segment(
+    tile: Tile, ends: np.ndarray, curves: Curves, colours: np.ndarray, i: int, place: tuple[int, int]
+) -> None:
+    """Draw the segment from point i as straight pieces in a tile that begins at this row and column of the film.
+
+    A piece of n misses the curve c by at most max |c''| / (8 n^2); c'' is greatest at an end of the segment. Their
+    number is even: colours change their course in the middle.
     """
+    first, last = curves.offsets[curves.strand[i]], curves.offsets[curves.strand[i] + 1] - 1
+    terms = np.empty((3, 4))
     for d in range(3):
-        p1, p2 = places[i, d], places[i + 1, d]
-        p0 = places[i - 1, d] if i > first else 2.0 * p1 - p2
-        p3 = places[i + 2, d] if i + 1 < last else 2.0 * p2 - p1
-        out[d] = p1 + 0.5 * t * (p2 - p0 + t * (2.0 * p0 - 5.0 * p1 + 4.0 * p2 - p3 + t * (3.0 * (p1 - p2) + p3 - p0)))
-        out[4 + d] = (1.0 - t) * colours[i, d] + t * colours[i + 1, d]
-    left = (last - i - t) / (last - first)
-    out[3] = width / max(out[2], NEAR) * math.sqrt(min(1.0, left / TAPER))
+        terms[d] = catmull_rom(curves.places, d, i, first, last)
+    begin = math.hypot(terms[0, 2], terms[1, 2])
+    end = math.hypot(terms[0, 2] + 3.0 * terms[0, 3], terms[1, 2] + 3.0 * terms[1, 3])
+    pieces = 2 + 2 * int(min(0.5 * math.sqrt(2.0 * max(begin, end) / (8.0 * BEND)), MOST_PIECES / 2 - 1.0))
+    top, left = place
+    a, b = ends
+    lead = 1 if i == first else 0  # one more piece, in which a root widens
+    for n in range(pieces + lead + 1):
+        t = max(n - lead, 0) / pieces
+        if lead and n == 1:
+            t = min(ROOT * curves.width / terms[2, 0] / max(math.hypot(terms[0, 1], terms[1, 1]), 1e-9), 0.5 / pieces)
+        for d in range(3):
+            b[d] = terms[d, 0] + t * (terms[d, 1] + t * (terms[d, 2] + t * terms[d, 3]))
+            outer = (1.0 - t) * colours[i, 0, d] + t * colours[i + 1, 0, d]
+            middle = 0.5 * (colours[i, 0, d] + colours[i + 1, 0, d])
+            b[4 + d] = outer + (1.0 - abs(2.0 * t - 1.0)) * (colours[i, 1, d] - middle)
+        b[0], b[1] = b[0] - left, b[1] - top
+        b[3] = curves.width / max(b[2], NEAR) * math.sqrt(min(1.0, (last - i - t) / (last - first) / TAPER))
+        if n < lead:
+            b[3] = 0.0
+        if n > 0:
+            draw_line(tile, a, b)
+        a, b = b, a
+
+
+@njit(cache=True, nogil=True, inline="always")
+def catmull_rom(places: np.ndarray, d: int, i: int, first: int, last: int) -> tuple[float, float, float, float]:
+    """Return the terms of coordinate d of the segment from point i, a + t (b + t (c + t d)) (Catmull, Rom 1974).
+
+    Beyond the ends of the strand, its points first and last, points are mirrored, as in the pinned curves of USD.
+    """
+    p1, p2 = places[i, d], places[i + 1, d]
+    p0 = places[i - 1, d] if i > first else 2.0 * p1 - p2
+    p3 = places[i + 2, d] if i + 1 < last else 2.0 * p2 - p1
+    return p1, 0.5 * (p2 - p0), p0 - 2.5 * p1 + 2.0 * p2 - 0.5 * p3, 1.5 * (p1 - p2) + 0.5 * (p3 - p0)
 
 
 @njit(cache=True, nogil=True)
-def draw_line(film: np.ndarray, depth: np.ndarray, a: np.ndarray, b: np.ndarray) -> None:
-    """Paint a straight line of any width over the film where no body is before it, in place.
+def draw_line(tile: Tile, a: np.ndarray, b: np.ndarray) -> None:
+    """Add a straight line of any width to the pixels of a tile where no body is before it, in place.
 
     The line is cut along its longer direction into columns (or rows) at pixel centres; in each it covers an interval of
     the other direction, width / cos(slope) long, and every pixel is covered by its share of that interval. The coverage
@@ -99,10 +129,10 @@ def draw_line(film: np.ndarray, depth: np.ndarray, a: np.ndarray, b: np.ndarray)
 
     a, b  column [pixels], row [pixels], depth [m], width [pixels], linear red, green, blue, (7,) float64
     """
-    height, width = depth.shape
+    rows, columns = tile.limit.shape
     steep = abs(b[1] - a[1]) > abs(b[0] - a[0])
     major, minor = (1, 0) if steep else (0, 1)
-    reach, size = (width, height) if steep else (height, width)
+    reach, size = (columns, rows) if steep else (rows, columns)
     if a[major] > b[major]:
         a, b = b, a
     start, run = a[major], b[major] - a[major]
@@ -112,12 +142,10 @@ def draw_line(film: np.ndarray, depth: np.ndarray, a: np.ndarray, b: np.ndarray)
     d_red, d_green, d_blue = b[4] - red, b[5] - green, b[6] - blue
     for m in range(first_centre(start, size), first_centre(b[major], size)):
         t = (m + 0.5 - start) / run
-        middle, spread = across + t * d_across, half + t * d_half
+        middle, spread, at = across + t * d_across, half + t * d_half, z + t * d_z
         low, high = min(max(middle - spread, 0.0), reach), min(max(middle + spread, 0.0), reach)
         for k in range(int(low), min(int(high) + 1, reach)):
             row, column = (m, k) if steep else (k, m)
-            if z + t * d_z - SKIN < depth[row, column]:
-                cover = min(high, k + 1.0) - max(low, float(k))
-                film[row, column, 0] += cover * (red + t * d_red - film[row, column, 0])
-                film[row, column, 1] += cover * (green + t * d_green - film[row, column, 1])
-                film[row, column, 2] += cover * (blue + t * d_blue - film[row, column, 2])
+            cover = min(high, k + 1.0) - max(low, float(k))
+            if cover > 0.0 and at < tile.limit[row, column]:
+                add_fragment(tile, row, column, at, cover, red + t * d_red, green + t * d_green, blue + t * d_blue)

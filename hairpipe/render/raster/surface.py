@@ -75,11 +75,17 @@ def at_pixels(sight: Sight, triangles: np.ndarray, values: np.ndarray) -> np.nda
     return taken
 
 
-def see_body(body: Mesh, camera: Camera) -> Surface:
-    """Find the body's points at the pixel centres; triangles that reach behind the eye are left out."""
-    sight = look_at_body(body, camera)
+def see_body(body: Mesh, camera: Camera, moved: Mesh | None = None) -> Surface:
+    """Find the body's points at the pixel centres; triangles that reach behind the eye are left out.
+
+    moved  the body as it is seen; points and normals are where it is not moved
+    """
+    sight = look_at_body(body if moved is None else moved, camera)
     points, normals = (at_pixels(sight, body.triangles, some) for some in (body.points, vertex_normals(body)))
-    turn_to(camera.eye, points, normals)
+    # not each by where it points: near an outline, those of a front may point away from the eye
+    (ax, ay), (bx, by), (cx, cy) = sight.places[body.triangles, :2].transpose(1, 2, 0)
+    sides = np.where((bx - ax) * (cy - ay) > (by - ay) * (cx - ax), -1.0, 1.0)[sight.seen[sight.rows, sight.columns]]
+    normals *= (sides / np.maximum(np.linalg.norm(normals, axis=1), 1e-12))[:, None]
     return Surface(sight.rows, sight.columns, points, normals, sight.depth)
 
 

@@ -21,6 +21,8 @@ BACK = 0.4
 """What a hair lit from behind sends to the eye, over what it sends when lit from the eye's side."""
 DENSITY, TINT = 0.15, 0.6
 """How fast light dies away in hair, and how much faster where the hair is dark."""
+DARK = 9.0
+"""Fold by which light dies away, as a power of e, of which nothing is seen."""
 LIFT = 1.0
 """How far towards the lamp its shadow is looked up, so that a hair does not shade itself [cells]."""
 TILT = math.radians(4.0)
@@ -34,7 +36,7 @@ class Fibres(NamedTuple):
     along    unit vectors along the hair, (p, 3)
     facing   normals of hair as one body, each as long as its share b of the diffuse light, (p, 3)
     colours  linear, (p, 3)
-    tilts    angles that highlights are moved by [rad], (p,)
+    tilts    sines of the angles that scales are tilted by, (p,)
     """
 
     points: np.ndarray
@@ -47,48 +49,50 @@ class Fibres(NamedTuple):
 def shade_hair(
     points: np.ndarray,
     offsets: np.ndarray,
+    sites: np.ndarray,
     colour: np.ndarray,
     eye: np.ndarray,
     shadows: list[Shadow],
-    facing: np.ndarray,
+    facing: np.ndarray | None,
 ) -> np.ndarray:
-    """Light that the points of the strands send to the eye, linear, (p, 3) float64.
+    """Light that sites on the strands send to the eye, linear, (n, 3) float64.
 
     points   [m], (p, 3) float64
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
+    sites    2 i at point i, 2 i + 1 in the middle of the segment from there, (n,) int64
     colour   of the hair, linear, (3,)
     eye      [m], (3,)
     shadows  of every lamp
-    facing   normals of hair as one body, each as long as its share b of the diffuse light, (p, 3)
+    facing   normals of hair as one body, each as long as its share b of the diffuse light, (p, 3); None: no share
     """
-    colours = strand_colours(colour, offsets)
-    fibres = Fibres(points, tangents(points, offsets), facing, colours, strand_tilts(offsets))
-    shed = AMBIENT * colours
+    strand = np.repeat(np.arange(len(offsets) - 1, dtype=np.int32), np.diff(offsets))[sites // 2]
+    places, along = lie(points, offsets, strand, sites)
+    normals = np.zeros_like(places) if facing is None else 0.5 * (facing[sites // 2] + facing[(sites + 1) // 2])
+    colours = strand_colours(colour, offsets, strand, sites)
+    tilts = np.sin(TILT * (1.0 + 0.9 * noise(len(offsets) - 1, 3)))[strand]
+    fibres, shed = Fibres(places, along, normals, colours, tilts), AMBIENT * colours
     for shadow in shadows:
-        between = look_up_all(shadow.depth, shadow.to_cells, points + LIFT * shadow.cell * shadow.light.towards)
+        between = look_up_all(shadow.depth, shadow.to_cells, places + LIFT * shadow.cell * shadow.light.towards)
         add_light(shed, fibres, eye, shadow.light, between)
     return shed
 
 
-def strand_colours(colour: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Colour the points of the strands: each strand a shade of its own, darker at the root, lighter at the tip.
+def strand_colours(colour: np.ndarray, offsets: np.ndarray, strand: np.ndarray, sites: np.ndarray) -> np.ndarray:
+    """Colour sites on the strands: each strand a shade of its own, darker at the root, lighter at the tip.
 
-    colour  of the hair, linear, (3,)
+    colour   of the hair, linear, (3,)
+    offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
+    strand   of the sites, (n,)
+    sites    as in `shade_hair`, (n,)
 
-    Returns (p, 3) float64.
+    Returns (n, 3) float64.
     """
     counts = np.diff(offsets)
     shade, warmth = noise(len(counts), 1), noise(len(counts), 2)
-    tint = np.stack([1.0 + 0.10 * warmth, np.ones(len(counts)), 1.0 - 0.10 * warmth], axis=1)
-    along = (np.arange(offsets[-1]) - np.repeat(offsets[:-1], counts)) / np.repeat(np.maximum(counts - 1, 1), counts)
-    strength = np.repeat(np.exp2(0.6 * shade), counts) * (0.8 + 0.4 * along)
-    return np.clip(colour * np.repeat(tint, counts, axis=0) * strength[:, None], 0.0, 0.95)
-
-
-def strand_tilts(offsets: np.ndarray) -> np.ndarray:
-    """Angle the highlights of every point's strand are moved by, a little different for each strand [rad], (p,)."""
-    counts = np.diff(offsets)
-    return np.repeat(TILT * (1.0 + 0.9 * noise(len(counts), 3)), counts)
+    tints = colour * np.stack([1.0 + 0.10 * warmth, np.ones(len(counts)), 1.0 - 0.10 * warmth], axis=1)
+    tints *= np.exp2(0.6 * shade)[:, None]
+    along = (0.5 * sites - offsets[strand]) / np.maximum(counts - 1, 1)[strand]
+    return np.minimum(tints[strand] * (0.8 + 0.4 * along)[:, None], 0.95)
 
 
 def noise(count: int, seed: int) -> np.ndarray:
@@ -100,17 +104,33 @@ def noise(count: int, seed: int) -> np.ndarray:
 
 
 @njit(cache=True, nogil=True)
-def tangents(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Unit vectors along the strands at their points, root to tip, by central differences, (p, 3) float64."""
-    along = np.zeros(points.shape)
-    for s in range(len(offsets) - 1):
-        first, last = offsets[s], offsets[s + 1] - 1
-        for i in range(first, last + 1):
-            step = points[min(i + 1, last)] - points[max(i - 1, first)]
-            length = math.sqrt(step[0] ** 2 + step[1] ** 2 + step[2] ** 2)
-            if length > 0.0:
-                along[i] = step / length
-    return along
+def lie(
+    points: np.ndarray, offsets: np.ndarray, strand: np.ndarray, sites: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return where sites of strands lie, and unit vectors there along the curve from root to tip, (n, 3) float64 each.
+
+    Curves are Catmull and Rom's: at point i along p[i+1] - p[i-1]; in the middle between p1 and p2
+    (9 (p1 + p2) - p0 - p3)/16, along 11 (p2 - p1) - (p3 - p0). Beyond the ends of a strand its points are mirrored.
+    """
+    places, along = np.empty((len(sites), 3)), np.empty((len(sites), 3))
+    for n in range(len(sites)):
+        i = sites[n] // 2
+        first, last = offsets[strand[n]], offsets[strand[n] + 1] - 1
+        length = 0.0
+        for d in range(3):
+            if sites[n] % 2:
+                p1, p2 = points[i, d], points[i + 1, d]
+                p0 = points[i - 1, d] if i > first else 2.0 * p1 - p2
+                p3 = points[i + 2, d] if i + 1 < last else 2.0 * p2 - p1
+                places[n, d] = (9.0 * (p1 + p2) - p0 - p3) / 16.0
+                along[n, d] = 11.0 * (p2 - p1) - (p3 - p0)
+            else:
+                places[n, d] = points[i, d]
+                along[n, d] = points[min(i + 1, last), d] - points[max(i - 1, first), d]
+            length += along[n, d] ** 2
+        for d in range(3):
+            along[n, d] /= max(math.sqrt(length), 1e-300)
+    return places, along
 
 
 @njit(cache=True, nogil=True)
@@ -129,6 +149,8 @@ def add_light(shed: np.ndarray, fibres: Fibres, eye: np.ndarray, light: Light, b
     points, along, facing, colours, tilts = fibres
     lx, ly, lz = light.towards
     for i in range(len(shed)):
+        if between[i] * DENSITY > DARK:
+            continue
         tx, ty, tz = along[i, 0], along[i, 1], along[i, 2]
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         ex, ey, ez = eye[0] - x, eye[1] - y, eye[2] - z
@@ -143,14 +165,10 @@ def add_light(shed: np.ndarray, fibres: Fibres, eye: np.ndarray, light: Light, b
         nx, ny, nz = facing[i, 0], facing[i, 1], facing[i, 2]
         share = math.sqrt(nx * nx + ny * ny + nz * nz)
         diffuse = MATT * ((1.0 - share) * sin_l + max(0.0, nx * lx + ny * ly + nz * lz))
-        gloss = GLOSS * max(0.0, -cosine(cos_sum, sin_sum, -2.0 * tilts[i])) ** 64
-        sheen = SHEEN * max(0.0, -cosine(cos_sum, sin_sum, 3.0 * tilts[i])) ** 16
+        s = tilts[i]
+        double, triple = 1.0 - 2.0 * s * s, math.sqrt(1.0 - s * s) * (1.0 - 4.0 * s * s)  # cosines of both angles
+        gloss = GLOSS * max(0.0, -cos_sum * double - sin_sum * 2.0 * s * math.sqrt(1.0 - s * s)) ** 64
+        sheen = SHEEN * max(0.0, sin_sum * s * (3.0 - 4.0 * s * s) - cos_sum * triple) ** 16
         for c in range(3):
             through = math.exp(-between[i] * DENSITY * (1.0 + TINT * (1.0 - colours[i, c])))
             shed[i, c] += light.colour[c] * through * side * (colours[i, c] * (diffuse + sheen) + gloss)
-
-
-@njit(cache=True, nogil=True, inline="always")
-def cosine(cos_sum: float, sin_sum: float, shift: float) -> float:
-    """Cosine of an angle plus a shift."""
-    return cos_sum * math.cos(shift) - sin_sum * math.sin(shift)

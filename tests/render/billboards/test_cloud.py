@@ -17,7 +17,7 @@ from hairpipe.graph import Workspace
 from hairpipe.groom.strands import unbound
 from hairpipe.render.billboards.cloud import CloudStyle, draw_cloud, style_cloud
 from hairpipe.render.framing import Shot
-from hairpipe.render.shading.kajiya_kay import tangents
+from hairpipe.render.shading.kajiya_kay import lie
 
 BROWN = np.array([0.12, 0.06, 0.03])
 
@@ -31,7 +31,7 @@ def particles(hair: Strands, head: Mesh) -> Particles:
     groom = replace(groom, root_triangles=nearest.astype(np.int32), root_barycentrics=np.full((300, 3), 1 / 3))
     some, arcs = np.arange(0, len(points), 3), np.tile(np.arange(16) / 15 * 0.2 - 0.001, 300)
     some = some[np.argsort(arcs[some] >= 0.0, kind="stable")]
-    rest = points[some], tangents(points, hair.offsets)[some]
+    rest = lie(points, hair.offsets, (some // 16).astype(np.int32), 2 * some)
     strands = (some // 16).astype(np.int32)
     links = np.zeros((0, 2), np.int32)
     return Particles(groom, strands, arcs[some], *rest, np.full(len(some), 5e-5), links, np.zeros(0), 0.02, 0.015)
@@ -73,7 +73,7 @@ def test_pictures_are_equal_whatever_runs_beside(cloud, style, head) -> None:
 
 
 def test_a_fast_picture_is_like_one_that_takes_its_time(cloud, style, head) -> None:
-    fast, slow = (draw_cloud(cloud, style, head, Shot(100, 80), grain) for grain in (1, 2))
+    fast, slow = (draw_cloud(cloud, style, head, Shot(100, 80, grain=grain)) for grain in (1, 2))
     assert fast.shape == slow.shape == (80, 100, 3)
     assert np.abs(fast.astype(int) - slow).mean() < 6.0
 

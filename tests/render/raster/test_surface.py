@@ -44,6 +44,13 @@ def test_inside_out_looks_the_same(head: Mesh, camera: Camera) -> None:
     assert turned.normals == pytest.approx(see_body(head, camera).normals)
 
 
+def test_no_normal_near_the_outline_of_a_coarse_body_is_turned_inside(coarse_head: Mesh, camera: Camera) -> None:
+    for way in (1, -1):
+        surface = see_body(Mesh(coarse_head.points, coarse_head.triangles[:, ::way].copy()), camera)
+        outward = (surface.points - CENTRE) / np.linalg.norm(surface.points - CENTRE, axis=1, keepdims=True)
+        assert np.einsum("ni,ni->n", surface.normals, outward).min() > 0.9
+
+
 def test_a_body_around_the_eye_is_not_drawn_wildly(camera: Camera) -> None:
     behind = Mesh(camera.eye + np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, -1]]), np.array([[0, 1, 2]], np.int32))
     assert len(see_body(behind, camera).rows) == 0

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from hairpipe.render.lights import Light
-from hairpipe.render.shading.kajiya_kay import MATT, Fibres, add_light, noise, strand_colours, tangents
+from hairpipe.render.shading.kajiya_kay import MATT, Fibres, add_light, lie, noise, strand_colours
 
 
 def shine(along: np.ndarray, to_eye: np.ndarray, towards: np.ndarray, tilt: float = 0.0) -> float:
     """What one black hair, which has the white highlight only, sends to a far eye."""
     shed = np.zeros((1, 3))
-    hair = Fibres(np.zeros((1, 3)), along[None], np.zeros((1, 3)), np.zeros((1, 3)), np.array([tilt]))
+    hair = Fibres(np.zeros((1, 3)), along[None], np.zeros((1, 3)), np.zeros((1, 3)), np.sin([tilt]))
     add_light(shed, hair, 1e6 * to_eye, Light(towards, np.ones(3)), np.zeros(1))
     return float(shed[0, 0])
 
@@ -64,14 +64,19 @@ def test_noise_is_even_between_its_ends_and_differs_between_seeds() -> None:
 
 
 def test_a_strand_keeps_its_colour_when_others_follow() -> None:
-    colour, few, many = np.array([0.2, 0.1, 0.05]), np.array([0, 4, 8]), np.array([0, 4, 8, 12])
-    assert np.array_equal(strand_colours(colour, few), strand_colours(colour, many)[:8])
+    colour, sites = np.array([0.2, 0.1, 0.05]), np.arange(15)
+    few, many = (strand_colours(colour, np.arange(0, end, 4), sites // 8, sites) for end in (9, 13))
+    assert np.array_equal(few, many) and (np.diff(few[:7], axis=0) > 0).all()
 
 
-def test_tangents_of_a_circle() -> None:
+def test_sites_lie_on_a_circle_through_its_points_and_in_their_middles() -> None:
     turn = np.linspace(0, 1, 30)
-    circle = np.stack([np.cos(turn), np.sin(turn), np.zeros(30)], axis=1)
-    along = tangents(np.concatenate([circle, circle[::-1]]), np.array([0, 30, 60]))
-    exact = np.stack([-np.sin(turn), np.cos(turn), np.zeros(30)], axis=1)
-    assert along[1:29] == pytest.approx(exact[1:29], abs=1e-9)
-    assert along[31:59] == pytest.approx(-exact[::-1][1:29], abs=1e-9)
+    circle, sites = np.stack([np.cos(turn), np.sin(turn), np.zeros(30)], axis=1), np.arange(2, 57)
+    at = np.interp(0.5 * sites, np.arange(30), turn)
+    exact = np.stack([np.cos(at), np.sin(at), np.zeros(55)], axis=1)
+    ahead = np.stack([-np.sin(at), np.cos(at), np.zeros(55)], axis=1)
+    both = np.concatenate([circle, circle[::-1]])
+    for strand, way in ((0, 1), (1, -1)):
+        places, along = lie(both, np.array([0, 30, 60]), np.full(55, strand, np.int32), 60 * strand + sites)
+        assert places == pytest.approx(exact[::way], abs=1e-6)  # fourth order
+        assert along == pytest.approx(way * ahead[::way], abs=1e-6)

@@ -1,0 +1,94 @@
+"""Cost of a picture: processor seconds of `preview`, when nothing is left to compile, by part."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hairpipe.bench.head import LENGTH, mesh_at, no_image
+from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.shares import shares_of
+from hairpipe.body.mannequin.bust import build_bust
+from hairpipe.data import Mesh, Strands
+from hairpipe.groom.cutting import Cut
+from hairpipe.groom.grow.growing import grow
+from hairpipe.groom.grow.paint import Canvas
+from hairpipe.groom.grow.style import PaintedMetres, Style
+from hairpipe.render.framing import Shot
+from hairpipe.render.portrait import draw_portrait
+from hairpipe.sim.material import Material
+
+SIDE, BROWN = 720, np.array([0.11, 0.05, 0.025])
+"""Of the picture [pixels]; colour of the hair, linear."""
+_PARTS = {
+    "raster/lines": "hair",
+    "raster/fragments": "hair",
+    "raster/tiles": "order",
+    "shading/kajiya_kay": "light on hair",
+    "shading/skin": "body",
+    "raster/surface": "body",
+    "shading/scalp_tint": "body",
+    "shadows": "shadows",
+}
+"""Hair on the film, its order, light that it sheds, the body, shadows of both; the rest is film and camera."""
+PARTS = (*dict.fromkeys(_PARTS.values()), "film")
+
+
+class Sizes(NamedTuple):
+    """What is measured, and how often.
+
+    hair   strands, and points of each
+    times  that a picture is taken
+    """
+
+    hair: tuple[tuple[int, int], ...] = ((4_000, 26), (10_000, 51), (100_000, 26))
+    times: int = 5
+
+
+FULL = Sizes()
+
+
+class Case(NamedTuple):
+    """A picture of so many strands and points: the least processor seconds of all takes, and its parts."""
+
+    strands: int
+    points: int
+    seconds: float
+    shares: dict[str, float]
+
+
+class Report(NamedTuple):
+    """All of it."""
+
+    machine: Machine
+    cases: list[Case]
+
+
+def measure_picture(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
+    """Take pictures of hair at rest on our bust, and report progress."""
+    bust, cases = build_bust(), []
+    for strands, points in sizes.hair:
+        say(f"{strands:,} strands of {points} points")
+        groom = grow(Canvas(bust, no_image, 0), Style(length=PaintedMetres(LENGTH)), None, strands, Cut(points - 1))
+        at_rest = groom.points.astype(np.float32)
+        hair = Strands(at_rest, np.zeros_like(at_rest), groom.offsets, Material().diameter)
+        cases.append(_case(hair, mesh_at(bust, 0.0), sizes.times))
+    return Report(this_machine(), cases)
+
+
+def _case(hair: Strands, body: Mesh, times: int) -> Case:
+    def work() -> None:
+        draw_portrait(hair, body, Shot(SIDE, SIDE, grain=1), BROWN, 1.0)
+
+    work()
+    takes = [shares_of(work, part_of, PARTS, time.process_time) for _ in range(times)]
+    strands = len(hair.offsets) - 1
+    return Case(strands, len(hair.points) // strands, *min(takes, key=lambda take: take[0]))
+
+
+def part_of(path: Path) -> str:
+    """Name the part of a picture that a file stands for."""
+    stem = path.with_suffix("").as_posix()
+    return next((part for end, part in _PARTS.items() if stem.endswith(f"render/{end}")), "film")

@@ -1,0 +1,26 @@
+"""The report on pictures."""
+
+from pathlib import Path
+
+import pytest
+
+from hairpipe.bench import picture
+from hairpipe.render import exposure, portrait, shadows
+from hairpipe.render.raster import lines
+from hairpipe.render.shading import kajiya_kay
+
+
+def test_parts_of_a_picture_are_all_of_it():
+    said = []
+    report = picture.measure_picture(said.append, picture.Sizes(hair=((60, 6), (30, 9)), times=2))
+    assert said == ["60 strands of 6 points", "30 strands of 9 points"]
+    assert [(case.strands, case.points) for case in report.cases] == [(60, 6), (30, 9)]
+    for case in report.cases:
+        assert tuple(case.shares) == picture.PARTS and min(case.shares.values()) >= 0.0
+        assert case.shares["shadows"] > 0.0 and sum(case.shares.values()) == pytest.approx(case.seconds, rel=0.1)
+
+
+def test_files_are_the_parts_that_they_say():
+    modules = (lines, kajiya_kay, shadows, portrait, exposure)
+    named = [picture.part_of(Path(module.__file__)) for module in modules]
+    assert named == ["hair", "light on hair", "shadows", "film", "film"]
