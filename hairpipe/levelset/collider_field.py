@@ -68,9 +68,13 @@ class ColliderField:
     scheme: Interpolation
     corners: np.ndarray
 
-    @cached_property
+    @property
     def speed(self) -> float:
-        """Speed that no point of the body exceeds [m/s]; all velocities are read for it."""
+        """Speed that no point of the body exceeds [m/s]; all velocities are read for it, once."""
+        return self._speed
+
+    @cached_property
+    def _speed(self) -> float:
         return float(max(fastest(field.velocity.reshape(-1, 3)) for field in (self.before, self.after)))
 
     def probe(self, points: np.ndarray, seconds: float, out: SdfSample) -> None:
