@@ -8,7 +8,6 @@ import ctypes
 import inspect
 import json
 import os
-import signal
 import sys
 import time
 import traceback
@@ -20,6 +19,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from hairpipe.child import die_with_parent
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.node.declare import NodeType
@@ -34,7 +34,6 @@ from hairpipe.graph.store.seal import guard_kernels, removed
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values, codec_named, is_full
 
-PR_SET_PDEATHSIG = 1
 _M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4
 """Parameters of mallopt(3)."""
 
@@ -145,12 +144,6 @@ def failure(error: Exception) -> Reply:
         kind = "disk" if full else "diverged" if type(error) is ArithmeticError else "node"
         message = f"{type(error).__name__}: {error}"
     return {"failure": {"kind": kind, "message": message, "traceback": traceback.format_exc()}}
-
-
-def die_with_parent() -> None:
-    """Ask Linux to kill this process when its parent ends; elsewhere the end of the pipe stops it, between jobs."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def is_closed(connection: Connection) -> bool:
