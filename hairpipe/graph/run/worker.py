@@ -8,6 +8,7 @@ import ctypes
 import inspect
 import json
 import os
+import resource
 import sys
 import time
 import traceback
@@ -71,7 +72,7 @@ class Worker:
             arguments = build_arguments(
                 node_type, job["inputs"], job["settings"], when, folder and Workspace(folder), self.values.get
             )
-            begun, worked = time.perf_counter(), time.process_time()
+            begun, worked = time.perf_counter(), processor_time()
             with recorded_warnings() as warnings:
                 try:
                     prepared = self.preparations.prepare(node_type, job["inputs"], job["settings"], self.values.get)
@@ -79,7 +80,7 @@ class Worker:
                 finally:
                     self._check_code(node_type)
             self.values.check()
-            seconds, processor = time.perf_counter() - begun, time.process_time() - worked
+            seconds, processor = time.perf_counter() - begun, processor_time() - worked
             del arguments
             check_files(job)
             outputs = self._put(node_type, result, folder)
@@ -144,6 +145,12 @@ def failure(error: Exception) -> Reply:
         kind = "disk" if full else "diverged" if type(error) is ArithmeticError else "node"
         message = f"{type(error).__name__}: {error}"
     return {"failure": {"kind": kind, "message": message, "traceback": traceback.format_exc()}}
+
+
+def processor_time() -> float:
+    """Processor time of this process and of its children that have ended [s]."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
 
 
 def is_closed(connection: Connection) -> bool:
