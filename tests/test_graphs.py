@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "preview": {"width": 64, "height": 64},
     "preview_particles": {"width": 64, "height": 64},
     "preview_meshes": {"width": 64, "height": 64},
+    "render_cycles": {"width": 64, "height": 64, "samples": 1},
 }
 """Settings by node type with which every graph runs in a moment."""
 SOME = {
@@ -90,6 +92,8 @@ SOME = {
     "volume/head.toml": ["shake_both_packing"],
 }
 """Of graphs that do the same many times, the nodes that are computed, with what they depend on."""
+if find_spec("bpy") is None:  # there is no Blender for this Python
+    SOME["beauty.toml"] = ["hair"]
 FIRST = 2
 """Frames of every graph that are computed."""
 DEEPEST = 1e-3
