@@ -4,10 +4,14 @@ Python looks there with -c and -m, and wherever an entry of PYTHONPATH is empty,
 one works in folders that are strangers', and a `json.py` beside a graph is not ours to run.
 """
 
+import ctypes
 import json
 import os
+import signal
 import sys
 from contextlib import suppress
+
+PR_SET_PDEATHSIG = 1
 
 withheld: list[str] = []
 """Entries of sys.path that children are not given: folders of nodes, which whoever needs one enters by himself."""
@@ -39,3 +43,9 @@ def search_path() -> list[str]:
 def named(path: str) -> list[str]:
     """List the entries of a PYTHONPATH that name a folder."""
     return [entry for entry in path.split(os.pathsep) if entry]
+
+
+def die_with_parent() -> None:
+    """Ask Linux to kill this process when its parent ends; elsewhere it may notice that a pipe is closed."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)

@@ -78,6 +78,7 @@ ROOMS = {
 """Which other rooms the files of a room may import."""
 PLACES = {
     "pxr": "hairpipe/io/usd/",
+    "bpy": "hairpipe/render/cycles/",
     "h5py": "hairpipe/io/hdf5.py",
     "PIL": "hairpipe/io/",
     "matplotlib": "hairpipe/chart/",
@@ -90,7 +91,7 @@ PLACES = {
 }
 """Where alone a foreign library may be imported."""
 DATA_IMPORTS = {"numpy", "hairpipe", *sys.stdlib_module_names}
-HEAVY = {"numba", "pxr", "h5py", "scipy", "matplotlib", "PIL", "pydantic", "rich", "starlette", "uvicorn", "tomlkit"}
+HEAVY = {"numba", "scipy", *PLACES} - {"click"}
 CODE_GENERATORS = ("hairpipe/kernels/simd.py", "hairpipe/kernels/simd_vec4.py", "hairpipe/kernels/prefetch.py")
 """Its functions are called by numba, with types that numba chooses."""
 MOST_LINES, MOST_LINES_OF_NINE_IN_TEN, FEWEST_LINES, MOST_NODE_LINES = 400, 250, 25, 60

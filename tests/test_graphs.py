@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -83,6 +84,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "preview": {"width": 64, "height": 64},
     "preview_particles": {"width": 64, "height": 64},
     "preview_meshes": {"width": 64, "height": 64},
+    "render_cycles": {"width": 64, "height": 64, "samples": 1},
 }
 """Settings by node type with which every graph runs in a moment."""
 SOME = {
@@ -97,6 +99,8 @@ SOME = {
     "volume/head.toml": ["shake_both_packing"],
 }
 """Of graphs that do the same many times, or measure what has not begun, the nodes that are computed."""
+if find_spec("bpy") is None:  # there is no Blender for this Python
+    SOME["beauty.toml"] = ["hair"]
 FIRST = 2
 """Frames of every graph that are computed."""
 DEEPEST = 1e-3

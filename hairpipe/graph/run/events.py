@@ -105,7 +105,7 @@ class Outcome:
 
     evaluated  number of evaluations; cached number of results that were there; blocked tasks that were not reached
     seconds    of evaluation by node of the graph file, those of cached results not counted [s]
-    processor  processor seconds of all its threads, by node [s]
+    processor  processor seconds of all its threads and children, by node [s]
     """
 
     evaluated: int

@@ -8,7 +8,7 @@ import ctypes
 import inspect
 import json
 import os
-import signal
+import resource
 import sys
 import time
 import traceback
@@ -20,6 +20,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from hairpipe.child import die_with_parent
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.node.declare import NodeType
@@ -34,7 +35,6 @@ from hairpipe.graph.store.seal import guard_kernels, removed
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values, codec_named, is_full
 
-PR_SET_PDEATHSIG = 1
 _M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4
 """Parameters of mallopt(3)."""
 
@@ -72,7 +72,7 @@ class Worker:
             arguments = build_arguments(
                 node_type, job["inputs"], job["settings"], when, folder and Workspace(folder), self.values.get
             )
-            begun, worked = time.perf_counter(), time.process_time()
+            begun, worked = time.perf_counter(), processor_time()
             with recorded_warnings() as warnings:
                 try:
                     prepared = self.preparations.prepare(node_type, job["inputs"], job["settings"], self.values.get)
@@ -80,7 +80,7 @@ class Worker:
                 finally:
                     self._check_code(node_type)
             self.values.check()
-            seconds, processor = time.perf_counter() - begun, time.process_time() - worked
+            seconds, processor = time.perf_counter() - begun, processor_time() - worked
             del arguments
             check_files(job)
             outputs = self._put(node_type, result, folder)
@@ -147,10 +147,10 @@ def failure(error: Exception) -> Reply:
     return {"failure": {"kind": kind, "message": message, "traceback": traceback.format_exc()}}
 
 
-def die_with_parent() -> None:
-    """Ask Linux to kill this process when its parent ends; elsewhere the end of the pipe stops it, between jobs."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+def processor_time() -> float:
+    """Processor time of this process and of its children that have ended [s]."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
 
 
 def is_closed(connection: Connection) -> bool:

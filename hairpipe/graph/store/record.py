@@ -27,7 +27,7 @@ class Record:
     outputs    by name; the output named `state` of a scan may have been thinned away
     seconds    that the evaluation took [s]
     created    when, in seconds since 1970 [s]
-    processor  seconds of all its threads, which a busy machine changes less [s]; None in records of older versions
+    processor  seconds of all its threads and children, which a busy machine changes less [s]; None in older records
     prepare_warnings  of the function that prepared the node: the same at every frame
     """
 

@@ -51,3 +51,13 @@ def test_workers_of_a_long_run_stay_small(shot, monkeypatch):
     worker = int((shot.folder / "out" / "list.txt").read_text())
     assert worker < 140_000, f"{worker} kB for 200 MB of frames"
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 60_000
+
+
+def test_processor_seconds_of_children_count(shot):
+    busy = "import time\\nwhile time.process_time() < 0.5: pass"
+    child = f"""    import subprocess, sys
+
+    subprocess.run([sys.executable, "-c", "{busy}"], check=True)
+    if not parts:"""
+    shot.edit("write_list.py", "    if not parts:", child)
+    assert 0.5 < shot.run().processor["list"] < 5.0

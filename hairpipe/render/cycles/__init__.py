@@ -1,0 +1,1 @@
+"""Pictures by Blender's path tracer, Cycles, which runs as a program of its own."""

@@ -1,0 +1,136 @@
+"""A picture of hair by path tracing: camera, lamps, backdrop and film are the preview's, the light is Cycles'."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hairpipe.data import Mesh, Strands
+from hairpipe.errors import BadInput
+from hairpipe.render.camera import NEAR, Camera
+from hairpipe.render.cycles.process import run_blender
+from hairpipe.render.film import EDGE, backdrop, develop
+from hairpipe.render.framing import Shot, frame_hair, place_camera
+from hairpipe.render.lights import Light, studio
+from hairpipe.render.portrait import NOBODY, SCALP, check, drawn_width
+from hairpipe.render.raster.lines import TAPER
+from hairpipe.render.shading.pigment import ROUGHNESS
+from hairpipe.render.shading.scalp_tint import hair_share
+from hairpipe.render.shading.skin import CLAY, WRAP
+
+SOFT = np.radians(12.0)
+"""Angle that a lamp fills, seen from the hair: what makes it an area, and its shadows soft."""
+ROUGH = ("Roughness", "Radial Roughness")
+SKIN = {"Roughness": 0.6, "Specular IOR Level": 0.2}
+"""Of the body: inputs of its material, which is dull; its colour is the preview's."""
+FAR = 1e4
+"""Nothing farther from the eye than this is drawn [m]."""
+
+
+@dataclass(frozen=True)
+class Fibre:
+    """What a strand is made of, and how thick it is drawn.
+
+    thickness  drawn width over the width that looks full, see `drawn_width`
+    colour     of a lock, linear red, green and blue, (3,)
+    """
+
+    thickness: float
+    colour: np.ndarray
+
+
+@dataclass(frozen=True)
+class Exposure:
+    """How light is gathered.
+
+    samples  paths a pixel
+    denoise  whether OpenImageDenoise smooths what few of them leave
+    shutter  how long it is open, half before the frame and half after [s]: what moves is blurred; 0: nothing is
+    """
+
+    samples: int
+    denoise: bool
+    shutter: float
+
+
+def render_hair(
+    hair: Strands, body: Mesh | None, shot: Shot, fibre: Fibre, exposure: Exposure, folder: Path
+) -> np.ndarray:
+    """Render hair, and the body under it, (height, width, 3) uint8, sRGB; the same on any number of threads.
+
+    folder  for files meanwhile, which are left there
+
+    Raises BadInput where there is no strand, a position or a velocity is not finite, or Blender is not there or fails.
+    """
+    body = NOBODY if body is None else body
+    check(hair, body)
+    if exposure.shutter > 0.0 and not (np.isfinite(hair.velocities).all() and np.isfinite(body.rates).all()):
+        raise BadInput("a velocity is not finite", where="hair, body", right="shutter = 0 needs none")
+    points = np.asarray(hair.points, float)
+    framing, roots = frame_hair(points, hair.offsets), points[hair.offsets[:-1]]
+    camera = place_camera(replace(shot, grain=1), framing)
+    width = fibre.thickness * drawn_width(hair, framing, camera, 1)
+    scene = {
+        "fibre": fibre_material(fibre.colour),
+        "skin": {"properties": {}, "inputs": SKIN},
+        "lamps": [lamp_of(light) for light in studio(camera.axes)],
+        "surroundings": EDGE.tolist(),
+        "camera": lens_of(camera),
+        "samples": exposure.samples,
+        "denoise": exposure.denoise,
+        "blur": exposure.shutter > 0.0,
+    }
+    share = SCALP * hair_share(body.points, roots, camera.axes)[:, None]
+    wall = backdrop(camera.height, camera.width)
+    arrays = {
+        "hair_points": hair.points,
+        "hair_radii": 0.5 * width * tapers(hair.offsets),
+        "hair_moves": exposure.shutter * hair.velocities,
+        "hair_offsets": hair.offsets,
+        "body_points": body.points,
+        "body_moves": exposure.shutter * body.rates,
+        "body_triangles": body.triangles,
+        "body_colours": CLAY + share * (0.5 * fibre.colour - CLAY),
+        "wall": np.dstack([wall, np.ones(wall.shape[:2])]),
+    }
+    return develop(run_blender(scene, arrays, folder), 1)
+
+
+def tapers(offsets: np.ndarray) -> np.ndarray:
+    """Width of strands at their points over that at the root: as in the preview they narrow to nothing, (p,)."""
+    counts = np.diff(offsets)
+    left = np.repeat(offsets[1:] - 1, counts) - np.arange(offsets[-1])
+    return np.sqrt(np.minimum(left / np.repeat(TAPER * (counts - 1), counts), 1.0))
+
+
+def fibre_material(colour: np.ndarray) -> dict[str, Any]:
+    """Describe the scattering of hair after Chiang, Bitterli, Tappan, Burley 2016, by the colour of a lock."""
+    properties = {"model": "CHIANG", "parametrization": "COLOR"}
+    return {"properties": properties, "inputs": {"Color": [*colour, 1.0], **dict.fromkeys(ROUGH, ROUGHNESS)}}
+
+
+def lamp_of(light: Light) -> dict[str, Any]:
+    """Describe a lamp as bright as that of the preview is to a sphere.
+
+    There the mean of ((n.l + w)/(1 + w))^2 over all normals is (1 + w)/6, here that of n.l where positive is 1/4.
+    """
+    brightest = light.colour.max()
+    aside = np.eye(3)[np.argmin(np.abs(light.towards))]
+    right = np.cross(aside, light.towards) / np.linalg.norm(np.cross(aside, light.towards))
+    axes = np.stack([right, np.cross(light.towards, right), light.towards])
+    colour, irradiance = (light.colour / brightest).tolist(), np.pi * brightest * (1.0 + WRAP.mean()) * 4.0 / 6.0
+    return {"colour": colour, "irradiance": irradiance, "angle": SOFT, "axes": rows_of(axes, np.zeros(3))}
+
+
+def lens_of(camera: Camera) -> dict[str, Any]:
+    """Describe a camera."""
+    angle = 2.0 * np.arctan(0.5 * min(camera.width, camera.height) / camera.focal)
+    axes = rows_of(camera.axes * [[1.0], [1.0], [-1.0]], camera.eye)
+    size = {"width": camera.width, "height": camera.height}
+    return {**size, "angle": angle, "nearest": NEAR, "farthest": FAR, "axes": axes}
+
+
+def rows_of(axes: np.ndarray, origin: np.ndarray) -> list[list[float]]:
+    """Write a frame as four rows: its axes, and its origin."""
+    return [[*axis, 0.0] for axis in axes.tolist()] + [[*origin.tolist(), 1.0]]

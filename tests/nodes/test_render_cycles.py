@@ -1,0 +1,50 @@
+"""The node hands on what its settings say; `tests/render/cycles` looks at the pictures."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hairpipe.nodes.render_cycles import render_cycles
+from PIL import Image
+
+from hairpipe.data import Strands
+from hairpipe.graph import Time, Workspace
+from hairpipe.render.cycles import scene
+from hairpipe.render.film import linear
+from hairpipe.render.framing import Shot
+from hairpipe.render.shading.pigment import pigment_colour
+
+HAIR = Strands(np.zeros((2, 3), np.float32), np.zeros((2, 3), np.float32), np.array([0, 2], np.int32), 80e-6)
+
+
+@pytest.fixture
+def shoot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    """Run the node, and return what the renderer was told."""
+    told = []
+
+    def render(*arguments: object) -> np.ndarray:
+        told[:] = arguments
+        return np.full((16, 24, 3), 7, np.uint8)
+
+    def run(**settings: object) -> list:
+        with Image.open(render_cycles(HAIR, None, Workspace(tmp_path), Time(3, 25.0), **settings).path) as image:
+            assert image.format == "PNG" and np.all(np.asarray(image) == 7)
+        return told
+
+    monkeypatch.setattr(scene, "render_hair", render)
+    return run
+
+
+def test_colour_is_that_of_the_pigment_or_the_one_given(shoot):
+    assert np.array_equal(shoot(melanin=0.3, redness=0.9)[3].colour, pigment_colour(0.3, 0.9))
+    assert np.array_equal(shoot(melanin=0.3, colour=(0.2, 0.5, 0.9))[3].colour, linear((0.2, 0.5, 0.9)))
+
+
+def test_shutter_is_a_part_of_the_frame(shoot):
+    assert shoot(shutter=0.5)[4].shutter == pytest.approx(0.02)
+
+
+def test_camera_is_that_of_the_preview(shoot):
+    place, target = (1.0, 1.5, 0.5), (0.0, 1.6, 0.0)
+    shot = shoot(width=24, height=16, view="back", eye=place, target=target, fov=30.0)[2]
+    assert shot == Shot(24, 16, "back", 30.0, place, target)

@@ -1,0 +1,86 @@
+"""Cycles sees what the preview sees, blurs what moves, and gives the same bytes again."""
+
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from hairpipe.data import Mesh, Strands
+from hairpipe.errors import BadInput
+from hairpipe.io.picture import write_png
+from hairpipe.render.cycles import scene
+from hairpipe.render.cycles.scene import Exposure, Fibre, render_hair
+from hairpipe.render.film import backdrop, develop
+from hairpipe.render.framing import Shot
+from hairpipe.render.portrait import draw_portrait
+
+needs_blender = pytest.mark.skipif(find_spec("bpy") is None, reason="Blender is not installed: no bpy for this Python")
+RED = Fibre(1.0, np.array([0.6, 0.05, 0.02]))
+SHOT = Shot(150, 100, eye=(0.5, 1.75, 0.9), target=(0.03, 1.55, 0.0))
+STILL = Exposure(samples=2, denoise=True, shutter=0.0)
+
+
+@pytest.fixture(scope="module")
+def thick(hair: Strands) -> Strands:
+    """Strands that are pixels wide."""
+    return replace(hair, diameter=6e-3)
+
+
+@pytest.fixture(scope="module")
+def picture(thick: Strands, head: Mesh, tmp_path_factory: pytest.TempPathFactory) -> np.ndarray:
+    """Red hair on a head."""
+    return render_hair(thick, head, SHOT, RED, STILL, tmp_path_factory.mktemp("cycles"))
+
+
+def before_the_wall(picture: np.ndarray) -> np.ndarray:
+    """Where hair or body is, (height, width) bool: the wall is blue."""
+    return picture[..., 0] > picture[..., 2]
+
+
+def overlap(a: np.ndarray, b: np.ndarray) -> float:
+    return np.sum(a & b) / np.sum(a | b)
+
+
+@needs_blender
+def test_camera_and_strands_are_those_of_the_preview(thick: Strands, head: Mesh, picture: np.ndarray) -> None:
+    seen, drawn = map(before_the_wall, (picture, draw_portrait(thick, head, SHOT, RED.colour, 1.0)))
+    assert 0.2 < drawn.mean() < 0.8
+    assert overlap(seen, drawn) > 0.9
+    assert max(overlap(np.roll(seen, shift, axis), drawn) for axis in (0, 1) for shift in (-2, 2)) < 0.9
+
+
+@needs_blender
+def test_the_same_bytes_again_on_one_thread(thick, head, picture, threads, tmp_path):
+    threads(1)
+    again = render_hair(thick, head, SHOT, RED, STILL, tmp_path)
+    for name, pixels in (("first", picture), ("second", again)):
+        write_png(tmp_path / name, pixels)
+    assert (tmp_path / "first").read_bytes() == (tmp_path / "second").read_bytes()
+
+
+@needs_blender
+def test_what_moves_is_blurred_along_its_way_and_hair_needs_no_body(tmp_path: Path) -> None:
+    """A strand that stands upright moves to the right by a third of the picture while the shutter is open."""
+    points = np.c_[np.zeros(9), np.linspace(1.7, 1.4, 9), np.zeros(9)].astype(np.float32)
+    moves = np.tile(np.float32([1.0, 0.0, 0.0]), (9, 1))
+    strand = Strands(points, moves, np.array([0, 9], np.int32), 0.03)
+    shot = Shot(96, 64, eye=(0.0, 1.55, 1.5), target=(0.0, 1.55, 0.0))
+    blurred = render_hair(strand, None, shot, RED, Exposure(16, False, 0.3), tmp_path)
+    tint = (blurred - develop(backdrop(64, 96), 1).astype(float))[10:40].mean(axis=0) @ [1.0, 0.0, -1.0]
+    columns = np.flatnonzero(tint > 0.5 * np.median(tint[40:56]))
+    focal = 32 / np.tan(np.radians(12.0))
+    assert columns.mean() == pytest.approx(47.5, abs=1.5)
+    assert len(columns) == pytest.approx(focal * 0.3 / 1.5, rel=0.15)
+
+
+def test_what_cannot_be_rendered_is_refused_before_blender_begins(
+    hair: Strands, head: Mesh, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(scene, "run_blender", None)
+    lost = replace(hair, velocities=np.full_like(hair.velocities, np.nan))
+    with pytest.raises(BadInput, match="a velocity is not finite"):
+        render_hair(lost, head, SHOT, RED, replace(STILL, shutter=0.01), tmp_path)
+    with pytest.raises(BadInput, match="300 strands have points that are not finite"):
+        render_hair(replace(hair, points=lost.velocities), head, SHOT, RED, STILL, tmp_path)
