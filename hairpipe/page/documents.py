@@ -136,8 +136,11 @@ def measured(record: Record, suffix: Suffix) -> dict[str, Any]:
     }
 
 
-def verdict(shot: Shot, found: Plan) -> dict[str, Any]:
-    """Sum up: results in the cache and to compute, seconds, bytes, failures and warnings, versions, the command."""
+def verdict(shot: Shot, found: Plan, options: str = "") -> dict[str, Any]:
+    """Sum up: results in the cache and to compute, seconds, bytes, failures and warnings, versions, the command.
+
+    options  of the command
+    """
     records = found.records.values()
     warnings = {(record.node, text) for record in records for text in (*record.warnings, *record.prepare_warnings)}
     return {
@@ -149,7 +152,7 @@ def verdict(shot: Shot, found: Plan) -> dict[str, Any]:
         "warnings": sorted(f"{node}: {text}" for node, text in warnings),
         "failures": [],
         "versions": {"hairpipe": __version__, "python": platform.python_version()},
-        "command": f"hairpipe run {shot.path.name}",
+        "command": f"hairpipe run {shot.path.name}{options}",
     }
 
 

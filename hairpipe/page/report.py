@@ -14,7 +14,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.store.atomic import write_text
 from hairpipe.io.picture import reduced
 from hairpipe.page.assets import LICENCES, SCRIPTS, STYLES, VENDOR, asset, page_html, page_in_one
-from hairpipe.page.documents import ending, graph_document, state_document, told_by, wedge_document
+from hairpipe.page.documents import ending, graph_document, state_document, told_by, verdict, wedge_document
 from hairpipe.page.packing import script
 from hairpipe.page.shelf import Shelf
 
@@ -115,13 +115,13 @@ def plain_documents(
     found, told = shot.plan(frames), told_by(run)
     shelf.take(shot, found)
     state = state_document(shot, found, shelf.suffix, told)
-    state["verdict"] |= {} if run is None else ending(run)
     documents = {"graph": graph_document(shot), "state": state}
     if wedge is not None:
         variants = wedge.plan(frames)
         shelf.take(wedge, variants)
-        state["wedge"] = True
+        state |= {"wedge": True, "verdict": verdict(wedge, variants, f" --wedge {wedge.definition.name}")}
         documents["wedge"] = wedge_document(wedge, variants, shelf.suffix, told, frames)
+    state["verdict"] |= {} if run is None else ending(run)
     return documents
 
 

@@ -17,7 +17,7 @@ from hairpipe.api.selection import FrameSet, read_frames
 from hairpipe.api.shot import Shot
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import parse_value
-from hairpipe.page.documents import Told, graph_document, state_document, wedge_document
+from hairpipe.page.documents import Told, graph_document, state_document, verdict, wedge_document
 from hairpipe.page.packing import Packed
 from hairpipe.page.runner import Job
 from hairpipe.page.shelf import Shelf
@@ -177,6 +177,9 @@ class Session:
 
     def _state(self) -> dict[str, Any]:
         document = state_document(self._shot, self._plan, self._shelf.suffix, Told(self._fates, {}))
+        if self._wedge is not None:
+            wedge = self._shot.wedge(self._wedge)
+            document["verdict"] = verdict(wedge, wedge.plan(self.frames), f" --wedge {self._wedge}")
         ended = {name: value for name, value in self._ended.items() if name != "kind"}
         running = {"running": self._run is not None, "note": self._note}
         return document | {"verdict": document["verdict"] | ended | running, "wedge": self._wedge is not None}

@@ -129,6 +129,12 @@ function placesOf(found, lengths) {
   return places;
 }
 
+/** @param {number} value */
+function numberText(value) {
+  const large = Math.abs(value) >= 1e7 || (value !== 0 && Math.abs(value) < 1e-4);
+  return large ? Number(value.toPrecision(6)).toExponential().replace("e+", "e") : String(Number(value.toPrecision(6)));
+}
+
 /** @param {number} bytes */
 function sizeText(bytes) {
   const step = bytes < 1000 ? 0 : Math.min(4, Math.floor(Math.log10(bytes) / 3));

@@ -49,7 +49,7 @@ function valueOf(field, value, names) {
 /** @param {any} value @returns {string} */
 function spoken(value) {
   if (value === null || value === undefined) return "absent";
-  return typeof value === "number" ? String(Number(value.toPrecision(6))) : Array.isArray(value) ? `[${value.map(spoken).join(", ")}]` : String(value);
+  return typeof value === "number" ? numberText(value) : Array.isArray(value) ? `[${value.map(spoken).join(", ")}]` : String(value);
 }
 
 app.on(["node", "frame", "state", "graph"], () => app.graph && app.state && drawPanel());

@@ -28,7 +28,7 @@ function sortable(table) {
     const rows = [...table.rows];
     if (sorted >= 0) rows.sort((a, b) => sign * (typeof a[sorted] === "number" && typeof b[sorted] === "number" ? a[sorted] - b[sorted] : String(a[sorted]).localeCompare(String(b[sorted]))));
     body.replaceChildren(...rows.map((row) => element("tr", {}, ...row.map((/** @type {any} */ cell) =>
-      element("td", { class: typeof cell === "number" ? "number" : "" }, typeof cell === "number" ? String(Number(cell.toPrecision(6))) : cell)))));
+      element("td", { class: typeof cell === "number" ? "number" : "" }, typeof cell === "number" ? numberText(cell) : cell)))));
   };
   fill();
   const heads = table.names.map((/** @type {string} */ name, /** @type {number} */ place) => element("th", {

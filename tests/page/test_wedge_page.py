@@ -1,0 +1,52 @@
+"""The variants of a wedge on the page: one selection of pictures, table and chart."""
+
+import pytest
+
+import hairpipe
+from hairpipe.page.report import write_report
+
+from .conftest import SHOT
+
+WEDGE = """
+[wedge.look]
+axes.picture.red = [0.2, 0.8]
+axes.hair.strands = [100, 200]
+show = ["picture"]
+measures = ["reach"]
+"""
+
+
+@pytest.fixture(scope="module")
+def wedge_report(folder):
+    """A report of a wedge of four variants, of which a run has computed all."""
+    (folder / "wedge.toml").write_text(SHOT + WEDGE)
+    shot = hairpipe.load(folder / "wedge.toml", cache=folder / "cache")
+    run = shot.wedge("look").run("1-2", to=["picture", "reach"], jobs=1)
+    write_report(shot, folder / "wedge_report", "1-2", wedge=shot.wedge("look"), run=run)
+    return (folder / "wedge_report" / "index.html").as_uri()
+
+
+def test_a_variant_is_selected_everywhere_at_once(opened, wedge_report):
+    driver = opened(wedge_report)
+    driver.execute_script("selectNode('picture')")
+    assert len(driver.find_elements("css selector", ".sheet img")) == 4
+    assert len(driver.find_elements("css selector", ".pareto circle")) == 4
+    assert "--wedge look" in driver.find_element("css selector", "#verdict code").text
+    plain = driver.execute_script("return pictureOf('picture', '')")
+    driver.find_elements("css selector", ".sheet figure")[3].click()
+    variant = driver.execute_script("return [app.variant, app.cell('picture').state, pictureOf('picture', '')]")
+    assert variant[:2] == [3, "computed"] and variant[2] != plain
+    assert [one.get_attribute("data-variant") for one in driver.find_elements("css selector", "#wedge .selected")] == [
+        "3",
+        "3",
+    ]
+    driver.execute_script("document.querySelector('.pin').click(); selectVariant(0)")
+    assert driver.find_element("css selector", ".which").text.count("red=") == 2
+    assert driver.execute_script("return document.body.dataset.errors") == "0"
+
+
+def test_strands_of_variants_are_shared_by_what_they_are(opened, wedge_report):
+    driver = opened(wedge_report)
+    script = "return app.wedge.states.map((nodes) => cellOf(nodes, 'hair', 1).outputs[''])"
+    few, few_again, many, many_again = sorted(driver.execute_script(script))
+    assert few == few_again != many == many_again
