@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hairpipe.api.formatting import duration, plural, table
+from hairpipe.api.formatting import duration, plural, size, table
 from hairpipe.cli import options
 from hairpipe.cli.stderr import say
 
@@ -22,10 +22,8 @@ if TYPE_CHECKING:
     from hairpipe.bench.machine import Machine
     from hairpipe.bench.paper import Report as PaperReport
     from hairpipe.bench.particles import Report as ParticleReport
-    from hairpipe.bench.picture import Report as PictureReport
     from hairpipe.bench.repeat import Spread
     from hairpipe.bench.roofs import Roofs
-    from hairpipe.bench.volume import Report as VolumeReport
 
 
 @click.group()
@@ -100,6 +98,24 @@ def volume(as_json: bool) -> None:
 
 
 @bench.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+@options.as_json
+def page(folder: Path, as_json: bool) -> None:
+    """Measure a report that `hairpipe report` has written: bytes on disk, and what opening it takes.
+
+    That is processor seconds of all processes of a browser without a graphics card, until everything is drawn.
+    """
+    from hairpipe.bench.pictures.page import measure_page
+
+    report = measure_page(folder)
+    if as_json:
+        click.echo(json.dumps(document(report), indent=2))
+    else:
+        show_machine(report.machine)
+        click.echo(f"{report.files} files, {size(report.bytes)}; {report.opening:.1f} s of processor to open")
+
+
+@bench.command()
 @options.as_json
 def particles(as_json: bool) -> None:
     """Measure hair of particles: a frame of a shaking head, of 500 to 200,000 particles, at one step and at two.
@@ -129,7 +145,7 @@ def picture(as_json: bool) -> None:
     """
     with tempfile.TemporaryDirectory() as folder:
         os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
-        from hairpipe.bench.picture import measure_picture
+        from hairpipe.bench.pictures.picture import measure_picture
 
         report = measure_picture(say)
     if as_json:
@@ -344,9 +360,7 @@ def spread(value: "Spread", unit: float) -> str:
     return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
 
 
-def document(
-    report: "Report | ContactReport | PaperReport | ParticleReport | FaultReport | PictureReport | VolumeReport",
-) -> dict[str, Any]:
+def document(report: Any) -> dict[str, Any]:
     """Describe the report as a JSON document."""
 
     def plain(value: Any) -> Any:
