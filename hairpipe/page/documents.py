@@ -16,6 +16,8 @@ from hairpipe.wedge.comparison import document as comparison_document
 
 Suffix = Callable[[str], str | None]
 """Finds the suffix of a picture by the name of its object; None for any other file."""
+NAMED = 10
+"""Letters of the name of an object that are shown."""
 RESERVED = ("type", "in", "publish", "checkpoint")
 """Keys in the table of a node that are no settings."""
 
@@ -131,9 +133,19 @@ def measured(record: Record, suffix: Suffix) -> dict[str, Any]:
         "processor": None if record.processor is None else round(record.processor, 4),
         "bytes": record.size,
         "warnings": [*record.warnings, *record.prepare_warnings],
+        "inputs": {plug: short(found) for plug, found in record.parts["inputs"].items()},
         "outputs": {name: output.object for name, output in record.outputs.items()},
         "pictures": {name: found for name, found in pictures.items() if found},
     }
+
+
+def short(found: Any) -> str:
+    """Name in few letters what went into a socket: an object, two of them, or how many frames."""
+    if found is None:
+        return "not connected"
+    if isinstance(found, list):
+        return f"{len(found)} frames" if isinstance(found[0], list) else " then ".join(map(short, found))
+    return str(found)[:NAMED]
 
 
 def verdict(shot: Shot, found: Plan, options: str = "") -> dict[str, Any]:

@@ -9,12 +9,23 @@ function drawPanel() {
     element("h2", {}, node.name, element("small", {}, node.type.name)),
     element("p", { class: "doc" }, node.doc),
     element("p", { class: "state" }, element("i", { style: `background:${stateColour(cell?.state ?? "")}` }), cellText(node.name, app.frame)),
+    ...(app.live ? [explanation(node.name, cell)] : []),
     ...inputRows(node, cell),
     element("h3", {}, "settings"),
     ...node.type.settings.flatMap((/** @type {any} */ field) => settingRows(field, node.settings, node.given, [])),
   ];
   if (node.publish) parts.push(element("p", {}, `published as ${node.publish}`));
   panel.replaceChildren(...parts);
+}
+
+/** All that a result was made of, and every difference to the latest one: fetched when it is opened.
+ * @param {string} node @param {Cell | undefined} cell */
+function explanation(node, cell) {
+  const text = element("pre", {}), box = element("details", { class: "explain" }, element("summary", {}, "explain"), text);
+  box.addEventListener("toggle", async () => {
+    text.textContent = await (await fetch(`explain?node=${node}&frame=${cell?.frame ?? ""}`)).text();
+  });
+  return box;
 }
 
 /** @param {any} node @param {Cell | undefined} cell @returns {HTMLElement[]} */
