@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from hairpipe.bench import picture
+from hairpipe.bench.pictures import picture
 from hairpipe.render import exposure, portrait, shadows
 from hairpipe.render.raster import lines
 from hairpipe.render.shading import kajiya_kay
