@@ -1,7 +1,7 @@
 """Deep shadow maps: for every texel before a lamp, the light that hair and body let through, by depth.
 
 Lokovic and Veach 2000. Every strand covers a share of the texels that it crosses and takes OPACITY of the light there;
-the body takes all of it. We differ from the paper: coverage is found from the area that a segment shows the lamp,
+the body takes what SOLID hairs take. We differ from the paper: coverage is found from the area that a segment shows the lamp,
 shared among the four nearest texels, in place of samples in each texel; so what a texel holds is filtered already.
 """
 
@@ -13,7 +13,7 @@ from numba import njit, prange
 
 from hairpipe.data import Mesh
 from hairpipe.render.lights import Light
-from hairpipe.render.shadows import BIAS, apply, cells_of, front
+from hairpipe.render.shadows import BIAS, FINE, SOLID, apply, cells_of, front
 from hairpipe.render.transmittance import compress, transmittance
 
 TEXELS = 512
@@ -54,8 +54,9 @@ def cast_deep_shadow(
     """Cast the shadow of hair and body away from a lamp, as `cast_shadow` does; equal on any number of threads."""
     cell, to_cells = cells_of(light, centre, radius, TEXELS)
     places = apply(to_cells, points)
-    solid = front(apply(to_cells, body.points), body.triangles, 1, TEXELS)
-    counts = np.isfinite(solid).astype(np.int64).ravel()
+    rays = front(apply(to_cells, body.points), body.triangles, FINE, TEXELS)
+    solid = np.sort(rays.reshape(TEXELS, FINE, TEXELS, FINE).swapaxes(1, 2).reshape(-1, FINE * FINE), axis=1)
+    counts = np.isfinite(solid).sum(axis=1)
     scatter(counts, np.empty((0, 2), np.float32), places, offsets, width / cell)
     starts = starts_of(counts)
     fragments, ends = np.empty((starts[-1], 2), np.float32), starts[:-1].copy()
@@ -75,11 +76,17 @@ def starts_of(counts: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, nogil=True)
 def lay_body(ends: np.ndarray, fragments: np.ndarray, solid: np.ndarray) -> None:
-    """Add the front of the body [texels], BIAS behind it, to the fragments of every texel, in place."""
-    for t, depth in enumerate(solid.ravel()):
-        if depth < np.inf:
-            fragments[ends[t], 0], fragments[ends[t], 1] = depth + BIAS, 1.0
-            ends[t] += 1
+    """Add the front of the body, BIAS behind it, to the fragments of every texel, in place.
+
+    solid  where rays of the texel meet it [texels], ascending, infinite beside it, (TEXELS^2, rays): each has its share
+           of the transmittance, which therefore falls by equal steps
+    """
+    step = (1.0 - math.exp(-OPACITY * SOLID)) / solid.shape[1]
+    for t in range(len(solid)):
+        for n, depth in enumerate(solid[t]):
+            if depth < np.inf:
+                fragments[ends[t], 0], fragments[ends[t], 1] = depth + BIAS, step / (1.0 - n * step)
+                ends[t] += 1
 
 
 @njit(cache=True, nogil=True)

@@ -42,8 +42,6 @@ def compress(depths: np.ndarray, opacities: np.ndarray, tolerance: float, knots:
                 value = through
                 knots[count, 0], knots[count, 1] = begin, value
                 count += 1
-        if through == 0.0:
-            break
     if last > begin:
         knots[count, 0], knots[count, 1] = last, value + 0.5 * (low + high) * (last - begin)
         count += 1
