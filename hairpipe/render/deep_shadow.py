@@ -1,8 +1,8 @@
 """Deep shadow maps: for every texel before a lamp, the light that hair and body let through, by depth.
 
-Lokovic and Veach 2000. Every strand covers a share of the texels that it crosses and takes OPACITY of the light there;
-the body takes what SOLID hairs take. We differ from the paper: coverage is found from the area that a segment shows the lamp,
-shared among the four nearest texels, in place of samples in each texel; so what a texel holds is filtered already.
+Lokovic and Veach 2000. Every strand covers a share of the texels that it crosses and takes light there, see OPACITY;
+the body takes what SOLID hairs take. We differ from the paper: coverage is found from the area that a segment shows the
+lamp, shared among the four nearest texels, in place of samples in each texel; so what a texel holds is filtered already.
 """
 
 import math
@@ -19,7 +19,7 @@ from hairpipe.render.transmittance import compress, transmittance
 TEXELS = 512
 """Along an edge of the map."""
 OPACITY = 0.15
-"""Share of the light that a hair takes, as hair and body are shaded: the rest goes through, or around by scattering."""
+"""Of a hair as it is shaded, per hair that a ray crosses: exp(-OPACITY) goes through, or around by scattering."""
 TOLERANCE = 0.02
 """By which the compressed transmittance may miss."""
 LEAST = 1e-4
@@ -101,7 +101,7 @@ def scatter(ends: np.ndarray, fragments: np.ndarray, places: np.ndarray, offsets
             x, y, z = places[i, 0], places[i, 1], places[i, 2]
             dx, dy, dz = places[i + 1, 0] - x, places[i + 1, 1] - y, places[i + 1, 2] - z
             length = math.hypot(dx, dy)
-            pieces = int(min(math.ceil(length), TEXELS))  # longer ones are no hair any more
+            pieces = math.ceil(min(length, TEXELS))  # longer ones are no hair any more
             for n in range(pieces):
                 t = (n + 0.5) / pieces
                 add(ends, fragments, x + t * dx, y + t * dy, z + t * dz, width * length / pieces)
@@ -109,8 +109,9 @@ def scatter(ends: np.ndarray, fragments: np.ndarray, places: np.ndarray, offsets
 
 @njit(cache=True, nogil=True)
 def add(ends: np.ndarray, fragments: np.ndarray, x: float, y: float, z: float, area: float) -> None:
-    """Share an area among the four texels around a place, in place; nothing beside the map."""
-    if not (0.5 <= x < TEXELS - 0.5 and 0.5 <= y < TEXELS - 0.5):
+    """Share an area among the four texels around a place, in place; nothing outside the cube behind the map."""
+    top = TEXELS - 0.5
+    if not (0.5 <= x < top and 0.5 <= y < top and 0.5 <= z < top):
         return
     i, j = int(x - 0.5), int(y - 0.5)
     f, g = x - 0.5 - i, y - 0.5 - j
@@ -119,7 +120,7 @@ def add(ends: np.ndarray, fragments: np.ndarray, x: float, y: float, z: float, a
             t = TEXELS * (i + a) + j + b
             if len(fragments):
                 share = (f if a else 1.0 - f) * (g if b else 1.0 - g)
-                fragments[ends[t], 0], fragments[ends[t], 1] = z, OPACITY * min(share * area, 1.0)
+                fragments[ends[t], 0], fragments[ends[t], 1] = z, 1.0 - math.exp(-OPACITY * share * area)
             ends[t] += 1
 
 
