@@ -2,7 +2,7 @@
 
 Lokovic and Veach 2000. Every strand covers a share of the texels that it crosses and takes light there, see OPACITY;
 the body takes what SOLID hairs take. We differ from the paper: coverage is found from the area that a segment shows the
-lamp, shared among the four nearest texels, in place of samples in each texel; so what a texel holds is filtered already.
+lamp, shared among the four nearest texels, not from samples in each; so what a texel holds is filtered already.
 """
 
 import math
