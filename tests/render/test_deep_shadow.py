@@ -36,9 +36,9 @@ def short_pieces(places: np.ndarray, offsets: np.ndarray, width: float) -> tuple
 
 @pytest.mark.parametrize("light", LAMPS)
 def test_light_along_a_ray_is_within_the_tolerance_of_a_sum_over_all_strands(light: Light) -> None:
-    points, offsets = strands(1000)
-    shadow = cast_deep_shadow(light, CENTRE, 0.1, points, offsets, 2e-4, NOBODY)
-    middles, areas = short_pieces(apply(shadow.to_cells, points), offsets, 2e-4 / shadow.cell)
+    points, offsets = strands(2000)
+    shadow = cast_deep_shadow(light, CENTRE, 0.1, points, offsets, 8e-5, NOBODY)
+    middles, areas = short_pieces(apply(shadow.to_cells, points), offsets, 8e-5 / shadow.cell)
     rng, depths = np.random.default_rng(8), np.linspace(200.0, 310.0, 12)
     places, brute = [], []
     for texel in TEXELS // 2 + rng.integers(-40, 40, (16, 2)):
@@ -51,7 +51,7 @@ def test_light_along_a_ray_is_within_the_tolerance_of_a_sum_over_all_strands(lig
         brute.extend(light_there)
         places.extend([*(texel + 0.5 + part), depth] for depth in depths)
     read = through(shadow, np.linalg.solve(shadow.to_cells[:, :3], (places - shadow.to_cells[:, 3]).T).T)
-    assert min(brute) < 0.6 and max(brute) > 0.98
+    assert min(brute) < 0.7 and max(brute) > 0.98
     assert np.abs(read - brute).max() < TOLERANCE + 0.005  # pieces of a texel against short ones
 
 
