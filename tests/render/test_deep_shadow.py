@@ -46,7 +46,9 @@ def test_light_along_a_ray_is_within_the_tolerance_of_a_sum_over_all_strands(lig
         light_there = np.zeros(len(depths))
         for corner in np.ndindex(2, 2):
             tent = np.prod(np.maximum(0.0, 1.0 - np.abs(middles[:, :2] - 0.5 - texel - corner)), axis=1)
-            hairs = [np.sum(areas * tent * (middles[:, 2] <= depth)) for depth in depths]
+            near = np.flatnonzero(tent)
+            shown, there = areas[near] * tent[near], middles[near, 2]
+            hairs = [shown[there <= depth].sum() for depth in depths]
             light_there += np.prod(np.where(corner, part, 1.0 - part)) * np.exp(-OPACITY * np.array(hairs))
         brute.extend(light_there)
         places.extend([*(texel + 0.5 + part), depth] for depth in depths)
