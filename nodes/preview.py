@@ -29,6 +29,7 @@ def preview(
     curve: Literal["catmull_rom", "bspline"] = "catmull_rom",
     lambert: Fraction = 0.4,
     supersampling: Annotated[int, Interval(ge=1, le=4)] = 1,
+    shadow: Literal["cube", "deep"] = "cube",
     shutter: Fraction = 0.0,
     turn: Degrees = 0.0,
 ) -> File:
@@ -45,6 +46,7 @@ def preview(
     curve          through the points of the hair; or a B-spline whose control hull they are, as of key hairs
     lambert        share of the diffuse light that is a surface's, by `normals`; without these there is none
     supersampling  of the picture, across one of its pixels: 1 is fast, 2 is for stills
+    shadow         from a cube of depths, quick; or from deep shadow maps, finer, for stills
     shutter        part of the frame while it is open: motion is blurred, at a cost that grows with it; 0: it is not
     turn           by which the eye goes around the target every frame, towards the left ear; it begins at frame 0
     """
@@ -65,5 +67,6 @@ def preview(
         points, velocities = (spline_knots(hull, hair.offsets) for hull in (hair.points, hair.velocities))
         hair = replace(hair, points=points, velocities=velocities)
     facing, path = None if normals is None else lambert * normals.vectors.astype(float), workspace / "picture.png"
-    write_png(path, draw_portrait(hair, body, shot, linear(colour), thickness, facing, shutter * time.dt))
+    picture = draw_portrait(hair, body, shot, linear(colour), thickness, facing, shutter * time.dt, shadow)
+    write_png(path, picture)
     return File(path)

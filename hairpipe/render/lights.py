@@ -1,6 +1,6 @@
 """The lamps of the studio."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -14,6 +14,24 @@ class Light(NamedTuple):
 
     towards: np.ndarray
     colour: np.ndarray
+
+
+class Shade(Protocol):
+    """The shadow of a scene in the light of one lamp."""
+
+    @property
+    def light(self) -> Light:
+        """The lamp."""
+        ...
+
+    @property
+    def cell(self) -> float:
+        """Distance across the light below which nothing is told apart [m]."""
+        ...
+
+    def between(self, points: np.ndarray) -> np.ndarray:
+        """Optical depths between the lamp and world points (n, 3): hairs that a ray crosses, (n,) float64."""
+        ...
 
 
 # Towards the lamp (right, up, to the viewer) and its colour. A warm key from the upper left, a cool fill from the

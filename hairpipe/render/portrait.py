@@ -5,6 +5,7 @@ import numpy as np
 from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.render.camera import Camera
+from hairpipe.render.deep_shadow import cast_deep_shadow
 from hairpipe.render.exposure import instants
 from hairpipe.render.film import backdrop, develop, soften
 from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
@@ -29,6 +30,7 @@ FINE = 200_000
 """Points of the hair up to which light is found in the middle of segments, too: of more, these hide one another."""
 SCALP = 0.8
 """How far the skin takes the colour of the hair where hair grows: every strand drawn stands for many."""
+SHADOWS = {"cube": cast_shadow, "deep": cast_deep_shadow}
 NOBODY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 
@@ -40,6 +42,7 @@ def draw_portrait(
     thickness: float,
     facing: np.ndarray | None = None,
     shutter: float = 0.0,
+    shadow: str = "cube",
 ) -> np.ndarray:
     """Draw hair, and the body under it, (height, width, 3) uint8, sRGB.
 
@@ -47,6 +50,7 @@ def draw_portrait(
     thickness  drawn width over the width that looks full, see drawn_width
     facing     normals of hair as one body, each as long as its share of the diffuse light, (p, 3); None: no share
     shutter    how long it is open [s]: motion is blurred, in the light of its middle
+    shadow     name of how shadows are cast, one of SHADOWS
 
     Raises BadInput where there is no strand, or a position is not finite.
     """
@@ -58,7 +62,7 @@ def draw_portrait(
     width = thickness * drawn_width(hair, framing, camera, shot.grain)
     casting = casters(points, hair.offsets, width)
     shadows = [
-        cast_shadow(light, framing.target, SCENE * framing.radius, *casting, body) for light in studio(camera.axes)
+        SHADOWS[shadow](light, framing.target, SCENE * framing.radius, *casting, body) for light in studio(camera.axes)
     ]
     film = np.zeros((camera.height, camera.width, 3), np.float32)
     fine = len(points) <= FINE

@@ -42,6 +42,10 @@ class Shadow(NamedTuple):
     cell: float
     depth: np.ndarray
 
+    def between(self, points: np.ndarray) -> np.ndarray:
+        """Optical depths between the lamp and world points (n, 3), (n,) float64."""
+        return look_up_all(self.depth, self.to_cells, points)
+
 
 def cast_shadow(
     light: Light, centre: np.ndarray, radius: float, points: np.ndarray, offsets: np.ndarray, width: float, body: Mesh
@@ -54,18 +58,18 @@ def cast_shadow(
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
     width    of a strand [m]
     """
-    cell, to_cells = cells_of(light, centre, radius)
+    cell, to_cells = cells_of(light, centre, radius, CELLS)
     depth = np.zeros((CELLS, CELLS, CELLS), np.float32)
     scatter(depth, apply(to_cells, points), offsets, width / cell)
-    accumulate(depth, front(apply(to_cells, body.points), body.triangles, FINE))
+    accumulate(depth, front(apply(to_cells, body.points), body.triangles, FINE, CELLS))
     return Shadow(light, to_cells, cell, depth)
 
 
-def cells_of(light: Light, centre: np.ndarray, radius: float) -> tuple[float, np.ndarray]:
+def cells_of(light: Light, centre: np.ndarray, radius: float, cells: int) -> tuple[float, np.ndarray]:
     """Edge of a cell of the cube around a scene [m], and the motion of world points to places in it, (3, 4)."""
-    cell = 2.0 * radius / CELLS
+    cell = 2.0 * radius / cells
     axes = across(light.towards) / cell
-    return cell, np.column_stack([axes, CELLS / 2 - axes @ centre])
+    return cell, np.column_stack([axes, cells / 2 - axes @ centre])
 
 
 def apply(to_cells: np.ndarray, points: np.ndarray) -> np.ndarray:
@@ -80,10 +84,10 @@ def across(towards: np.ndarray) -> np.ndarray:
     return np.stack([aside, np.cross(aside, -towards), -towards])
 
 
-def front(places: np.ndarray, triangles: np.ndarray, fine: int) -> np.ndarray:
-    """Where along the rays the body begins [cells], infinite beside it, (fine*CELLS, fine*CELLS); vertices in cells."""
+def front(places: np.ndarray, triangles: np.ndarray, fine: int, cells: int) -> np.ndarray:
+    """Where along the rays the body begins [cells], infinite beside it, (fine*cells, fine*cells); vertices in cells."""
     far = places[:, 2].max(initial=0.0) + 1.0
-    _, close = rasterise(fine * places[:, 1::-1], triangles, far - places[:, 2], fine * CELLS, fine * CELLS)
+    _, close = rasterise(fine * places[:, 1::-1], triangles, far - places[:, 2], fine * cells, fine * cells)
     return np.where(close > 0.0, far - close, np.inf)
 
 

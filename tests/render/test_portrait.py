@@ -84,3 +84,10 @@ def test_a_body_that_is_not_finite_is_refused(hair: Strands, head: Mesh) -> None
 def test_no_strands_are_refused(hair: Strands) -> None:
     with pytest.raises(BadInput, match="no strands"):
         take(Strands(hair.points[:0], hair.velocities[:0], np.zeros(1, np.int32), 80e-6), None, Shot(64, 64))
+
+
+def test_deep_shadows_and_those_of_the_cube_give_the_same_light_but_for_their_edges(hair: Strands, head: Mesh) -> None:
+    shot = Shot(120, 120)
+    cube, deep = (draw_portrait(hair, head, shot, BROWN, 1.0, shadow=name).astype(int) for name in ("cube", "deep"))
+    off = np.abs(deep - cube)
+    assert off.max() > 8 and off.mean() < 2.0 and abs(deep.mean() - cube.mean()) < 1.0

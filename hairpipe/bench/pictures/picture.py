@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,8 +21,8 @@ from hairpipe.render.framing import Shot
 from hairpipe.render.portrait import draw_portrait
 from hairpipe.sim.material import Material
 
-SIDE, BROWN = 720, np.array([0.11, 0.05, 0.025])
-"""Of the picture [pixels]; colour of the hair, linear."""
+SHOT, BROWN = Shot(720, 720, grain=1), np.array([0.11, 0.05, 0.025])
+"""Of the picture; colour of the hair, linear."""
 _PARTS = {
     "raster/lines": "hair",
     "raster/fragments": "hair",
@@ -51,12 +52,17 @@ FULL = Sizes()
 
 
 class Case(NamedTuple):
-    """A picture of so many strands and points: the least processor seconds of all takes, and its parts."""
+    """A picture of so many strands and points: the least processor seconds of all takes.
+
+    shares  of its parts
+    deep    the same with deep shadow maps, taken in turn
+    """
 
     strands: int
     points: int
     seconds: float
     shares: dict[str, float]
+    deep: float
 
 
 class Report(NamedTuple):
@@ -79,13 +85,17 @@ def measure_picture(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
 
 
 def _case(hair: Strands, body: Mesh, times: int) -> Case:
-    def work() -> None:
-        draw_portrait(hair, body, Shot(SIDE, SIDE, grain=1), BROWN, 1.0)
-
-    work()
-    takes = [shares_of(work, part_of, PARTS, time.process_time) for _ in range(times)]
+    cube, deep = (partial(draw_portrait, hair, body, SHOT, BROWN, 1.0, shadow=name) for name in ("cube", "deep"))
+    cube()
+    deep()
+    takes, deep_takes = [], []
+    for _ in range(times):
+        takes.append(shares_of(cube, part_of, PARTS, time.process_time))
+        begun = time.process_time()
+        deep()
+        deep_takes.append(time.process_time() - begun)
     strands = len(hair.offsets) - 1
-    return Case(strands, len(hair.points) // strands, *min(takes, key=lambda take: take[0]))
+    return Case(strands, len(hair.points) // strands, *min(takes, key=lambda take: take[0]), min(deep_takes))
 
 
 def part_of(path: Path) -> str:

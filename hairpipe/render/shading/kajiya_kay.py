@@ -5,13 +5,13 @@ who do not print the form of it): (1 - b) sin(t,l) + b max(0, N.l). Where there 
 """
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
-from hairpipe.render.lights import Light
-from hairpipe.render.shadows import Shadow, look_up_all
+from hairpipe.render.lights import Light, Shade
 
 AMBIENT = 0.12
 """Light that comes from everywhere."""
@@ -52,7 +52,7 @@ def shade_hair(
     sites: np.ndarray,
     colour: np.ndarray,
     eye: np.ndarray,
-    shadows: list[Shadow],
+    shadows: Sequence[Shade],
     facing: np.ndarray | None,
 ) -> np.ndarray:
     """Light that sites on the strands send to the eye, linear, (n, 3) float64.
@@ -72,7 +72,7 @@ def shade_hair(
     tilts = np.sin(TILT * (1.0 + 0.9 * noise(len(offsets) - 1, 3)))[strand]
     fibres, shed = Fibres(places, along, normals, colours, tilts), AMBIENT * colours
     for shadow in shadows:
-        between = look_up_all(shadow.depth, shadow.to_cells, places + LIFT * shadow.cell * shadow.light.towards)
+        between = shadow.between(places + LIFT * shadow.cell * shadow.light.towards)
         add_light(shed, fibres, eye, shadow.light, between)
     return shed
 

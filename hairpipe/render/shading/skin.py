@@ -1,13 +1,13 @@
 """Shading of the body: diffuse, warm where light turns to shadow, with a faint highlight."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
 
-from hairpipe.render.lights import Light
+from hairpipe.render.lights import Light, Shade
 from hairpipe.render.raster.surface import Surface
-from hairpipe.render.shadows import Shadow, look_up_all
 
 CLAY = np.array([0.25, 0.21, 0.19])
 """Colour of the body, linear."""
@@ -25,7 +25,7 @@ LIFT = 1.5
 """How far off the surface the shadow is looked up [cells]."""
 
 
-def shade_skin(surface: Surface, colours: np.ndarray, eye: np.ndarray, shadows: list[Shadow]) -> np.ndarray:
+def shade_skin(surface: Surface, colours: np.ndarray, eye: np.ndarray, shadows: Sequence[Shade]) -> np.ndarray:
     """Light that the seen points of the body send to the eye, linear, (n, 3) float64.
 
     colours  of the points, linear, (n, 3)
@@ -34,7 +34,7 @@ def shade_skin(surface: Surface, colours: np.ndarray, eye: np.ndarray, shadows: 
     """
     shed = AMBIENT * colours
     for shadow in shadows:
-        between = look_up_all(shadow.depth, shadow.to_cells, surface.points + LIFT * shadow.cell * surface.normals)
+        between = shadow.between(surface.points + LIFT * shadow.cell * surface.normals)
         add_light(shed, surface.points, surface.normals, colours, eye, shadow.light, between)
     return shed
 

@@ -1,0 +1,155 @@
+"""Deep shadow maps: for every texel before a lamp, the light that hair and body let through, by depth.
+
+Lokovic and Veach 2000. Every strand covers a share of the texels that it crosses and takes light there, see OPACITY;
+the body takes what SOLID hairs take. We differ from the paper: coverage is found from the area that a segment shows the
+lamp, shared among the four nearest texels, not from samples in each; so what a texel holds is filtered already.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.data import Mesh
+from hairpipe.render.lights import Light
+from hairpipe.render.shadows import BIAS, FINE, SOLID, apply, cells_of, front
+from hairpipe.render.transmittance import compress, transmittance
+
+TEXELS = 512
+"""Along an edge of the map."""
+OPACITY = 0.15
+"""Of a hair as it is shaded, per hair that a ray crosses: exp(-OPACITY) goes through, or around by scattering."""
+TOLERANCE = 0.02
+"""By which the compressed transmittance may miss."""
+LEAST = 1e-4
+"""Transmittance that counts as none."""
+
+
+class DeepShadow(NamedTuple):
+    """Transmittance from a lamp to the places behind the texels of a map.
+
+    light     the lamp
+    to_cells  to_cells[:, :3] x + to_cells[:, 3] is the place of a world point x on the map and its depth away from the
+              lamp [texels], (3, 4) float64
+    cell      edge of a texel [m]
+    starts    texel (i, j) has knots[starts[t]:starts[t+1]] with t = TEXELS i + j, (TEXELS^2 + 1,) int64
+    knots     depth [texels] and transmittance, see `compress`, (k, 2) float32
+    """
+
+    light: Light
+    to_cells: np.ndarray
+    cell: float
+    starts: np.ndarray
+    knots: np.ndarray
+
+    def between(self, points: np.ndarray) -> np.ndarray:
+        """Optical depths between the lamp and world points (n, 3), in hairs as `Shadow.between`, (n,) float64."""
+        return look_up_deep(self.starts, self.knots, apply(self.to_cells, points))
+
+
+def cast_deep_shadow(
+    light: Light, centre: np.ndarray, radius: float, points: np.ndarray, offsets: np.ndarray, width: float, body: Mesh
+) -> DeepShadow:
+    """Cast the shadow of hair and body away from a lamp, as `cast_shadow` does; equal on any number of threads."""
+    cell, to_cells = cells_of(light, centre, radius, TEXELS)
+    places = apply(to_cells, points)
+    rays = front(apply(to_cells, body.points), body.triangles, FINE, TEXELS)
+    solid = np.sort(rays.reshape(TEXELS, FINE, TEXELS, FINE).swapaxes(1, 2).reshape(-1, FINE * FINE), axis=1)
+    counts = np.isfinite(solid).sum(axis=1)
+    scatter(counts, np.empty((0, 2), np.float32), places, offsets, width / cell)
+    starts = starts_of(counts)
+    fragments, ends = np.empty((starts[-1], 2), np.float32), starts[:-1].copy()
+    lay_body(ends, fragments, solid)
+    scatter(ends, fragments, places, offsets, width / cell)
+    loose = np.empty((2 * len(fragments), 2), np.float32)
+    compress_all(starts, fragments, counts, loose)
+    tight = starts_of(counts)
+    taken = np.repeat(2 * starts[:-1] - tight[:-1], counts) + np.arange(tight[-1])
+    return DeepShadow(light, to_cells, cell, tight, loose[taken])
+
+
+def starts_of(counts: np.ndarray) -> np.ndarray:
+    """Where the entries of each begin, one after another, and where all end, (n + 1,) int64."""
+    return np.concatenate([[0], np.cumsum(counts)])
+
+
+@njit(cache=True, nogil=True)
+def lay_body(ends: np.ndarray, fragments: np.ndarray, solid: np.ndarray) -> None:
+    """Add the front of the body, BIAS behind it, to the fragments of every texel, in place.
+
+    solid  where rays of the texel meet it [texels], ascending, infinite beside it, (TEXELS^2, rays): each has its share
+           of the transmittance, which therefore falls by equal steps
+    """
+    step = (1.0 - math.exp(-OPACITY * SOLID)) / solid.shape[1]
+    for t in range(len(solid)):
+        for n, depth in enumerate(solid[t]):
+            if depth < np.inf:
+                fragments[ends[t], 0], fragments[ends[t], 1] = depth + BIAS, step / (1.0 - n * step)
+                ends[t] += 1
+
+
+@njit(cache=True, nogil=True)
+def scatter(ends: np.ndarray, fragments: np.ndarray, places: np.ndarray, offsets: np.ndarray, width: float) -> None:
+    """Add depth and opacity of strands to the fragments of every texel, which end at `ends`, in place.
+
+    Pieces of a segment are a texel long or shorter, so that their shares on the four nearest texels leave no gap. Where
+    there is no room for fragments, these are counted only. Places (p, 3) and width in texels.
+    """
+    for s in range(len(offsets) - 1):
+        for i in range(offsets[s], offsets[s + 1] - 1):
+            x, y, z = places[i, 0], places[i, 1], places[i, 2]
+            dx, dy, dz = places[i + 1, 0] - x, places[i + 1, 1] - y, places[i + 1, 2] - z
+            length = math.hypot(dx, dy)
+            pieces = math.ceil(min(length, TEXELS))  # longer ones are no hair any more
+            for n in range(pieces):
+                t = (n + 0.5) / pieces
+                add(ends, fragments, x + t * dx, y + t * dy, z + t * dz, width * length / pieces)
+
+
+@njit(cache=True, nogil=True)
+def add(ends: np.ndarray, fragments: np.ndarray, x: float, y: float, z: float, area: float) -> None:
+    """Share an area among the four texels around a place, in place; nothing outside the cube behind the map."""
+    top = TEXELS - 0.5
+    if not (0.5 <= x < top and 0.5 <= y < top and 0.5 <= z < top):
+        return
+    i, j = int(x - 0.5), int(y - 0.5)
+    f, g = x - 0.5 - i, y - 0.5 - j
+    for a in range(2):
+        for b in range(2):
+            t = TEXELS * (i + a) + j + b
+            if len(fragments):
+                share = (f if a else 1.0 - f) * (g if b else 1.0 - g)
+                fragments[ends[t], 0], fragments[ends[t], 1] = z, 1.0 - math.exp(-OPACITY * share * area)
+            ends[t] += 1
+
+
+@njit(cache=True, nogil=True, parallel=True)
+def compress_all(starts: np.ndarray, fragments: np.ndarray, counts: np.ndarray, knots: np.ndarray) -> None:
+    """Compress the fragments of every texel into as many knots as `counts` then says, from knots[2 starts[t]] on."""
+    for i in prange(TEXELS):
+        for t in range(TEXELS * i, TEXELS * (i + 1)):
+            counts[t] = 0
+            if starts[t] < starts[t + 1]:
+                own = fragments[starts[t] : starts[t + 1]]
+                own = own[np.argsort(own[:, 0], kind="mergesort")]
+                counts[t] = compress(own[:, 0], own[:, 1], TOLERANCE, knots[2 * starts[t] : 2 * starts[t + 1]])
+
+
+@njit(cache=True, nogil=True)
+def look_up_deep(starts: np.ndarray, knots: np.ndarray, places: np.ndarray) -> np.ndarray:
+    """Optical depths -log(transmittance) / OPACITY at places (n, 3) [texels], between the texels, (n,) float64."""
+    taken = np.zeros(len(places))
+    for p in range(len(places)):
+        x, y, z = places[p, 0] - 0.5, places[p, 1] - 0.5, places[p, 2]
+        if not (0.0 <= x < TEXELS - 1 and 0.0 <= y < TEXELS - 1):
+            continue
+        i, j = int(x), int(y)
+        through = 0.0
+        for a in range(2):
+            for b in range(2):
+                t = TEXELS * (i + a) + j + b
+                share = (x - i if a else 1.0 - x + i) * (y - j if b else 1.0 - y + j)
+                through += share * transmittance(knots, starts[t], starts[t + 1], z)
+        taken[p] = -math.log(max(through, LEAST)) / OPACITY
+    return taken

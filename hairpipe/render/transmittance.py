@@ -1,0 +1,72 @@
+"""Transmittance along a ray through what lets light through in part: exactly, compressed, and read.
+
+What stands on a ray lets light through at its depth: the product of (1 - opacity) over all before a place is a function
+of steps. It is kept as a few knots between which it is linear, two of them at one depth where it jumps, and is nowhere
+farther than a tolerance from the steps (Lokovic and Veach 2000, Sec. 3.2: the slopes that are admissible from the last
+knot are narrowed by one vertex after another, until none is left).
+"""
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True, nogil=True)
+def compress(depths: np.ndarray, opacities: np.ndarray, tolerance: float, knots: np.ndarray) -> int:
+    """Compress the transmittance behind n fragments into at most 2 n knots, and return how many there are.
+
+    depths     of the fragments, ascending, (n,)
+    opacities  0 to 1, (n,)
+    tolerance  by which the result may miss the transmittance
+    knots      depth and transmittance, never rising, (2 n, 2) float32, written
+    """
+    begin, value, count = depths[0], 1.0, 1
+    knots[0, 0], knots[0, 1] = begin, value
+    low, high, last, through = -np.inf, 0.0, begin, 1.0
+    for n in range(len(depths)):
+        z = depths[n]
+        for behind in range(2):  # every step has two vertices
+            if behind:
+                through *= 1.0 - opacities[n]
+            if z > begin:
+                least, most = slopes(through - value, z - begin, tolerance)
+                if least <= high and most >= low:
+                    low, high, last = max(low, least), min(high, most), z
+                    continue
+                begin, value = last, value + 0.5 * (low + high) * (last - begin)
+                knots[count, 0], knots[count, 1] = begin, value
+                count, low, high = count + 1, -np.inf, 0.0
+            if z > begin:
+                least, most = slopes(through - value, z - begin, tolerance)
+                low, high, last = least, min(most, 0.0), z
+            elif value - through > tolerance:
+                value = through
+                knots[count, 0], knots[count, 1] = begin, value
+                count += 1
+    if last > begin:
+        knots[count, 0], knots[count, 1] = last, value + 0.5 * (low + high) * (last - begin)
+        count += 1
+    return count
+
+
+@njit(cache=True, nogil=True, inline="always")
+def slopes(rise: float, run: float, tolerance: float) -> tuple[float, float]:
+    """Return the least and the greatest slope that end within a tolerance of a rise; the least is never positive."""
+    return min((rise - tolerance) / run, 0.0), (rise + tolerance) / run
+
+
+@njit(cache=True, nogil=True)
+def transmittance(knots: np.ndarray, begin: int, end: int, depth: float) -> float:
+    """Return the transmittance at a depth, by knots[begin:end]: 1 before the first, the last behind the last."""
+    if begin == end or depth < knots[begin, 0]:
+        return 1.0
+    low, high = begin, end
+    while high - low > 1:
+        middle = (low + high) // 2
+        if knots[middle, 0] <= depth:
+            low = middle
+        else:
+            high = middle
+    if low + 1 == end:
+        return knots[low, 1]
+    part = (depth - knots[low, 0]) / (knots[low + 1, 0] - knots[low, 0])
+    return knots[low, 1] + part * (knots[low + 1, 1] - knots[low, 1])
