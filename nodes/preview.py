@@ -27,6 +27,7 @@ def preview(
     colour: tuple[Fraction, Fraction, Fraction] = (0.37, 0.25, 0.17),
     thickness: Annotated[float, Interval(gt=0.0, le=100.0)] = 1.0,
     curve: Literal["catmull_rom", "bspline"] = "catmull_rom",
+    shading: Literal["kajiya_kay", "dual"] = "kajiya_kay",
     lambert: Fraction = 0.4,
     supersampling: Annotated[int, Interval(ge=1, le=4)] = 1,
     shutter: Fraction = 0.0,
@@ -43,12 +44,14 @@ def preview(
     colour         of the hair: red, green and blue, sRGB
     thickness      of a strand, over what makes so many look full: few are drawn thick, very many as they are
     curve          through the points of the hair; or a B-spline whose control hull they are, as of key hairs
-    lambert        share of the diffuse light that is a surface's, by `normals`; without these there is none
+    shading        of the hair: Kajiya and Kay's, fast; or the scattering of one hair and, by dual scattering, of all
+    lambert        share of the diffuse light that is a surface's, by `normals`; without these there is none, nor with `dual`
     supersampling  of the picture, across one of its pixels: 1 is fast, 2 is for stills
     shutter        part of the frame while it is open: motion is blurred, at a cost that grows with it; 0: it is not
     turn           by which the eye goes around the target every frame, towards the left ear; it begins at frame 0
     """
     from dataclasses import replace
+    from functools import partial
 
     from hairpipe.errors import BadInput
     from hairpipe.groom.resampling import spline_knots
@@ -56,6 +59,8 @@ def preview(
     from hairpipe.render.film import linear
     from hairpipe.render.framing import Shot
     from hairpipe.render.portrait import draw_portrait
+    from hairpipe.render.shading.dual import shade_dual
+    from hairpipe.render.shading.kajiya_kay import shade_hair
 
     shot = Shot(width, height, view, fov, eye, target, supersampling, turn * time.frame)
     if normals is not None and len(normals.vectors) != len(hair.points):
@@ -64,6 +69,10 @@ def preview(
     if curve == "bspline":
         points, velocities = (spline_knots(hull, hair.offsets) for hull in (hair.points, hair.velocities))
         hair = replace(hair, points=points, velocities=velocities)
-    facing, path = None if normals is None else lambert * normals.vectors.astype(float), workspace / "picture.png"
-    write_png(path, draw_portrait(hair, body, shot, linear(colour), thickness, facing, shutter * time.dt))
+    if shading == "dual":
+        shade = shade_dual
+    else:
+        shade = partial(shade_hair, facing=None if normals is None else lambert * normals.vectors.astype(float))
+    path = workspace / "picture.png"
+    write_png(path, draw_portrait(hair, body, shot, linear(colour), thickness, shade, shutter * time.dt))
     return File(path)

@@ -1,5 +1,7 @@
 """A picture of hair on a body, in a studio."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from hairpipe.data import Mesh, Strands
@@ -15,7 +17,7 @@ from hairpipe.render.raster.tiles import Curves, lay_curves
 from hairpipe.render.shading.kajiya_kay import shade_hair
 from hairpipe.render.shading.scalp_tint import hair_share
 from hairpipe.render.shading.skin import CLAY, shade_skin
-from hairpipe.render.shadows import cast_shadow
+from hairpipe.render.shadows import Shadow, cast_shadow
 
 FULLNESS = 14.0
 """Strands times drawn width, over the radius of the picture: that of 50,000 hairs of 80 um in a picture of 0.6 m."""
@@ -29,6 +31,8 @@ FINE = 200_000
 """Points of the hair up to which light is found in the middle of segments, too: of more, these hide one another."""
 SCALP = 0.8
 """How far the skin takes the colour of the hair where hair grows: every strand drawn stands for many."""
+Shading = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, list[Shadow]], np.ndarray]
+"""See `shade_hair` for its arguments and what it returns."""
 NOBODY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 
@@ -38,14 +42,14 @@ def draw_portrait(
     shot: Shot,
     colour: np.ndarray,
     thickness: float,
-    facing: np.ndarray | None = None,
+    shade: Shading = shade_hair,
     shutter: float = 0.0,
 ) -> np.ndarray:
     """Draw hair, and the body under it, (height, width, 3) uint8, sRGB.
 
     colour     of the hair, linear red, green and blue, (3,)
     thickness  drawn width over the width that looks full, see drawn_width
-    facing     normals of hair as one body, each as long as its share of the diffuse light, (p, 3); None: no share
+    shade      finds the light that hair sends to the eye
     shutter    how long it is open [s]: motion is blurred, in the light of its middle
 
     Raises BadInput where there is no strand, or a position is not finite.
@@ -71,7 +75,7 @@ def draw_portrait(
         soften(layer, surface.depth)
         curves = lay_curves(camera.project(places), hair.offsets, width * camera.focal, surface.depth)
         fresh = np.flatnonzero(lit_sites(curves, fine) & ~known)
-        colours[fresh] = shade_hair(points, hair.offsets, fresh, colour, camera.eye, shadows, facing)
+        colours[fresh] = shade(points, hair.offsets, fresh, colour, camera.eye, shadows)
         known[fresh] = True
         if not fine:
             colours[2 * curves.starts + 1] = 0.5 * (colours[2 * curves.starts] + colours[2 * curves.starts + 2])
