@@ -44,8 +44,8 @@ def preview(
     colour         of the hair: red, green and blue, sRGB
     thickness      of a strand, over what makes so many look full: few are drawn thick, very many as they are
     curve          through the points of the hair; or a B-spline whose control hull they are, as of key hairs
-    shading        of the hair: Kajiya and Kay's, fast; or the scattering of one hair and, by dual scattering, of all
-    lambert        share of the diffuse light that is a surface's, by `normals`; without these there is none, nor with `dual`
+    shading        of the hair: Kajiya and Kay's; or dual scattering: physical, light comes through pale hair
+    lambert        share of the diffuse light of `kajiya_kay` that is a surface's, by `normals`; without these, none
     supersampling  of the picture, across one of its pixels: 1 is fast, 2 is for stills
     shutter        part of the frame while it is open: motion is blurred, at a cost that grows with it; 0: it is not
     turn           by which the eye goes around the target every frame, towards the left ear; it begins at frame 0

@@ -5,10 +5,11 @@ back, n, the hairs between a place and the lamp, and N, all hairs on that ray, o
 
     dD/dn = -(1 - a_f) D + a_b U,  dU/dn = (1 - a_f) U - a_b D,  D(0) = 1,  U(N) = 0.
 
-These are the streams of Schuster 1905, and of Kubelka and Munk 1931. The share exp(-n) of D is the lamp's own light, scattered by R, TT and TRT. What else comes, D - exp(-n) from the lamp's
-side and U from the other, is spread over half of all azimuths and the wider along the hair, the more hairs it met.
-We differ from the paper: it counts hairs one by one, D as a_f^n, and for U it sums the light that turns once or three
-times in deep hair. n of a map is a mean, hair may be thin, and white hair shall lose nothing.
+These are the streams of Schuster 1905, and of Kubelka and Munk 1931. The share exp(-n) of D is the lamp's own light,
+scattered by R, TT and TRT. What else comes, D - exp(-n) from the lamp's side and U from the other, is spread over half
+of all azimuths, and along the hair the wider, the more hairs it met. We differ from the paper: it counts hairs one by
+one, D as a_f^n, and for U it sums the light that turns once or three times in deep hair. n of a map is a mean, hair may
+be thin, and white hair shall lose nothing.
 """
 
 import math
@@ -18,11 +19,13 @@ from numba import njit
 
 from hairpipe.render.lights import Light
 from hairpipe.render.shading.fibre import COLOURS, STEPS, WIDTHS, Scattering, tabulate
-from hairpipe.render.shading.kajiya_kay import AMBIENT, LIFT, Fibres, lay_fibres
+from hairpipe.render.shading.kajiya_kay import AMBIENT, Fibres, lay_fibres
 from hairpipe.render.shading.skin import IRRADIANCE
-from hairpipe.render.shadows import CELLS, Shadow, look_up_all
+from hairpipe.render.shadows import Shadow, look_up_all
 
 R, TT, TRT = WIDTHS
+BEYOND = 1e4
+"""How far from the lamp all hairs of a ray are behind [cells]."""
 FLAT = 1e-3
 """Least extinction of the streams over a hair: less makes no difference, and none would divide by 0."""
 
@@ -39,11 +42,9 @@ def shade_dual(
     fibres = lay_fibres(points, offsets, sites, colour, None)
     shed = AMBIENT * fibres.colours
     for shadow in shadows:
-        towards = shadow.cell * shadow.light.towards
-        between, hairs = (
-            look_up_all(shadow.depth, shadow.to_cells, fibres.points + cells * towards) for cells in (LIFT, -CELLS)
-        )
-        add_scattered(shed, fibres, eye, shadow.light, np.stack([between, hairs], axis=1), tabulate())
+        far = fibres.points - BEYOND * shadow.cell * shadow.light.towards
+        met = np.stack([look_up_all(shadow.depth, shadow.to_cells, at) for at in (fibres.points, far)], axis=1)
+        add_scattered(shed, fibres, eye, shadow.light, met, tabulate())
     return shed
 
 
@@ -78,9 +79,8 @@ def add_scattered(
         cone_r = cone(sin_l, cos_l, sin_e * cos_2 + cos_e * sin_2, cos_e * cos_2 - sin_e * sin_2, R)
         cone_tt = cone(sin_l, cos_l, sin_e * turn - cos_e * s, cos_e * turn + sin_e * s, TT)
         cone_trt = cone(sin_l, cos_l, sin_e * cos_3 - cos_e * sin_3, cos_e * cos_3 + sin_e * sin_3, TRT)
-        _, _, crossing, back_again = at_inclination(
-            table.streams, math.sqrt(colours[i, 1]), abs(sin_l)
-        )  # of any colour
+        # How far light spreads hardly depends on the colour: green stands for all.
+        _, _, crossing, back_again = at_inclination(table.streams, math.sqrt(colours[i, 1]), abs(sin_l))
         cone_d = cone(sin_l, cos_l, sin_e, cos_e, back_again + n * crossing)
         cone_u = cone(sin_l, cos_l, sin_e, cos_e, 2.0 * back_again)
         for c in range(3):

@@ -2,9 +2,9 @@
 
 A hair sends sum_p M_p(theta_i, theta_o) N_p(theta_d, phi) of the light from one direction into another. M_p is the
 normalised lobe of d'Eon et al. 2011, Eq. 7; it is found where it is needed. N_p = 1/2 int A_p(h) G(phi - Phi_p(h)) dh
-over the offsets h across the hair, with their Gaussian G, Fresnel's share A_0 = F, and A_p = (1-F)^2 F^(p-1) T^p; what is
-reflected inside more than once is spread evenly, so that hair that absorbs nothing loses nothing. Widths by
-the roughness are those of Chiang et al. 2016.
+over the offsets h across the hair, with their Gaussian G, Fresnel's share A_0 = F, and A_p = (1-F)^2 F^(p-1) T^p. What
+is reflected inside more than once is spread evenly, so that hair that absorbs nothing loses nothing. Widths by the
+roughness are those of Chiang et al. 2016.
 
 Absorption is found from a colour, by bisection: that of hair so deep that no light comes through, shaded as `dual.py`
 does it. a_f and a_b are what a hair sends on and back of light from half the azimuths, as in Zinke et al. 2008.
@@ -40,8 +40,8 @@ BLACKEST = 50.0
 class Scattering(NamedTuple):
     """What a hair scatters, by the square root of a colour, the sine of an inclination, and an azimuth, evenly spaced.
 
-    lobes    N of R, TT, and TRT with all that follow, and of the sum, averaged over light from half the azimuths; by |sin theta_d| and phi in
-             0..pi, which is 0 where the eye is at the lamp, (COLOURS, STEPS, STEPS, 4) float32
+    lobes    N of R, TT, and TRT with all that follow, and of the sum, averaged over light from half the azimuths; by
+             |sin theta_d| and phi in 0..pi, 0 where the eye is at the lamp, (COLOURS, STEPS, STEPS, 4) float32
     streams  a_f and a_b, and the variances that a crossing and a return add along the hair [rad^2]; by |sin theta_i|,
              (COLOURS, STEPS, 4) float64
     """
@@ -80,10 +80,11 @@ def combine(sent: np.ndarray, spread: np.ndarray) -> np.ndarray:
 
 
 def deep_colour(sharp: np.ndarray, averaged: np.ndarray) -> np.ndarray:
-    """Colour of deep hair in light from everywhere, seen from straight above, by N, of a lamp and averaged, (n, t, turn).
+    """Find the colour of deep hair in light from everywhere, seen from straight above, (n, inclinations); pure.
 
-    A hair is seen at the depth s with the density exp(-s), where a lamp at the azimuth phi has s/cos(phi) hairs before
-    it: of its own light cos/(1 + cos) comes there, of the stream D cos/(k + cos).
+    It takes N summed over the lobes, of a lamp and averaged, (n, inclinations, azimuths) each. A hair is seen at the
+    depth s with the density exp(-s), where a lamp at the azimuth phi has s/cos(phi) hairs before it: of its own light
+    cos/(1 + cos) comes there, of the stream D cos/(k + cos).
     """
     cosine = np.cos(AZIMUTHS[FRONT])
     back, lost = STEP * averaged[..., FRONT].sum(axis=-1), 1.0 - STEP * averaged[..., ~FRONT].sum(axis=-1)
@@ -120,7 +121,7 @@ def refract() -> tuple[np.ndarray, np.ndarray]:
 
 
 def shares(entry: tuple[np.ndarray, np.ndarray], absorbed: np.ndarray) -> np.ndarray:
-    """Shares A of light for R, TT, TRT and what is left, by what is absorbed over a radius (n,), (n, 4, STEPS, ACROSS)."""
+    """Shares A of light of R, TT, TRT and the rest, by what is absorbed over a radius (n,), (n, 4, STEPS, ACROSS)."""
     mirrored, way = entry
     through = np.exp(-absorbed[:, None, None] * way)
     once = (1.0 - mirrored) ** 2 * through
