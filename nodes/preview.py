@@ -69,10 +69,7 @@ def preview(
     if curve == "bspline":
         points, velocities = (spline_knots(hull, hair.offsets) for hull in (hair.points, hair.velocities))
         hair = replace(hair, points=points, velocities=velocities)
-    if shading == "dual":
-        shade = shade_dual
-    else:
-        shade = partial(shade_hair, facing=None if normals is None else lambert * normals.vectors.astype(float))
-    path = workspace / "picture.png"
+    facing, path = None if normals is None else lambert * normals.vectors.astype(float), workspace / "picture.png"
+    shade = shade_dual if shading == "dual" else partial(shade_hair, facing=facing)
     write_png(path, draw_portrait(hair, body, shot, linear(colour), thickness, shade, shutter * time.dt))
     return File(path)
