@@ -1,5 +1,7 @@
 """A picture of hair on a body, in a studio."""
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 
 from hairpipe.data import Mesh, Strands
@@ -9,7 +11,7 @@ from hairpipe.render.deep_shadow import cast_deep_shadow
 from hairpipe.render.exposure import instants
 from hairpipe.render.film import backdrop, develop, soften
 from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
-from hairpipe.render.lights import studio
+from hairpipe.render.lights import Shade, studio
 from hairpipe.render.raster.lines import draw_strands
 from hairpipe.render.raster.surface import see_body
 from hairpipe.render.raster.tiles import Curves, lay_curves
@@ -31,6 +33,8 @@ FINE = 200_000
 SCALP = 0.8
 """How far the skin takes the colour of the hair where hair grows: every strand drawn stands for many."""
 SHADOWS = {"cube": cast_shadow, "deep": cast_deep_shadow}
+Shading = Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray, Sequence[Shade]], np.ndarray]
+"""See `shade_hair` for its arguments and what it returns."""
 NOBODY = Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.int32))
 
 
@@ -40,7 +44,7 @@ def draw_portrait(
     shot: Shot,
     colour: np.ndarray,
     thickness: float,
-    facing: np.ndarray | None = None,
+    shade: Shading = shade_hair,
     shutter: float = 0.0,
     shadow: str = "cube",
 ) -> np.ndarray:
@@ -48,7 +52,7 @@ def draw_portrait(
 
     colour     of the hair, linear red, green and blue, (3,)
     thickness  drawn width over the width that looks full, see drawn_width
-    facing     normals of hair as one body, each as long as its share of the diffuse light, (p, 3); None: no share
+    shade      finds the light that hair sends to the eye
     shutter    how long it is open [s]: motion is blurred, in the light of its middle
     shadow     name of how shadows are cast, one of SHADOWS
 
@@ -75,7 +79,7 @@ def draw_portrait(
         soften(layer, surface.depth)
         curves = lay_curves(camera.project(places), hair.offsets, width * camera.focal, surface.depth)
         fresh = np.flatnonzero(lit_sites(curves, fine) & ~known)
-        colours[fresh] = shade_hair(points, hair.offsets, fresh, colour, camera.eye, shadows, facing)
+        colours[fresh] = shade(points, hair.offsets, fresh, colour, camera.eye, shadows)
         known[fresh] = True
         if not fine:
             colours[2 * curves.starts + 1] = 0.5 * (colours[2 * curves.starts] + colours[2 * curves.starts + 2])

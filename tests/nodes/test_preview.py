@@ -47,6 +47,7 @@ def test_every_setting_shows(hair: Strands, tmp_path: Path) -> None:
         {"colour": (0.8, 0.7, 0.4)},
         {"thickness": 2.0},
         {"curve": "bspline"},
+        {"shading": "dual"},
         {"supersampling": 2},
         {"turn": 1.0},
         {"shutter": 0.5},

@@ -35,14 +35,14 @@ def test_instants_cover_the_time_evenly_and_body_and_hair_move_together(hair: St
 
 
 def test_hair_at_rest_is_as_sharp_as_with_no_shutter(hair: Strands, head: Mesh) -> None:
-    sharp, blurred = (draw_portrait(hair, head, Shot(80, 80), BROWN, 1.0, None, shutter) for shutter in (0.0, 0.02))
+    sharp, blurred = (draw_portrait(hair, head, Shot(80, 80), BROWN, 1.0, shutter=shutter) for shutter in (0.0, 0.02))
     assert np.array_equal(sharp, blurred)
 
 
 def test_a_blurred_picture_is_the_mean_of_many_sharp_ones(hair: Strands) -> None:
     """Hair that moves by a third of the picture; about, for light is added before it is compressed, here after."""
     velocity, shot = np.array([0.0, 4.0, 0.0]), Shot(60, 60, eye=(0.0, 1.6, 1.5), target=(0.0, 1.6, 0.0))
-    blurred = draw_portrait(moving(hair, velocity), None, shot, BROWN, 1.0, None, 0.05).astype(float)
+    blurred = draw_portrait(moving(hair, velocity), None, shot, BROWN, 1.0, shutter=0.05).astype(float)
     times = 0.05 * ((np.arange(24) + 0.5) / 24 - 0.5)
     parts = [replace(hair, points=(hair.points + t * velocity).astype(np.float32)) for t in times]
     mean = np.mean([draw_portrait(part, None, shot, BROWN, 1.0).astype(float) for part in parts], axis=0)

@@ -10,6 +10,7 @@ from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.render.framing import Shot
 from hairpipe.render.portrait import draw_portrait
+from hairpipe.render.shading.dual import shade_dual
 
 BROWN = np.array([0.12, 0.06, 0.03])
 
@@ -43,6 +44,14 @@ def test_pictures_are_equal_whatever_runs_beside(hair: Strands, head: Mesh) -> N
     with ThreadPoolExecutor(4) as pool:
         beside = list(pool.map(lambda shot: take(hair, head, shot), shots))
     assert all(np.array_equal(a, b) for a, b in zip(alone, beside, strict=True))
+
+
+def test_hair_of_dual_scattering_is_equal_on_any_number_of_threads(hair: Strands, head: Mesh, threads) -> None:
+    pictures = []
+    for count in (1, 2):
+        threads(count)
+        pictures.append(draw_portrait(hair, head, Shot(90, 90), BROWN, 1.0, shade_dual))
+    assert np.array_equal(*pictures) and (pictures[0] != take(hair, head, Shot(90, 90))).any()
 
 
 def test_the_picture_has_the_size_asked_for(hair: Strands) -> None:

@@ -17,7 +17,7 @@ from hairpipe.render.portrait import NOBODY, SCALP, check, drawn_width
 from hairpipe.render.raster.lines import TAPER
 from hairpipe.render.shading.pigment import ROUGHNESS
 from hairpipe.render.shading.scalp_tint import hair_share
-from hairpipe.render.shading.skin import CLAY, WRAP
+from hairpipe.render.shading.skin import CLAY, IRRADIANCE
 
 SOFT = np.radians(12.0)
 """Angle that a lamp fills, seen from the hair: what makes it an area, and its shadows soft."""
@@ -111,15 +111,12 @@ def fibre_material(colour: np.ndarray) -> dict[str, Any]:
 
 
 def lamp_of(light: Light) -> dict[str, Any]:
-    """Describe a lamp as bright as that of the preview is to a sphere.
-
-    There the mean of ((n.l + w)/(1 + w))^2 over all normals is (1 + w)/6, here that of n.l where positive is 1/4.
-    """
+    """Describe a lamp as bright as that of the preview is to a sphere."""
     brightest = light.colour.max()
     aside = np.eye(3)[np.argmin(np.abs(light.towards))]
     right = np.cross(aside, light.towards) / np.linalg.norm(np.cross(aside, light.towards))
     axes = np.stack([right, np.cross(light.towards, right), light.towards])
-    colour, irradiance = (light.colour / brightest).tolist(), np.pi * brightest * (1.0 + WRAP.mean()) * 4.0 / 6.0
+    colour, irradiance = (light.colour / brightest).tolist(), IRRADIANCE * brightest
     return {"colour": colour, "irradiance": irradiance, "angle": SOFT, "axes": rows_of(axes, np.zeros(3))}
 
 

@@ -53,7 +53,7 @@ def shade_hair(
     colour: np.ndarray,
     eye: np.ndarray,
     shadows: Sequence[Shade],
-    facing: np.ndarray | None,
+    facing: np.ndarray | None = None,
 ) -> np.ndarray:
     """Light that sites on the strands send to the eye, linear, (n, 3) float64.
 
@@ -65,16 +65,24 @@ def shade_hair(
     shadows  of every lamp
     facing   normals of hair as one body, each as long as its share b of the diffuse light, (p, 3); None: no share
     """
+    fibres = lay_fibres(points, offsets, sites, colour, facing)
+    shed = AMBIENT * fibres.colours
+    for shadow in shadows:
+        between = shadow.between(fibres.points + LIFT * shadow.cell * shadow.light.towards)
+        add_light(shed, fibres, eye, shadow.light, between)
+    return shed
+
+
+def lay_fibres(
+    points: np.ndarray, offsets: np.ndarray, sites: np.ndarray, colour: np.ndarray, facing: np.ndarray | None
+) -> Fibres:
+    """Find what shading must know of sites on the strands; arguments as of `shade_hair`."""
     strand = np.repeat(np.arange(len(offsets) - 1, dtype=np.int32), np.diff(offsets))[sites // 2]
     places, along = lie(points, offsets, strand, sites)
     normals = np.zeros_like(places) if facing is None else 0.5 * (facing[sites // 2] + facing[(sites + 1) // 2])
     colours = strand_colours(colour, offsets, strand, sites)
     tilts = np.sin(TILT * (1.0 + 0.9 * noise(len(offsets) - 1, 3)))[strand]
-    fibres, shed = Fibres(places, along, normals, colours, tilts), AMBIENT * colours
-    for shadow in shadows:
-        between = shadow.between(places + LIFT * shadow.cell * shadow.light.towards)
-        add_light(shed, fibres, eye, shadow.light, between)
-    return shed
+    return Fibres(places, along, normals, colours, tilts)
 
 
 def strand_colours(colour: np.ndarray, offsets: np.ndarray, strand: np.ndarray, sites: np.ndarray) -> np.ndarray:

@@ -13,6 +13,11 @@ CLAY = np.array([0.25, 0.21, 0.19])
 """Colour of the body, linear."""
 WRAP = np.array([0.38, 0.22, 0.15])
 """How far light creeps around into the shade: red furthest, as in skin."""
+IRRADIANCE = math.pi * (1.0 + WRAP.mean()) * 4.0 / 6.0
+"""Of a surface that faces a lamp of colour 1, where light is physical and a sphere as bright as the body is here.
+
+Here the mean of ((n.l + w)/(1 + w))^2 over all normals is (1 + w)/6, there that of n.l where positive is 1/4.
+"""
 SHEEN = 0.25
 """Strength of the highlight."""
 AMBIENT = 0.05
