@@ -18,7 +18,7 @@ from hairpipe.render.portrait import NOBODY, SCALP, SCENE
 from hairpipe.render.raster.surface import Sight, at_pixels, look_at_body, seen_vertices, turn_to
 from hairpipe.render.shading import kajiya_kay, skin
 from hairpipe.render.shading.scalp_tint import hair_share
-from hairpipe.render.shadows import apply, cells_of, front
+from hairpipe.render.shadows import CELLS, apply, cells_of, front
 from hairpipe.spatial.triangles import vertex_normals
 
 HALF = 1.6
@@ -123,9 +123,9 @@ def _shaded(
     fibres = kajiya_kay.Fibres(cloud.points, cloud.directions, no_normals, style.colours, tilts)
     hair, flesh = kajiya_kay.AMBIENT * style.colours, skin.AMBIENT * clay
     for light in studio(camera.axes):
-        cell, to_cells = cells_of(light, framing.target, SCENE * framing.radius)
+        cell, to_cells = cells_of(light, framing.target, SCENE * framing.radius, CELLS)
         sprites = _lit(cloud, style, cell, to_cells)
-        begins = front(apply(to_cells, body.points), body.triangles, 1)
+        begins = front(apply(to_cells, body.points), body.triangles, 1, CELLS)
         depths = -np.log(transmittances(sprites, streak_levels(), apply(to_cells, points)[:, RAYS], begins))
         on_hair, on_skin = depths[: len(hair)] / kajiya_kay.DENSITY, depths[len(hair) :] / skin.DENSITY
         kajiya_kay.add_light(hair, fibres, camera.eye, light, on_hair)
