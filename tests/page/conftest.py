@@ -47,7 +47,7 @@ type = "count"
 in.hair = "hair"
 """
 BROWSER, DRIVER = shutil.which("chromium"), shutil.which("chromedriver")
-FLAGS = """--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --window-size=1400,1300
+FLAGS = """--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --window-size=1000,900
     --no-first-run --disable-background-networking --disable-component-update --disable-sync --disable-quic"""
 
 
