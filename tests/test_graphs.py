@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -87,7 +88,6 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
 }
 """Settings by node type with which every graph runs in a moment."""
 SOME = {
-    "beauty.toml": ["hair"],  # a picture takes 15 s; tests of the node render small ones
     "experiments/clips.toml": ["dab_whole_depth"],
     "experiments/interpolation.toml": ["travel", "analytic_chart"],
     "experiments/precision.toml": ["alone_single_error", "alone_single_cost"],
@@ -99,6 +99,8 @@ SOME = {
     "volume/head.toml": ["shake_both_packing"],
 }
 """Of graphs that do the same many times, or measure what has not begun, the nodes that are computed."""
+if find_spec("bpy") is None:  # there is no Blender for this Python
+    SOME["beauty.toml"] = ["hair"]
 FIRST = 2
 """Frames of every graph that are computed."""
 DEEPEST = 1e-3

@@ -160,7 +160,7 @@ def test_no_wire_crosses_a_node_in_any_shipped_graph(opened, report):
             const n = numbers.trim().split(/\\s+/).map(Number);
             const end = kind === 'H' ? [n[0], y] : n.slice(-2);
             const [a, b] = kind === 'C' ? [n.slice(0, 2), n.slice(2, 4)] : [[x, y], end];
-            for (let t = 0.1; t < 1.01 && kind !== 'M'; t += 0.1) {
+            for (let t = 0.05; t < 1.01 && kind !== 'M'; t += 0.05) {
               const s = 1 - t, [u, v, w] = [3 * s * s * t, 3 * s * t * t, t ** 3];
               const at = (k, p) => s ** 3 * p + u * a[k] + v * b[k] + w * end[k];
               places.push([at(0, x), at(1, y)]);

@@ -1,15 +1,18 @@
 """Checkpoints of scans: states of most frames are removed, so that a scan restarts from every n-th frame.
 
 While a scan runs, the states of its last two frames are kept, and that of every n-th: a shot need not fit on the disk
-with all its states. The last but one is kept in case the last is found damaged.
+with all its states. The last but one is kept in case the last is found damaged. Where another scan of the run may have
+the same first frames, as variants of a wedge do, a state is kept until that one has it too, or has parted: it would
+have to compute again what both share.
 """
 
-from collections import Counter
+from collections import Counter, defaultdict
 from functools import cached_property
 
 from hairpipe.graph.file.graph import Node
 from hairpipe.graph.plan.resolve import Resolver
-from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.plan.tasks import Task, sources
+from hairpipe.graph.store.digest import action_key, canonical
 from hairpipe.graph.store.record import Record
 
 
@@ -24,6 +27,9 @@ class Thinner:
         self._roles: Counter[str] = Counter()
         self._passed: set[Task] = set()
         self._next: dict[str, int] = {}
+        self._reached: dict[str, int] = {}
+        self._behind: dict[str, int] = {}
+        self._parted: set[tuple[str, str]] = set()
 
     def add(self, task: Task, record: Record, before: Record | None) -> None:
         """Count the roles of the objects of an established result, in place of those of the result before."""
@@ -35,11 +41,16 @@ class Thinner:
         self._roles.update(state_objects(record))
         if task.frame is not None:
             self._next[task.node] = min(self._next.get(task.node, task.frame), task.frame)
+            self._reached[task.node] = max(self._reached.get(task.node, task.frame), task.frame)
 
     def thin_behind(self, task: Task) -> None:
-        """Remove states before the last two of a scan that was evaluated at a task."""
+        """Remove states before the last two of a scan that was evaluated at a task, and those that waited for it."""
         if task.frame is not None:
-            self._thin_before(task.node, task.frame - 1)
+            self._behind[task.node] = task.frame - 1
+            for name in (task.node, *self._twins.get(task.node, ())):
+                end = self._behind.get(name, self.resolver.graph.begin)
+                frames = range(self._next.get(name, end), end)
+                self._thin_before(name, next((frame for frame in frames if self._is_awaited(name, frame)), end))
 
     def thin_all(self) -> None:
         """Remove all states but the last of complete scans."""
@@ -65,6 +76,33 @@ class Thinner:
                 self._roles[spared] -= 1
                 if self._roles[spared] <= 0 and store.has(spared) and spared not in self._held_before:
                     store.remove(store.object_path(spared))
+
+    def _is_awaited(self, name: str, frame: int) -> bool:
+        """Whether another scan may still come to have the state of this one at a frame."""
+        return any(self._may_share(name, twin, frame) for twin in self._twins.get(name, ()))
+
+    def _may_share(self, name: str, twin: str, frame: int) -> bool:
+        """Whether a scan that has not reached a frame yet is, as far as is known, the same as another up to there."""
+        results, ahead = self.resolver.results, self._reached.get(twin, self.resolver.graph.begin - 1)
+        if (name, twin) in self._parted or ahead >= frame:
+            return False
+        own, other, following = Task(name, ahead), Task(twin, ahead), Task(twin, ahead + 1)
+        same = own not in results or other not in results or results[own].key == results[other].key
+        if same and following in self.resolver.tasks:
+            known = all(source.task in results for source in sources(self.resolver.tasks[following]))
+            same = not known or action_key(self.resolver.parts(following)) == results[Task(name, ahead + 1)].key
+        if not same:
+            self._parted.add((name, twin))
+        return same
+
+    @cached_property
+    def _twins(self) -> dict[str, tuple[str, ...]]:
+        """Scans by each that are of the same type and settings: only these can have the same frames."""
+        alike: defaultdict[str, list[str]] = defaultdict(list)
+        for node in self.resolver.graph.nodes.values():
+            if node.type.mode == "scan":
+                alike[canonical([node.type.name, node.settings])].append(node.name)
+        return {name: tuple(n for n in names if n != name) for names in alike.values() for name in names}
 
     @cached_property
     def _held_before(self) -> set[str]:

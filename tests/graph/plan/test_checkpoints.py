@@ -6,7 +6,8 @@ from types import SimpleNamespace
 import pytest
 
 from hairpipe.graph.plan.checkpoints import Thinner
-from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.plan.tasks import Source, Task
+from hairpipe.graph.store.digest import action_key
 from hairpipe.graph.store.record import Output, Record
 from hairpipe.graph.store.store import Store
 
@@ -143,7 +144,7 @@ def test_each_state_is_looked_at_once(frames):
         record_keys=lambda: (),
         record=None,
     )
-    node = SimpleNamespace(checkpoint=24)
+    node = SimpleNamespace(name="scan", checkpoint=24, settings={}, type=SimpleNamespace(name="add", mode="scan"))
     graph = SimpleNamespace(nodes={"scan": node}, frames=(0, frames - 1), begin=0)
     tasks = {Task("scan", frame): {} for frame in range(frames)}
     resolver = SimpleNamespace(graph=graph, store=store, results=Counted(), tasks=tasks, thinnable=lambda node: "state")
@@ -183,3 +184,73 @@ def test_a_state_that_is_shown_as_well_stays(shot):
     shot.path.write_text(shot.path.read_text().split("[list]")[0])
     assert shot.run().exit_code == 0 and shot.tally()["add_up"] == 10
     assert kept(shot) == list(range(1, 11))
+
+
+class TwoScans:
+    """Two scans of one type and settings that share the first frames of six; states that there are."""
+
+    def __init__(self, shared: int) -> None:
+        self.there = {f"{name}{frame}" for name in ("a", "b") for frame in range(6)}
+        self.shared = shared
+        store = SimpleNamespace(
+            has=self.there.__contains__,
+            remove=self.there.discard,
+            object_path=str,
+            record_keys=lambda: (),
+            record=None,
+        )
+        kind = SimpleNamespace(name="add", mode="scan")
+        nodes = {name: SimpleNamespace(name=name, checkpoint=24, settings={}, type=kind) for name in ("a", "b")}
+        self.inputs = {Task(name, frame): Task(f"in_{name}", frame) for name in nodes for frame in range(6)}
+        self.resolver = SimpleNamespace(
+            graph=SimpleNamespace(nodes=nodes, frames=(0, 5), begin=0),
+            store=store,
+            results={},
+            tasks={task: {"in": [Source(feed, "")]} for task, feed in self.inputs.items()},
+            thinnable=lambda node: "state",
+            parts=self.parts,
+        )
+        self.thinner = Thinner(self.resolver)
+
+    def parts(self, task: Task) -> dict:
+        return {"made": task.frame if task.frame < self.shared else [task.node, task.frame]}
+
+    def feed(self, name: str, *frames: int) -> None:
+        """Establish what goes into a scan."""
+        self.resolver.results |= {self.inputs[Task(name, frame)]: None for frame in frames}
+
+    def evaluate(self, name: str, *frames: int) -> None:
+        for frame in frames:
+            task, key = Task(name, frame), action_key(self.parts(Task(name, frame)))
+            owner = "a" if frame < self.shared else name
+            record = Record(key, name, frame, {}, {"state": Output(f"{owner}{frame}", 1)}, "state", 0.0, (), 0.0)
+            self.resolver.results[task] = record
+            self.thinner.add(task, record, None)
+            self.thinner.thin_behind(task)
+
+    def states(self, name: str) -> list[int]:
+        return [frame for frame in range(6) if f"{name}{frame}" in self.there]
+
+
+def test_a_state_waits_for_a_scan_that_may_share_it_and_goes_when_that_has_parted():
+    scans = TwoScans(shared=3)
+    scans.feed("a", *range(6))
+    scans.evaluate("a", *range(6))
+    assert scans.states("a") == [0, 1, 2, 3, 4, 5], "what goes into the other is not known yet"
+    scans.feed("b", 0, 1, 2)
+    scans.evaluate("b", 0, 1, 2)
+    assert scans.states("a") == [1, 2, 3, 4, 5], "whether it shares frame 3 is not known yet"
+    scans.feed("b", 3)
+    scans.evaluate("b", 3)
+    assert scans.states("a") == [2, 4, 5] and scans.states("b") == [0, 1, 2, 3, 4, 5]
+    scans.evaluate("b", 4, 5)
+    assert scans.states("a") == [4, 5] and scans.states("b") == [0, 1, 2, 4, 5]
+    scans.thinner.thin_all()
+    assert scans.states("a") == [5]
+
+
+def test_no_state_waits_for_a_scan_whose_first_frame_is_another():
+    scans = TwoScans(shared=0)
+    scans.feed("b", 0)
+    scans.evaluate("a", *range(6))
+    assert scans.states("a") == [4, 5]

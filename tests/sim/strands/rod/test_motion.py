@@ -131,6 +131,14 @@ def test_a_cut_carries_a_rod_with_its_root(rods, triangle):
     np.testing.assert_allclose(carried.positions[:, :, 0], before.positions[:, :, 0] @ turn.T, atol=1e-9)
 
 
+def test_single_precision_follows_double(rods, triangle):
+    scene = Scene(steps=STEPS)
+    hair, single = rods(curl()), rods(curl(), precision="single")
+    ends = [run(each, start(each, triangle(), scene), triangle(), scene, 12) for each in (hair, single)]
+    tips = [each.layout.axis(end.positions)[-1] for each, end in zip((hair, single), ends, strict=True)]
+    assert np.linalg.norm(tips[0] - tips[1]) < 1e-3 * 0.3
+
+
 @pytest.mark.parametrize(("scheme", "drag"), [("tr_bdf2", 0.1), ("bdf2", 0.1), ("backward_euler", 8.0)])
 def test_steps_too_long_lose_rods_that_do_them_again_and_this_is_said(rods, triangle, scheme, drag):
     steps = StepControl(longest=FRAME, travel=100.0, root=100.0)
