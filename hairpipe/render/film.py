@@ -11,6 +11,10 @@ CENTRE = np.array([0.30, 0.325, 0.36])
 """Colour of the backdrop where it is brightest, linear."""
 EDGE = np.array([0.06, 0.07, 0.09])
 """Colour of the backdrop far away from there, linear."""
+FAR = 1e6
+"""Depth of what is beside the body [m]."""
+STEEP = 8.0
+"""Change of depth from pixel to pixel, over their distance, from which on it is no slope but an outline."""
 
 
 def backdrop(height: int, width: int) -> np.ndarray:
@@ -26,22 +30,30 @@ def _wall(height: int, width: int) -> np.ndarray:
     return np.stack([edge + (centre - edge) * glow for edge, centre in zip(EDGE, CENTRE, strict=True)], axis=2)
 
 
-def soften(film: np.ndarray, depth: np.ndarray) -> None:
+def outlines(depth: np.ndarray, focal: float) -> tuple[np.ndarray, np.ndarray]:
+    """Find the pixels on either side of where a body ends, or where it stands before itself: rows and columns.
+
+    depth  of the body along the view, infinite beside it [m], (height, width)
+    focal  length of the camera [pixels]
+    """
+    outline, near = np.zeros(depth.shape, bool), np.where(np.isfinite(depth), depth, FAR)
+    for axis in (0, 1):
+        ahead, behind = np.delete(near, 0, axis), np.delete(near, -1, axis)
+        change = np.abs(ahead - behind) * focal > STEEP * np.minimum(ahead, behind)
+        first = np.pad(change, [(int(a == axis), 0) for a in (0, 1)])
+        outline |= first | np.pad(change, [(0, int(a == axis)) for a in (0, 1)])
+    rows, columns = np.nonzero(outline)
+    return rows, columns
+
+
+def soften(film: np.ndarray, outline: tuple[np.ndarray, np.ndarray], before: np.ndarray) -> None:
     """Smooth the outline of a body on the film, (height, width, 3), in place: weights 1 2 1 along rows and columns.
 
-    depth  of the body, infinite beside it, (height, width)
+    outline  its pixels: rows and columns
+    before   light there before hair was drawn, (n, 3): a pixel that hair has changed shows hair, and stays
     """
-    inside = np.isfinite(depth)
-    outline = np.zeros_like(inside)
-    across, down = inside[:, 1:] != inside[:, :-1], inside[1:] != inside[:-1]
-    for part, change in (
-        (outline[:, 1:], across),
-        (outline[:, :-1], across),
-        (outline[1:], down),
-        (outline[:-1], down),
-    ):
-        part |= change
-    rows, columns = np.nonzero(outline)
+    bare = (film[outline] == before).all(axis=1)
+    rows, columns = outline[0][bare], outline[1][bare]
     smooth = np.zeros((len(rows), 3))
     for i in (-1, 0, 1):
         for j in (-1, 0, 1):

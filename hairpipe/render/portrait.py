@@ -9,7 +9,7 @@ from hairpipe.errors import BadInput
 from hairpipe.render.camera import Camera
 from hairpipe.render.deep_shadow import cast_deep_shadow
 from hairpipe.render.exposure import instants
-from hairpipe.render.film import backdrop, develop, soften
+from hairpipe.render.film import backdrop, develop, outlines, soften
 from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
 from hairpipe.render.lights import Shade, studio
 from hairpipe.render.raster.lines import draw_strands
@@ -76,7 +76,8 @@ def draw_portrait(
         share = SCALP * hair_share(surface.points, points[hair.offsets[:-1]], camera.axes)[:, None]
         skin = CLAY + share * (0.5 * colour - CLAY)
         layer[surface.rows, surface.columns] = shade_skin(surface, skin, camera.eye, shadows)
-        soften(layer, surface.depth)
+        outline = outlines(surface.depth, camera.focal)
+        bare = layer[outline]
         curves = lay_curves(camera.project(places), hair.offsets, width * camera.focal, surface.depth)
         fresh = np.flatnonzero(lit_sites(curves, fine) & ~known)
         colours[fresh] = shade(points, hair.offsets, fresh, colour, camera.eye, shadows)
@@ -84,6 +85,7 @@ def draw_portrait(
         if not fine:
             colours[2 * curves.starts + 1] = 0.5 * (colours[2 * curves.starts] + colours[2 * curves.starts + 2])
         draw_strands(layer, surface.depth, curves, colours.reshape(-1, 2, 3))
+        soften(layer, outline, bare)
         film += layer
         taken += 1
     film /= taken

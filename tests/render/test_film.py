@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.film import backdrop, develop, linear, soften
+from hairpipe.render.film import backdrop, develop, linear, outlines, soften
 
 GRAIN = 2
 
@@ -34,12 +34,37 @@ def test_backdrop_is_brightest_near_the_middle_and_even_to_both_sides() -> None:
     assert wall == pytest.approx(wall[:, ::-1])
 
 
-def test_only_the_outline_of_a_body_is_smoothed_and_light_is_kept() -> None:
-    rows, columns = np.mgrid[0:40, 0:40]
-    away = np.hypot(rows - 20, columns - 20)
-    depth, film = np.where(away < 10.2, 1.0, np.inf), np.where(away < 10.2, 1.0, 0.0)[..., None] * np.ones(3)
-    smooth = film.copy()
-    soften(smooth, depth)
-    assert np.array_equal(smooth[np.abs(away - 10.2) > 1.5], film[np.abs(away - 10.2) > 1.5])
+AWAY = np.hypot(*(np.mgrid[0:40, 0:40] - 20))
+DISC = AWAY < 10.2
+
+
+@pytest.mark.parametrize("behind", [np.inf, 1.2])
+def test_only_the_outline_of_a_body_is_smoothed_and_light_is_kept(behind: float) -> None:
+    """Also where the body stands before itself."""
+    depth, film = np.where(DISC, 1.0, behind), np.where(DISC, 1.0, 0.0)[..., None] * np.ones(3)
+    smooth, outline = film.copy(), outlines(depth, 100.0)
+    soften(smooth, outline, film[outline])
+    assert np.array_equal(smooth[np.abs(AWAY - 10.2) > 1.5], film[np.abs(AWAY - 10.2) > 1.5])
     assert smooth.sum() == pytest.approx(film.sum(), rel=0.01)
     assert np.abs(np.diff(smooth[..., 0], axis=0)).max() < 0.8 < np.abs(np.diff(film[..., 0], axis=0)).max()
+
+
+@pytest.mark.parametrize("focal", [1000.0, 3000.0])
+def test_a_slope_is_no_outline_however_many_pixels_there_are(focal: float) -> None:
+    """A plane that is turned from the eye by 80 degrees."""
+    columns = (np.arange(40) - 20) / focal
+    depth = np.broadcast_to(1.0 / (1.0 - np.tan(np.radians(80.0)) * columns), (40, 40))
+    assert len(outlines(depth, focal)[0]) == 0
+
+
+def test_hair_stays_as_it_is_and_an_outline_takes_the_light_of_hair_behind_it() -> None:
+    """No line of backdrop between a face and the hair behind it."""
+    film = np.where(DISC, 0.5, 1.0)[..., None] * np.ones(3)
+    outline = outlines(np.where(DISC, 1.0, np.inf), 100.0)
+    before, hair = film[outline], ~DISC
+    hair[20] = True  # and a strand in front
+    film[hair] = 0.1
+    drawn = film.copy()
+    soften(film, outline, before)
+    assert np.array_equal(film[hair], drawn[hair]) and film.max() == 0.5
+    assert (film[DISC & ~hair] < 0.5).sum() > 30
