@@ -4,7 +4,8 @@ import json
 import os
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,17 +42,11 @@ def core(as_json: bool) -> None:
     the machine, the lower bound they set for a solve, and the time of a prototype. Medians, with the middle half of
     all runs.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        # An empty folder for kernels: numba, which looks for it when it is first imported, would run old machine code
-        # of a kernel whose helper was edited.
-        os.environ["NUMBA_CACHE_DIR"] = folder
+    with kernels_of_its_own():
         from hairpipe.bench.core import measure_core
 
         report = measure_core(say)  # lines: whatever moves on the screen would be measured, too
-    if as_json:
-        click.echo(json.dumps(document(report), indent=2))
-    else:
-        show(report)
+    tell(report, show, as_json)
 
 
 @bench.command()
@@ -65,16 +60,12 @@ def contact(segments: tuple[int, ...], between: tuple["Between", ...], as_json: 
     limit and body; between hairs pairs (stiction and collisions), then a volume (a grid); 10 steps to a frame of 1/24
     s. Medians over a few frames, after as many as the hair takes to fall, touch and stick.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+    with kernels_of_its_own():
         from hairpipe.bench.contact import FULL, measure_contact
 
         sizes = FULL._replace(segments=segments or FULL.segments, between=between or FULL.between)
         report = measure_contact(say, sizes)
-    if as_json:
-        click.echo(json.dumps(document(report), indent=2))
-    else:
-        show_contact(report)
+    tell(report, show_contact, as_json)
 
 
 @bench.command()
@@ -84,17 +75,18 @@ def volume(as_json: bool) -> None:
 
     The motion of the roots, and bodies that hair is pushed out of, are not in it.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+    with kernels_of_its_own():
         from hairpipe.bench.volume import measure_volume
 
         report = measure_volume(say)
-    if as_json:
-        click.echo(json.dumps(document(report), indent=2))
-    else:
-        show_machine(report.machine)
-        rows = [(case.kernel, case.each, str(case.threads), spread(case.time, 1.0)) for case in report.cases]
-        show_table("ns", [("kernel", "for each", "threads", "median (half between)"), *rows], text=2)
+    tell(report, show_volume, as_json)
+
+
+def show_volume(report: "VolumeReport") -> None:
+    """Write the report on hair as a volume."""
+    show_machine(report.machine)
+    rows = [(case.kernel, case.each, str(case.threads), spread(case.time, 1.0)) for case in report.cases]
+    show_table("ns", [("kernel", "for each", "threads", "median (half between)"), *rows], text=2)
 
 
 @bench.command()
@@ -108,11 +100,13 @@ def page(folder: Path, as_json: bool) -> None:
     from hairpipe.bench.pictures.page import measure_page
 
     report = measure_page(folder)
-    if as_json:
-        click.echo(json.dumps(document(report), indent=2))
-    else:
-        show_machine(report.machine)
-        click.echo(f"{report.files} files, {size(report.bytes)}; {report.opening:.1f} s of processor to open")
+    tell(report, show_page, as_json)
+
+
+def show_page(report: "PageReport") -> None:
+    """Write the report on a page."""
+    show_machine(report.machine)
+    click.echo(f"{report.files} files, {size(report.bytes)}; {report.opening:.1f} s of processor to open")
 
 
 @bench.command()
@@ -124,15 +118,11 @@ def particles(as_json: bool) -> None:
     median, their least, and the medians of the parts. A link pass, measured in the same minutes, is the least work on
     a link, in double precision: two particles read, a force, and both written.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+    with kernels_of_its_own():
         from hairpipe.bench.particles import measure_particles
 
         report = measure_particles(say)
-    if as_json:
-        click.echo(json.dumps(document(report), indent=2))
-    else:
-        show_particles(report)
+    tell(report, show_particles, as_json)
 
 
 @bench.command()
@@ -143,20 +133,21 @@ def picture(as_json: bool) -> None:
     720 x 720 pixels; 4,000 and 100,000 strands of 26 points, 10,000 of 51. The least of five takes, after one that
     compiles.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+    with kernels_of_its_own():
         from hairpipe.bench.pictures.picture import measure_picture
 
         report = measure_picture(say)
-    if as_json:
-        click.echo(json.dumps(document(report), indent=2))
-    else:
-        show_machine(report.machine)
-        rows: list[tuple[str, ...]] = [("strands", "points", "whole", *report.cases[0].shares, "with deep shadows")]
-        for case in report.cases:
-            seconds = (f"{value:.2f}" for value in (case.seconds, *case.shares.values(), case.deep))
-            rows.append((f"{case.strands:,}", str(case.points), *seconds))
-        show_table("processor seconds", rows)
+    tell(report, show_picture, as_json)
+
+
+def show_picture(report: "PictureReport") -> None:
+    """Write the report on pictures."""
+    show_machine(report.machine)
+    rows: list[tuple[str, ...]] = [("strands", "points", "whole", *report.cases[0].shares, "with deep shadows")]
+    for case in report.cases:
+        seconds = (f"{value:.2f}" for value in (case.seconds, *case.shares.values(), case.deep))
+        rows.append((f"{case.strands:,}", str(case.points), *seconds))
+    show_table("processor seconds", rows)
 
 
 @bench.command()
@@ -171,18 +162,14 @@ def paper(scenes: tuple[str, ...], overrides: dict[str, str], cache: Path, as_js
     motion; medians over its frames 6 to 8.
     Without a SCENE, those of the paper. The inputs of the simulation are kept in the cache.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ["NUMBA_CACHE_DIR"] = folder  # as for `core`
+    with kernels_of_its_own():
         from hairpipe.api.source import find_graph
         from hairpipe.bench.paper import PRINTED, measure_paper
 
         cache.mkdir(parents=True, exist_ok=True)
         graphs = {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}
         report = measure_paper(say, graphs, cache, overrides)
-    if as_json:
-        click.echo(json.dumps(document(report), indent=2))
-    else:
-        show_paper(report)
+    tell(report, show_paper, as_json)
 
 
 @bench.command("first-frame")
@@ -358,6 +345,25 @@ def by_model(report: "Report") -> Iterator[tuple[str, ...]]:
 def spread(value: "Spread", unit: float) -> str:
     """Write a median and the middle half."""
     return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
+
+
+@contextmanager
+def kernels_of_its_own() -> Iterator[None]:
+    """Give numba an empty folder for kernels: it would run old machine code of a kernel whose helper was edited.
+
+    Numba looks for the folder when it is first imported, so that has to be within.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["NUMBA_CACHE_DIR"] = folder
+        yield
+
+
+def tell(report: Any, show: Callable[[Any], None], as_json: bool) -> None:
+    """Print a report, as a document or as people read it."""
+    if as_json:
+        click.echo(json.dumps(document(report), indent=2))
+    else:
+        show(report)
 
 
 def document(report: Any) -> dict[str, Any]:
