@@ -23,8 +23,11 @@ if TYPE_CHECKING:
     from hairpipe.bench.machine import Machine
     from hairpipe.bench.paper import Report as PaperReport
     from hairpipe.bench.particles import Report as ParticleReport
+    from hairpipe.bench.pictures.page import Report as PageReport
+    from hairpipe.bench.pictures.picture import Report as PictureReport
     from hairpipe.bench.repeat import Spread
     from hairpipe.bench.roofs import Roofs
+    from hairpipe.bench.volume import Report as VolumeReport
 
 
 @click.group()
