@@ -6,6 +6,26 @@ import numpy as np
 
 
 @dataclass(frozen=True, eq=False)
+class LockState:
+    """Which hairs are simulated, and what the others follow (`sim/locks`); their points are rows F, strand by strand.
+
+    leaders       strand that is simulated for each, itself where it is, (strands,) int32
+    ages          frames that each of `HairState.stuck` has lasted, (n,) int32
+    points        of the groom that each point of a follower follows, -1 where no more, (F, 4) int32
+    offsets       from there, turned back to where hair was at rest [m], (F, 4, 3) float32
+    bends         of followers when they began to follow, turned back likewise [m], (F, 3) float32
+    disagreement  of what a follower follows, 0 for what is simulated [m], (strands,) float32
+    """
+
+    leaders: np.ndarray
+    ages: np.ndarray
+    points: np.ndarray
+    offsets: np.ndarray
+    bends: np.ndarray
+    disagreement: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class HairState:
     """Everything the next frame needs, in the simulation's own layout: particles in rows, strands in the last axis.
 
@@ -19,6 +39,7 @@ class HairState:
     stuck_at         where on them, as fractions of their length, (n, 2) float64
     pace             longest step that hair which passes through hair allows next [s]
     stretched        length over that at rest of a segment that was warned of; 1: none was
+    locks            of hair that is simulated once; None: every hair is. Of followers the axis alone is up to date
     """
 
     positions: np.ndarray
@@ -31,3 +52,4 @@ class HairState:
     stuck_at: np.ndarray
     pace: float
     stretched: float
+    locks: LockState | None = None

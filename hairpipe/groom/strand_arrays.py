@@ -18,6 +18,13 @@ def take_strands(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> tu
     return np.ascontiguousarray(points[np.arange(kept[-1]) + shift], dtype=np.float64), kept
 
 
+def points_of_strands(strands: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the points of some strands, (n,), one strand after another, (m,) int64; pure."""
+    counts = np.diff(offsets)[strands].astype(np.int64)
+    begins = np.cumsum(counts) - counts
+    return np.arange(counts.sum()) + np.repeat(offsets[strands] - begins, counts)
+
+
 def at_shares(values: np.ndarray, offsets: np.ndarray, strands: np.ndarray, shares: np.ndarray) -> np.ndarray:
     """Return values of points, (P, 3), at shares 0..1 of the length of strands, linear between points, (n, 3); pure.
 

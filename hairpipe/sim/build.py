@@ -35,7 +35,7 @@ from hairpipe.sim.solve.stage import Rule
 from hairpipe.sim.strands.interface import StrandModel, kind_of, may_be_lost
 from hairpipe.sim.surroundings import Surroundings
 from hairpipe.sim.volume_filter import VolumeFilter, rest_density
-from hairpipe.spatial.pairs import key_of
+from hairpipe.spatial.pairs import key_of, renumbered
 from hairpipe.spatial.proximity import near_pairs
 from hairpipe.volume.strand_samples import reach_of
 
@@ -81,7 +81,8 @@ def surroundings_of(
     if scene.stiction is not None or scene.collisions is not None:
         stuck = Connections(state.stuck, state.stuck_at)
         at_rest = pairs_at_rest(hair, scene.stiction, scene.collisions)
-        acting.append(HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest))
+        widths = np.ones(offsets[-1]) if hair.widths is None else hair.widths
+        acting.append(HairContacts(offsets, scene.stiction, scene.collisions, stuck, at_rest, widths))
     if scene.volume is not None:
         acting.append(_volume_filter(hair, scene.volume))
     return Surroundings(model, hair.layout, [*acting, *own_interactions(scene)], began, origin)
@@ -114,6 +115,10 @@ def pairs_at_rest(
     hair: HairModel, stiction: Stiction | None, collisions: Collisions | None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the keys of pairs that the groom has so near that they do not stick, and that they do not collide."""
+    if hair.part_of is not None:
+        whole, numbers = hair.part_of
+        sticking, colliding = pairs_at_rest(whole, stiction, collisions)
+        return renumbered(sticking, numbers), renumbered(colliding, numbers)
     points, offsets = hair.groom.points, hair.layout.offsets
     sticking = colliding = np.empty(0, np.int64)
     if stiction is not None:

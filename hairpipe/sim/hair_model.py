@@ -29,6 +29,8 @@ class HairModel:
 
     rest      particles of the groom in the world [m], (rows, 3, W) float64
     diameter  of a hair [m]
+    widths    of segments, by which strands that stand for many keep distances from each other, (P,); None: 1
+    part_of   the strands of which these are some, and the number of each of their points here, -1: not, (P,)
     """
 
     groom: Groom
@@ -36,6 +38,8 @@ class HairModel:
     model: StrandModel
     rest: np.ndarray
     diameter: float
+    widths: np.ndarray | None = None
+    part_of: "tuple[HairModel, np.ndarray] | None" = None
     _found: dict[Hashable, Any] = field(default_factory=dict, init=False)
 
     def once(self, key: Hashable, find: Callable[[], T]) -> T:

@@ -142,6 +142,25 @@ class Volume:
 
 
 @dataclass(frozen=True)
+class Locks:
+    """Hair that moves together is simulated once.
+
+    Hairs whose connections of stiction last become a lock: one of them is simulated, its guide, and keeps the distances
+    of as many hairs; the others are carried by the guides beside them, until these disagree.
+
+    after      frames that a connection has lasted when it counts
+    part       of the segments of a hair that have such connections to another, for the two to be joined
+    most       hairs in a lock
+    tolerance  of where a hair is that follows; where its guides disagree by more, it is simulated again
+    """
+
+    after: Annotated[int, Interval(ge=1, le=10_000)] = 5
+    part: Annotated[float, Interval(gt=0.0, le=5.0)] = 0.5
+    most: Annotated[int, Interval(ge=2, le=100_000)] = 16
+    tolerance: Annotated[Metres, Interval(gt=0.0, le=1.0)] = 4e-3
+
+
+@dataclass(frozen=True)
 class StrainLimit:
     """How far a segment may be stretched at the end of a step.
 
@@ -224,6 +243,7 @@ class Scene:
     stiction    hair that came close sticks together until it is pulled apart
     collisions  hair pushes hair away and does not pass through it
     volume      hairs slow each other down and keep room through a grid
+    locks       hair that sticks together is simulated once; without, every hair is
     wind        moving air; without, it is still
     """
 
@@ -237,6 +257,7 @@ class Scene:
     stiction: Stiction | None = None
     collisions: Collisions | None = None
     volume: Volume | None = None
+    locks: Locks | None = None
     wind: Wind | None = None
 
 

@@ -65,6 +65,16 @@ def key_of(segments: np.ndarray) -> np.ndarray:
     return (pairs[:, 0] << 32) | pairs[:, 1]
 
 
+def renumbered(keys: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+    """Return those of sorted keys, (k,) int64, both of whose segments have a number, under these; pure.
+
+    numbers  of all segments, ascending, -1 where there is none, (P,)
+    """
+    first, second = numbers[keys >> 32].astype(np.int64), numbers[keys & 0xFFFFFFFF].astype(np.int64)
+    kept = (first >= 0) & (second >= 0)
+    return (first[kept] << 32) | second[kept]
+
+
 def measure(points: np.ndarray, segments: np.ndarray) -> Pairs:
     """Find where the segments of given pairs, (n, 2) int32, are closest; points [m], (P, 3); pure."""
     pairs = Pairs(segments, np.empty((len(segments), 2)), np.empty(len(segments)))
@@ -118,17 +128,28 @@ def is_known(known: Known, first: int, second: int) -> bool:
     return found
 
 
-def within(pairs: Pairs, points: int, reach: float, ignored: np.ndarray) -> np.ndarray:
+@inlined
+def mean_width(widths: np.ndarray, segments: np.ndarray, k: int) -> float:
+    """Return how many times as far apart as two single hairs the segments of pair k are, by their widths, (P,)."""
+    return 0.5 * (widths[segments[k, 0]] + widths[segments[k, 1]])
+
+
+def within(
+    pairs: Pairs, points: int, reach: float, ignored: np.ndarray, widths: np.ndarray | None = None
+) -> np.ndarray:
     """Mark the pairs within reach [m] that are not ignored, (n,) bool; pure.
 
     points   their number; ignored  sorted keys, see `key_of`, (k,) int64
+    widths   of segments: two of widths a and b may be (a + b) / 2 of the reach apart, (points,); None: 1
     """
-    return _within(pairs.segments, pairs.distances, reach, known_pairs(ignored, points))
+    widths = np.ones(points) if widths is None else widths
+    return _within(pairs.segments, pairs.distances, reach, known_pairs(ignored, points), widths)
 
 
 @njit(cache=True, parallel=True)
-def _within(segments, distances, reach, known):
+def _within(segments, distances, reach, known, widths):
     keep = np.empty(len(distances), np.bool_)
     for k in prange(len(distances)):
-        keep[k] = distances[k] <= reach and not is_known(known, segments[k, 0], segments[k, 1])
+        far = reach * mean_width(widths, segments, k)
+        keep[k] = distances[k] <= far and not is_known(known, segments[k, 0], segments[k, 1])
     return keep

@@ -22,11 +22,20 @@ def near_pairs(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: n
     return chosen(pairs, pairs.distances <= reach)
 
 
-def pairs_about(points: np.ndarray, offsets: np.ndarray, reach: float, ignored: np.ndarray | None = None) -> Pairs:
-    """List near pairs and some that are farther, which a copy of all would be needed to leave out; see `near_pairs`."""
+def pairs_about(
+    points: np.ndarray,
+    offsets: np.ndarray,
+    reach: float,
+    ignored: np.ndarray | None = None,
+    widths: np.ndarray | None = None,
+) -> Pairs:
+    """List near pairs and some that are farther, which a copy of all would be needed to leave out; see `near_pairs`.
+
+    widths  of segments: two of widths a and b are near within (a + b) / 2 of the reach, (P,); None: 1
+    """
     refuse_lost(points)
     segments = all_segments(len(points), offsets)
-    tree = build_tree(points, None, segments, reach, find_frame(points, points, segments))
+    tree = build_tree(points, None, segments, reach, find_frame(points, points, segments), widths)
     found = search(tree, tree, known_pairs(ignored, len(points)))
     return measure(points, in_order(found, len(points)))
 

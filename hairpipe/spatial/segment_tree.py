@@ -57,7 +57,7 @@ class Tree(NamedTuple):
               counts as touching, (G, 6 or 12, 16) float32; where there is none the least is above the greatest
     children  first of the sixteen groups that boxes of a group hold; -1 of a leaf, (G,) int64
     ends      one past the last leaf in each group, (G,) int64
-    reach     distance within which pairs are searched
+    reach     distance within which pairs of the widest are searched
     """
 
     segments: np.ndarray
@@ -79,10 +79,18 @@ def find_frame(before: np.ndarray, after: np.ndarray, segments: np.ndarray) -> F
     return Frame(centre, max(float(np.median(np.linalg.norm(ends - starts, axis=1))), _SHORTEST), float(extent))
 
 
-def build_tree(before: np.ndarray, after: np.ndarray | None, segments: np.ndarray, reach: float, frame: Frame) -> Tree:
+def build_tree(
+    before: np.ndarray,
+    after: np.ndarray | None,
+    segments: np.ndarray,
+    reach: float,
+    frame: Frame,
+    widths: np.ndarray | None = None,
+) -> Tree:
     """Sort segments, (m,) int32, for searches within reach [m]; pure.
 
     before, after  positions [m], (P, 3) float64; None where nothing moves
+    widths         of segments: two of widths a and b are searched within (a + b) / 2 of the reach, (P,); None: 1
     """
     moving = after is not None
     after = before if after is None else after
@@ -99,9 +107,10 @@ def build_tree(before: np.ndarray, after: np.ndarray | None, segments: np.ndarra
     children, ends = np.full(firsts[-1], -1), np.arange(1, firsts[-1] + 1)
     inside = np.zeros(counts[0] * LANES, np.int32)
     inside[: len(order)] = segments[order]
-    _fill_leaves(before, after, inside[: len(order)], frame, 0.5 * reach, rows, boxes)
+    widths = np.ones(len(before)) if widths is None else widths
+    _fill_leaves(before, after, inside[: len(order)], frame, 0.5 * reach * widths, rows, boxes)
     _enclose(boxes, firsts, children, ends)
-    return Tree(inside, rows, boxes, children, ends, reach / frame.unit)
+    return Tree(inside, rows, boxes, children, ends, reach * widths.max(initial=0.0) / frame.unit)
 
 
 @njit(cache=True, parallel=True)
@@ -113,13 +122,13 @@ def _find_middles(before, after, segments, middles):
 
 
 @njit(cache=True, parallel=True)
-def _fill_leaves(before, after, segments, frame, margin, rows, boxes):
+def _fill_leaves(before, after, segments, frame, margins, rows, boxes):
     for leaf in prange(len(rows)):
         for lane in range(min(LANES, len(segments) - leaf * LANES)):
             i = segments[leaf * LANES + lane]
             p, q = _in_frame(before, i, frame), _in_frame(before, i + 1, frame)
             a, b = _in_frame(after, i, frame), _in_frame(after, i + 1, frame)
-            around = margin / frame.unit + TOUCHING * max(length(minus(q, p)), length(minus(b, a)))
+            around = margins[i] / frame.unit + TOUCHING * max(length(minus(q, p)), length(minus(b, a)))
             _enter_box(boxes, leaf, 0, lane, p, q, around)
             enter_segment(rows, leaf, lane, mix(p, a, 0.5), mix(q, b, 0.5))
             if boxes.shape[1] > _SIDES:

@@ -16,7 +16,7 @@ from numba import njit, prange
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import any_across, cross, dot, minus, scaled, unit
 from hairpipe.sim.settings import Collisions
-from hairpipe.spatial.pairs import Pairs
+from hairpipe.spatial.pairs import Pairs, mean_width
 
 REACH = 2.0
 """Pairs within so many thicknesses at the beginning of a step may touch before it ends.
@@ -38,25 +38,36 @@ class Contacts(NamedTuple):
     segments   int32 (n, 2); fractions (n, 2): the two points, see `Pairs`
     normals    unit vectors from the second point to the first, (n, 3)
     loads      force along the normal, as the step before left it [N], (n,)
+    thickness  distance that is kept between the axes [m], (n,)
     """
 
     segments: np.ndarray
     fractions: np.ndarray
     normals: np.ndarray
     loads: np.ndarray
+    thickness: np.ndarray
 
 
-def find_contacts(pairs: Pairs, points: np.ndarray, velocities: np.ndarray, collisions: Collisions) -> Contacts:
+def find_contacts(
+    pairs: Pairs,
+    points: np.ndarray,
+    velocities: np.ndarray,
+    collisions: Collisions,
+    widths: np.ndarray | None = None,
+) -> Contacts:
     """Make contacts of pairs at the beginning of a step; pure.
 
     points, velocities  [m], [m/s], (points, 3)
+    widths              of segments, times the thickness of one hair, (points,); None: 1
 
     The stiff spring of a contact is implicit, so what it exerts where a step ended is what it exerted in that step.
     """
-    normals, loads = np.empty((len(pairs.segments), 3)), np.empty(len(pairs.segments))
+    normals, loads, thickness = (np.empty((len(pairs.segments), *shape)) for shape in ((3,), (), ()))
+    widths = np.ones(len(points)) if widths is None else widths
     viscosity = collisions.stiffness * RELAXATION
-    _find(normals, loads, pairs, points, velocities, collisions.thickness, collisions.stiffness, viscosity)
-    return Contacts(pairs.segments, pairs.fractions, normals, loads)
+    law = collisions.thickness, collisions.stiffness, viscosity
+    _find(normals, loads, thickness, pairs, points, velocities, law, widths)
+    return Contacts(pairs.segments, pairs.fractions, normals, loads, thickness)
 
 
 @inlined
@@ -140,11 +151,14 @@ def normal_of(x, v, segments, fractions, i):
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _find(normals, loads, pairs, points, velocities, thickness, stiffness, viscosity):
+def _find(normals, loads, thickness, pairs, points, velocities, law, widths):
+    single, stiffness, viscosity = law
     for i in prange(len(loads)):
         n = normal_of(points, velocities, pairs.segments, pairs.fractions, i)
         gap = dot(n, between(points, pairs.segments, pairs.fractions, i))
         speed = dot(n, between(velocities, pairs.segments, pairs.fractions, i))
         normals[i, 0], normals[i, 1], normals[i, 2] = n
         # What comes near only now has not been slowed down yet.
-        loads[i] = max(stiffness * (thickness - gap) - viscosity * max(speed, 0.0), 0.0) if gap < thickness else 0.0
+        kept = single * mean_width(widths, pairs.segments, i)
+        loads[i] = max(stiffness * (kept - gap) - viscosity * max(speed, 0.0), 0.0) if gap < kept else 0.0
+        thickness[i] = kept

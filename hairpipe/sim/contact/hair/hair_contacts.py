@@ -31,6 +31,7 @@ class HairContacts(Interaction):
     collisions   what is pushed away; None: hair passes through hair
     connections  that there are at the moment
     at_rest      keys of pairs that do not stick, and of those that do not collide, because the groom has them so near
+    widths       of segments: two of widths a and b keep (a + b) / 2 times the distances of single hairs, (P,)
     """
 
     couples: ClassVar[bool] = True
@@ -39,6 +40,7 @@ class HairContacts(Interaction):
     collisions: Collisions | None
     connections: Connections
     at_rest: tuple[np.ndarray, np.ndarray]
+    widths: np.ndarray
     _crossed: float = field(default=0.0, init=False)
     _reach: float = field(init=False)
     _never: np.ndarray = field(init=False)
@@ -60,12 +62,12 @@ class HairContacts(Interaction):
         """Look around at the start of a step: connections break and are made, contacts are found."""
         points, velocities = start.points, start.velocities
         if self.stiction is not None:
-            self.connections = release(self.connections, points, self.stiction.release)
+            self.connections = release(self.connections, points, self.stiction.release, self.widths)
         pairs = self._meet(points)
         if self.collisions is not None:
             self._ignored = union(self.at_rest[1], key_of(self.connections.segments))
         if self._coupled is not None:
-            self._contacts = find_contacts(pairs, points, velocities, self._coupled)
+            self._contacts = find_contacts(pairs, points, velocities, self._coupled, self.widths)
         self._places = join(self.connections, *([] if self._contacts is None else [self._contacts]))
         if self._contacts is not None:
             # Not the same twice: it is what most memory goes into.
@@ -78,15 +80,16 @@ class HairContacts(Interaction):
         if not self._reach:
             return empty_pairs()
         count, stuck = len(points), key_of(self.connections.segments)
-        near, fresh = pairs_about(points, self.offsets, self._reach, union(self._never, stuck)), empty_pairs()
+        known, fresh = union(self._never, stuck), empty_pairs()
+        near = pairs_about(points, self.offsets, self._reach, known, self.widths)
         if self.stiction is not None:
-            may, most = within(near, count, self.stiction.reach, self.at_rest[0]), self.stiction.closest
+            may, most = within(near, count, self.stiction.reach, self.at_rest[0], self.widths), self.stiction.closest
             fresh = closest_pairs(points, near, may, most, room(self.connections, count, most))
             self.connections = connect(self.connections, fresh)
         if self._coupled is None:
             return empty_pairs()
         aside = union(self.at_rest[1], key_of(fresh.segments))
-        return approaches(near, within(near, count, REACH * self._coupled.thickness, aside))
+        return approaches(near, within(near, count, REACH * self._coupled.thickness, aside, self.widths))
 
     @property
     def places(self) -> Joined:
@@ -97,7 +100,7 @@ class HairContacts(Interaction):
         """Linearise what strands do to each other at a prediction, in place."""
         stuck = len(self.connections.segments)
         if self.stiction is not None:
-            linearise_connections(self.connections, at, self.stiction, part_of(couplings, 0, stuck))
+            linearise_connections(self.connections, at, self.stiction, part_of(couplings, 0, stuck), self.widths)
         if self._contacts is not None and self._coupled is not None:
             rest = part_of(couplings, stuck, len(couplings.acts))
             linearise_contacts(self._contacts, at, self._coupled, rest)

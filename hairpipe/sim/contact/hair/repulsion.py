@@ -52,13 +52,13 @@ def linearise(contacts: Contacts, at: Prediction, collisions: Collisions, out: C
     Contacts of non-finite strands, or between two inactive strands, do not act.
     """
     stiffness, viscosity = collisions.stiffness, collisions.stiffness * RELAXATION
-    law = (collisions.thickness, stiffness, viscosity, collisions.friction)
+    law = (stiffness, viscosity, collisions.friction)
     _linearise(out, contacts, at, law)
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
 def _linearise(out, contacts, at, law):
-    thickness, stiffness, viscosity, friction = law
+    stiffness, viscosity, friction = law
     points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = contacts.segments, contacts.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
@@ -68,7 +68,7 @@ def _linearise(out, contacts, at, law):
         if not (at.active[segments[i, 0]] or at.active[segments[i, 1]]):
             continue
         n = (contacts.normals[i, 0], contacts.normals[i, 1], contacts.normals[i, 2])
-        overlap = thickness - dot(n, between(points, segments, fractions, i))
+        overlap = contacts.thickness[i] - dot(n, between(points, segments, fractions, i))
         u, coming = between(velocities, segments, fractions, i), between(at.lagged_velocity, segments, fractions, i)
         un, closing = dot(n, u), dot(n, coming)
         h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])

@@ -29,7 +29,7 @@ from hairpipe.sim.contact.contact_points import between, inverse_mass, normal_of
 from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, Couplings
 from hairpipe.sim.interactions import Prediction
 from hairpipe.sim.settings import Stiction
-from hairpipe.spatial.pairs import Pairs, key_of
+from hairpipe.spatial.pairs import Pairs, key_of, mean_width
 from hairpipe.spatial.proximity import near_pairs
 
 _SMALLEST = 1e-12  # [m]; a shorter connection counts as so long
@@ -62,10 +62,12 @@ def stiffness_of(stiction: Stiction) -> float:
     return stiction.force / (stiction.release - stiction.reach)
 
 
-def release(connections: Connections, points: np.ndarray, distance: float) -> Connections:
-    """Return the connections that are not longer than a distance [m]; points  [m], (points, 3)."""
+def release(
+    connections: Connections, points: np.ndarray, distance: float, widths: np.ndarray | None = None
+) -> Connections:
+    """Return the connections that are not longer than a distance [m]; points  [m], (points, 3); widths  as below."""
     kept = np.empty(len(connections.segments), np.bool_)
-    _hold_on(kept, connections, points, distance)
+    _hold_on(kept, connections, points, distance, _or_single(widths, len(points)))
     return Connections(connections.segments[kept], connections.fractions[kept])
 
 
@@ -81,13 +83,22 @@ def connect(connections: Connections, candidates: Pairs) -> Connections:
     return Connections(segments[order], np.concatenate([connections.fractions, candidates.fractions])[order])
 
 
-def linearise(connections: Connections, at: Prediction, stiction: Stiction, out: Couplings) -> None:
+def linearise(
+    connections: Connections, at: Prediction, stiction: Stiction, out: Couplings, widths: np.ndarray | None = None
+) -> None:
     """Linearise what connections exert at a prediction, in place: all of out but segments and fractions is set.
+
+    widths  of segments, (points,): reach and release of two of widths a and b are (a + b) / 2 times those of single
+            hairs; None: 1
 
     Connections of non-finite strands, or between two inactive strands, do not act.
     """
     law = (stiffness_of(stiction), stiction.reach, stiction.release, stiction.damping)
-    _linearise(out, connections, at, law)
+    _linearise(out, connections, at, law, _or_single(widths, len(at.points)))
+
+
+def _or_single(widths: np.ndarray | None, points: int) -> np.ndarray:
+    return np.ones(points) if widths is None else widths
 
 
 def same_hair_keys(points: np.ndarray, offsets: np.ndarray, reach: float) -> np.ndarray:
@@ -115,15 +126,16 @@ def stiffest(connections: Connections, masses: np.ndarray, stiction: Stiction) -
 
 
 @njit(cache=True, parallel=True)
-def _hold_on(kept, connections, points, distance):
+def _hold_on(kept, connections, points, distance, widths):
     for i in prange(len(kept)):
         span = between(points, connections.segments, connections.fractions, i)
-        kept[i] = dot(span, span) <= distance * distance
+        far = distance * mean_width(widths, connections.segments, i)
+        kept[i] = dot(span, span) <= far * far
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
-def _linearise(out, connections, at, law):
-    stiffness, reach, far, fraction = law
+def _linearise(out, connections, at, law, widths):
+    single, reach, far, fraction = law
     points, velocities, masses, weights, span = at.points, at.velocities, at.masses, at.weights, at.span
     segments, fractions = connections.segments, connections.fractions
     # By names of their own: numba loses what a parallel loop writes to fields of a tuple.
@@ -136,10 +148,12 @@ def _linearise(out, connections, at, law):
         length, speed = np.sqrt(dot(apart, apart)), np.sqrt(dot(u, u))
         if length < np.inf and speed < np.inf:
             d = normal_of(points, velocities, segments, fractions, i)
-            present = min((far - reach) / max(length - reach, far - reach), 1.0)
+            wide = mean_width(widths, segments, i)
+            longer, slack, stiffness = length - wide * reach, wide * (far - reach), single / wide
+            present = min(slack / max(longer, slack), 1.0)
             k, w = stiffness * present * present, inverse_mass(masses, segments, fractions, i)
             c = 2.0 * fraction * present * np.sqrt(stiffness / w) if w > 0.0 else 0.0
-            h, pull = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]]), k * (length - reach)
+            h, pull = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]]), k * longer
             force = -span * (pull + c * dot(u, d))
             acts[i] = True
             exerted[i, ALONG] = span * (h * k + c)

@@ -1,0 +1,154 @@
+"""The hairs that are simulated, as a model of their own: taken out of all hairs, and put back among them."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit, prange
+
+from hairpipe.data.hair import HairState
+from hairpipe.groom.sampling import take
+from hairpipe.groom.strand_arrays import points_of_strands
+from hairpipe.sim.hair_model import HairModel
+from hairpipe.sim.layout import Layout, lay_out
+
+_LATEST = "latest guides"
+
+
+@dataclass(frozen=True, eq=False)
+class Guides:
+    """Some strands of hair.
+
+    whole    all of it
+    hair     the model of these
+    leaders  that it was taken for, (S,) int32
+    strands  that these are, ascending, (G,)
+    points   of the groom that theirs are, (Pg,)
+    numbers  of the points of the groom among theirs, -1 where they are not, (P,)
+    """
+
+    whole: HairModel
+    hair: HairModel
+    leaders: np.ndarray
+    strands: np.ndarray
+    points: np.ndarray
+    numbers: np.ndarray
+
+    def state_of(self, state: HairState) -> HairState:
+        """Return the state of these strands; pure."""
+        layouts = self.whole.layout, self.hair.layout
+        names = ("positions", "velocities", "accelerations", "tensions")
+        rows = {name: _taken(getattr(state, name), *layouts, self.strands) for name in names}
+        lengths = state.inverse_lengths
+        return replace(
+            state,
+            **rows,
+            fresh=_taken_of_blocks(state.fresh, *layouts, self.strands),
+            inverse_lengths=None if lengths is None else _taken(lengths, *layouts, self.strands),
+            stuck=self.numbers[state.stuck].astype(np.int32),
+        )
+
+    def put(self, state: HairState, moved: HairState) -> HairState:
+        """Return the state of all, with that of these strands as it has become; pure."""
+        layouts = self.whole.layout, self.hair.layout
+        names = ("positions", "velocities", "accelerations", "tensions")
+        rows = {name: _put(getattr(state, name), getattr(moved, name), *layouts, self.strands) for name in names}
+        fresh = _put_of_blocks(state.fresh, moved.fresh, *layouts, self.strands)
+        stuck = self.points[moved.stuck].astype(np.int32)
+        return replace(moved, **rows, fresh=fresh, inverse_lengths=state.inverse_lengths, stuck=stuck)
+
+
+def take_guides(whole: HairModel, leaders: np.ndarray) -> Guides:
+    """Take the strands that lead out of all, (S,) int32; those that were taken last are kept."""
+    latest: list[Guides] = whole.once(_LATEST, list)
+    if latest and np.array_equal(latest[0].leaders, leaders):
+        return latest[0]
+    layout, groom = whole.layout, whole.groom
+    strands = np.flatnonzero(leaders == np.arange(len(leaders)))
+    points = points_of_strands(strands, layout.offsets)
+    numbers = np.full(layout.offsets[-1], -1, np.int32)
+    numbers[points] = np.arange(len(points))
+    some = take(groom, strands)
+    part = lay_out(some.offsets, layout.shape, layout.dtype)
+    hairs = np.bincount(leaders, minlength=len(leaders))[strands]
+    widths = np.repeat(np.sqrt(hairs), np.diff(some.offsets))
+    model = _model_of(whole, part, strands)
+    rest = _taken(whole.rest, layout, part, strands)
+    guides = HairModel(some, part, model, rest, whole.diameter, widths, (whole, numbers))
+    latest[:] = [Guides(whole, guides, leaders, strands, points, numbers)]
+    return latest[0]
+
+
+def _model_of(whole: HairModel, part: Layout, strands: np.ndarray):
+    """Return the model of some strands: its arrays have a row for every particle, or for every strand."""
+    layout, changes = whole.layout, {"first": part.first}
+    for name in whole.model._fields:
+        values = getattr(whole.model, name)
+        if name != "first" and isinstance(values, np.ndarray):
+            of_rows = len(values) == layout.first[-1]
+            changes[name] = (_taken if of_rows else _taken_of_blocks)(values, layout, part, strands)
+    return whole.model._replace(**changes)
+
+
+def _where(layout: Layout) -> tuple[np.ndarray, np.ndarray]:
+    """Return the block and the lane of every strand, (S,) each."""
+    blocks, lanes = (np.empty(len(layout.offsets) - 1, np.int64) for _ in range(2))
+    used = np.nonzero(~layout.idle)
+    blocks[layout.strands[used]], lanes[layout.strands[used]] = used
+    return blocks, lanes
+
+
+def _taken(values: np.ndarray, whole: Layout, part: Layout, strands: np.ndarray) -> np.ndarray:
+    """Return what the particles of some strands have, (rows, ..., W); pure."""
+    out = np.empty((part.first[-1], *values.shape[1:]), values.dtype)
+    _take(_flat(values), whole.first, *_where(whole), _flat(out), part.first, strands[part.strands])
+    return out
+
+
+def _taken_of_blocks(values: np.ndarray, whole: Layout, part: Layout, strands: np.ndarray) -> np.ndarray:
+    """Return what some strands have, (blocks, ..., W); pure."""
+    out = np.empty((part.blocks, *values.shape[1:]), values.dtype)
+    firsts = np.arange(whole.blocks + 1), np.arange(part.blocks + 1)
+    _take(_flat(values), firsts[0], *_where(whole), _flat(out), firsts[1], strands[part.strands])
+    return out
+
+
+def _put(values: np.ndarray, changed: np.ndarray, whole: Layout, part: Layout, strands: np.ndarray) -> np.ndarray:
+    """Return what all particles have, with what those of some strands have now; pure."""
+    out = values.copy()
+    _give(_flat(changed), part.first, strands[part.strands], part.idle, _flat(out), whole.first, *_where(whole))
+    return out
+
+
+def _put_of_blocks(
+    values: np.ndarray, changed: np.ndarray, whole: Layout, part: Layout, strands: np.ndarray
+) -> np.ndarray:
+    """Return what all strands have, with what some of them have now; pure."""
+    out, firsts = values.copy(), (np.arange(part.blocks + 1), np.arange(whole.blocks + 1))
+    _give(_flat(changed), firsts[0], strands[part.strands], part.idle, _flat(out), firsts[1], *_where(whole))
+    return out
+
+
+def _flat(values: np.ndarray) -> np.ndarray:
+    """View an array of lanes as rows of one number after another, (rows, k, W)."""
+    return values.reshape(len(values), -1, values.shape[-1])
+
+
+@njit(cache=True, parallel=True)
+def _take(source, firsts, blocks, lanes, out, first, strands):
+    for block in prange(len(first) - 1):
+        for lane in range(strands.shape[1]):
+            begin, theirs = firsts[blocks[strands[block, lane]]], lanes[strands[block, lane]]
+            for row in range(first[block + 1] - first[block]):
+                for c in range(out.shape[1]):
+                    out[first[block] + row, c, lane] = source[begin + row, c, theirs]
+
+
+@njit(cache=True, parallel=True)
+def _give(source, first, strands, idle, out, firsts, blocks, lanes):
+    for block in prange(len(first) - 1):
+        for lane in range(strands.shape[1]):
+            if not idle[block, lane]:
+                begin, theirs = firsts[blocks[strands[block, lane]]], lanes[strands[block, lane]]
+                for row in range(first[block + 1] - first[block]):
+                    for c in range(out.shape[1]):
+                        out[begin + row, c, theirs] = source[first[block] + row, c, lane]

@@ -1,0 +1,47 @@
+"""What guides stick to that lead more hairs than before: the connections of those that they lead now are theirs."""
+
+import numpy as np
+from numba import njit
+
+from hairpipe.sim.contact.hair.stiction import Connections
+from hairpipe.spatial.pairs import key_of
+
+
+def inherited(
+    connections: Connections, ages: np.ndarray, leaders: np.ndarray, offsets: np.ndarray, closest: int
+) -> tuple[Connections, np.ndarray]:
+    """Return the connections of guides, in order, and frames that they have lasted, (m,) int32; pure.
+
+    connections  of those that were simulated so far; ages  frames that these have lasted, (n,) int32
+    leaders      of every strand from now on, (S,) int32; offsets  of the strands, (S+1,) int32
+    closest      connections that a segment may have: a guide's own come first, then those that have lasted longest
+
+    One goes over to the same place along the guide, which has as many segments; what would tie a guide to itself ends.
+    """
+    strands = np.searchsorted(offsets, connections.segments, side="right") - 1
+    theirs = leaders[strands]
+    segments = connections.segments + (offsets[theirs] - offsets[strands])
+    swapped = segments[:, 0] > segments[:, 1]
+    segments = np.where(swapped[:, None], segments[:, ::-1], segments).astype(np.int32)
+    fractions = np.where(swapped[:, None], connections.fractions[:, ::-1], connections.fractions)
+    own = (theirs == strands).all(axis=1)
+    apart = own | (theirs[:, 0] != theirs[:, 1])
+    order = np.lexsort((-ages, ~own))
+    order = order[apart[order]]
+    _, firsts = np.unique(key_of(segments[order]), return_index=True)
+    order = order[np.sort(firsts)]
+    kept = order[_with_room(segments[order], np.zeros(offsets[-1], np.int64), closest)]
+    kept = kept[np.argsort(key_of(segments[kept]), kind="stable")]
+    return Connections(segments[kept], fractions[kept]), ages[kept]
+
+
+@njit(cache=True)
+def _with_room(segments, taken, most):
+    """Mark the pairs, one after the other, for which both segments have room, (n,) bool."""
+    kept = np.empty(len(segments), np.bool_)
+    for k in range(len(segments)):
+        a, b = segments[k]
+        kept[k] = taken[a] < most and taken[b] < most
+        taken[a] += kept[k]
+        taken[b] += kept[k]
+    return kept

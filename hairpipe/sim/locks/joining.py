@@ -1,0 +1,124 @@
+"""Which hairs form a lock: connections of stiction that have lasted join their hairs, those with most of them first.
+
+Connections of hair that has settled into a motion are nearly permanent, so hairs that many of them tie together move
+together. One hair of each lock is simulated, its guide; the others follow (`carrying.py`).
+"""
+
+import numpy as np
+from numba import njit
+
+from hairpipe.sim.settings import Locks
+from hairpipe.spatial.pairs import key_of
+
+
+def ages_of(before: np.ndarray, places: np.ndarray, ages: np.ndarray, now: np.ndarray, here: np.ndarray) -> np.ndarray:
+    """Return how many frames connections have lasted, (m,) int32; pure.
+
+    before, places, ages  of the frame before: segments, sorted by `key_of`, (n, 2) int32, where on them, (n, 2), and
+                          frames that they had lasted, (n,) int32
+    now, here             segments and places at this frame, (m, 2): one that has broken and was made anew is elsewhere
+    """
+    if not len(before):
+        return np.zeros(len(now), np.int32)
+    keys = key_of(before)
+    found = np.minimum(np.searchsorted(keys, key_of(now)), len(keys) - 1)
+    same = (keys[found] == key_of(now)) & (places[found] == here).all(axis=1)
+    return np.where(same, ages[found] + 1, 0).astype(np.int32)
+
+
+def joined(
+    leaders: np.ndarray, segments: np.ndarray, ages: np.ndarray, offsets: np.ndarray, locks: Locks
+) -> np.ndarray:
+    """Return the lock of every strand, named by one of its guides, (S,) int32; pure.
+
+    leaders   the guide of every strand, a guide's own for itself, (S,) int32
+    segments  that are connected, of guides, (n, 2) int32; ages  frames that they have been, (n,)
+    offsets   of the points of strands, (S+1,) int32
+
+    Guides with as many segments as each other are joined where `part` of these have connections that lasted, as long as
+    a lock has at most so many hairs; ties go by the numbers of strands.
+    """
+    lasted = segments[ages >= locks.after]
+    strands = np.searchsorted(offsets, lasted, side="right") - 1
+    strands = np.sort(strands[strands[:, 0] != strands[:, 1]], axis=1)
+    counts = np.diff(offsets) - 1
+    strands = strands[counts[strands[:, 0]] == counts[strands[:, 1]]]
+    pairs, times = np.unique(strands, axis=0, return_counts=True)
+    enough = times >= locks.part * counts[pairs[:, 0]]
+    pairs, times = pairs[enough], times[enough]
+    order = np.argsort(-times, kind="stable")
+    sizes = np.bincount(leaders, minlength=len(leaders))
+    return _unite(pairs[order], leaders, sizes, locks.most)
+
+
+@njit(cache=True)
+def _unite(pairs, leaders, sizes, most):
+    """Join pairs of guides, (n, 2), one after the other; return the lock of every strand, (S,) int32."""
+    parents = np.arange(len(leaders)).astype(np.int32)
+    for k in range(len(pairs)):
+        a, b = _root(parents, pairs[k, 0]), _root(parents, pairs[k, 1])
+        if a != b and sizes[a] + sizes[b] <= most:
+            first, second = min(a, b), max(a, b)
+            parents[second] = first
+            sizes[first] += sizes[second]
+    locks = np.empty_like(leaders)
+    for s in range(len(leaders)):
+        locks[s] = _root(parents, leaders[s])
+    return locks
+
+
+@njit(cache=True)
+def _root(parents, s):
+    while parents[s] != s:
+        parents[s] = parents[parents[s]]
+        s = parents[s]
+    return s
+
+
+def guides_of(locks: np.ndarray, leaders: np.ndarray, points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the guide of every strand, (S,) int32: of the guides in its lock, that which is nearest to the mean; pure.
+
+    locks    of strands, as `joined` names them, (S,); leaders  their guides so far, (S,) int32
+    points   of all strands [m], (P, 3)
+
+    A guide was simulated so far and has a state of its own: nothing is averaged.
+    """
+    out = leaders.copy()
+    _choose(np.argsort(locks, kind="stable"), locks, leaders, points, offsets, out)
+    return out
+
+
+@njit(cache=True)
+def _choose(order, locks, leaders, points, offsets, out):
+    begin = 0
+    while begin < len(order):
+        end = begin
+        while end < len(order) and locks[order[end]] == locks[order[begin]]:
+            end += 1
+        members, fresh = order[begin:end], False
+        for s in members:
+            fresh |= leaders[s] != leaders[members[0]]
+        if fresh:
+            best = _nearest_to_mean(members, leaders, points, offsets)
+            for s in members:
+                out[s] = best
+        begin = end
+
+
+@njit(cache=True)
+def _nearest_to_mean(members, leaders, points, offsets):
+    count = offsets[members[0] + 1] - offsets[members[0]]
+    mean = np.zeros((count, 3))
+    for s in members:
+        for k in range(count):
+            for c in range(3):
+                mean[k, c] += points[offsets[s] + k, c] / len(members)
+    best, least = members[0], np.inf
+    for s in members:
+        far = 0.0
+        for k in range(count):
+            for c in range(3):
+                far += (points[offsets[s] + k, c] - mean[k, c]) ** 2
+        if leaders[s] == s and far < least:
+            best, least = s, far
+    return best

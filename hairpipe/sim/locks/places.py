@@ -1,0 +1,102 @@
+"""Where a hair that follows is, among the guides: the places nearest to each of its points, and the way from them.
+
+Hairs of a lock cross and slide along each other, so what is beside a hair changes along it. Each of its points follows
+the few places of guides, of any lock, that are nearest to it when it begins to follow. Against a hair that follows its
+own guide alone, that halves the distance from where it would be by itself (`measure_locks`).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit, prange
+from scipy.spatial import cKDTree
+
+from hairpipe.groom.strand_arrays import points_of_strands
+from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.vec3 import Vector, minus, plus, row
+
+FOLLOWED = 4
+"""Places that a point follows, each on a guide of its own."""
+_LISTED = 24
+"""Nearest places among which they are chosen: several are on one guide."""
+
+
+class Places(NamedTuple):
+    """What points of hairs follow; rows are the points of strands that follow, in the order of the groom.
+
+    points   of guides that a point follows, the nearest first, -1 where there are no more, (F, 4) int32
+    offsets  from there to it, turned back to where the guide was at rest [m], (F, 4, 3) float32
+    bends    from the point to the middle of its two neighbours, twice, at the tip from it to the last; turned back as
+             the first offset is [m], (F, 3) float32
+    """
+
+    points: np.ndarray
+    offsets: np.ndarray
+    bends: np.ndarray
+
+
+def no_places(points: int) -> Places:
+    """Give so many points nothing to follow."""
+    offsets, bends = np.zeros((points, FOLLOWED, 3), np.float32), np.zeros((points, 3), np.float32)
+    return Places(np.full((points, FOLLOWED), -1, np.int32), offsets, bends)
+
+
+def find_places(
+    points: np.ndarray, offsets: np.ndarray, guides: np.ndarray, followers: np.ndarray, turns: np.ndarray
+) -> Places:
+    """Find what strands follow that stand where they do; pure.
+
+    points     of all strands [m], (P, 3); offsets  of the strands, (S+1,) int32
+    guides     strands that are simulated, (G,); followers  strands that begin to follow, (n,)
+    turns      of the segments of guides since rest, at the first point of each segment, (P, 3, 3)
+    """
+    theirs, mine = points_of_strands(guides, offsets), points_of_strands(followers, offsets)
+    listed = min(_LISTED, len(theirs))
+    near = cKDTree(points[theirs]).query(points[mine], listed)[1].reshape(len(mine), listed)
+    owners = np.repeat(guides, np.diff(offsets)[guides])
+    out = no_places(len(mine))
+    begins = np.concatenate([[0], np.cumsum(np.diff(offsets)[followers])])
+    _enter(points, theirs, owners, offsets, turns, mine, begins, near, *out)
+    return out
+
+
+@inlined
+def turn_at(offsets: np.ndarray, strand: int, point: int) -> int:
+    """Return the segment by whose turn a point of a strand turns: that which leads to it, of a root the first."""
+    return point if point == offsets[strand] else point - 1
+
+
+@inlined
+def turned_back(turns: np.ndarray, k: int, v: Vector) -> Vector:
+    """Return a vector turned by the inverse of rotation k of (P, 3, 3)."""
+    return (
+        turns[k, 0, 0] * v[0] + turns[k, 1, 0] * v[1] + turns[k, 2, 0] * v[2],
+        turns[k, 0, 1] * v[0] + turns[k, 1, 1] * v[1] + turns[k, 2, 1] * v[2],
+        turns[k, 0, 2] * v[0] + turns[k, 1, 2] * v[1] + turns[k, 2, 2] * v[2],
+    )
+
+
+@njit(cache=True, parallel=True)
+def _enter(points, theirs, owners, offsets, turns, mine, begins, near, followed, ways, bends):
+    for f in prange(len(begins) - 1):
+        for i in range(begins[f], begins[f + 1]):
+            x, chosen = row(points, mine[i]), 0
+            for candidate in range(near.shape[1]):
+                owner, place = owners[near[i, candidate]], theirs[near[i, candidate]]
+                taken = chosen == FOLLOWED
+                for j in range(chosen):
+                    taken |= offsets[owner] <= followed[i, j] < offsets[owner + 1]
+                if not taken:
+                    way = turned_back(turns, turn_at(offsets, owner, place), minus(x, row(points, place)))
+                    followed[i, chosen] = place
+                    for c in range(3):
+                        ways[i, chosen, c] = way[c]
+                    chosen += 1
+            if i > begins[f]:
+                bend = minus(row(points, mine[i - 1]), x)
+                if i + 1 < begins[f + 1]:
+                    bend = plus(bend, minus(row(points, mine[i + 1]), x))
+                owner = owners[near[i, 0]]
+                bend = turned_back(turns, turn_at(offsets, owner, np.int64(followed[i, 0])), bend)
+                for c in range(3):
+                    bends[i, c] = bend[c]
