@@ -29,7 +29,7 @@ WITHIN = {
     "sim": """material layout axis strands.construction strands.forces strands boundary state air.wind settings
         contact.hair.couplings interactions air hair_model contact.contact_points contact.body contact.ccd contact.hair
         filters volume_filter volume_target solve surroundings integrators build diagnostics statics precision
-        simulate elastic""",
+        locks simulate elastic""",
     "io": """text polygons mocap makehuman obj usd usd.check.finding usd.check.snapshot usd.check.track usd.check.scene
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules
         usd.check.body_rules usd.check.lint body csv hdf5 npz image picture panels table tfx value""",

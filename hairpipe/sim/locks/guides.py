@@ -10,6 +10,7 @@ from hairpipe.groom.sampling import take
 from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.layout import Layout, lay_out
+from hairpipe.sim.strands.interface import StrandModel, kind_of
 
 _LATEST = "latest guides"
 
@@ -78,12 +79,13 @@ def take_guides(whole: HairModel, leaders: np.ndarray) -> Guides:
     return latest[0]
 
 
-def _model_of(whole: HairModel, part: Layout, strands: np.ndarray):
+def _model_of(whole: HairModel, part: Layout, strands: np.ndarray) -> StrandModel:
     """Return the model of some strands: its arrays have a row for every particle, or for every strand."""
     layout, changes = whole.layout, {"first": part.first}
-    for name in whole.model._fields:
+    fields: tuple[str, ...] = kind_of(whole.model).model._fields  # type: ignore[attr-defined]
+    for name in fields:
         values = getattr(whole.model, name)
-        if name != "first" and isinstance(values, np.ndarray):
+        if name != "first":
             of_rows = len(values) == layout.first[-1]
             changes[name] = (_taken if of_rows else _taken_of_blocks)(values, layout, part, strands)
     return whole.model._replace(**changes)

@@ -9,8 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
+from hairpipe.groom.resampling import put
 from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, minus, plus, row
@@ -52,11 +53,13 @@ def find_places(
     """
     theirs, mine = points_of_strands(guides, offsets), points_of_strands(followers, offsets)
     listed = min(_LISTED, len(theirs))
-    near = cKDTree(points[theirs]).query(points[mine], listed)[1].reshape(len(mine), listed)
-    owners = np.repeat(guides, np.diff(offsets)[guides])
-    out = no_places(len(mine))
+    near = KDTree(points[theirs]).query(points[mine], listed)[1].reshape(len(mine), listed)
+    owners = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
     begins = np.concatenate([[0], np.cumsum(np.diff(offsets)[followers])])
-    _enter(points, theirs, owners, offsets, turns, mine, begins, near, *out)
+    out = no_places(len(mine))
+    followed, ways, bends = out
+    _choose(near, theirs, owners, followed)
+    _look_back(points, offsets, turns, (owners, mine, begins), followed, ways, bends)
     return out
 
 
@@ -77,26 +80,35 @@ def turned_back(turns: np.ndarray, k: int, v: Vector) -> Vector:
 
 
 @njit(cache=True, parallel=True)
-def _enter(points, theirs, owners, offsets, turns, mine, begins, near, followed, ways, bends):
+def _choose(near, theirs, owners, followed):
+    """Write the nearest places on different guides, in place; near  places in order of distance, (F, listed)."""
+    for i in prange(len(near)):
+        chosen = 0
+        for candidate in range(near.shape[1]):
+            place = theirs[near[i, candidate]]
+            taken = chosen == FOLLOWED
+            for j in range(chosen):
+                taken |= owners[followed[i, j]] == owners[place]
+            if not taken:
+                followed[i, chosen] = place
+                chosen += 1
+
+
+@njit(cache=True, parallel=True)
+def _look_back(points, offsets, turns, whose, followed, ways, bends):
+    """Write the ways from the places and the bends, turned back, in place; whose  owners, points and first rows."""
+    owners, mine, begins = whose
     for f in prange(len(begins) - 1):
         for i in range(begins[f], begins[f + 1]):
-            x, chosen = row(points, mine[i]), 0
-            for candidate in range(near.shape[1]):
-                owner, place = owners[near[i, candidate]], theirs[near[i, candidate]]
-                taken = chosen == FOLLOWED
-                for j in range(chosen):
-                    taken |= offsets[owner] <= followed[i, j] < offsets[owner + 1]
-                if not taken:
-                    way = turned_back(turns, turn_at(offsets, owner, place), minus(x, row(points, place)))
-                    followed[i, chosen] = place
-                    for c in range(3):
-                        ways[i, chosen, c] = way[c]
-                    chosen += 1
+            x = row(points, mine[i])
+            for j in range(FOLLOWED):
+                place = np.int64(followed[i, j])
+                if place >= 0:
+                    turn = turn_at(offsets, owners[place], place)
+                    put(ways[:, j], i, turned_back(turns, turn, minus(x, row(points, place))))
             if i > begins[f]:
                 bend = minus(row(points, mine[i - 1]), x)
                 if i + 1 < begins[f + 1]:
                     bend = plus(bend, minus(row(points, mine[i + 1]), x))
-                owner = owners[near[i, 0]]
-                bend = turned_back(turns, turn_at(offsets, owner, np.int64(followed[i, 0])), bend)
-                for c in range(3):
-                    bends[i, c] = bend[c]
+                nearest = np.int64(followed[i, 0])
+                put(bends, i, turned_back(turns, turn_at(offsets, owners[nearest], nearest), bend))
