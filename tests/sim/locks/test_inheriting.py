@@ -11,7 +11,9 @@ LEADERS = np.array([2, 1, 2, 3], np.int32)
 
 
 def test_they_go_to_the_same_place_along_the_guide_with_what_they_have_lasted():
-    connections = Connections(np.array([[1, 7], [3, 13], [6, 18]], np.int32), np.array([[0.1, 0.9], [0.5, 0.5], [0.3, 0.4]]))
+    connections = Connections(
+        np.array([[1, 7], [3, 13], [6, 18]], np.int32), np.array([[0.1, 0.9], [0.5, 0.5], [0.3, 0.4]])
+    )
     found, ages = inherited(connections, np.array([5, 6, 7]), LEADERS, OFFSETS, 5)
     # 1 - 7 is now 11 - 7, the lower first; what tied 0 to 2 has ended; 6 - 18 is as it was.
     np.testing.assert_array_equal(found.segments, [[6, 18], [7, 11]])

@@ -1,0 +1,132 @@
+"""Hair that sticks together is simulated once, and again by itself where that is not good enough."""
+
+from dataclasses import fields, replace
+
+import numba
+import numpy as np
+import pytest
+
+from hairpipe.data import Groom, Mesh
+from hairpipe.errors import BadInput
+from hairpipe.groom.binding import root_frames
+from hairpipe.sim.hair_model import build_hair
+from hairpipe.sim.locks.guides import take_guides
+from hairpipe.sim.material import Material
+from hairpipe.sim.settings import Collisions, Locks, Scene, Stiction
+from hairpipe.sim.simulate import Frame, next_state
+
+SEGMENTS, SIDE, SPACING = 8, 5, 4e-4
+CORNERS = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])
+SCENE = Scene(stiction=Stiction(), collisions=Collisions(), locks=Locks(after=2, most=8, tolerance=1e-3))
+
+
+@pytest.fixture
+def hair():
+    """A bundle of straight hairs that stick out of a triangle, near enough to each other to stick."""
+    places = SPACING * np.stack(np.meshgrid(*[np.arange(SIDE)] * 2), -1).reshape(-1, 2)
+    roots = np.stack([0.03 + places[:, 0], np.zeros(len(places)), -0.03 - places[:, 1]], 1)
+    points = roots[:, None] + np.linspace(0.0, 0.06, SEGMENTS + 1)[:, None] * np.array([0.6, 0.8, 0.0])
+    count, weights = (
+        len(roots),
+        np.stack([1.0 - 10.0 * (roots[:, 0] - roots[:, 2]), 10.0 * roots[:, 0], -10.0 * roots[:, 2]], 1),
+    )
+    triangles = np.zeros(count, np.int32)
+    frames = root_frames(CORNERS, np.array([[0, 1, 2]], np.int32), triangles, weights)
+    offsets = np.arange(0, count * (SEGMENTS + 1) + 1, SEGMENTS + 1, dtype=np.int32)
+    ids = np.arange(count, dtype=np.int32)
+    groom = Groom(points.reshape(-1, 3), offsets, ids, triangles, weights, frames, np.zeros((count, 2), np.float32))
+    return build_hair(groom, Material())
+
+
+def body(time):
+    """The triangle, shaken from side to side."""
+    way = np.array([0.01 * np.sin(12.0 * time), 0.0, 0.0])
+    speed = np.tile([0.12 * np.cos(12.0 * time), 0.0, 0.0], (3, 1))
+    return Mesh(CORNERS + way, np.array([[0, 1, 2]], np.int32), speed)
+
+
+def shot(hair, scene, frames, state=None, first=0):
+    states, dt = [] if state is None else [state], 1 / 24
+    for f in range(first, first + frames):
+        leads = body(max(f - 1, 0) * dt), body(f * dt)
+        state = next_state(hair, state, Frame(leads, (), (), max(f - 1, 0) * dt, dt), scene)
+        states.append(state)
+    return states
+
+
+def followers(state):
+    return np.flatnonzero(state.locks.leaders != np.arange(len(state.locks.leaders)))
+
+
+def same(one, other):
+    for field in fields(one):
+        a, b = getattr(one, field.name), getattr(other, field.name)
+        if field.name == "locks":
+            same(a, b)
+        else:
+            np.testing.assert_array_equal(a, b)
+
+
+@pytest.fixture
+def states(hair):
+    return shot(hair, SCENE, 10)
+
+
+def test_locks_form_when_connections_have_lasted_and_lead_few(hair, states):
+    assert states[0].locks is None and [len(followers(state)) for state in states[1:3]] == [0, 0]
+    left = len(hair.groom.ids) - len(followers(states[-1]))
+    assert left < 0.5 * len(hair.groom.ids)
+    sizes = np.bincount(states[-1].locks.leaders)
+    assert 1 < sizes.max() <= 8
+    owners = np.searchsorted(hair.layout.offsets, states[-1].stuck, side="right") - 1
+    np.testing.assert_array_equal(states[-1].locks.leaders[owners], owners)  # guides alone stick
+
+
+def test_hair_is_where_it_is_without_locks(hair, states):
+    every = shot(hair, replace(SCENE, locks=None), 10)
+    apart = [hair.layout.axis(a.positions) - hair.layout.axis(b.positions) for a, b in zip(states, every, strict=True)]
+    rms = [np.sqrt((way**2).sum(axis=1).mean()) for way in apart]
+    went = hair.layout.axis(every[-1].positions) - hair.layout.axis(every[0].positions)
+    assert rms[2] == 0.0 and max(rms) < 0.1 * np.sqrt((went**2).sum(axis=1).mean())
+
+
+def test_lengths_stay(hair, states):
+    points = hair.layout.axis(states[-1].positions).reshape(-1, SEGMENTS + 1, 3)[followers(states[-1])]
+    np.testing.assert_allclose(np.linalg.norm(np.diff(points, axis=1), axis=2), 0.06 / SEGMENTS, rtol=1e-9)
+
+
+def test_a_shot_that_is_resumed_is_the_same_to_the_bit_on_any_number_of_threads(hair, states):
+    threads = numba.get_num_threads()
+    try:
+        numba.set_num_threads(1)
+        same(shot(hair, SCENE, 4, states[5], 6)[-1], states[9])
+    finally:
+        numba.set_num_threads(threads)
+
+
+def test_hairs_whose_guides_disagree_are_simulated_again(hair, states):
+    strict = replace(SCENE, locks=replace(SCENE.locks, tolerance=1e-9, after=1000))
+    state = shot(hair, strict, 2, states[-1], 10)[-1]
+    assert not len(followers(state))
+    speeds = hair.layout.axis(state.velocities)
+    assert np.isfinite(state.positions).all() and np.abs(speeds).max() < 5.0
+
+
+def test_guides_taken_out_and_put_back_are_what_they_were(hair, states):
+    state = states[-1]
+    guides = take_guides(hair, state.locks.leaders)
+    back = guides.put(state, guides.state_of(state))
+    same(replace(back, locks=state.locks), state)
+    assert take_guides(hair, state.locks.leaders.copy()) is guides
+    strands = guides.strands
+    np.testing.assert_array_equal(
+        guides.hair.groom.points.reshape(len(strands), -1, 3)[3],
+        hair.groom.points.reshape(-1, SEGMENTS + 1, 3)[strands[3]],
+    )
+    sizes = np.bincount(state.locks.leaders)[strands]
+    np.testing.assert_array_equal(guides.hair.widths[:: SEGMENTS + 1], np.sqrt(sizes))
+
+
+def test_locks_without_stiction_are_refused(hair):
+    with pytest.raises(BadInput, match="sticks together"):
+        shot(hair, replace(SCENE, stiction=None), 2)
