@@ -2,8 +2,9 @@ PYTHON ?= python3
 VENV := .venv
 RUN := $(VENV)/bin/python -m
 INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-compile --constraint constraints.txt --editable
-# Where Python may write no bytecode, every process would compile all that it imports: a second, each time.
-COMPILE := $(RUN) compileall -q -j 0 -x '/bpy/' $(VENV)/lib hairpipe nodes graphs
+# Where Python may write no bytecode, every process would compile all that it imports: a second, each time. It imports
+# neither all of Blender nor the tests of libraries.
+COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nodes graphs
 
 .PHONY: menu demo test check clean
 

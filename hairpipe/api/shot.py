@@ -2,7 +2,9 @@
 
 import os
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from copy import copy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -22,6 +24,7 @@ from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result, read_value
 from hairpipe.graph.run.events import Event, Options
 from hairpipe.graph.run.player import Player, played_nodes, playing_environment
+from hairpipe.graph.run.pool import Member
 from hairpipe.graph.run.scheduler import run as run_graph
 from hairpipe.graph.store.record import Record
 from hairpipe.graph.store.store import Store
@@ -73,8 +76,8 @@ class Shot:
     graph  as the engine sees it
     """
 
-    def __init__(self, source: Source, store: Store) -> None:
-        self._source, self._store = source, store
+    def __init__(self, source: Source, store: Store, spare: list[Member] | None = None) -> None:
+        self._source, self._store, self._spare = source, store, spare
         self.graph: Graph = source.graph()
 
     def __repr__(self) -> str:
@@ -212,7 +215,12 @@ class Shot:
         graph, stopping = shot.part(to), shot.stopping()
         numbers = graph.select(read_frames(frames))
         options = Options(
-            jobs or os.cpu_count() or 1, keep_going, publish_root=publish_root, force=force, judge=stopping
+            jobs or os.cpu_count() or 1,
+            keep_going,
+            publish_root=publish_root,
+            force=force,
+            judge=stopping,
+            spare=self._spare,
         )
         self._make_cache()
         begun, recorder = time.monotonic(), Recorder(graph, options.jobs, progress)
@@ -220,6 +228,17 @@ class Shot:
         seconds = time.monotonic() - begun
         found = recorder.progress.nodes, recorder.warnings, recorder.fates, seconds, stopping.stopped()
         return Run(shot, graph, numbers, outcome, *found)
+
+    @contextmanager
+    def keeping_workers(self) -> Iterator[Self]:
+        """Give the shot with workers that stay between its runs, and those of shots made of it, until this ends."""
+        kept, spare = copy(self), list[Member]()
+        kept._spare = spare
+        try:
+            yield kept
+        finally:
+            for member in spare:
+                member.end()
 
     def get(self, target: str | Target, *, frames: FrameSet = None) -> Any:
         """Read a result from the cache; BadInput where it has not been computed.
@@ -272,7 +291,7 @@ class Shot:
         return explain_task(self.graph, self._store, Task(node, frame), read_frames(frames))
 
     def _of(self, source: Source) -> Self:
-        return type(self)(source, self._store)
+        return type(self)(source, self._store, self._spare)
 
     def _make_cache(self) -> None:
         try:

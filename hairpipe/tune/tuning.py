@@ -1,7 +1,7 @@
 """Tunes a scene: chooses a sample, measures error and time of each simplification, and chooses a combination."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -89,9 +89,15 @@ def tune(request: Request, say: Callable[[str], None] = lambda line: None) -> Tu
 
     say  receives a line about each measurement
     """
-    shot = request.shot
-    if len(shot.frames) < 2:
+    if len(request.shot.frames) < 2:
         raise BadInput("one frame is no motion", where=request.shot.path, right="frames = [first, last] farther apart")
+    with request.shot.keeping_workers() as shot:
+        return measured_and_chosen(replace(request, shot=shot), say)
+
+
+def measured_and_chosen(request: Request, say: Callable[[str], None]) -> Tuned:
+    """Measure the graph as it is and each simplification, and choose; as `tune`, with workers that stay."""
+    shot = request.shot
     parts = simplifications(shot.graph, request.hair)
     total, motion = look_at(request)
     parts = [part for part in parts if part.particles <= total]

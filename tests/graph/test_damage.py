@@ -161,20 +161,21 @@ def test_no_flipped_bit_of_a_record_is_believed(shot, listed):
     assert all(read_record(damaged.decode(errors="replace")) is None for damaged in flips(text))
 
 
-@pytest.mark.parametrize(
-    "label", ["../up", "/etc/cron.d/job", "a/../../b", "", ".", "a/", "a//b", "a\nb", "\x1b[2J", "\0", "\ud800", "\x9b"]
-)
-def test_a_listing_leads_nowhere(shot, listed, label):
+AWAY = ["../up", "/etc/cron.d/job", "a/../../b", "", ".", "a/", "a//b", "a\nb", "\x1b[2J", "\0", "\ud800", "\x9b"]
+
+
+def test_a_listing_leads_nowhere(shot, listed):
     """Though its name be that of what it says: somebody else may have written it."""
     path, _, _ = listed
-    listing = json.loads(path.read_text())
-    listing["companions"] = {label: listing["path"]}
-    name = digest("set", listing) + ".set"
-    shot.store.room(shot.store.object_path(name)).write_text(json.dumps(listing))
-    with pytest.raises(LostObject):
-        read_listing(shot.store, name)
-    with pytest.raises(ValueError, match="no relative name"):
-        check_name(label)
+    right = json.loads(path.read_text())
+    for label in AWAY:
+        listing = right | {"companions": {label: right["path"]}}
+        name = digest("set", listing) + ".set"
+        shot.store.room(shot.store.object_path(name)).write_text(json.dumps(listing))
+        with pytest.raises(LostObject):
+            read_listing(shot.store, name)
+        with pytest.raises(ValueError, match="no relative name"):
+            check_name(label)
 
 
 @pytest.mark.parametrize("stem", ["../../shot", "a", "A" * 40, "a" * 40 + "\n", "a" * 39 + "/", ""])

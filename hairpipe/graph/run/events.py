@@ -11,6 +11,7 @@ from typing import Literal
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.file.merged import origin
 from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.pool import Member
 from hairpipe.graph.store.record import Record
 
 CODEC = "hairpipe.io.hdf5"
@@ -43,6 +44,7 @@ class Options:
     publish_root  folder below which files may be published beside the graph's project
     force         whether files are replaced that were not published by hairpipe
     judge         gives nodes up meanwhile
+    spare         idle workers that stay between runs of which each is given this list; None: they end with the run
     """
 
     jobs: int = field(default_factory=lambda: os.cpu_count() or 1)
@@ -51,6 +53,7 @@ class Options:
     publish_root: Path | None = None
     force: bool = False
     judge: Judge = Judge()  # noqa: RUF009 (it has no state)
+    spare: list[Member] | None = None
 
 
 @dataclass(frozen=True)

@@ -33,12 +33,28 @@ MEMORY = 256 << 20
 
 @dataclass(eq=False)
 class Member:
-    """A worker process and the task that it evaluates."""
+    """A worker process, the first message and the environment that it was given, and the task that it evaluates."""
 
     kind: WorkerKind
     process: "subprocess.Popen[bytes]"
     connection: Connection
+    hello: dict[str, Any]
+    environment: dict[str, str]
     task: Task | None = None
+
+    def serves(self, hello: dict[str, Any], environment: dict[str, str]) -> bool:
+        """Whether it is what a worker started now would be: it may have imported any source it was told of."""
+        if self.process.poll() is not None or self.environment != environment:
+            return False
+        told, sources = self.hello["sources"], hello["sources"]
+        alike = self.hello | {"sources": sources} == hello
+        return alike and all(told.get(path) == stamp for path, stamp in sources.items())
+
+    def end(self) -> None:
+        """Kill the process."""
+        self.process.kill()
+        self.process.wait()
+        self.connection.close()
 
     @property
     def fate(self) -> str:
@@ -57,15 +73,23 @@ class Pool:
     nodes     modules of the node types that they will load
     reader    of the sources
     kernels   folder for compiled kernels; None before it is needed
+    spare     idle workers of earlier pools: taken before one is started, given back at the end; None: all end
     warnings  for the user
     """
 
     def __init__(
-        self, store: Path, codec: str, folder: Path, jobs: int, nodes: Iterable[str], reader: CodeReader
+        self,
+        store: Path,
+        codec: str,
+        folder: Path,
+        jobs: int,
+        nodes: Iterable[str],
+        reader: CodeReader,
+        spare: list[Member] | None = None,
     ) -> None:
         self.hello = {"store": str(store), "codec": codec, "folder": str(folder), "memory": MEMORY}
         self.hello["sources"] = reader.stamps
-        self.jobs, self.nodes, self.reader = jobs, sorted(set(nodes)), reader
+        self.jobs, self.nodes, self.reader, self.spare = jobs, sorted(set(nodes)), reader, spare
         self.kernels: Path | None = None
         self.warnings: list[str] = []
         self._passing: tempfile.TemporaryDirectory[str] | None = None
@@ -84,7 +108,7 @@ class Pool:
     def send(self, kind: WorkerKind, task: Task, job: dict[str, Any]) -> None:
         """Give a job to a free worker of this kind."""
         idle = (m for m in self.members if m.kind == kind and m.task is None)
-        member = next(idle, None) or self._start(kind)
+        member = next(idle, None) or self._engage(kind)
         member.task = task
         with suppress(OSError):  # a worker that is dead already is noticed by `receive`
             member.connection.send_bytes(json.dumps(job).encode())
@@ -103,14 +127,15 @@ class Pool:
             yield task, reply
 
     def close(self) -> None:
-        """Kill all workers: results already stored stay, tasks in progress are evaluated again in the next run."""
+        """Kill all workers but spare ones: stored results stay, tasks in progress are evaluated again later."""
+        outdated = self.kernels is not None and self.reader.is_outdated(kernel_sources(self.reader, self.nodes))
         for member in self.members:
-            member.process.kill()
-        for member in self.members:
-            member.process.wait()
-            member.connection.close()
+            if self.spare is None or outdated or self._passing or member.task is not None:
+                member.end()
+            else:
+                self.spare.append(member)
         self.members.clear()
-        if self.kernels is not None and self.reader.is_outdated(kernel_sources(self.reader, self.nodes)):
+        if self.kernels is not None and outdated:
             clear_kernels(self.kernels)  # some may have been compiled from sources edited meanwhile
         if self._passing is not None:
             self._passing.cleanup()
@@ -125,9 +150,21 @@ class Pool:
             parent = Path(self._passing.name)
         return kernel_folder(parent, self.reader, self.nodes)
 
-    def _start(self, kind: WorkerKind) -> Member:
-        """Start a worker; its standard output is redirected to standard error, where it mixes with no result."""
+    def _engage(self, kind: WorkerKind) -> Member:
+        """Take a spare worker, or start one; spare ones of this kind that do not serve are killed."""
         self.kernels = self.kernels or self._kernel_folder()
+        surroundings = environment(self.jobs if kind == "parallel" else 1, self.kernels)
+        spare = self.spare or []
+        for member in [member for member in spare if member.kind == kind]:
+            spare.remove(member)
+            if member.serves(self.hello, surroundings):
+                self.members.append(member)
+                return member
+            member.end()
+        return self._start(kind, surroundings)
+
+    def _start(self, kind: WorkerKind, surroundings: dict[str, str]) -> Member:
+        """Start a worker; its standard output is redirected to standard error, where it mixes with no result."""
         ours, theirs = socket.socketpair()
         with theirs, interrupts_blocked():
             process = subprocess.Popen(
@@ -135,15 +172,16 @@ class Pool:
                 pass_fds=[theirs.fileno()],
                 stdin=subprocess.DEVNULL,
                 stdout=2,
-                env=environment(self.jobs if kind == "parallel" else 1, self.kernels),
+                env=surroundings,
             )
         if kind == "serial":
             with suppress(OSError):
                 os.setpriority(os.PRIO_PROCESS, process.pid, SERIAL_NICENESS)
-        member = Member(kind, process, Connection(ours.detach()))
+        hello = self.hello | {"sources": dict(self.reader.stamps)}
+        member = Member(kind, process, Connection(ours.detach()), hello, surroundings)
         self.members.append(member)
         with suppress(OSError):
-            member.connection.send_bytes(json.dumps(self.hello).encode())
+            member.connection.send_bytes(json.dumps(hello).encode())
         return member
 
 

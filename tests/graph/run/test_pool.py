@@ -1,0 +1,62 @@
+"""Workers that stay between runs: the same processes, as long as they are what new ones would be."""
+
+import pytest
+
+from hairpipe.graph.key.code import CodeReader
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.graph.run.events import CODEC, Options
+from hairpipe.graph.run.pool import Member, Pool
+from hairpipe.graph.run.scheduler import run
+from hairpipe.graph.store.store import Store
+
+
+@pytest.fixture
+def spare():
+    """A list of idle workers, which end with the test."""
+    members: list[Member] = []
+    yield members
+    for member in members:
+        member.end()
+
+
+def run_with(shot, spare: list[Member], **settings) -> set[int]:
+    """Run a shot with workers that stay; returns the ids of their processes."""
+    outcome = run(shot.load(**settings), shot.store, None, Options(jobs=1, spare=spare))
+    assert outcome.exit_code == 0 and outcome.evaluated > 0
+    return {member.process.pid for member in spare}
+
+
+def test_workers_stay_between_runs_and_give_what_new_ones_give(shot, spare):
+    before = run_with(shot, spare)
+    assert run_with(shot, spare, seed__value=4) == before and len(before) == 2
+    other = Store(shot.folder / "other")
+    shot.run(store=other, seed__value=4)
+    assert shot.results(seed__value=4) == shot.results(store=other, seed__value=4)
+
+
+def test_a_worker_ends_whose_sources_were_edited_since(shot, spare):
+    before = run_with(shot, spare)
+    shot.edit("numeral.py", "load: np.ndarray", "load: np.ndarray | None")
+    assert not run_with(shot, spare) & before
+
+
+def test_a_worker_that_died_meanwhile_is_replaced(shot, spare):
+    before = run_with(shot, spare)
+    for member in spare:
+        member.process.kill()
+        member.process.wait()
+    assert not run_with(shot, spare, seed__value=4) & before
+
+
+def test_a_worker_is_kept_for_its_own_store_alone(shot, spare):
+    before = run_with(shot, spare)
+    shot.store = Store(shot.folder / "other")
+    assert not run_with(shot, spare) & before
+
+
+def test_a_worker_that_is_evaluating_ends_with_the_run(shot, spare):
+    pool = Pool(shot.store.root, CODEC, shot.nodes, 1, [], CodeReader(shot.store.remember), spare)
+    pool.send("serial", Task("a", None), {"type": "no_such_type"})
+    (member,) = pool.members
+    pool.close()
+    assert not spare and member.process.poll() is not None
