@@ -13,7 +13,7 @@ def measure_points(
     surfaces: tuple[LevelSet, ...] | None,
     parts: tuple[BodyParts, ...] | None,
 ) -> PointValues:
-    """Depth in bodies, stretch and tension at every point; the page of `hairpipe view` colours the hair by them."""
+    """Depth in bodies, stretch, tension and lock at every point; the page of `hairpipe view` colours hair by them."""
     from hairpipe.measure.contact import still, still_parts
     from hairpipe.measure.points import measure_points as measure
 

@@ -11,6 +11,7 @@ import numpy as np
 from hairpipe.bench.machine import Machine, this_machine
 from hairpipe.bench.replay import Replay
 from hairpipe.bench.shares import shares_of
+from hairpipe.data.hair import HairState
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.store.store import Store
 from hairpipe.sim.strands.registry import strand_models
@@ -32,7 +33,8 @@ PRINTED = {
 }
 """Its Table 2, by the name of our graph."""
 STILL, SETTLING, FRAMES = 12, 5, 3
-"""Frames that are skipped, since the head hardly moves; that let hair settle into motion; that are measured."""
+"""Frames that are skipped, since the head hardly moves; that let hair settle into motion, if no other number is asked
+for; that are measured."""
 HAIR = "hair"
 """Name of the node in all graphs."""
 
@@ -41,6 +43,7 @@ class Row(NamedTuple):
     """A frame of one scene.
 
     particles  of the strands, those beside their axes too
+    simulated  share of the strands that are, where others follow in locks
     seconds    the median; shares  of the parts of the work, in seconds of that frame
     memory     the most that this process had until then [bytes]
     printed    what the paper has; None for a scene that it has not
@@ -49,6 +52,7 @@ class Row(NamedTuple):
     scene: str
     strands: int
     particles: int
+    simulated: float
     seconds: float
     shares: dict[str, float]
     memory: int
@@ -63,35 +67,47 @@ class Report(NamedTuple):
 
 
 def measure_paper(
-    say: Callable[[str], None], scenes: dict[str, Path], cache: Path, overrides: Mapping[str, str]
+    say: Callable[[str], None], scenes: dict[str, Path], cache: Path, overrides: Mapping[str, str], settling: int
 ) -> Report:
     """Measure scenes, graph files by their names, and report progress.
 
     cache      folder in which what hair depends on is kept
     overrides  settings of every scene, see `load_graph`
+    settling   frames of motion before those that are measured
     """
     store = Store(cache)
-    return Report(this_machine(), [measure_scene(say, name, path, store, overrides) for name, path in scenes.items()])
+    rows = [measure_scene(say, name, path, store, overrides, settling) for name, path in scenes.items()]
+    return Report(this_machine(), rows)
 
 
-def measure_scene(say: Callable[[str], None], name: str, path: Path, store: Store, overrides: Mapping[str, str]) -> Row:
+def measure_scene(
+    say: Callable[[str], None],
+    name: str,
+    path: Path,
+    store: Store,
+    overrides: Mapping[str, str],
+    settling: int = SETTLING,
+) -> Row:
     """Measure some frames of a scene, in which the head is in full motion."""
     graph = load_graph(path, overrides)
     graph = replace(graph, frames=(graph.frames[0] + STILL, graph.frames[1]))
     replay = Replay(graph, store, HAIR)
     say(f"{name}: body and groom")
-    replay.prepare(SETTLING + FRAMES)
-    for frame in range(SETTLING):
-        say(f"{name}: frame {frame + 1} of {SETTLING} before the first that counts")
+    replay.prepare(settling + FRAMES)
+    for frame in range(settling):
+        say(f"{name}: frame {frame + 1} of {settling} before the first that counts")
         replay.advance(replay.arguments())
     found: list[tuple[float, dict[str, float]]] = []
+    states: list[HairState] = []
     segments = np.diff(replay.arguments()["groom"].offsets) - 1
     for frame in range(FRAMES):
         say(f"{name}: frame {frame + 1} of {FRAMES}")
         arguments = replay.arguments()
-        found.append(shares_of(lambda given=arguments: replay.advance(given)))
+        found.append(shares_of(lambda given=arguments: states.append(replay.advance(given).state)))
     seconds, shares = sorted(found, key=lambda case: case[0])[FRAMES // 2]
     shape = strand_models()[graph.nodes[HAIR].settings["model"]].shape
     particles = sum(shape.count(int(count)) for count in segments)
     memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return Row(name, len(segments), particles, seconds, shares, memory, PRINTED.get(name))
+    locks = states[-1].locks
+    simulated = 1.0 if locks is None else len(np.unique(locks.leaders)) / len(segments)
+    return Row(name, len(segments), particles, simulated, seconds, shares, memory, PRINTED.get(name))

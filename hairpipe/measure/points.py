@@ -1,4 +1,4 @@
-"""What can be said of every point of hair: how deep it is in a body, how far stretched, what it pulls with."""
+"""What can be said of every point of hair: depth in bodies, stretch, tension, and the lock that it is in."""
 
 from collections.abc import Sequence
 
@@ -8,6 +8,7 @@ from hairpipe.data import Groom, PointValues, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
+from hairpipe.groom.sampling import GOLDEN
 from hairpipe.levelset.collider import Collider
 from hairpipe.measure.contact import depths
 from hairpipe.measure.tension import layout_of, tensions
@@ -17,6 +18,8 @@ def measure_points(
     hair: Strands, groom: Groom | None, state: HairState | None, bodies: Sequence[Collider]
 ) -> PointValues:
     """Return `depth [mm]` where there are bodies, `stretch [%]` with a groom, and `tension [uN]` with a state as well.
+
+    Of hair in locks also `lock`, a colour of each, and `follows`, 0 where hair is simulated and 1 where not.
 
     A point has the stretch and the tension of the segment that ends there, a root those of the one that begins. Raises
     BadInput where groom or state are of other strands.
@@ -34,6 +37,10 @@ def measure_points(
         if state is not None:
             pulls = sorted(tensions(layout_of(groom, state), state), key=lambda strand: strand[0])
             found["tension [uN]"] = spread(1e6 * np.concatenate([pull for _, _, pull in pulls]), inner)
+            if state.locks is not None:
+                leaders, counts = state.locks.leaders, np.diff(hair.offsets)
+                found["lock"] = np.repeat(GOLDEN * leaders % 1.0, counts)
+                found["follows"] = np.repeat(leaders != np.arange(len(leaders)), counts).astype(float)
     if not found:
         raise BadInput("nothing to measure by", right="in.surfaces, in.parts, or in.groom, with in.state or without")
     return PointValues(tuple(found), np.stack(list(found.values())).astype(np.float32), hair.offsets)

@@ -1,0 +1,71 @@
+"""Hair in locks, frame by frame: what is simulated, and what the rest is off by."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from hairpipe.data import Groom, Strands, Table
+from hairpipe.data.hair import HairState
+from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
+from hairpipe.sim.locks.joining import ages_of
+
+LASTED = 5
+"""Frames after which a connection counts as lasting here."""
+COLUMNS = (
+    "time [s]",
+    "connections a segment",
+    f"of them {LASTED} frames old [%]",
+    "simulated [%]",
+    "largest lock",
+    "guides disagree by [mm]",
+    "off [mm]",
+    "off [% of length]",
+)
+
+
+def measure_locks(
+    groom: Groom,
+    hair: Mapping[int, Strands],
+    states: Mapping[int, HairState],
+    truth: Mapping[int, Strands] | None,
+    fps: float,
+) -> Table:
+    """Return a row for every frame; time zero is the first frame.
+
+    guides disagree by  an estimate of how far hairs that follow are from where they would go by themselves, given the
+                        guides: the rms over their points, 0 without any
+    off                 rms distance of all points from the truth, NaN without one
+
+    Raises BadInput where the truth is of other strands.
+    """
+    frames, rows = list(hair), []
+    segments = np.diff(groom.points, axis=0)
+    inner = np.delete(np.linalg.norm(segments, axis=1), groom.offsets[1:-1] - 1)
+    length, ages, before = inner.sum() / len(groom.ids), np.zeros(0, np.int32), None
+    for frame in frames:
+        state = states[frame]
+        if before is None:
+            ages = np.zeros(len(state.stuck), np.int32)
+        else:
+            ages = ages_of(before.stuck, before.stuck_at, ages, state.stuck, state.stuck_at)
+        before, leaders = state, np.arange(len(groom.ids)) if state.locks is None else state.locks.leaders
+        follows = leaders != np.arange(len(leaders))
+        apart = 0.0
+        if state.locks is not None and follows.any():
+            apart = 1e3 * float(np.sqrt((state.locks.disagreement[follows].astype(float) ** 2).mean()))
+        off = np.nan
+        if truth is not None and frame in truth:
+            off = _distance(hair[frame], truth[frame])
+        lasting = 100.0 * float((ages >= LASTED).mean()) if len(ages) else 0.0
+        stuck = len(ages) / len(inner), lasting
+        locks = 100.0 * (1.0 - float(follows.mean())), int(np.bincount(leaders).max())
+        rows.append(((frame - frames[0]) / fps, *stuck, *locks, apart, 1e3 * off, 100.0 * off / length))
+    return table_of_rows(COLUMNS, rows)
+
+
+def _distance(hair: Strands, truth: Strands) -> float:
+    """Return the rms distance of all points [m]."""
+    if not np.array_equal(hair.offsets, truth.offsets):
+        raise BadInput("hair and truth are not the same strands", right="in.truth: the same groom without locks")
+    return float(np.sqrt(((hair.points - truth.points) ** 2).sum(axis=1).mean()))
