@@ -99,6 +99,7 @@ def wedge_document(wedge: WedgeShot, found: Plan, suffix: Suffix, told: Told, fr
     return {
         "name": wedge.definition.name,
         "names": list(wedge.definition.short_names.values()),
+        "joint": wedge.definition.joint,
         "show": wedge.definition.show or [list(wedge.original.nodes)[-1]],
         "variants": [{"name": row.pop("variant"), **row} for row in rows],
         "states": [{name: nodes[other] for name, other in v.names.items()} for v in wedge.variants.values()],

@@ -11,7 +11,7 @@ from hairpipe.render.deep_shadow import cast_deep_shadow
 from hairpipe.render.exposure import instants
 from hairpipe.render.film import backdrop, develop, outlines, soften
 from hairpipe.render.framing import Framing, Shot, frame_hair, place_camera
-from hairpipe.render.lights import Shade, studio
+from hairpipe.render.lights import Light, Shade, studio
 from hairpipe.render.raster.lines import draw_strands
 from hairpipe.render.raster.surface import see_body
 from hairpipe.render.raster.tiles import Curves, lay_curves
@@ -64,10 +64,7 @@ def draw_portrait(
     framing = frame_hair(points, hair.offsets)
     camera = place_camera(shot, framing)
     width = thickness * drawn_width(hair, framing, camera, shot.grain)
-    casting = casters(points, hair.offsets, width)
-    shadows = [
-        SHADOWS[shadow](light, framing.target, SCENE * framing.radius, *casting, body) for light in studio(camera.axes)
-    ]
+    shadows = cast_shadows(hair, body, framing, studio(camera.axes), width, shadow)
     film = np.zeros((camera.height, camera.width, 3), np.float32)
     fine = len(points) <= FINE
     colours, known, taken = np.empty((2 * len(points), 3)), np.zeros(2 * len(points), bool), 0
@@ -90,6 +87,14 @@ def draw_portrait(
         taken += 1
     film /= taken
     return develop(film, shot.grain)
+
+
+def cast_shadows(
+    hair: Strands, body: Mesh, framing: Framing, lights: Sequence[Light], width: float, shadow: str
+) -> list[Shade]:
+    """Cast the shadows of hair, so wide [m], and body away from every lamp, in the way of that name."""
+    casting = casters(np.asarray(hair.points, float), hair.offsets, width)
+    return [SHADOWS[shadow](light, framing.target, SCENE * framing.radius, *casting, body) for light in lights]
 
 
 def lit_sites(curves: Curves, fine: bool) -> np.ndarray:

@@ -17,8 +17,11 @@ from hairpipe.render.lights import Light
 from hairpipe.render.raster.triangles import rasterise
 from hairpipe.volume.trilinear import sample, splat, voxel_at
 
-CELLS = 160
-"""Along an edge of the cube."""
+CELLS, FEW = 160, 128
+"""Along an edge of the cube, of a lamp as bright as FAINT, and of others: there, so few cells change a picture no more
+than do other places of as many as the bright lamps have."""
+FAINT = 1.0
+"""Colour of a lamp, at its brightest, below which its cube has FEW cells."""
 SOLID = 15.0
 """Hairs that the body is worth: next to no light comes through so many, yet the shadow has a soft edge."""
 FINE = 2
@@ -34,7 +37,7 @@ class Shadow(NamedTuple):
     to_cells  to_cells[:, :3] x + to_cells[:, 3] is the place in the cube of a world point x [cells], (3, 4) float64;
               the third coordinate runs away from the lamp
     cell      edge of a cell [m]
-    depth     at the centres of the cells, (CELLS, CELLS, CELLS) float32
+    depth     at the centres of the cells, (n, n, n) float32
     """
 
     light: Light
@@ -58,10 +61,11 @@ def cast_shadow(
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,)
     width    of a strand [m]
     """
-    cell, to_cells = cells_of(light, centre, radius, CELLS)
-    depth = np.zeros((CELLS, CELLS, CELLS), np.float32)
+    cells = CELLS if light.colour.max() >= FAINT else FEW
+    cell, to_cells = cells_of(light, centre, radius, cells)
+    depth = np.zeros((cells, cells, cells), np.float32)
     scatter(depth, apply(to_cells, points), offsets, width / cell)
-    accumulate(depth, front(apply(to_cells, body.points), body.triangles, FINE, CELLS))
+    accumulate(depth, front(apply(to_cells, body.points), body.triangles, FINE, cells))
     return Shadow(light, to_cells, cell, depth)
 
 
@@ -106,7 +110,7 @@ def scatter(depth: np.ndarray, places: np.ndarray, offsets: np.ndarray, width: f
 @njit(cache=True, nogil=True)
 def add(depth: np.ndarray, x: float, y: float, z: float, area: float) -> None:
     """Share an area among the eight cells around a place, in place; nothing outside the cube."""
-    top = CELLS - 1.5
+    top = len(depth) - 1.5
     if not (0.5 <= x < top and 0.5 <= y < top and 0.5 <= z < top):
         return
     splat(depth, voxel_at(depth, x - 0.5, y - 0.5, z - 0.5), area)
@@ -115,12 +119,13 @@ def add(depth: np.ndarray, x: float, y: float, z: float, area: float) -> None:
 @njit(cache=True, nogil=True)
 def accumulate(depth: np.ndarray, solid: np.ndarray) -> None:
     """Sum the cells along the light, each to its centre, and fill what lies behind the body, in place."""
-    for i in range(CELLS):
-        for j in range(CELLS):
+    cells = len(depth)
+    for i in range(cells):
+        for j in range(cells):
             before, nearest = 0.0, np.inf
             for n in range(FINE * FINE):
                 nearest = min(nearest, solid[FINE * i + n // FINE, FINE * j + n % FINE])
-            for k in range(CELLS):
+            for k in range(cells):
                 behind = 0.0
                 if k + 0.5 > nearest + BIAS:
                     for n in range(FINE * FINE):
@@ -138,9 +143,10 @@ def look_up(depth: np.ndarray, to_cells: np.ndarray, px: float, py: float, pz: f
     x = to_cells[0, 0] * px + to_cells[0, 1] * py + to_cells[0, 2] * pz + to_cells[0, 3] - 0.5
     y = to_cells[1, 0] * px + to_cells[1, 1] * py + to_cells[1, 2] * pz + to_cells[1, 3] - 0.5
     z = to_cells[2, 0] * px + to_cells[2, 1] * py + to_cells[2, 2] * pz + to_cells[2, 3] - 0.5
-    if not (0.0 <= x < CELLS - 1 and 0.0 <= y < CELLS - 1):
+    last = len(depth) - 1.0
+    if not (0.0 <= x < last and 0.0 <= y < last):
         return 0.0
-    return sample(depth, voxel_at(depth, x, y, min(max(z, 0.0), CELLS - 1.001)))
+    return sample(depth, voxel_at(depth, x, y, min(max(z, 0.0), last)))
 
 
 @njit(cache=True, nogil=True)

@@ -193,6 +193,7 @@ def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
             look();"""
         do(driver, edit, "7e400")
         assert driver.find_element("css selector", ".wrong").text
+        do(driver, "document.querySelector('.explain summary').click()")
         do(driver, edit, "0.875")
         driver.execute_async_script(wait, "picture.red = 0.875")
         assert driver.execute_script("return app.state.verdict.missing") == 5
@@ -200,8 +201,13 @@ def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
         driver.execute_async_script(wait, "run save 1")
         assert driver.execute_script("return [app.state.verdict.computed, app.state.verdict.missing]") == [5, 0]
         assert (folder / "shot.toml").read_text() == SHOT
-        explained = "const done = arguments[0]; fetch('explain?node=picture&frame=1').then((a) => a.text()).then(done)"
-        assert "0.875" in driver.execute_async_script(explained)
+        explained = """const done = arguments[0];
+            const look = () => {
+                const box = document.querySelector('.explain[open]');
+                return box?.innerText.includes('0.875') ? done(true) : setTimeout(look, 50);
+            };
+            look();"""
+        assert driver.execute_async_script(explained)  # the box has stayed open, and tells of the new result
         do(driver, "document.getElementById('do-save').click()")
         driver.execute_async_script(wait, "run save revert")
         assert (folder / "shot.toml").read_text() == SHOT.replace(

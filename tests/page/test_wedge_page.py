@@ -30,7 +30,11 @@ def test_a_variant_is_selected_everywhere_at_once(opened, wedge_report):
     driver = opened(wedge_report)
     driver.execute_script("selectNode('picture')")
     assert len(driver.find_elements("css selector", ".sheet img")) == 4
-    assert len(driver.find_elements("css selector", ".pareto circle")) == 4
+    circles = driver.find_elements("css selector", ".pareto circle")
+    low, low_many, high, high_many = (f"{one.get_attribute('cx')},{one.get_attribute('cy')}" for one in circles)
+    curves = [line.get_attribute("points") for line in driver.find_elements("css selector", ".pareto polyline")]
+    along_red, along_strands = [(low, high), (low_many, high_many)], [(low, low_many), (high, high_many)]
+    assert curves == [" ".join(ends) for ends in along_red + along_strands]
     assert "--wedge look" in driver.find_element("css selector", "#verdict code").text
     plain = driver.execute_script("return pictureOf('picture', '')")
     driver.find_elements("css selector", ".sheet figure")[3].click()

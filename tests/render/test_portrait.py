@@ -8,6 +8,7 @@ import pytest
 
 from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
+from hairpipe.render import shadows
 from hairpipe.render.framing import Shot
 from hairpipe.render.portrait import draw_portrait
 from hairpipe.render.shading.dual import shade_dual
@@ -44,6 +45,16 @@ def test_pictures_are_equal_whatever_runs_beside(hair: Strands, head: Mesh) -> N
     with ThreadPoolExecutor(4) as pool:
         beside = list(pool.map(lambda shot: take(hair, head, shot), shots))
     assert all(np.array_equal(a, b) for a, b in zip(alone, beside, strict=True))
+
+
+def test_fewer_cells_of_faint_lamps_change_a_picture_no_more_than_cells_elsewhere(hair, head, monkeypatch) -> None:
+    few, pictures = shadows.FEW, []
+    for count in (shadows.CELLS, shadows.CELLS + 1, few):
+        monkeypatch.setattr(shadows, "FEW", count)
+        pictures.append(take(hair, head, Shot(160, 160)).astype(int))
+    all_cells, elsewhere, fewer = pictures
+    assert few < shadows.CELLS and np.any(fewer != all_cells)
+    assert np.abs(fewer - all_cells).mean() < 2.0 * np.abs(elsewhere - all_cells).mean()
 
 
 def test_hair_of_dual_scattering_is_equal_on_any_number_of_threads(hair: Strands, head: Mesh, threads) -> None:

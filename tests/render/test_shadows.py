@@ -16,15 +16,17 @@ def between(shadow: Shadow, points: np.ndarray) -> np.ndarray:
     return np.array([look_up(shadow.depth, shadow.to_cells, *point) for point in points])
 
 
+@pytest.mark.parametrize("brightness", [1.0, 0.5])
 @pytest.mark.parametrize("towards", TOWARDS)
-def test_depth_behind_a_sheet_of_hair_is_its_coverage(towards: np.ndarray) -> None:
+def test_depth_behind_a_sheet_of_hair_is_its_coverage(towards: np.ndarray, brightness: float) -> None:
     side = np.cross(towards, [0.3, -0.5, 0.8])
     side /= np.linalg.norm(side)
     along, count, width = np.cross(towards, side), 400, 2e-3
     rows = np.linspace(-0.4, 0.4, count)[:, None, None] * side
     sheet = rows + np.linspace(-0.4, 0.4, 60)[None, :, None] * along
     offsets = np.arange(0, 60 * count + 1, 60)
-    shadow = cast_shadow(Light(towards, np.ones(3)), np.zeros(3), 0.5, sheet.reshape(-1, 3), offsets, width, NOBODY)
+    light = Light(towards, np.full(3, brightness))
+    shadow = cast_shadow(light, np.zeros(3), 0.5, sheet.reshape(-1, 3), offsets, width, NOBODY)
     coverage = count * width / 0.8
     assert between(shadow, np.array([-0.2, -0.05])[:, None] * towards) == pytest.approx(coverage, rel=0.02)
     assert between(shadow, np.array([0.05, 0.3])[:, None] * towards) == pytest.approx(0.0, abs=1e-9)

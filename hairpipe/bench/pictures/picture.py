@@ -17,8 +17,10 @@ from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
 from hairpipe.groom.grow.paint import Canvas
 from hairpipe.groom.grow.style import PaintedMetres, Style
-from hairpipe.render.framing import Shot
-from hairpipe.render.portrait import draw_portrait
+from hairpipe.render.deep_shadow import DeepShadow
+from hairpipe.render.framing import Shot, frame_hair, place_camera
+from hairpipe.render.lights import studio
+from hairpipe.render.portrait import cast_shadows, draw_portrait, drawn_width
 from hairpipe.sim.material import Material
 
 SHOT, BROWN = Shot(720, 720, grain=1), np.array([0.11, 0.05, 0.025])
@@ -56,6 +58,7 @@ class Case(NamedTuple):
 
     shares  of its parts
     deep    the same with deep shadow maps, taken in turn
+    knots   of a texel of these maps where there is any, on average over all lamps
     """
 
     strands: int
@@ -63,6 +66,7 @@ class Case(NamedTuple):
     seconds: float
     shares: dict[str, float]
     deep: float
+    knots: float
 
 
 class Report(NamedTuple):
@@ -95,7 +99,18 @@ def _case(hair: Strands, body: Mesh, times: int) -> Case:
         deep()
         deep_takes.append(time.process_time() - begun)
     strands = len(hair.offsets) - 1
-    return Case(strands, len(hair.points) // strands, *min(takes, key=lambda take: take[0]), min(deep_takes))
+    least = min(takes, key=lambda take: take[0])
+    return Case(strands, len(hair.points) // strands, *least, min(deep_takes), knots_of(hair, body))
+
+
+def knots_of(hair: Strands, body: Mesh) -> float:
+    """Count the knots of the deep shadow maps, over the texels that have any."""
+    framing = frame_hair(np.asarray(hair.points, float), hair.offsets)
+    camera = place_camera(SHOT, framing)
+    width = drawn_width(hair, framing, camera, SHOT.grain)
+    maps = cast_shadows(hair, body, framing, studio(camera.axes), width, "deep")
+    held = np.concatenate([np.diff(each.starts) for each in maps if isinstance(each, DeepShadow)])
+    return float(held[held > 0].mean())
 
 
 def part_of(path: Path) -> str:

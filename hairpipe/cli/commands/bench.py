@@ -146,11 +146,12 @@ def picture(as_json: bool) -> None:
 def show_picture(report: "PictureReport") -> None:
     """Write the report on pictures."""
     show_machine(report.machine)
-    rows: list[tuple[str, ...]] = [("strands", "points", "whole", *report.cases[0].shares, "with deep shadows")]
+    parts = report.cases[0].shares
+    rows: list[tuple[str, ...]] = [("strands", "points", "whole", *parts, "with deep shadows", "knots a texel")]
     for case in report.cases:
         seconds = (f"{value:.2f}" for value in (case.seconds, *case.shares.values(), case.deep))
-        rows.append((f"{case.strands:,}", str(case.points), *seconds))
-    show_table("processor seconds", rows)
+        rows.append((f"{case.strands:,}", str(case.points), *seconds, f"{case.knots:.1f}"))
+    show_table("processor seconds; knots of deep shadow maps", rows)
 
 
 @bench.command()

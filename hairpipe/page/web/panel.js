@@ -9,7 +9,7 @@ function drawPanel() {
     element("h2", {}, node.name, element("small", {}, node.type.name)),
     element("p", { class: "doc" }, node.doc),
     element("p", { class: "state" }, element("i", { style: `background:${stateColour(cell?.state ?? "")}` }), cellText(node.name, app.frame)),
-    ...(app.live ? [explanation(node.name, cell)] : []),
+    ...(app.live ? [explanation(node.name, cell, panel.querySelector(".explain"))] : []),
     ...inputRows(node, cell),
     element("h3", {}, "settings"),
     ...node.type.settings.flatMap((/** @type {any} */ field) => settingRows(field, node.settings, node.given, [])),
@@ -18,13 +18,16 @@ function drawPanel() {
   panel.replaceChildren(...parts);
 }
 
-/** All that a result was made of, and every difference to the latest one: fetched when it is opened.
- * @param {string} node @param {Cell | undefined} cell */
-function explanation(node, cell) {
-  const text = element("pre", {}), box = element("details", { class: "explain" }, element("summary", {}, "explain"), text);
+/** All that a result was made of, and every difference to the latest one: fetched when it is opened. As the box before
+ * it, it is open or not, and has its text until there is another.
+ * @param {string} node @param {Cell | undefined} cell @param {HTMLDetailsElement | null} before */
+function explanation(node, cell, before) {
+  const text = element("pre", {}, before?.querySelector("pre")?.textContent ?? "");
+  const box = /** @type {HTMLDetailsElement} */ ( element("details", { class: "explain" }, element("summary", {}, "explain"), text));
   box.addEventListener("toggle", async () => {
-    text.textContent = await (await fetch(`explain?node=${node}&frame=${cell?.frame ?? ""}`)).text();
+    if (box.open) text.textContent = await (await fetch(`explain?node=${node}&frame=${cell?.frame ?? ""}`)).text();
   });
+  box.open = before?.open ?? false;
   return box;
 }
 

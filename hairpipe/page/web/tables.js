@@ -41,18 +41,20 @@ function sortable(table) {
   return element("table", {}, element("thead", {}, element("tr", {}, ...heads)), body);
 }
 
+/** Colour of a curve by its number. @param {number} i */
+const inkOf = (i) => `hsl(${(i * 67 + 30) % 360} 70% 65%)`;
+
 /** @param {HTMLElement} holder @param {any} table */
 function plotTable(holder, table) {
   const numeric = table.names.map((/** @type {string} */ _, /** @type {number} */ k) => table.rows.every((/** @type {any[]} */ row) => typeof row[k] === "number"));
   const over = numeric.indexOf(true), drawnColumns = table.names.map((/** @type {any} */ _, /** @type {number} */ k) => k).filter((/** @type {number} */ k) => numeric[k] && k !== over);
   if (over < 0 || !drawnColumns.length) return;
   const rows = [...table.rows].sort((a, b) => a[over] - b[over]);
-  const ink = (/** @type {number} */ i) => `hsl(${(i * 67 + 30) % 360} 70% 65%)`;
   const axis = { stroke: "#9aa3ad", grid: { stroke: "#2b3036" }, ticks: { stroke: "#2b3036" } };
   const chart = element("div", { class: "chart" });
   holder.append(chart);
   new uPlot({
     width: Math.max(320, holder.clientWidth - 20), height: 240, scales: { x: { time: false } }, axes: [axis, axis],
-    series: [{ label: table.names[over] }, ...drawnColumns.map((/** @type {number} */ k, /** @type {number} */ i) => ({ label: table.names[k], stroke: ink(i), width: 1.5, show: i === 0 }))],
+    series: [{ label: table.names[over] }, ...drawnColumns.map((/** @type {number} */ k, /** @type {number} */ i) => ({ label: table.names[k], stroke: inkOf(i), width: 1.5, show: i === 0 }))],
   }, [over, ...drawnColumns].map((k) => rows.map((row) => row[k])), chart);
 }

@@ -41,7 +41,7 @@ function drawSheet() {
   return sheet;
 }
 
-/** Two columns against each other, a point a variant. @param {Array<any>} columns */
+/** Two columns against each other: a point a variant, a curve through those that differ along one axis. @param {Array<any>} columns */
 function drawPareto(columns) {
   const { variants } = app.wedge, known = columns.filter((column) => variants.every((/** @type {any} */ v) => typeof numberOf(v, column) === "number"));
   const holder = element("div", { class: "pareto" });
@@ -54,14 +54,33 @@ function drawPareto(columns) {
   const xs = variants.map((/** @type {any} */ v) => numberOf(v, across)), ys = variants.map((/** @type {any} */ v) => numberOf(v, up));
   const place = (/** @type {number[]} */ values, /** @type {number} */ k) => (values[k] - Math.min(...values)) / (Math.max(...values) - Math.min(...values) || 1);
   const best = (/** @type {number} */ k) => !xs.some((/** @type {number} */ x, /** @type {number} */ j) => x <= xs[k] && ys[j] <= ys[k] && (x < xs[k] || ys[j] < ys[k]));
+  const spot = (/** @type {number} */ k) => [14 + 252 * place(xs, k), 166 - 152 * place(ys, k)];
+  const axes = axesOf(app.wedge);
+  const curves = axes.flatMap(({ lines }, i) => lines.map((line) => drawn("polyline", { points: line.map(spot).join(" "), style: `stroke:${inkOf(i)}` })));
   const points = variants.map((/** @type {any} */ variant, /** @type {number} */ k) => {
-    const point = drawn("circle", { cx: 14 + 252 * place(xs, k), cy: 166 - 152 * place(ys, k), r: 6, class: best(k) ? "front" : "behind", "data-variant": k },
+    const [cx, cy] = spot(k);
+    const point = drawn("circle", { cx, cy, r: 6, class: best(k) ? "front" : "behind", "data-variant": k },
       [drawn("title", {}, [`${variant.name}: ${across} ${spoken(xs[k])}, ${up} ${spoken(ys[k])}`])]);
     point.addEventListener("click", () => selectVariant(k));
     return point;
   });
-  holder.append(choice("y", up), drawn("svg", { width: 280, height: 180, viewBox: "0 0 280 180" }, points), choice("x", across));
+  holder.append(choice("y", up), drawn("svg", { width: 280, height: 180, viewBox: "0 0 280 180" }, [...curves, ...points]), choice("x", across),
+    element("small", {}, ...axes.map(({ name }, i) => element("span", { style: `color:${inkOf(i)}` }, `along ${name} `))));
   return holder;
+}
+
+/** Axes of a wedge, and the variants along each, in its order, where the settings of the others are the same; joint settings are one axis.
+ * @param {any} wedge @returns {Array<{name: string, lines: number[][]}>} */
+function axesOf({ names, joint, variants }) {
+  return (joint ? [names] : names.map((/** @type {string} */ name) => [name])).map((/** @type {string[]} */ axis) => {
+    /** @type {Map<string, number[]>} */
+    const lines = new Map();
+    variants.forEach((/** @type {any} */ { settings }, /** @type {number} */ k) => {
+      const others = JSON.stringify(names.map((/** @type {string} */ name) => (axis.includes(name) ? null : settings[name])));
+      lines.set(others, [...(lines.get(others) ?? []), k]);
+    });
+    return { name: axis.join(", "), lines: [...lines.values()] };
+  });
 }
 
 /** @param {any} variant @param {string} column */

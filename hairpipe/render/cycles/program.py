@@ -23,6 +23,8 @@ import bpy
 import numpy as np
 
 SEED = 1
+BOUNCES = 256
+"""After which a path ends: pale hair is bright by light that many hairs have passed on."""
 
 
 def main() -> None:
@@ -151,6 +153,9 @@ def render(told: dict[str, Any], path: Path) -> np.ndarray:
     scene.render.use_motion_blur, scene.render.motion_blur_shutter, scene.render.fps = told["blur"], 1.0, 1
     cycles = scene.cycles
     cycles.device, cycles.seed, cycles.samples, cycles.use_adaptive_sampling = "CPU", SEED, told["samples"], False
+    cycles.max_bounces = cycles.glossy_bounces = cycles.transmission_bounces = BOUNCES
+    # No light is cut off, and lobes are not widened after the first bounce: what hair passes on would be wrong.
+    cycles.sample_clamp_indirect = cycles.blur_glossy = 0.0
     cycles.use_denoising, cycles.denoiser, cycles.denoising_use_gpu = told["denoise"], "OPENIMAGEDENOISE", False
     file = scene.render.image_settings
     file.file_format, file.color_mode, file.color_depth = "OPEN_EXR", "RGB", "32"

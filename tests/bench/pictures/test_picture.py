@@ -18,7 +18,7 @@ def test_parts_of_a_picture_are_all_of_it():
     for case in report.cases:
         assert tuple(case.shares) == picture.PARTS and min(case.shares.values()) >= 0.0
         assert case.shares["shadows"] > 0.0 and sum(case.shares.values()) == pytest.approx(case.seconds, rel=0.1)
-        assert case.deep > case.shares["shadows"]
+        assert case.deep > case.shares["shadows"] and case.knots >= 2.0
 
 
 def test_files_are_the_parts_that_they_say():

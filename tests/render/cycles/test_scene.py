@@ -16,6 +16,8 @@ from hairpipe.render.film import backdrop, develop
 from hairpipe.render.framing import Shot
 from hairpipe.render.portrait import draw_portrait
 
+from ..conftest import make_strands
+
 needs_blender = pytest.mark.skipif(find_spec("bpy") is None, reason="Blender is not installed: no bpy for this Python")
 RED = Fibre(1.0, np.array([0.6, 0.05, 0.02]))
 SHOT = Shot(150, 100, eye=(0.5, 1.75, 0.9), target=(0.03, 1.55, 0.0))
@@ -84,3 +86,15 @@ def test_what_cannot_be_rendered_is_refused_before_blender_begins(
         render_hair(lost, head, SHOT, RED, replace(STILL, shutter=0.01), tmp_path)
     with pytest.raises(BadInput, match="300 strands have points that are not finite"):
         render_hair(replace(hair, points=lost.velocities), head, SHOT, RED, STILL, tmp_path)
+
+
+@needs_blender
+def test_a_lock_that_absorbs_nothing_is_not_seen_in_a_furnace(monkeypatch, tmp_path):
+    for name, stand_in in (("studio", lambda axes: []), ("EDGE", np.ones(3)), ("develop", lambda film, grain: film)):
+        monkeypatch.setattr(scene, name, stand_in)
+    monkeypatch.setattr(scene, "backdrop", lambda height, width: np.ones((height, width, 3)))
+    roots = np.random.default_rng(1).uniform(-0.02, 0.02, (2000, 1, 3))
+    lock = make_strands(roots + np.linspace(0.0, 0.2, 9)[:, None] * [0.0, -1.0, 0.0])
+    shot, white = Shot(40, 40, eye=(0.0, -0.1, 0.3), target=(0.0, -0.1, 0.0)), Fibre(1.0, np.ones(3))
+    seen = render_hair(lock, None, shot, white, replace(STILL, samples=8, denoise=False), tmp_path)
+    assert seen[:, 15:25].mean() == pytest.approx(1.0, abs=0.01)
