@@ -66,22 +66,28 @@ def test_the_table_of_the_paper_stands_beside_ours(monkeypatch, hairpipe, tmp_pa
     monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
     given = {}
 
-    def measure(say, scenes, cache, overrides):
-        given.update(scenes=scenes, overrides=overrides)
+    def measure(say, scenes, cache, overrides, moving):
+        given.update(scenes=scenes, overrides=overrides, moving=moving)
         shares = {"strands": 1.5, "search": 2.5}
-        rows = [paper.Row(name, 99, 1234, 4.25, shares, 2_500_000_000, paper.PRINTED.get(name)) for name in scenes]
+        rows = [
+            paper.Row(name, 99, 1234, 0.25, 4.25, shares, 2_500_000_000, paper.PRINTED.get(name)) for name in scenes
+        ]
         return paper.Report(REPORT.machine, rows)
 
     monkeypatch.setattr(paper, "measure_paper", measure)
     scenes = ("long_curly", "hundred_thousand_25")
     text = hairpipe(
-        f"bench paper {' '.join(scenes)} --set groom.strands=99 --set hair.scheme=bdf2 --cache {tmp_path}"
+        f"bench paper {' '.join(scenes)} --moving 20 --set groom.strands=99 --set hair.scheme=bdf2 --cache {tmp_path}"
     ).stdout
-    assert given["overrides"] == {"groom.strands": "99", "hair.scheme": "bdf2"} and [*given["scenes"]] == [*scenes]
+    assert (
+        given["moving"] == 20
+        and given["overrides"] == {"groom.strands": "99", "hair.scheme": "bdf2"}
+        and [*given["scenes"]] == [*scenes]
+    )
     assert all(path.is_file() for path in given["scenes"].values())
     lines = [line.split() for line in text.splitlines()]
-    assert ["long_curly", "99", "1,234", "4.2", "2.5", "GB", "250,000", "240"] in lines
-    assert ["hundred_thousand_25", "99", "1,234", "4.2", "2.5", "GB"] in lines
+    assert ["long_curly", "99", "25%", "1,234", "4.2", "2.5", "GB", "250,000", "240"] in lines
+    assert ["hundred_thousand_25", "99", "25%", "1,234", "4.2", "2.5", "GB"] in lines
     assert ["long_curly", "1.5", "2.5"] in lines
 
 
