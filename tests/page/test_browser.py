@@ -202,6 +202,10 @@ def test_live_a_setting_is_edited_run_and_saved(opened, shot, folder):
         assert (folder / "shot.toml").read_text() == SHOT
         explained = "const done = arguments[0]; fetch('explain?node=picture&frame=1').then((a) => a.text()).then(done)"
         assert "0.875" in driver.execute_async_script(explained)
+        driver.execute_script("document.querySelector('details.explain').open = true; drawPanel()")
+        assert driver.execute_script("return document.querySelector('details.explain').open")
+        driver.execute_script("selectNode('hair')")
+        assert not driver.execute_script("return document.querySelector('details.explain').open")
         do(driver, "document.getElementById('do-save').click()")
         driver.execute_async_script(wait, "run save revert")
         assert (folder / "shot.toml").read_text() == SHOT.replace(

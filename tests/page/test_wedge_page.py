@@ -31,6 +31,7 @@ def test_a_variant_is_selected_everywhere_at_once(opened, wedge_report):
     driver.execute_script("selectNode('picture')")
     assert len(driver.find_elements("css selector", ".sheet img")) == 4
     assert len(driver.find_elements("css selector", ".pareto circle")) == 4
+    assert len(driver.find_elements("css selector", ".pareto polyline")) == 4  # two rows along each axis
     assert "--wedge look" in driver.find_element("css selector", "#verdict code").text
     plain = driver.execute_script("return pictureOf('picture', '')")
     driver.find_elements("css selector", ".sheet figure")[3].click()

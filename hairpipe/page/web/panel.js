@@ -4,12 +4,12 @@
 function drawPanel() {
   const panel = /** @type {HTMLElement} */ (document.getElementById("panel")), node = app.nodeNamed(app.node);
   if (!node || (document.activeElement instanceof HTMLInputElement && panel.contains(document.activeElement))) return;
-  const cell = app.cell(node.name);
+  const cell = app.cell(node.name), opened = /** @type {HTMLElement | null} */ (panel.querySelector("details.explain[open]"));
   const parts = [
     element("h2", {}, node.name, element("small", {}, node.type.name)),
     element("p", { class: "doc" }, node.doc),
     element("p", { class: "state" }, element("i", { style: `background:${stateColour(cell?.state ?? "")}` }), cellText(node.name, app.frame)),
-    ...(app.live ? [explanation(node.name, cell)] : []),
+    ...(app.live ? [explanation(node.name, cell, opened && opened.dataset.node === node.name ? opened.lastChild?.textContent ?? "" : null)] : []),
     ...inputRows(node, cell),
     element("h3", {}, "settings"),
     ...node.type.settings.flatMap((/** @type {any} */ field) => settingRows(field, node.settings, node.given, [])),
@@ -19,9 +19,10 @@ function drawPanel() {
 }
 
 /** All that a result was made of, and every difference to the latest one: fetched when it is opened.
- * @param {string} node @param {Cell | undefined} cell */
-function explanation(node, cell) {
-  const text = element("pre", {}), box = element("details", { class: "explain" }, element("summary", {}, "explain"), text);
+ * @param {string} node @param {Cell | undefined} cell @param {string | null} shown by an open one, which stays open */
+function explanation(node, cell, shown) {
+  const text = element("pre", {}, shown ?? ""), open = shown === null ? {} : { open: "" };
+  const box = element("details", { class: "explain", "data-node": node, ...open }, element("summary", {}, "explain"), text);
   box.addEventListener("toggle", async () => {
     text.textContent = await (await fetch(`explain?node=${node}&frame=${cell?.frame ?? ""}`)).text();
   });

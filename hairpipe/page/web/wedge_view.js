@@ -41,7 +41,20 @@ function drawSheet() {
   return sheet;
 }
 
-/** Two columns against each other, a point a variant. @param {Array<any>} columns */
+/** Variants that differ in one axis alone, in the order of the wedge: all such rows of two or more. @returns {number[][]} */
+function rowsOfAxes() {
+  const { names, variants } = app.wedge;
+  return names.flatMap((/** @type {string} */ axis) => {
+    const rows = new Map();
+    variants.forEach((/** @type {any} */ variant, /** @type {number} */ k) => {
+      const rest = JSON.stringify({ ...variant.settings, [axis]: null });
+      rows.set(rest, [...(rows.get(rest) ?? []), k]);
+    });
+    return [...rows.values()].filter((row) => row.length > 1);
+  });
+}
+
+/** Two columns against each other, a point a variant, a line along every axis. @param {Array<any>} columns */
 function drawPareto(columns) {
   const { variants } = app.wedge, known = columns.filter((column) => variants.every((/** @type {any} */ v) => typeof numberOf(v, column) === "number"));
   const holder = element("div", { class: "pareto" });
@@ -54,13 +67,15 @@ function drawPareto(columns) {
   const xs = variants.map((/** @type {any} */ v) => numberOf(v, across)), ys = variants.map((/** @type {any} */ v) => numberOf(v, up));
   const place = (/** @type {number[]} */ values, /** @type {number} */ k) => (values[k] - Math.min(...values)) / (Math.max(...values) - Math.min(...values) || 1);
   const best = (/** @type {number} */ k) => !xs.some((/** @type {number} */ x, /** @type {number} */ j) => x <= xs[k] && ys[j] <= ys[k] && (x < xs[k] || ys[j] < ys[k]));
+  const at = (/** @type {number} */ k) => [14 + 252 * place(xs, k), 166 - 152 * place(ys, k)];
+  const lines = rowsOfAxes().map((row) => drawn("polyline", { points: row.map(at).join(" "), class: "axis" }));
   const points = variants.map((/** @type {any} */ variant, /** @type {number} */ k) => {
-    const point = drawn("circle", { cx: 14 + 252 * place(xs, k), cy: 166 - 152 * place(ys, k), r: 6, class: best(k) ? "front" : "behind", "data-variant": k },
+    const point = drawn("circle", { cx: at(k)[0], cy: at(k)[1], r: 6, class: best(k) ? "front" : "behind", "data-variant": k },
       [drawn("title", {}, [`${variant.name}: ${across} ${spoken(xs[k])}, ${up} ${spoken(ys[k])}`])]);
     point.addEventListener("click", () => selectVariant(k));
     return point;
   });
-  holder.append(choice("y", up), drawn("svg", { width: 280, height: 180, viewBox: "0 0 280 180" }, points), choice("x", across));
+  holder.append(choice("y", up), drawn("svg", { width: 280, height: 180, viewBox: "0 0 280 180" }, [...lines, ...points]), choice("x", across));
   return holder;
 }
 
