@@ -19,8 +19,10 @@ from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
 from hairpipe.groom.grow.paint import Canvas
 from hairpipe.groom.grow.style import PaintedMetres, Style
-from hairpipe.render.framing import Shot
-from hairpipe.render.portrait import draw_portrait
+from hairpipe.render.deep_shadow import cast_deep_shadow
+from hairpipe.render.framing import Shot, frame_hair, place_camera
+from hairpipe.render.lights import studio
+from hairpipe.render.portrait import SCENE, casters, draw_portrait, drawn_width
 from hairpipe.sim.material import Material
 
 SHOT, BROWN = Shot(720, 720, grain=1), np.array([0.11, 0.05, 0.025])
@@ -58,6 +60,7 @@ class Case(NamedTuple):
 
     shares  of its parts
     deep    the same with deep shadow maps, taken in turn
+    knots   of a texel of these maps that is not empty, on average
     """
 
     strands: int
@@ -65,6 +68,7 @@ class Case(NamedTuple):
     seconds: float
     shares: dict[str, float]
     deep: float
+    knots: float
 
 
 class Report(NamedTuple):
@@ -103,7 +107,18 @@ def _case(hair: Strands, body: Mesh, times: int) -> Case:
         deep()
         deep_takes.append(time.process_time() - begun)
     strands = len(hair.offsets) - 1
-    return Case(strands, len(hair.points) // strands, *min(takes, key=lambda take: take[0]), min(deep_takes))
+    return Case(
+        strands, len(hair.points) // strands, *min(takes, key=lambda take: take[0]), min(deep_takes), _knots(hair, body)
+    )
+
+
+def _knots(hair: Strands, body: Mesh) -> float:
+    framing = frame_hair(hair.points.astype(float), hair.offsets)
+    camera = place_camera(SHOT, framing)
+    casting = casters(hair.points.astype(float), hair.offsets, drawn_width(hair, framing, camera, SHOT.grain))
+    edge = SCENE * framing.radius
+    maps = [cast_deep_shadow(light, framing.target, edge, *casting, body) for light in studio(camera.axes)]
+    return sum(len(each.knots) for each in maps) / sum(np.count_nonzero(np.diff(each.starts)) for each in maps)
 
 
 def part_of(path: Path) -> str:

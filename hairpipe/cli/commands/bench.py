@@ -146,10 +146,12 @@ def picture(as_json: bool) -> None:
 def show_picture(report: "PictureReport") -> None:
     """Write the report on pictures."""
     show_machine(report.machine)
-    rows: list[tuple[str, ...]] = [("strands", "points", "whole", *report.cases[0].shares, "with deep shadows")]
+    rows: list[tuple[str, ...]] = [
+        ("strands", "points", "whole", *report.cases[0].shares, "with deep shadows", "knots a texel")
+    ]
     for case in report.cases:
         seconds = (f"{value:.2f}" for value in (case.seconds, *case.shares.values(), case.deep))
-        rows.append((f"{case.strands:,}", str(case.points), *seconds))
+        rows.append((f"{case.strands:,}", str(case.points), *seconds, f"{case.knots:.1f}"))
     show_table("processor seconds", rows)
     if report.locks:
         locks = [(x.colour, f"{x.dual:.4f}", f"{x.traced:.4f}", f"{x.dual / x.traced:.2f}") for x in report.locks]

@@ -22,6 +22,7 @@ def test_parts_of_a_picture_are_all_of_it(monkeypatch):
         assert tuple(case.shares) == picture.PARTS and min(case.shares.values()) >= 0.0
         assert case.shares["shadows"] > 0.0 and sum(case.shares.values()) == pytest.approx(case.seconds, rel=0.1)
         assert case.deep > case.shares["shadows"]
+        assert 1.0 <= case.knots < 2 * case.strands
 
 
 def test_files_are_the_parts_that_they_say():
