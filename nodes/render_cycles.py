@@ -53,7 +53,7 @@ def render_cycles(
     from hairpipe.render.cycles.scene import Exposure, Fibre, render_hair
     from hairpipe.render.film import linear
     from hairpipe.render.framing import Shot
-    from hairpipe.render.shading.pigment import pigment_colour
+    from hairpipe.render.shading.fibre import pigment_colour
 
     shot = Shot(width, height, view, fov, eye, target)
     fibre = Fibre(thickness, pigment_colour(melanin, redness) if colour is None else linear(colour))

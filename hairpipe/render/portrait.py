@@ -58,6 +58,20 @@ def draw_portrait(
 
     Raises BadInput where there is no strand, or a position is not finite.
     """
+    return develop(expose_portrait(hair, body, shot, colour, thickness, shade, shutter, shadow), shot.grain)
+
+
+def expose_portrait(
+    hair: Strands,
+    body: Mesh | None,
+    shot: Shot,
+    colour: np.ndarray,
+    thickness: float,
+    shade: Shading,
+    shutter: float = 0.0,
+    shadow: str = "cube",
+) -> np.ndarray:
+    """Find the light on the film, linear, (grain*height, grain*width, 3) float32; arguments as of `draw_portrait`."""
     body = NOBODY if body is None else body
     check(hair, body)
     points = np.asarray(hair.points, float)
@@ -85,8 +99,7 @@ def draw_portrait(
         soften(layer, outline, bare)
         film += layer
         taken += 1
-    film /= taken
-    return develop(film, shot.grain)
+    return film / np.float32(taken)
 
 
 def cast_shadows(

@@ -12,7 +12,7 @@ from hairpipe.graph import Time, Workspace
 from hairpipe.render.cycles import scene
 from hairpipe.render.film import linear
 from hairpipe.render.framing import Shot
-from hairpipe.render.shading.pigment import pigment_colour
+from hairpipe.render.shading.fibre import pigment_colour
 
 HAIR = Strands(np.zeros((2, 3), np.float32), np.zeros((2, 3), np.float32), np.array([0, 2], np.int32), 80e-6)
 

@@ -1,4 +1,4 @@
-"""Cost of a picture: processor seconds of `preview`, when nothing is left to compile, by part."""
+"""Cost of a picture: processor seconds of `preview`, when nothing is left to compile, by part; and its truth."""
 
 import time
 from collections.abc import Callable
@@ -10,9 +10,11 @@ import numpy as np
 
 from hairpipe.bench.head import LENGTH, mesh_at, no_image
 from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.pictures.luminance import Lock, measure_luminance
 from hairpipe.bench.shares import shares_of
 from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.data import Mesh, Strands
+from hairpipe.errors import BadInput
 from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
 from hairpipe.groom.grow.paint import Canvas
@@ -70,10 +72,11 @@ class Case(NamedTuple):
 
 
 class Report(NamedTuple):
-    """All of it."""
+    """All of it; no locks where there is no path tracer to compare with."""
 
     machine: Machine
     cases: list[Case]
+    locks: list[Lock]
 
 
 def measure_picture(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
@@ -85,7 +88,12 @@ def measure_picture(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
         at_rest = groom.points.astype(np.float32)
         hair = Strands(at_rest, np.zeros_like(at_rest), groom.offsets, Material().diameter)
         cases.append(_case(hair, mesh_at(bust, 0.0), sizes.times))
-    return Report(this_machine(), cases)
+    try:
+        locks = measure_luminance(say)
+    except BadInput as missing:
+        say(f"no luminance: {missing}")
+        locks = []
+    return Report(this_machine(), cases, locks)
 
 
 def _case(hair: Strands, body: Mesh, times: int) -> Case:

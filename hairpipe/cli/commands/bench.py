@@ -134,7 +134,7 @@ def picture(as_json: bool) -> None:
     """Measure a picture of hair at rest on our bust: processor seconds of `preview`, by part, and with deep shadows.
 
     720 x 720 pixels; 4,000 and 100,000 strands of 26 points, 10,000 of 51. The least of five takes, after one that
-    compiles.
+    compiles. Then luminance of locks by `shading = "dual"` and by Cycles, where Blender is installed.
     """
     with kernels_of_its_own():
         from hairpipe.bench.pictures.picture import measure_picture
@@ -152,6 +152,9 @@ def show_picture(report: "PictureReport") -> None:
         seconds = (f"{value:.2f}" for value in (case.seconds, *case.shares.values(), case.deep))
         rows.append((f"{case.strands:,}", str(case.points), *seconds, f"{case.knots:.1f}"))
     show_table("processor seconds; knots of deep shadow maps", rows)
+    if report.locks:
+        locks = [(x.colour, f"{x.dual:.4f}", f"{x.traced:.4f}", f"{x.dual / x.traced:.2f}") for x in report.locks]
+        show_table("luminance of a lock", [("colour", "dual", "Cycles", "ratio"), *locks])
 
 
 @bench.command()

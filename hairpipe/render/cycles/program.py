@@ -45,14 +45,20 @@ def main() -> None:
 
 
 def add_hair(arrays: Any, fibre: dict[str, Any]) -> None:
-    """Add strands as Catmull-Rom curves: hair_points, hair_radii, hair_moves while exposed, hair_offsets."""
+    """Add strands as Catmull-Rom curves: hair_points, hair_radii, hair_moves while exposed, hair_offsets.
+
+    What the hair absorbs over its radius is in hair_absorptions.
+    """
     curves = bpy.data.hair_curves.new("hair")
     curves.add_curves(np.diff(arrays["hair_offsets"]).tolist())
     curves.set_types(type="CATMULL_ROM")
     put(curves, "position", arrays["hair_points"])
     put(curves, "velocity", arrays["hair_moves"])
     put(curves, "radius", arrays["hair_radii"])
-    curves.materials.append(make_material("ShaderNodeBsdfHairPrincipled", fibre))
+    put(curves, "absorption", arrays["hair_absorptions"])
+    curves.materials.append(
+        make_material("ShaderNodeBsdfHairPrincipled", fibre, "absorption", "Absorption Coefficient")
+    )
     add_object(curves)
 
 
@@ -63,12 +69,7 @@ def add_body(arrays: Any, skin: dict[str, Any]) -> None:
     mesh.shade_smooth()
     put(mesh, "velocity", arrays["body_moves"])
     put(mesh, "colour", arrays["body_colours"])
-    material = make_material("ShaderNodeBsdfPrincipled", skin)
-    nodes, link = material.node_tree.nodes, material.node_tree.links.new
-    painted = nodes.new("ShaderNodeAttribute")
-    painted.attribute_name = "colour"
-    link(painted.outputs["Color"], nodes["Principled BSDF"].inputs["Base Color"])
-    mesh.materials.append(material)
+    mesh.materials.append(make_material("ShaderNodeBsdfPrincipled", skin, "colour", "Base Color"))
     add_object(mesh)
 
 
@@ -123,8 +124,11 @@ def add_object(data: Any) -> Any:
     return shown
 
 
-def make_material(shader: str, told: dict[str, Any]) -> Any:
-    """Make a material of one shader node with these properties and inputs, by the names that Blender gives them."""
+def make_material(shader: str, told: dict[str, Any], attribute: str, varied: str) -> Any:
+    """Make a material of one shader node with these properties and inputs, by the names that Blender gives them.
+
+    One more input, `varied`, is an attribute of the points.
+    """
     material = bpy.data.materials.new(shader)
     nodes = material.node_tree.nodes
     nodes.clear()
@@ -133,6 +137,9 @@ def make_material(shader: str, told: dict[str, Any]) -> Any:
         setattr(node, name, value)
     for name, value in told["inputs"].items():
         node.inputs[name].default_value = value
+    given = nodes.new("ShaderNodeAttribute")
+    given.attribute_name = attribute
+    material.node_tree.links.new(given.outputs["Vector"], node.inputs[varied])
     material.node_tree.links.new(node.outputs[0], output.inputs["Surface"])
     return material
 

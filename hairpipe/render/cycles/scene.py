@@ -15,13 +15,18 @@ from hairpipe.render.framing import Shot, frame_hair, place_camera
 from hairpipe.render.lights import Light, studio
 from hairpipe.render.portrait import NOBODY, SCALP, check, drawn_width
 from hairpipe.render.raster.lines import TAPER
-from hairpipe.render.shading.pigment import ROUGHNESS
+from hairpipe.render.shading.fibre import INDEX, ROUGHNESS, absorption_of
+from hairpipe.render.shading.kajiya_kay import TILT, strand_colours
 from hairpipe.render.shading.scalp_tint import hair_share
 from hairpipe.render.shading.skin import CLAY, IRRADIANCE
 
 SOFT = np.radians(12.0)
 """Angle that a lamp fills, seen from the hair: what makes it an area, and its shadows soft."""
-ROUGH = ("Roughness", "Radial Roughness")
+FIBRE = {
+    "properties": {"model": "CHIANG", "parametrization": "ABSORPTION"},
+    "inputs": {"Roughness": ROUGHNESS, "Radial Roughness": ROUGHNESS, "IOR": INDEX, "Offset": TILT},
+}
+"""Scattering of hair after Chiang, Bitterli, Tappan, Burley 2016; what it absorbs is an attribute of its points."""
 SKIN = {"Roughness": 0.6, "Specular IOR Level": 0.2}
 """Of the body: inputs of its material, which is dull; its colour is the preview's."""
 FAR = 1e4
@@ -63,6 +68,13 @@ def render_hair(
 
     Raises BadInput where there is no strand, a position or a velocity is not finite, or Blender is not there or fails.
     """
+    return develop(trace_hair(hair, body, shot, fibre, exposure, folder), 1)
+
+
+def trace_hair(
+    hair: Strands, body: Mesh | None, shot: Shot, fibre: Fibre, exposure: Exposure, folder: Path
+) -> np.ndarray:
+    """Find the light that reaches the eye, linear, (height, width, 3) float32; arguments as of `render_hair`."""
     body = NOBODY if body is None else body
     check(hair, body)
     if exposure.shutter > 0.0 and not (np.isfinite(hair.velocities).all() and np.isfinite(body.rates).all()):
@@ -72,7 +84,7 @@ def render_hair(
     camera = place_camera(replace(shot, grain=1), framing)
     width = fibre.thickness * drawn_width(hair, framing, camera, 1)
     scene = {
-        "fibre": fibre_material(fibre.colour),
+        "fibre": FIBRE,
         "skin": {"properties": {}, "inputs": SKIN},
         "lamps": [lamp_of(light) for light in studio(camera.axes)],
         "surroundings": EDGE.tolist(),
@@ -88,13 +100,14 @@ def render_hair(
         "hair_radii": 0.5 * width * tapers(hair.offsets),
         "hair_moves": exposure.shutter * hair.velocities,
         "hair_offsets": hair.offsets,
+        "hair_absorptions": absorptions(fibre.colour, hair.offsets),
         "body_points": body.points,
         "body_moves": exposure.shutter * body.rates,
         "body_triangles": body.triangles,
         "body_colours": CLAY + share * (0.5 * fibre.colour - CLAY),
         "wall": np.dstack([wall, np.ones(wall.shape[:2])]),
     }
-    return develop(run_blender(scene, arrays, folder), 1)
+    return run_blender(scene, arrays, folder)
 
 
 def tapers(offsets: np.ndarray) -> np.ndarray:
@@ -104,10 +117,11 @@ def tapers(offsets: np.ndarray) -> np.ndarray:
     return np.sqrt(np.minimum(left / np.repeat(TAPER * (counts - 1), counts), 1.0))
 
 
-def fibre_material(colour: np.ndarray) -> dict[str, Any]:
-    """Describe the scattering of hair after Chiang, Bitterli, Tappan, Burley 2016, by the colour of a lock."""
-    properties = {"model": "CHIANG", "parametrization": "COLOR"}
-    return {"properties": properties, "inputs": {"Color": [*colour, 1.0], **dict.fromkeys(ROUGH, ROUGHNESS)}}
+def absorptions(colour: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Absorption at points of strands over the radius of a hair, of the colours that the preview gives them, (p, 3)."""
+    points = np.arange(offsets[-1])
+    strand = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
+    return absorption_of(strand_colours(colour, offsets, strand, 2 * points))
 
 
 def lamp_of(light: Light) -> dict[str, Any]:

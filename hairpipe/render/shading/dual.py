@@ -7,9 +7,13 @@ back, n, the hairs between a place and the lamp, and N, all hairs on that ray, o
 
 These are the streams of Schuster 1905, and of Kubelka and Munk 1931. The share exp(-n) of D is the lamp's own light,
 scattered by R, TT and TRT. What else comes, D - exp(-n) from the lamp's side and U from the other, is spread over half
-of all azimuths, and along the hair the wider, the more hairs it met. We differ from the paper: it counts hairs one by
-one, D as a_f^n, and for U it sums the light that turns once or three times in deep hair. n of a map is a mean, hair may
-be thin, and white hair shall lose nothing.
+of all azimuths, and along the hair by the crossings and returns that it has behind it, on average, see `count_events`:
+each adds a variance, and scales turn it on, so that it drifts to root or tip. a_f and a_b are those of hair around,
+each of a colour of its own, at theta_d, half the angle between lamp and eye along the hair; the last event is that of
+the hair which is seen. Of how many events there are only the mean counts, not the scatter.
+
+We differ from the paper: it counts hairs one by one, D as a_f^n, and for U it sums the light that turns once or three
+times in deep hair. n of a map is a mean, hair may be thin, and white hair shall lose nothing.
 """
 
 import math
@@ -18,9 +22,10 @@ from collections.abc import Sequence
 import numpy as np
 from numba import njit
 
+from hairpipe.render.film import EDGE
 from hairpipe.render.lights import Light, Shade
-from hairpipe.render.shading.fibre import COLOURS, STEPS, WIDTHS, Scattering, tabulate
-from hairpipe.render.shading.kajiya_kay import AMBIENT, Fibres, lay_fibres
+from hairpipe.render.shading.fibre import COLOURS, STEPS, TILTS, WIDTHS, Scattering, absorption_of, colour_of, tabulate
+from hairpipe.render.shading.kajiya_kay import Fibres, lay_fibres, strand_colours
 from hairpipe.render.shading.skin import IRRADIANCE
 
 R, TT, TRT = WIDTHS
@@ -28,6 +33,8 @@ BEYOND = 1e4
 """How far from the lamp all hairs of a ray are behind [cells]."""
 FLAT = 1e-3
 """Least extinction of the streams over a hair: less makes no difference, and none would divide by 0."""
+FAINT = 1e-4
+"""Step of logarithms of a_f and a_b by which events are counted; of less light than its square there are none."""
 
 
 def shade_dual(
@@ -38,26 +45,37 @@ def shade_dual(
     eye: np.ndarray,
     shadows: Sequence[Shade],
 ) -> np.ndarray:
-    """Light that sites on the strands send to the eye, linear, (n, 3) float64; arguments as of `shade_hair`."""
+    """Light that sites on the strands send to the eye, linear, (n, 3) float64; arguments as of `shade_hair`.
+
+    Surroundings are the edge of the backdrop: in light from everywhere hair has its colour.
+    """
     fibres = lay_fibres(points, offsets, sites, colour, None)
-    shed = AMBIENT * fibres.colours
+    shed = EDGE * fibres.colours
+    strands = np.arange(len(offsets) - 1)
+    middles = strand_colours(colour, offsets, strands, offsets[:-1] + offsets[1:] - 1)
+    around = colour_of(absorption_of(middles).mean(axis=0))
     for shadow in shadows:
         far = fibres.points - BEYOND * shadow.cell * shadow.light.towards
         met = np.stack([shadow.between(at) for at in (fibres.points, far)], axis=1)
-        add_scattered(shed, fibres, eye, shadow.light, met, tabulate())
+        add_scattered(shed, fibres, around, eye, shadow.light, met, tabulate())
     return shed
 
 
 @njit(cache=True, nogil=True)
 def add_scattered(
-    shed: np.ndarray, fibres: Fibres, eye: np.ndarray, light: Light, met: np.ndarray, table: Scattering
+    shed: np.ndarray,
+    fibres: Fibres,
+    around: np.ndarray,
+    eye: np.ndarray,
+    light: Light,
+    met: np.ndarray,
+    table: Scattering,
 ) -> None:
     """Add what one lamp makes points of fibres send to the eye, into `shed` (p, 3).
 
-    eye  [m], (3,)
-    met  hairs between them and the lamp, and all on that ray, (p, 2)
-
-    Scales tilted by s turn the lobes R, TT, TRT about the mirrored cone by 2 s to the root, s and 3 s to the tip.
+    around  colour of hair around, linear, (3,)
+    eye     [m], (3,)
+    met     hairs between them and the lamp, and all on that ray, (p, 2)
     """
     points, along, _, colours, tilts = fibres
     lx, ly, lz = light.towards
@@ -73,24 +91,28 @@ def add_scattered(
         apart = math.sqrt(max(0.0, 0.5 - 0.5 * (cos_l * cos_e + sin_l * sin_e)))
         n, last = met[i, 0], max(met[i, 0], met[i, 1])
         direct = math.exp(-n)
-        turn, s = math.sqrt(1.0 - tilts[i] ** 2), tilts[i]
-        sin_2, cos_2 = 2.0 * s * turn, 1.0 - 2.0 * s * s
-        sin_3, cos_3 = s * cos_2 + turn * sin_2, turn * cos_2 - s * sin_2
-        cone_r = cone(sin_l, cos_l, sin_e * cos_2 + cos_e * sin_2, cos_e * cos_2 - sin_e * sin_2, R)
-        cone_tt = cone(sin_l, cos_l, sin_e * turn - cos_e * s, cos_e * turn + sin_e * s, TT)
-        cone_trt = cone(sin_l, cos_l, sin_e * cos_3 - cos_e * sin_3, cos_e * cos_3 + sin_e * sin_3, TRT)
+        tilt, onward = math.asin(tilts[i]), 1.0 - azimuth
+        cone_r = cone(sin_l, cos_l, sin_e, cos_e, tilt * TILTS[0], R)
+        cone_tt = cone(sin_l, cos_l, sin_e, cos_e, tilt * TILTS[1], TT)
+        cone_trt = cone(sin_l, cos_l, sin_e, cos_e, tilt * TILTS[2], TRT)
         # How far light spreads hardly depends on the colour: green stands for all.
-        _, _, crossing, back_again = at_inclination(table.streams, math.sqrt(colours[i, 1]), abs(sin_l))
-        cone_d = cone(sin_l, cos_l, sin_e, cos_e, back_again + n * crossing)
-        cone_u = cone(sin_l, cos_l, sin_e, cos_e, 2.0 * back_again)
+        level = math.sqrt(around[1])
+        crossed, returned = count_events(*at_inclination(table.streams, level, apart, 0), n, last)
+        wide, turn = at_inclination(table.events, level, apart, 0), at_inclination(table.events, level, apart, 2)
+        # The last event of D is a return if the eye is at the lamp, that of U a crossing.
+        x, y = crossed[0] + azimuth, returned[0] + onward
+        cone_d = cone(sin_l, cos_l, sin_e, cos_e, tilt * (x * turn[0] + y * turn[1]), x * wide[0] + y * wide[1])
+        x, y = crossed[1] + onward, returned[1] + azimuth
+        cone_u = cone(sin_l, cos_l, sin_e, cos_e, tilt * (x * turn[0] + y * turn[1]), x * wide[0] + y * wide[1])
         for c in range(3):
-            level = math.sqrt(colours[i, c])
-            on, back, _, _ = at_inclination(table.streams, level, abs(sin_l))
+            level, others = math.sqrt(colours[i, c]), math.sqrt(around[c])
+            on, back = at_inclination(table.streams, others, apart, 0)
             down, up = streams(on, back, n, last)
-            r, tt, trt, spread = at_azimuth(table.lobes, level, apart, azimuth)
+            r, tt = at_azimuth(table.lobes, level, apart, azimuth, 0)
+            trt, spread = at_azimuth(table.lobes, level, apart, azimuth, 2)
             sent = direct * (cone_r * r + cone_tt * tt + cone_trt * trt) + (down - direct) * cone_d * spread
             if up > 0.0:
-                sent += up * cone_u * at_azimuth(table.lobes, level, apart, 1.0 - azimuth)[3]
+                sent += up * cone_u * at_azimuth(table.lobes, level, apart, 1.0 - azimuth, 2)[1]
             shed[i, c] += IRRADIANCE * light.colour[c] * sent
 
 
@@ -105,14 +127,30 @@ def streams(on: float, back: float, n: float, last: float) -> tuple[float, float
 
 
 @njit(cache=True, nogil=True)
-def cone(sin_l: float, cos_l: float, sin_e: float, cos_e: float, width: float) -> float:
+def count_events(on: float, back: float, n: float, last: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Count crossings, and returns, that light has behind it on average: D - exp(-n) and U, see above.
+
+    Light of k events, each of which leaves a share of it, is a sum of share^k: its mean k is the derivative of its
+    logarithm by that of the share.
+    """
+    down, up = streams(on, back, n, last)
+    low, low_up = FAINT * max(down - math.exp(-n), FAINT**2), FAINT * max(up, FAINT**2)
+    crossed, crossed_up = streams(on * (1.0 - FAINT), back, n, last)
+    returned, returned_up = streams(on, back * (1.0 - FAINT), n, last)
+    return ((down - crossed) / low, (up - crossed_up) / low_up), ((down - returned) / low, (up - returned_up) / low_up)
+
+
+@njit(cache=True, nogil=True)
+def cone(sin_l: float, cos_l: float, sin_e: float, cos_e: float, turn: float, width: float) -> float:
     """Light that goes off at an inclination, of that which comes at another, in a lobe of a variance (d'Eon, Eq. 7).
 
-    csch(1/v)/(2 v) exp(-sin sin/v) I_0(cos cos/v), which over all directions is 2 pi; exponents are drawn together.
+    csch(1/v)/(2 v) exp(-sin sin/v) I_0(cos cos/v), which over all directions is 2 pi; exponents are drawn together. The
+    lobe is turned by an angle to the root.
     """
-    both = abs(cos_l * cos_e)
+    s, c = math.sin(turn), math.cos(turn)
+    sine, both = sin_e * c + cos_e * s, abs(cos_l * (cos_e * c - sin_e * s))
     x = both / width
-    return math.exp((both - sin_l * sin_e - 1.0) / width) * bessel(x) / (width * (1.0 - math.exp(-2.0 / width)))
+    return math.exp((both - sin_l * sine - 1.0) / width) * bessel(x) / (width * (1.0 - math.exp(-2.0 / width)))
 
 
 @njit(cache=True, nogil=True)
@@ -128,31 +166,22 @@ def bessel(x: float) -> float:
 
 
 @njit(cache=True, nogil=True)
-def at_inclination(streams: np.ndarray, level: float, sine: float) -> tuple[float, float, float, float]:
-    """Look up what a table of `Scattering` holds at the square root of a colour and the sine of an inclination."""
+def at_inclination(table: np.ndarray, level: float, sine: float, first: int) -> tuple[float, float]:
+    """Look up two columns of a table of `Scattering` at the square root of a colour and the sine of an inclination."""
     i, u = cell(level, COLOURS)
     j, v = cell(sine, STEPS)
     a, b, c, d = (1.0 - u) * (1.0 - v), (1.0 - u) * v, u * (1.0 - v), u * v
-    p, q, r, s = streams[i, j], streams[i, j + 1], streams[i + 1, j], streams[i + 1, j + 1]
-    return (
-        a * p[0] + b * q[0] + c * r[0] + d * s[0],
-        a * p[1] + b * q[1] + c * r[1] + d * s[1],
-        a * p[2] + b * q[2] + c * r[2] + d * s[2],
-        a * p[3] + b * q[3] + c * r[3] + d * s[3],
-    )
+    p, q, r, s = table[i, j], table[i, j + 1], table[i + 1, j], table[i + 1, j + 1]
+    k = first + 1
+    return a * p[first] + b * q[first] + c * r[first] + d * s[first], a * p[k] + b * q[k] + c * r[k] + d * s[k]
 
 
 @njit(cache=True, nogil=True)
-def at_azimuth(lobes: np.ndarray, level: float, sine: float, turns: float) -> tuple[float, float, float, float]:
-    """Look up lobes, see `Scattering`, at an azimuth [half turns] as well."""
+def at_azimuth(lobes: np.ndarray, level: float, sine: float, turns: float, first: int) -> tuple[float, float]:
+    """Look up two of the lobes, see `Scattering`, at an azimuth [half turns] as well."""
     k, w = cell(turns, STEPS)
-    p, q = at_inclination(lobes[:, :, k], level, sine), at_inclination(lobes[:, :, k + 1], level, sine)
-    return (
-        (1.0 - w) * p[0] + w * q[0],
-        (1.0 - w) * p[1] + w * q[1],
-        (1.0 - w) * p[2] + w * q[2],
-        (1.0 - w) * p[3] + w * q[3],
-    )
+    p, q = at_inclination(lobes[:, :, k], level, sine, first), at_inclination(lobes[:, :, k + 1], level, sine, first)
+    return (1.0 - w) * p[0] + w * q[0], (1.0 - w) * p[1] + w * q[1]
 
 
 @njit(cache=True, nogil=True)

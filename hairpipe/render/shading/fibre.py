@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.render.shading.pigment import ROUGHNESS
-
+ROUGHNESS = 0.3
+"""Of hair, along it and around it."""
 COLOURS, STEPS, ACROSS = 24, 32, 64
 """Colours of a table, its inclinations, its azimuths of half a turn, and offsets across a hair."""
 STEP = np.pi / (STEPS - 1)
@@ -31,10 +31,17 @@ WIDTH = (0.726 * ROUGHNESS + 0.812 * ROUGHNESS**2) ** 2
 """Variance of the lobe R along the hair (Chiang et al. 2016, Eq. 7) [rad^2]."""
 WIDTHS = WIDTH, WIDTH / 4, WIDTH * 4
 """Variances of the lobes R, TT, and TRT with all that follow, along the hair [rad^2]."""
+TILTS = 2.0, -1.0, -3.0
+"""Angles by which R, TT, and TRT with all that follow are turned to the root, over the tilt of the scales."""
 TURN = (0.265 * ROUGHNESS + 1.194 * ROUGHNESS**2) * np.sqrt(np.pi / 8) * np.pi / np.sqrt(3)
 """Deviation of G: that of the logistic lobe of Chiang et al. 2016, Eq. 8 [rad]."""
 BLACKEST = 50.0
 """The most that is absorbed over the radius of a hair: nothing comes through."""
+
+EUMELANIN, PHEOMELANIN = np.array([0.506, 0.841, 1.653]), np.array([0.343, 0.733, 1.924])
+"""What one unit of each absorbs of red, green and blue over the radius of a hair (d'Eon et al. 2011)."""
+LEAST = 1e-4
+"""Light that the blackest hair lets through."""
 
 
 class Scattering(NamedTuple):
@@ -42,19 +49,39 @@ class Scattering(NamedTuple):
 
     lobes    N of R, TT, and TRT with all that follow, and of the sum, averaged over light from half the azimuths; by
              |sin theta_d| and phi in 0..pi, 0 where the eye is at the lamp, (COLOURS, STEPS, STEPS, 4) float32
-    streams  a_f and a_b, and the variances that a crossing and a return add along the hair [rad^2]; by |sin theta_i|,
-             (COLOURS, STEPS, 4) float64
+    streams  a_f and a_b; by |sin theta_d|, (COLOURS, STEPS, 2) float64
+    events   variances that a crossing and a return add along the hair [rad^2], and angles by which they turn light to
+             the root, over the tilt of its scales; by |sin theta_d|, (COLOURS, STEPS, 4) float64
     """
 
     lobes: np.ndarray
     streams: np.ndarray
+    events: np.ndarray
 
 
 @lru_cache(maxsize=1)
 def tabulate() -> Scattering:
     """Build the tables, of all colours at once; pure."""
-    entry, turned = refract(), gaussians()
-    averaged = np.stack([turned[..., np.roll(FRONT, at)].mean(axis=-1) for at in range(len(FRONT))], axis=-1)
+    entry, turned, averaged = refract(), *gaussians()
+    sent = shares(entry, absorptions())
+    lobes = np.einsum("cpth,pthn->ctnp", sent, turned[..., :STEPS])  # no BLAS: it may add in another order
+    lobes[..., 2] += lobes[..., 3]
+    lobes[..., 3] = combine(sent, averaged[..., :STEPS])
+    back, total = ((sent * part.sum(axis=-1)).sum(axis=3) * STEP for part in (averaged[..., FRONT], turned))
+    parts = total - back, back
+    a_f, a_b = (part.sum(axis=1) for part in parts)
+    events = [
+        np.einsum("cpt,p->ct", part, each) / share
+        for each in ([*WIDTHS, WIDTHS[2]], [*TILTS, TILTS[2]])
+        for part, share in zip(parts, (a_f, a_b), strict=True)
+    ]
+    return Scattering(lobes.astype(np.float32), np.stack([a_f, a_b], axis=-1), np.stack(events, axis=-1))
+
+
+@lru_cache(maxsize=1)
+def absorptions() -> np.ndarray:
+    """Find what hair absorbs over its radius, for the colours of a table, (COLOURS,)."""
+    entry, turned, averaged = refract(), *gaussians()
     colours = np.linspace(0.0, 1.0, COLOURS) ** 2
     low, high = np.zeros(COLOURS), np.full(COLOURS, BLACKEST)
     for _ in range(50):
@@ -62,16 +89,30 @@ def tabulate() -> Scattering:
         sent = shares(entry, middle)[:, :, :1]
         brighter = deep_colour(combine(sent, turned[:, :1]), combine(sent, averaged[:, :1]))[:, 0] > colours
         low, high = np.where(brighter, middle, low), np.where(brighter, high, middle)
-    sent = shares(entry, np.where(colours < 1.0, high, 0.0))
-    lobes = np.einsum("cpth,pthn->ctnp", sent, turned[..., :STEPS])  # no BLAS: it may add in another order
-    lobes[..., 2] += lobes[..., 3]
-    lobes[..., 3] = combine(sent, averaged[..., :STEPS])
-    back, total = ((sent * part.sum(axis=-1)).sum(axis=3) * STEP for part in (averaged[..., FRONT], turned))
-    forward, widths = total - back, np.array([*WIDTHS, WIDTHS[2]])[:, None]
-    on, returned = ((part * widths).sum(axis=1) / part.sum(axis=1) for part in (forward, back))
-    a_f, a_b = forward.sum(axis=1), back.sum(axis=1)
-    streams = np.stack([a_f, a_b, on, returned + 2.0 * on / (1.0 - a_f**2)], axis=-1)
-    return Scattering(lobes.astype(np.float32), streams)
+    return np.where(colours < 1.0, high, 0.0)
+
+
+def absorption_of(colours: np.ndarray) -> np.ndarray:
+    """Look up what hair absorbs over its radius that in deep locks has such colours, linear, of any shape; pure."""
+    return np.interp(np.sqrt(colours), np.linspace(0.0, 1.0, COLOURS), np.sqrt(absorptions())) ** 2
+
+
+def colour_of(absorbed: np.ndarray) -> np.ndarray:
+    """Look up the linear colours of deep locks of hair that absorbs so much over its radius, of any shape; pure."""
+    return np.interp(np.sqrt(absorbed), np.sqrt(absorptions())[::-1], np.linspace(1.0, 0.0, COLOURS)) ** 2
+
+
+def pigment_colour(melanin: float, redness: float) -> np.ndarray:
+    """Return the colour of a lock of hairs by their pigment, linear red, green and blue, (3,) float64; pure.
+
+    melanin  how much, from 0, white, to 1, black
+    redness  share of it that is pheomelanin, which is red
+
+    Melanin m is -ln(1 - m) units of pigment, as in Blender, so that m goes evenly from white to black. The colour is
+    that of deep hair which absorbs as much.
+    """
+    units = -np.log(max(1.0 - melanin, LEAST))
+    return colour_of(units * ((1.0 - redness) * EUMELANIN + redness * PHEOMELANIN))
 
 
 def combine(sent: np.ndarray, spread: np.ndarray) -> np.ndarray:
@@ -130,10 +171,11 @@ def shares(entry: tuple[np.ndarray, np.ndarray], absorbed: np.ndarray) -> np.nda
     return np.stack([np.broadcast_to(mirrored, once.shape), once, twice, rest], axis=1)
 
 
-def gaussians() -> np.ndarray:
+def gaussians() -> tuple[np.ndarray, np.ndarray]:
     """Where R, TT, TRT and what is left leave the hair, over all azimuths of a turn, (4, STEPS, ACROSS, 2 STEPS - 2).
 
-    Sums over the azimuths, times their step, are 1/ACROSS. Light leaves at 2 p gamma_t - 2 gamma_i + p pi.
+    Returns these of a lamp, and averaged over light from half the azimuths. Sums over the azimuths, times their step,
+    are 1/ACROSS. Light leaves at 2 p gamma_t - 2 gamma_i + p pi.
     """
     index, h = bent()[1], offsets_across()
     outside, inside = np.arcsin(h), np.arcsin(h / index[:, None])
@@ -142,4 +184,6 @@ def gaussians() -> np.ndarray:
         away = AZIMUTHS - (p * (2.0 * inside + np.pi) - 2.0 * outside)[..., None]
         away -= 2.0 * np.pi * np.round(away / (2.0 * np.pi))
         spread[p] = np.exp(-0.5 * (away / TURN) ** 2)
-    return spread / (ACROSS * spread.sum(axis=-1, keepdims=True) * STEP)
+    spread /= ACROSS * spread.sum(axis=-1, keepdims=True) * STEP
+    averaged = [spread[..., np.roll(FRONT, at)].mean(axis=-1) for at in range(len(FRONT))]
+    return spread, np.stack(averaged, axis=-1)

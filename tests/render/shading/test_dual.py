@@ -6,7 +6,7 @@ from scipy.integrate import solve_bvp, trapezoid
 from scipy.special import i0e
 
 from hairpipe.render.lights import Light
-from hairpipe.render.shading.dual import add_scattered, bessel, cone, streams
+from hairpipe.render.shading.dual import add_scattered, bessel, cone, count_events, streams
 from hairpipe.render.shading.fibre import tabulate
 from hairpipe.render.shading.kajiya_kay import Fibres
 from hairpipe.render.shading.skin import IRRADIANCE
@@ -33,7 +33,7 @@ def furnace(colour: tuple[float, float, float], thick: float, slope: float = 0.0
             light = Light(np.array([across * np.sin(azimuth), sine, across * cosine]), np.full(3, weight * TURN))
             before = (deep if cosine > 0 else thick - deep) / abs(cosine)
             met = np.stack([before, np.full(len(deep), thick / abs(cosine))], axis=1)
-            add_scattered(seen, hair, eye, light, met, tabulate())
+            add_scattered(seen, hair, np.array(colour), eye, light, met, tabulate())
     return 0.05 * np.exp(-deep) @ seen / (1.0 - np.exp(-thick))
 
 
@@ -68,15 +68,43 @@ def test_streams_solve_their_equations(on: float, back: float, last: float) -> N
     assert found == pytest.approx(exact.sol(depths), abs=1e-3)
 
 
+def test_events_are_those_that_photons_have_behind_them() -> None:
+    """Photons walk through hair one event after another, as far as the exponential distribution says."""
+    on, back, last, n = 0.55, 0.3, 6.0, 2.0
+    rng, count = np.random.default_rng(5), 100_000
+    at, way, crossed, returned = np.zeros(count), np.ones(count), np.zeros(count), np.zeros(count)
+    seen: list[list[tuple[float, float]]] = [[], []]
+    while len(at):
+        ahead = at + way * rng.exponential(size=len(at))
+        passed = (at - n) * (ahead - n) < 0.0
+        for stream, towards in zip(seen, (way > 0.0, way < 0.0), strict=True):
+            stream += [*zip(crossed[passed & towards], returned[passed & towards], strict=True)]
+        fate = rng.random(len(at))
+        stays = (ahead > 0.0) & (ahead < last) & (fate < on + back)
+        turns = fate > on
+        at, way = ahead[stays], np.where(turns, -way, way)[stays]
+        crossed, returned = (crossed + ~turns)[stays], (returned + turns)[stays]
+    down, up = (np.array(stream) for stream in seen)
+    down = down[down.sum(axis=1) > 0.0]
+    found = np.array(count_events(on, back, n, last)).T
+    assert found == pytest.approx(np.array([down.mean(axis=0), up.mean(axis=0)]), rel=0.03, abs=0.02)
+
+
+def test_scales_turn_a_cone_to_the_root() -> None:
+    angles = np.linspace(-1.5, 1.5, 3001)
+    lobe = [cone(0.0, 1.0, np.sin(a), np.cos(a), 0.2, 0.02) for a in angles]
+    assert angles[np.argmax(lobe)] == pytest.approx(-0.2, abs=1e-3)
+
+
 @pytest.mark.parametrize("width", [0.02, 0.1, 0.5, 5.0])
 def test_a_cone_holds_all_light_and_is_the_same_both_ways(width: float) -> None:
     angles = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 2001)
     sines, cosines = np.sin(angles), np.cos(angles)
     for lamp in (0.0, 0.7, 1.4):
         sine, cosine = np.sin(lamp), np.cos(lamp)
-        lobe = [cone(sine, cosine, s, c, width) for s, c in zip(sines, cosines, strict=True)]
+        lobe = [cone(sine, cosine, s, c, 0.0, width) for s, c in zip(sines, cosines, strict=True)]
         assert trapezoid(lobe * cosines, angles) == pytest.approx(1.0, abs=1e-4)
-        assert lobe[300] == pytest.approx(cone(sines[300], cosines[300], sine, cosine, width))
+        assert lobe[300] == pytest.approx(cone(sines[300], cosines[300], sine, cosine, 0.0, width))
 
 
 def test_bessel_function() -> None:

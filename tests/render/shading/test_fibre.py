@@ -3,7 +3,19 @@
 import numpy as np
 import pytest
 
-from hairpipe.render.shading.fibre import AZIMUTHS, COLOURS, INDEX, STEP, STEPS, TURN, refract, shares, tabulate
+from hairpipe.render.shading.fibre import (
+    AZIMUTHS,
+    COLOURS,
+    INDEX,
+    STEP,
+    STEPS,
+    TURN,
+    absorption_of,
+    pigment_colour,
+    refract,
+    shares,
+    tabulate,
+)
 
 
 def refracted(way: np.ndarray, normal: np.ndarray, ratio: float) -> np.ndarray:
@@ -65,3 +77,29 @@ def test_averaging_over_azimuths_keeps_the_light() -> None:
     lobes = tabulate().lobes[:, 0].astype(float)
     sums = 2.0 * STEP * (lobes.sum(axis=1) - 0.5 * (lobes[:, 0] + lobes[:, -1]))
     assert sums[:, :3].sum(axis=1) == pytest.approx(sums[:, 3], rel=1e-5)
+
+
+def deep_by_surface() -> float:
+    """Light that deep hair gives back from everywhere by the mirroring of its surface alone (Kubelka and Munk 1931)."""
+    outside = np.arcsin(np.linspace(-1.0, 1.0, 4001)[1:-1])
+    inside = np.arcsin(np.sin(outside) / INDEX)
+    across, along = np.cos(outside) / np.cos(inside), np.cos(inside) / np.cos(outside)
+    mirrored = 0.5 * (((across - INDEX) / (across + INDEX)) ** 2 + ((along - INDEX) / (along + INDEX)) ** 2)
+    lamps = np.linspace(-0.5 * np.pi, 0.5 * np.pi, 721)[:, None]
+    back = (mirrored * (np.cos(lamps - 2.0 * outside) > 0.0)).mean()
+    lost = 1.0 - (mirrored.mean() - back)
+    return (lost - np.sqrt(lost**2 - back**2)) / back
+
+
+def test_pigment_darkens_from_white_to_black_blue_first() -> None:
+    shades = np.array([pigment_colour(melanin, 0.5) for melanin in (0.0, 0.3, 0.6, 0.9, 1.0)])
+    assert np.array_equal(shades[0], [1.0, 1.0, 1.0]) and np.all(np.diff(shades, axis=0) < 0)
+    assert shades[-1].max() < deep_by_surface()
+    assert np.all(np.diff(shades[1:], axis=1) < 0)
+    red, brown = pigment_colour(0.5, 1.0), pigment_colour(0.5, 0.0)
+    assert red[0] / red[2] > brown[0] / brown[2]
+
+
+def test_absorption_is_found_again_from_the_colour() -> None:
+    """As Blender says: melanin m is -ln(1 - m) units."""
+    assert absorption_of(pigment_colour(0.6, 0.0)) == pytest.approx(-np.log(0.4) * np.array([0.506, 0.841, 1.653]))
