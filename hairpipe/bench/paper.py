@@ -32,9 +32,8 @@ PRINTED = {
     "long_straight_10000": Printed(1_000_000, 38.0),
 }
 """Its Table 2, by the name of our graph."""
-STILL, SETTLING, FRAMES = 12, 5, 3
-"""Frames that are skipped, since the head hardly moves; that let hair settle into motion, if no other number is asked
-for; that are measured."""
+STILL, FRAMES = 12, 3
+"""Frames that are skipped, since the head hardly moves; that are measured."""
 HAIR = "hair"
 """Name of the node in all graphs."""
 
@@ -86,7 +85,7 @@ def measure_scene(
     path: Path,
     store: Store,
     overrides: Mapping[str, str],
-    settling: int = SETTLING,
+    settling: int,
 ) -> Row:
     """Measure some frames of a scene, in which the head is in full motion."""
     graph = load_graph(path, overrides)

@@ -9,6 +9,7 @@ from hairpipe.data.hair import HairState
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.sampling import GOLDEN
+from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.levelset.collider import Collider
 from hairpipe.measure.contact import depths
 from hairpipe.measure.tension import layout_of, tensions
@@ -19,7 +20,8 @@ def measure_points(
 ) -> PointValues:
     """Return `depth [mm]` where there are bodies, `stretch [%]` with a groom, and `tension [uN]` with a state as well.
 
-    Of hair in locks also `lock`, a colour of each, and `follows`, 0 where hair is simulated and 1 where not.
+    Of hair in locks also `lock`, a colour of each, and `follows`, 0 where hair is simulated and 1 where not: there the
+    tension is that of the guide, which has as many segments.
 
     A point has the stretch and the tension of the segment that ends there, a root those of the one that begins. Raises
     BadInput where groom or state are of other strands.
@@ -39,6 +41,7 @@ def measure_points(
             found["tension [uN]"] = spread(1e6 * np.concatenate([pull for _, _, pull in pulls]), inner)
             if state.locks is not None:
                 leaders, counts = state.locks.leaders, np.diff(hair.offsets)
+                found["tension [uN]"] = found["tension [uN]"][points_of_strands(leaders, hair.offsets)]
                 found["lock"] = np.repeat(GOLDEN * leaders % 1.0, counts)
                 found["follows"] = np.repeat(leaders != np.arange(len(leaders)), counts).astype(float)
     if not found:

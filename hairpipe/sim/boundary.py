@@ -192,7 +192,7 @@ def clamp_at(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout, origin:
         )
     positions, velocities = (np.concatenate(both, axis=1) for both in zip(*ends, strict=True))
     positions, velocities = about(origin, positions, layout), velocities.astype(layout.dtype, copy=False)
-    tips = _held_tips(lead, groom, layout)
+    tips = held_tips(lead, groom, layout)
     if len(tips):
         short = layout.strands[(tips > 0.0) & (np.diff(layout.first) < 2 * clamped)[:, None]]
         if len(short):
@@ -210,7 +210,8 @@ def _tips(lead: Lead, groom: Groom) -> tuple[np.ndarray | None, np.ndarray | Non
     return _motion_on(lead, np.maximum(groom.tip_triangles, 0), groom.tip_barycentrics, groom.tip_frames)
 
 
-def _held_tips(lead: Lead, groom: Groom, layout: Layout) -> np.ndarray:
+def held_tips(lead: Lead, groom: Groom, layout: Layout) -> np.ndarray:
+    """Return 1 for strands whose tip is held, (blocks, W); no rows where all are free."""
     if isinstance(lead, Ends):
         held = ~np.isnan(lead.tips).any((1, 2))
     else:

@@ -25,7 +25,7 @@ from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_lost, warn_of_s
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
 from hairpipe.sim.interactions import with_interactions
-from hairpipe.sim.locks.locked_frame import Around, advance_locked
+from hairpipe.sim.locks.locked_frame import Around, advance_locked, check_locks
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.statics.sag_free import stand
@@ -63,6 +63,8 @@ def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene:
     Raises BadInput where there is a target and no group that says how hair is led to it, or the group alone.
     """
     scene = _led(hair, frame, scene)
+    if scene.locks is not None:
+        check_locks(hair, frame.leads[1], scene)
     if previous is not None and frame.cut:
         return carry_over_cut(hair, previous, frame.leads)
     bodies = bodies_of(frame.surfaces, frame.parts, scene.contact, frame.frame_dt)
@@ -77,20 +79,12 @@ def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene:
     if scene.locks is None:
         state = advance(hair, previous)
     else:
-        state = advance_locked(hair, previous, _around(frame, scene), scene.locks, advance)
+        surfaces, parts = [surface for _, surface in frame.surfaces], [body for _, body in frame.parts]
+        around = Around(frame.leads[1], surfaces, parts, frame.frame_dt)
+        state = advance_locked(hair, previous, around, scene, advance)
     number = round(frame.began / frame.frame_dt) + 1
     warn_of_lost(hair, previous, state, number)
     return replace(state, stretched=warn_of_stretch(hair, state.positions, scene, number, previous.stretched))
-
-
-def _around(frame: Frame, scene: Scene) -> Around:
-    """Return what hair in locks is given; BadInput where nothing tells which hairs stick together."""
-    if scene.stiction is None:
-        raise BadInput("locks are of hair that sticks together", where="locks", right="[hair.stiction], too")
-    if scene.volume is not None or (scene.collisions is not None and scene.collisions.solver == "sweep"):
-        raise BadInput("locks keep distances pair by pair, in the solve", where="locks", right='solver = "coupled"')
-    surfaces, parts = [surface for _, surface in frame.surfaces], [body for _, body in frame.parts]
-    return Around(frame.leads[1], surfaces, parts, scene.contact, scene.stiction.closest, frame.frame_dt)
 
 
 def _led(hair: HairModel, frame: Frame, scene: Scene) -> Scene:

@@ -137,3 +137,13 @@ def turned(turns: np.ndarray, k: int, v: Vector) -> Vector:
         turns[k, 1, 0] * v[0] + turns[k, 1, 1] * v[1] + turns[k, 1, 2] * v[2],
         turns[k, 2, 0] * v[0] + turns[k, 2, 1] * v[1] + turns[k, 2, 2] * v[2],
     )
+
+
+@inlined
+def turned_back(turns: np.ndarray, k: int, v: Vector) -> Vector:
+    """Return a vector turned by the inverse of rotation k of (P, 3, 3)."""
+    return (
+        turns[k, 0, 0] * v[0] + turns[k, 1, 0] * v[1] + turns[k, 2, 0] * v[2],
+        turns[k, 0, 1] * v[0] + turns[k, 1, 1] * v[1] + turns[k, 2, 1] * v[2],
+        turns[k, 0, 2] * v[0] + turns[k, 1, 2] * v[1] + turns[k, 2, 2] * v[2],
+    )

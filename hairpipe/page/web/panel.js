@@ -9,7 +9,7 @@ function drawPanel() {
     element("h2", {}, node.name, element("small", {}, node.type.name)),
     element("p", { class: "doc" }, node.doc),
     element("p", { class: "state" }, element("i", { style: `background:${stateColour(cell?.state ?? "")}` }), cellText(node.name, app.frame)),
-    ...(app.live ? [explanation(node.name, cell, panel.querySelector(".explain"))] : []),
+    ...(app.live ? [explanation(node.name, cell, panel.querySelector(`.explain[data-node="${node.name}"]`))] : []),
     ...inputRows(node, cell),
     element("h3", {}, "settings"),
     ...node.type.settings.flatMap((/** @type {any} */ field) => settingRows(field, node.settings, node.given, [])),
@@ -23,7 +23,7 @@ function drawPanel() {
  * @param {string} node @param {Cell | undefined} cell @param {HTMLDetailsElement | null} before */
 function explanation(node, cell, before) {
   const text = element("pre", {}, before?.querySelector("pre")?.textContent ?? "");
-  const box = /** @type {HTMLDetailsElement} */ ( element("details", { class: "explain" }, element("summary", {}, "explain"), text));
+  const box = /** @type {HTMLDetailsElement} */ ( element("details", { class: "explain", "data-node": node }, element("summary", {}, "explain"), text));
   box.addEventListener("toggle", async () => {
     if (box.open) text.textContent = await (await fetch(`explain?node=${node}&frame=${cell?.frame ?? ""}`)).text();
   });

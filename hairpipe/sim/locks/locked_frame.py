@@ -8,38 +8,52 @@ import numpy as np
 
 from hairpipe.data import BodyParts, LevelSet, Strands
 from hairpipe.data.hair import HairState, LockState
+from hairpipe.errors import BadInput
 from hairpipe.groom.keys.key_turns import turns_since
 from hairpipe.groom.keys.push_out import pushed_out
 from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.kernels.simd_arrays import copied
 from hairpipe.sim.axis import axis_of, scatter
-from hairpipe.sim.boundary import Lead, motion_of_roots
+from hairpipe.sim.boundary import Lead, held_tips, motion_of_roots
 from hairpipe.sim.contact.hair.stiction import Connections
 from hairpipe.sim.hair_model import HairModel
+from hairpipe.sim.interactions import own_interactions
 from hairpipe.sim.locks.carrying import GuideMotion, carried
 from hairpipe.sim.locks.guides import Guides, take_guides
 from hairpipe.sim.locks.inheriting import inherited
 from hairpipe.sim.locks.joining import ages_of, guides_of, joined
 from hairpipe.sim.locks.places import Places, find_places, no_places
 from hairpipe.sim.locks.standing import stand_up
-from hairpipe.sim.settings import BodyContact, Locks
+from hairpipe.sim.settings import Scene
 
 
 class Around(NamedTuple):
     """What hair in locks is given of a frame.
 
-    lead             of the roots; surfaces, parts  of bodies
-    contact          how hair touches these
-    closest          connections that a segment may have
+    lead             of the roots
+    surfaces, parts  of bodies
     frame_dt         since the frame before [s]
     """
 
     lead: Lead
     surfaces: Sequence[LevelSet]
     parts: Sequence[BodyParts]
-    contact: BodyContact
-    closest: int
     frame_dt: float
+
+
+def check_locks(hair: HairModel, lead: Lead, scene: Scene) -> None:
+    """Raise BadInput where hair cannot be in locks: it must stick, pair by pair, in the solve, and have free tips."""
+    if scene.stiction is None:
+        raise BadInput("locks are of hair that sticks together", where="locks", right="[hair.stiction], too")
+    if scene.volume is not None or (scene.collisions is not None and scene.collisions.solver == "sweep"):
+        right = 'solver = "coupled", and no [hair.volume]'
+        raise BadInput("locks keep distances pair by pair, in the solve", where="locks", right=right)
+    if own_interactions(scene):
+        raise BadInput("interactions of your own would see guides alone", where="locks", right="one or the other")
+    if len(held_tips(lead, hair.groom, hair.layout)):
+        raise BadInput(
+            "hair that follows in a lock has a free tip", where="locks", right="strands held at the root alone"
+        )
 
 
 def no_locks(strands: int, stuck: int = 0) -> LockState:
@@ -53,13 +67,16 @@ def advance_locked(
     hair: HairModel,
     previous: HairState,
     around: Around,
-    locks: Locks,
+    scene: Scene,
     advance: Callable[[HairModel, HairState], HairState],
 ) -> HairState:
     """Return hair in locks at the next frame; pure.
 
+    scene    one that `check_locks` lets pass
     advance  simulates strands from the frame before to this one
     """
+    locks, stiction = scene.locks, scene.stiction
+    assert locks is not None and stiction is not None
     known = previous.locks or no_locks(len(hair.groom.ids), len(previous.stuck))
     guides = take_guides(hair, known.leaders)
     before = guides.state_of(previous)
@@ -70,12 +87,12 @@ def advance_locked(
     disagreement, strayed = np.zeros((2, len(known.leaders)))
     state, points, velocities = guides.put(previous, moved), motion.points, motion.velocities
     if len(followers):
-        disagreement, strayed = _carry(hair, motion, followers, places, around)
+        disagreement, strayed = _carry(hair, motion, followers, places, around, scene.contact.thickness)
     loose = np.maximum(disagreement, strayed) > locks.tolerance
     leaders = np.where(loose, np.arange(len(loose)), known.leaders).astype(np.int32)
     offsets, stuck = hair.layout.offsets, Connections(state.stuck, state.stuck_at)
     leaders = guides_of(joined(leaders, stuck.segments, ages, offsets, locks), leaders, points, offsets)
-    stuck, ages = inherited(stuck, ages, leaders, offsets, around.closest)
+    stuck, ages = inherited(stuck, ages, leaders, offsets, stiction.closest)
     turns = _with_turns(hair, motion, loose, around.lead)
     places = _renewed(followers, places, leaders, points, offsets, turns)
     state = stand_up(hair, _on_axes(hair, state, points, velocities), points, velocities, loose, around.lead)
@@ -106,9 +123,9 @@ def _places(known: LockState) -> Places:
 
 
 def _carry(
-    hair: HairModel, motion: GuideMotion, followers: np.ndarray, places: Places, around: Around
+    hair: HairModel, motion: GuideMotion, followers: np.ndarray, places: Places, around: Around, thickness: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Carry followers and push them out of bodies: adds them to the points and velocities of guides, in place.
+    """Carry followers, and push them out of bodies to a distance [m]; adds them to what guides do, in place.
 
     Returns what their guides disagree by and how far bodies have pushed them, rms [m], (S,) each.
     """
@@ -120,8 +137,7 @@ def _carry(
     among = np.zeros(len(offsets) - 1, np.bool_)
     among[followers] = True
     shown = Strands(motion.points, motion.velocities, offsets, hair.diameter)
-    kept = around.contact.thickness
-    shown = pushed_out(shown, among, around.surfaces, around.parts, kept, around.frame_dt)
+    shown = pushed_out(shown, among, around.surfaces, around.parts, thickness, around.frame_dt)
     squares = np.add.reduceat(((shown.points - motion.points) ** 2).sum(axis=1), offsets[:-1])
     motion.points[rows], motion.velocities[rows] = shown.points[rows], shown.velocities[rows]
     disagreement = np.zeros(len(among))

@@ -11,10 +11,11 @@ import numpy as np
 from numba import njit, prange
 from scipy.spatial import KDTree
 
+from hairpipe.groom.keys.key_turns import turned_back
 from hairpipe.groom.resampling import put
 from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, minus, plus, row
+from hairpipe.kernels.vec3 import minus, plus, row
 
 FOLLOWED = 4
 """Places that a point follows, each on a guide of its own."""
@@ -67,16 +68,6 @@ def find_places(
 def turn_at(offsets: np.ndarray, strand: int, point: int) -> int:
     """Return the segment by whose turn a point of a strand turns: that which leads to it, of a root the first."""
     return point if point == offsets[strand] else point - 1
-
-
-@inlined
-def turned_back(turns: np.ndarray, k: int, v: Vector) -> Vector:
-    """Return a vector turned by the inverse of rotation k of (P, 3, 3)."""
-    return (
-        turns[k, 0, 0] * v[0] + turns[k, 1, 0] * v[1] + turns[k, 2, 0] * v[2],
-        turns[k, 0, 1] * v[0] + turns[k, 1, 1] * v[1] + turns[k, 2, 1] * v[2],
-        turns[k, 0, 2] * v[0] + turns[k, 1, 2] * v[1] + turns[k, 2, 2] * v[2],
-    )
 
 
 @njit(cache=True, parallel=True)

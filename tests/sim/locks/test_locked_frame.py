@@ -6,13 +6,16 @@ import numba
 import numpy as np
 import pytest
 
-from hairpipe.data import Groom, Mesh
+from hairpipe.data import Ends, Groom, Mesh
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import root_frames
+from hairpipe.sim.boundary import motion_of_roots
 from hairpipe.sim.hair_model import build_hair
+from hairpipe.sim.interactions import Interaction, with_interactions
 from hairpipe.sim.locks.guides import take_guides
+from hairpipe.sim.locks.locked_frame import check_locks
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Locks, Scene, Stiction
+from hairpipe.sim.settings import Collisions, Locks, Scene, Stiction, Volume
 from hairpipe.sim.simulate import Frame, next_state
 
 SEGMENTS, SIDE, SPACING = 8, 5, 4e-4
@@ -127,6 +130,22 @@ def test_guides_taken_out_and_put_back_are_what_they_were(hair, states):
     np.testing.assert_array_equal(guides.hair.widths[:: SEGMENTS + 1], np.sqrt(sizes))
 
 
-def test_locks_without_stiction_are_refused(hair):
-    with pytest.raises(BadInput, match="sticks together"):
-        shot(hair, replace(SCENE, stiction=None), 2)
+@pytest.mark.parametrize(
+    ("scene", "said"),
+    [
+        (replace(SCENE, stiction=None), "sticks together"),
+        (replace(SCENE, collisions=Collisions(solver="sweep")), "pair by pair"),
+        (replace(SCENE, volume=Volume()), "pair by pair"),
+        (with_interactions(SCENE, Interaction()), "guides alone"),
+    ],
+)
+def test_hair_that_cannot_be_in_locks_is_refused_at_the_first_frame(hair, scene, said):
+    with pytest.raises(BadInput, match=said):
+        shot(hair, scene, 1)
+
+
+def test_hair_whose_tips_are_held_is_refused(hair):
+    groom = hair.groom
+    ends = Ends(*motion_of_roots(None, groom), *(np.zeros((len(groom.ids), 3, 4)) for _ in range(2)))
+    with pytest.raises(BadInput, match="free tip"):
+        check_locks(hair, ends, SCENE)
