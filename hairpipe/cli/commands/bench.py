@@ -146,8 +146,8 @@ def picture(as_json: bool) -> None:
 def show_picture(report: "PictureReport") -> None:
     """Write the report on pictures."""
     show_machine(report.machine)
-    parts = report.cases[0].shares
-    rows: list[tuple[str, ...]] = [("strands", "points", "whole", *parts, "with deep shadows", "knots a texel")]
+    heads = "strands", "points", "whole", *report.cases[0].shares, "with deep shadows", "knots a texel"
+    rows: list[tuple[str, ...]] = [heads]
     for case in report.cases:
         seconds = (f"{value:.2f}" for value in (case.seconds, *case.shares.values(), case.deep))
         rows.append((f"{case.strands:,}", str(case.points), *seconds, f"{case.knots:.1f}"))
@@ -243,9 +243,8 @@ def show_paper(report: "PaperReport") -> None:
     """Write the table."""
     machine = report.machine
     click.echo(f"{machine.processor}, {plural(machine.cores, 'core')}; the paper: one to four machines of 4 processors")
-    times: list[tuple[str, ...]] = [
-        ("scene", "strands", "simulated", "particles", "frame", "memory so far", "theirs", "frame")
-    ]
+    heads = "scene", "strands", "simulated", "particles", "frame", "memory so far", "theirs", "frame"
+    times: list[tuple[str, ...]] = [heads]
     parts: list[tuple[str, ...]] = [("scene", *report.rows[0].shares)]
     for row in report.rows:
         theirs = ("", "") if row.printed is None else (f"{row.printed.particles:,}", f"{60 * row.printed.minutes:.0f}")
