@@ -7,7 +7,9 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class LockState:
-    """Which hairs are simulated, and what the others follow (`sim/locks`); their points are rows F, strand by strand.
+    """Which hairs are simulated, and what the others follow (`sim/locks`).
+
+    Rows F are the points of those that follow or are audited, strand by strand.
 
     leaders       strand that is simulated for each, itself where it is, (strands,) int32
     ages          frames that each of `HairState.stuck` has lasted, (n,) int32
@@ -15,6 +17,10 @@ class LockState:
     offsets       from there, turned back to where hair was at rest [m], (F, 4, 3) float32
     bends         of followers when they began to follow, turned back likewise [m], (F, 3) float32
     disagreement  of what a follower follows, 0 for what is simulated [m], (strands,) float32
+    audited       guide that each would follow which is simulated beside it, -1: none, (strands,) int32
+    errors        of those whose audit ended at this frame, rms over their points, else NaN [m], (strands,) float32
+    turn          number of the audit that goes on
+    since         frames for which it has gone on
     """
 
     leaders: np.ndarray
@@ -23,6 +29,10 @@ class LockState:
     offsets: np.ndarray
     bends: np.ndarray
     disagreement: np.ndarray
+    audited: np.ndarray
+    errors: np.ndarray
+    turn: int
+    since: int
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,15 +3,19 @@
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.special import stdtrit
 
 from hairpipe.data import Groom, Strands, Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.sim.locks.auditing import means_of_locks
 from hairpipe.sim.locks.joining import ages_of
 
 LASTED = 5
 """Frames after which a connection counts as lasting here."""
+CONFIDENCE = 0.9
+"""With which hairs that follow are off by no more than is said."""
 COLUMNS = (
     "time [s]",
     "connections a segment",
@@ -19,6 +23,9 @@ COLUMNS = (
     "simulated [%]",
     "largest lock",
     "guides disagree by [mm]",
+    "hairs audited",
+    "audited off [mm]",
+    "at most [mm]",
     "off [mm]",
     "off [% of length]",
 )
@@ -35,6 +42,10 @@ def measure_locks(
 
     guides disagree by  an estimate of how far hairs that follow are from where they would go by themselves, given the
                         guides: the rms over their points, 0 without any
+    hairs audited       whose audit ended at this frame (`sim/locks/auditing.py`)
+    audited off         rms distance of their points from where guides would have taken them in that time; NaN: none
+    at most             for all hairs that follow, with a confidence of 90 %, locks being independent of each other: NaN
+                        where fewer than two ended
     off                 rms distance of all points from the truth, NaN without one
 
     Raises BadInput where the truth is of other strands.
@@ -49,6 +60,7 @@ def measure_locks(
             ages = np.zeros(len(state.stuck), np.int32)
         else:
             ages = ages_of(before.stuck, before.stuck_at, ages, state.stuck, state.stuck_at)
+        audit = _audit(before, state)
         before, leaders = state, np.arange(len(groom.ids)) if state.locks is None else state.locks.leaders
         follows = leaders != np.arange(len(leaders))
         apart = 0.0
@@ -60,8 +72,22 @@ def measure_locks(
         lasting = 100.0 * float((ages >= LASTED).mean()) if len(ages) else 0.0
         stuck = len(ages) / len(inner), lasting
         locks = 100.0 * (1.0 - float(follows.mean())), int(np.bincount(leaders).max())
-        rows.append(((frame - frames[0]) / fps, *stuck, *locks, apart, 1e3 * off, 100.0 * off / length))
+        rows.append(((frame - frames[0]) / fps, *stuck, *locks, apart, *audit, 1e3 * off, 100.0 * off / length))
     return table_of_rows(COLUMNS, rows)
+
+
+def _audit(before: HairState | None, state: HairState) -> tuple[int, float, float]:
+    """Return how many hairs an audit has compared, their rms error [mm], and its bound [mm]."""
+    if before is None or before.locks is None or state.locks is None or np.isnan(state.locks.errors).all():
+        return 0, np.nan, np.nan
+    errors, hairs = means_of_locks(before.locks.audited, state.locks.errors)
+    squares, count = errors**2, len(errors)
+    mean, bound = np.average(squares, weights=hairs), np.nan
+    if count > 1:
+        # Of a ratio of means: of squares over all hairs of a lock, and of these hairs.
+        apart = hairs * (squares - mean) / hairs.mean()
+        bound = mean + stdtrit(count - 1, CONFIDENCE) * np.std(apart, ddof=1) / np.sqrt(count)
+    return int(hairs.sum()), 1e3 * float(np.sqrt(mean)), 1e3 * float(np.sqrt(bound))
 
 
 def _distance(hair: Strands, truth: Strands) -> float:

@@ -151,13 +151,17 @@ class Locks:
     after      frames that a connection has lasted when it counts
     part       of the segments of a hair that have such connections to another, for the two to be joined
     most       hairs in a lock
-    tolerance  of where a hair is that follows; where its guides disagree by more, it is simulated again
+    tolerance  of where a hair is that follows; where its guides disagree by more, or a body pushes it farther, it is
+               simulated again
+    audit      share of the locks that are simulated with all their hairs at a time, by turns, for as long as a
+               connection must last: those that are off by more than the tolerance part; 0: none
     """
 
     after: Annotated[int, Interval(ge=1, le=10_000)] = 5
     part: Annotated[float, Interval(gt=0.0, le=5.0)] = 0.5
     most: Annotated[int, Interval(ge=2, le=100_000)] = 16
     tolerance: Annotated[Metres, Interval(gt=0.0, le=1.0)] = 4e-3
+    audit: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.02
 
 
 @dataclass(frozen=True)

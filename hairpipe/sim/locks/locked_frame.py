@@ -1,4 +1,4 @@
-"""A frame of hair in locks: guides are simulated, the others carried; then locks part, and others are joined."""
+"""A frame of hair in locks: guides are simulated, the others carried; then it is said anew who leads and follows."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -19,10 +19,10 @@ from hairpipe.sim.contact.hair.stiction import Connections
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.interactions import own_interactions
 from hairpipe.sim.locks.carrying import GuideMotion, carried
+from hairpipe.sim.locks.grouping import Deviations, Grouping, follows, grouped, is_carried
 from hairpipe.sim.locks.guides import Guides, take_guides
-from hairpipe.sim.locks.inheriting import inherited
-from hairpipe.sim.locks.joining import ages_of, guides_of, joined
-from hairpipe.sim.locks.places import Places, find_places, no_places
+from hairpipe.sim.locks.joining import ages_of
+from hairpipe.sim.locks.places import Places, no_places, renewed
 from hairpipe.sim.locks.standing import stand_up
 from hairpipe.sim.settings import Scene
 
@@ -58,9 +58,9 @@ def check_locks(hair: HairModel, lead: Lead, scene: Scene) -> None:
 
 def no_locks(strands: int, stuck: int = 0) -> LockState:
     """Simulate every one of so many strands, of which so many connections have just been made."""
-    none = no_places(0)
     leaders, ages = np.arange(strands, dtype=np.int32), np.zeros(stuck, np.int32)
-    return LockState(leaders, ages, *none, disagreement=np.zeros(strands, np.float32))
+    audited, errors = np.full(strands, -1, np.int32), np.full(strands, np.nan, np.float32)
+    return LockState(leaders, ages, *no_places(0), np.zeros(strands, np.float32), audited, errors, turn=0, since=0)
 
 
 def advance_locked(
@@ -75,30 +75,29 @@ def advance_locked(
     scene    one that `check_locks` lets pass
     advance  simulates strands from the frame before to this one
     """
-    locks, stiction = scene.locks, scene.stiction
+    locks, stiction, offsets = scene.locks, scene.stiction, hair.layout.offsets
     assert locks is not None and stiction is not None
     known = previous.locks or no_locks(len(hair.groom.ids), len(previous.stuck))
     guides = take_guides(hair, known.leaders)
     before = guides.state_of(previous)
     moved = advance(guides.hair, before)
     ages = ages_of(before.stuck, before.stuck_at, known.ages, moved.stuck, moved.stuck_at)
-    motion = motion_of(guides, moved, around.lead)
-    followers, places = _followers(known), _places(known)
-    disagreement, strayed = np.zeros((2, len(known.leaders)))
-    state, points, velocities = guides.put(previous, moved), motion.points, motion.velocities
-    if len(followers):
-        disagreement, strayed = _carry(hair, motion, followers, places, around, scene.contact.thickness)
-    loose = np.maximum(disagreement, strayed) > locks.tolerance
-    leaders = np.where(loose, np.arange(len(loose)), known.leaders).astype(np.int32)
-    offsets, stuck = hair.layout.offsets, Connections(state.stuck, state.stuck_at)
-    leaders = guides_of(joined(leaders, stuck.segments, ages, offsets, locks), leaders, points, offsets)
-    stuck, ages = inherited(stuck, ages, leaders, offsets, stiction.closest)
-    turns = _with_turns(hair, motion, loose, around.lead)
-    places = _renewed(followers, places, leaders, points, offsets, turns)
-    state = stand_up(hair, _on_axes(hair, state, points, velocities), points, velocities, loose, around.lead)
-    left = np.where(leaders == np.arange(len(leaders)), 0.0, disagreement).astype(np.float32)
-    now = LockState(leaders, ages, *places, disagreement=left)
-    return replace(state, stuck=stuck.segments, stuck_at=stuck.fractions, locks=now)
+    motion, state = motion_of(guides, moved, around.lead), guides.put(previous, moved)
+    by_guides, deviations = _carry(hair, known, motion, around, scene.contact.thickness)
+    simulated = np.repeat(~follows(known.leaders), np.diff(offsets))[:, None]
+    points, velocities = (np.where(simulated, *both) for both in zip(motion[:2], by_guides, strict=True))
+    stuck = Connections(state.stuck, state.stuck_at)
+    now = grouped(known, stuck, ages, deviations, (points, offsets), locks, stiction.closest)
+    stand = follows(known.leaders) & ~follows(now.leaders)
+    turns = _with_turns(hair, motion, points, velocities, stand, around.lead)
+    # An audit that goes on compares with where hair would be by now, not with where it is.
+    places = _places(known, now, points if now.since == 0 else by_guides[0], offsets, turns)
+    state = stand_up(hair, _on_axes(hair, state, points, velocities), points, velocities, stand, around.lead)
+    left = np.where(follows(now.leaders), deviations.disagreement, 0.0).astype(np.float32)
+    record = LockState(
+        now.leaders, now.ages, *places, left, audited=now.audited, errors=now.errors, turn=now.turn, since=now.since
+    )
+    return replace(state, stuck=now.connections.segments, stuck_at=now.connections.fractions, locks=record)
 
 
 def motion_of(guides: Guides, moved: HairState, lead: Lead) -> GuideMotion:
@@ -114,71 +113,55 @@ def motion_of(guides: Guides, moved: HairState, lead: Lead) -> GuideMotion:
     return GuideMotion(*out)
 
 
-def _followers(known: LockState) -> np.ndarray:
-    return np.flatnonzero(known.leaders != np.arange(len(known.leaders)))
-
-
-def _places(known: LockState) -> Places:
-    return Places(known.points, known.offsets, known.bends)
-
-
 def _carry(
-    hair: HairModel, motion: GuideMotion, followers: np.ndarray, places: Places, around: Around, thickness: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """Carry followers, and push them out of bodies to a distance [m]; adds them to what guides do, in place.
+    hair: HairModel, known: LockState, motion: GuideMotion, around: Around, thickness: float
+) -> tuple[tuple[np.ndarray, np.ndarray], Deviations]:
+    """Carry the hairs that follow or are audited, and push them out of bodies to a distance [m]; pure.
 
-    Returns what their guides disagree by and how far bodies have pushed them, rms [m], (S,) each.
+    Returns points and velocities of all, (P, 3) each, and what is known of the errors of those that are carried.
     """
     groom, offsets = hair.groom, hair.layout.offsets
-    roots = motion_of_roots(around.lead, groom)
-    x, v, disagree = carried(followers, places, motion, offsets, groom.points, roots)
-    rows = points_of_strands(followers, offsets)
-    motion.points[rows], motion.velocities[rows] = x, v
-    among = np.zeros(len(offsets) - 1, np.bool_)
-    among[followers] = True
-    shown = Strands(motion.points, motion.velocities, offsets, hair.diameter)
-    shown = pushed_out(shown, among, around.surfaces, around.parts, thickness, around.frame_dt)
-    squares = np.add.reduceat(((shown.points - motion.points) ** 2).sum(axis=1), offsets[:-1])
-    motion.points[rows], motion.velocities[rows] = shown.points[rows], shown.velocities[rows]
-    disagreement = np.zeros(len(among))
-    disagreement[followers] = disagree
-    return disagreement, np.sqrt(squares / np.diff(offsets))
+    points, velocities, (disagreement, pushed) = motion.points, motion.velocities, np.zeros((2, len(known.leaders)))
+    among = is_carried(known.leaders, known.audited)
+    if among.any():
+        strands = np.flatnonzero(among)
+        places, roots = Places(known.points, known.offsets, known.bends), motion_of_roots(around.lead, groom)
+        x, v, disagreement[strands] = carried(strands, places, motion, offsets, groom.points, roots)
+        rows = points_of_strands(strands, offsets)
+        points, velocities = points.copy(), velocities.copy()
+        points[rows], velocities[rows] = x, v
+        shown = Strands(points, velocities, offsets, hair.diameter)
+        outside = pushed_out(shown, among, around.surfaces, around.parts, thickness, around.frame_dt)
+        pushed = _distances(outside.points, points, offsets)
+        points, velocities = outside.points, outside.velocities
+    off = _distances(motion.points, points, offsets)
+    return (points, velocities), Deviations(disagreement, pushed, off)
 
 
-def _with_turns(hair: HairModel, motion: GuideMotion, loose: np.ndarray, lead: Lead) -> np.ndarray:
+def _distances(points: np.ndarray, others: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the rms distance over the points of each strand [m], (S,)."""
+    return np.sqrt(np.add.reduceat(((points - others) ** 2).sum(axis=1), offsets[:-1]) / np.diff(offsets))
+
+
+def _places(known: LockState, now: Grouping, points: np.ndarray, offsets: np.ndarray, turns: np.ndarray) -> Places:
+    """Return what hairs follow from now on that are at points [m], (P, 3); what was audited follows anew."""
+    before, ended = is_carried(known.leaders, known.audited), now.since == 0
+    keeps = before & ~((known.audited >= 0) & ended)
+    rows = np.repeat(keeps[before], np.diff(offsets)[before])
+    followed = Places(*(values[rows] for values in (known.points, known.offsets, known.bends)))
+    among = is_carried(now.leaders, now.audited)
+    return renewed((np.flatnonzero(keeps), followed), among, points, offsets, turns)
+
+
+def _with_turns(
+    hair: HairModel, motion: GuideMotion, points: np.ndarray, velocities: np.ndarray, stand: np.ndarray, lead: Lead
+) -> np.ndarray:
     """Return the turns of guides and of strands that are simulated from now on, (P, 3, 3)."""
-    if not loose.any():
+    if not stand.any():
         return motion.turns
-    shown = Strands(motion.points, motion.velocities, hair.layout.offsets, hair.diameter)
+    shown = Strands(points, velocities, hair.layout.offsets, hair.diameter)
     every = turns_since(hair.groom.points, shown, *motion_of_roots(lead, hair.groom)).turns
-    return np.where(np.repeat(loose, np.diff(hair.layout.offsets))[:, None, None], every, motion.turns)
-
-
-def _renewed(
-    before: np.ndarray,
-    places: Places,
-    leaders: np.ndarray,
-    points: np.ndarray,
-    offsets: np.ndarray,
-    turns: np.ndarray,
-) -> Places:
-    """Return what followers follow from now on: what they did, where that is simulated still; else what is near."""
-    counts, owners = np.diff(offsets), np.repeat(np.arange(len(leaders)), np.diff(offsets))
-    follows, leads = leaders != np.arange(len(leaders)), leaders == np.arange(len(leaders))
-    followers, guides = np.flatnonzero(follows), np.flatnonzero(leads)
-    good = ((places.points < 0) | leads[owners[places.points]]).all(axis=1)
-    keeps = np.zeros(len(leaders), np.bool_)
-    if len(before):
-        begins = np.cumsum(counts[before]) - counts[before]
-        keeps[before] = np.logical_and.reduceat(good, begins)
-    keeps &= follows
-    fresh = followers[~keeps[followers]]
-    out = no_places(int(counts[followers].sum()))
-    news = find_places(points, offsets, guides, fresh, turns) if len(fresh) else no_places(0)
-    old, new = np.repeat(keeps[before], counts[before]), np.repeat(keeps[followers], counts[followers])
-    for whole, kept, found in zip(out, places, news, strict=True):
-        whole[new], whole[~new] = kept[old], found
-    return out
+    return np.where(np.repeat(stand, np.diff(hair.layout.offsets))[:, None, None], every, motion.turns)
 
 
 def _on_axes(hair: HairModel, state: HairState, points: np.ndarray, velocities: np.ndarray) -> HairState:

@@ -64,6 +64,35 @@ def find_places(
     return out
 
 
+def renewed(
+    before: tuple[np.ndarray, Places],
+    carried: np.ndarray,
+    points: np.ndarray,
+    offsets: np.ndarray,
+    turns: np.ndarray,
+) -> Places:
+    """Return what hairs follow from now on: what they did where that may be followed still, else what is near; pure.
+
+    before   strands, ascending, (n,), with what they followed
+    carried  who follows something from now on, (S,) bool: the others may be followed
+    points, offsets, turns  as for `find_places`
+    """
+    strands, places = before
+    counts, owners = np.diff(offsets), np.repeat(np.arange(len(carried)), np.diff(offsets))
+    keeps = np.zeros(len(carried), np.bool_)
+    if len(strands):
+        good = ((places.points < 0) | ~carried[owners[places.points]]).all(axis=1)
+        keeps[strands] = np.logical_and.reduceat(good, np.cumsum(counts[strands]) - counts[strands])
+    keeps &= carried
+    now, fresh = np.flatnonzero(carried), np.flatnonzero(carried & ~keeps)
+    out = no_places(int(counts[now].sum()))
+    news = find_places(points, offsets, np.flatnonzero(~carried), fresh, turns) if len(fresh) else no_places(0)
+    old, new = np.repeat(keeps[strands], counts[strands]), np.repeat(keeps[now], counts[now])
+    for whole, kept, found in zip(out, places, news, strict=True):
+        whole[new], whole[~new] = kept[old], found
+    return out
+
+
 @inlined
 def turn_at(offsets: np.ndarray, strand: int, point: int) -> int:
     """Return the segment by whose turn a point of a strand turns: that which leads to it, of a root the first."""

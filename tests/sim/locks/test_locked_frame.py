@@ -115,6 +115,49 @@ def test_hairs_whose_guides_disagree_are_simulated_again(hair, states):
     assert np.isfinite(state.positions).all() and np.abs(speeds).max() < 5.0
 
 
+def test_locks_that_are_all_audited_all_the_time_change_nothing(hair):
+    audited = replace(SCENE, locks=replace(SCENE.locks, after=1, audit=1.0))
+    every, checked = shot(hair, replace(SCENE, locks=None), 7)[-1], shot(hair, audited, 7)
+    for values in ("positions", "velocities"):
+        np.testing.assert_array_equal(*(hair.layout.axis(getattr(state, values)) for state in (checked[-1], every)))
+    np.testing.assert_array_equal(checked[-1].stuck, every.stuck)
+    compared = [~np.isnan(state.locks.errors) for state in checked[1:]]
+    assert not compared[1].any() and compared[-1].sum() > len(hair.groom.ids) // 2
+    errors = checked[-1].locks.errors[compared[-1]]
+    went = np.linalg.norm(hair.layout.axis(checked[-1].positions) - hair.layout.axis(checked[-2].positions), axis=1)
+    assert 0.0 < errors.max() < 0.1 * went.max()
+
+
+def test_some_are_audited_by_turns_whom_nobody_follows_meanwhile(hair):
+    audited = replace(SCENE, locks=replace(SCENE.locks, audit=0.5))
+    states, turns = shot(hair, audited, 12), set()
+    owners = np.repeat(np.arange(len(hair.groom.ids)), np.diff(hair.layout.offsets))
+    for before, state in zip(states[5:], states[6:], strict=False):
+        now = state.locks
+        turns.add(tuple(np.flatnonzero(now.audited >= 0)))
+        assert (now.audited[owners[now.points[now.points >= 0]]] == -1).all()
+        assert (now.leaders[now.audited >= 0] == np.flatnonzero(now.audited >= 0)).all()
+        if now.since:
+            assert np.isnan(now.errors).all()
+        else:
+            np.testing.assert_array_equal(~np.isnan(now.errors), before.locks.audited >= 0)
+    assert len(turns - {()}) >= 3
+    same(shot(hair, audited, 4, states[7], 8)[-1], states[11])
+
+
+def test_hairs_that_an_audit_finds_off_do_not_follow_before_their_connections_have_lasted_anew(hair):
+    locks = replace(SCENE.locks, after=3, audit=0.5)
+    states = shot(hair, replace(SCENE, locks=locks), 9)
+    last = next(k for k in range(8, 4, -1) if (states[k].locks.audited >= 0).any() and states[k].locks.since == 2)
+    who = states[last].locks.audited >= 0
+    good = shot(hair, replace(SCENE, locks=replace(locks, tolerance=0.1, audit=0.0)), 1, states[last], last + 1)[-1]
+    bad = replace(SCENE, locks=replace(locks, tolerance=1e-12, audit=0.0))
+    parted = shot(hair, bad, 3, states[last], last + 1)[1:]
+    assert np.isin(np.flatnonzero(who), followers(good)).all()
+    for state in parted[:3]:
+        assert not np.isin(np.flatnonzero(who), followers(state)).any()
+
+
 def test_guides_taken_out_and_put_back_are_what_they_were(hair, states):
     state = states[-1]
     guides = take_guides(hair, state.locks.leaders)

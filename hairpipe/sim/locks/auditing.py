@@ -1,0 +1,48 @@
+"""The audit: some locks, by turns, are simulated with all their hairs, and compared with where these would be carried.
+
+It is in the run, so that what is audited feels what guides feel. It lasts as many frames as a connection must, and
+comes to each lock every `1 / audit` times; the hairs of a lock that are off by too much at its end do not follow again
+until their connections have lasted anew. What it does not see is what the guides themselves are off by: one that stands
+for many touches other guides otherwise than many hairs would.
+"""
+
+import numpy as np
+
+
+def to_audit(leaders: np.ndarray, share: float, turn: int) -> np.ndarray:
+    """Return the guide that each hair follows which is audited in a turn, -1 for the others, (S,) int32; pure.
+
+    leaders  of every strand, (S,) int32; share  of the locks
+    """
+    follows, chosen = leaders != np.arange(len(leaders)), np.full(len(leaders), -1, np.int32)
+    if share > 0.0 and follows.any():
+        period = round(1.0 / share)
+        guides = np.unique(leaders[follows])[turn % period :: period]
+        among = follows & np.isin(leaders, guides)
+        chosen[among] = leaders[among]
+    return chosen
+
+
+def means_of_locks(guides: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the root mean square of the errors of the audited hairs of each lock, and of how many, (n,) each; pure.
+
+    guides  of every strand, -1 where it is not audited, (S,) int32; errors  of strands [m], (S,)
+
+    In the order of the guides.
+    """
+    among = guides >= 0
+    _, locks, hairs = np.unique(guides[among], return_inverse=True, return_counts=True)
+    squares = np.bincount(locks, errors[among].astype(float) ** 2, len(hairs))
+    return np.sqrt(squares / hairs), hairs
+
+
+def passed(guides: np.ndarray, errors: np.ndarray, tolerance: float) -> np.ndarray:
+    """Tell which audited hairs may follow again, (S,) bool: of locks that are off by at most a tolerance [m]; pure.
+
+    guides, errors  as for `means_of_locks`
+    """
+    among = guides >= 0
+    _, locks = np.unique(guides[among], return_inverse=True)
+    good = np.zeros(len(guides), np.bool_)
+    good[among] = (means_of_locks(guides, errors)[0] <= tolerance)[locks]
+    return good
