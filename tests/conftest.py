@@ -1,5 +1,6 @@
 """What tests of several rooms need: the data beside the checkout, simple meshes, a number of threads."""
 
+import gc
 import importlib.util
 import os
 import signal
@@ -36,6 +37,9 @@ _FOLDER.mkdir(exist_ok=True)
 claim_kernels(_FOLDER / "hairpipe")
 with suppress(FileExistsError):
     (_FOLDER / "hairpipe" / _FOLDER.name).symlink_to(_FOLDER, target_is_directory=True)
+
+# Compiling makes and keeps many small objects: looking for cycles among them every 700 would take a tenth of the time.
+gc.set_threshold(100_000, 20, 100)
 
 COMPILED_FIRST = ("sim", "studies", "measure", "bench", "nodes", "tune", "test_graphs.py", "levelset", "spatial")
 """Rooms whose tests wait for kernels, most of them for the same: one process begins with these, the other elsewhere."""

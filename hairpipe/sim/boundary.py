@@ -114,7 +114,7 @@ def _motion_on(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Rigid motions of ends that are bound to a body from their rest frames, and their rates; still without a body."""
     if mesh is None:
-        still = np.broadcast_to(np.eye(3, 4), (len(triangles), 3, 4))
+        still = np.tile(np.eye(3, 4), (len(triangles), 1, 1))
         return still, np.zeros_like(still)
     corners = mesh.triangles[triangles].ravel()  # of the few triangles that hold ends
     points, ahead = mesh.points[corners], _INSTANT * mesh.rates[corners]

@@ -25,8 +25,6 @@ HALF = 1.6
 """Half of a billboard's length over the range of particles, which is about their distance from each other."""
 OPACITY = 0.6
 """Of a streak."""
-RAYS = [1, 0, 2]
-"""Axes of a lamp's cells that are columns, rows and depth of its rays, see `front`."""
 SHADES = 0.25
 """How much strands differ in brightness: a factor of 2 to this power, up or down."""
 
@@ -126,7 +124,7 @@ def _shaded(
         cell, to_cells = cells_of(light, framing.target, SCENE * framing.radius, CELLS)
         sprites = _lit(cloud, style, cell, to_cells)
         begins = front(apply(to_cells, body.points), body.triangles, 1, CELLS)
-        depths = -np.log(transmittances(sprites, streak_levels(), apply(to_cells, points)[:, RAYS], begins))
+        depths = -np.log(transmittances(sprites, streak_levels(), _of_rays(apply(to_cells, points)), begins))
         on_hair, on_skin = depths[: len(hair)] / kajiya_kay.DENSITY, depths[len(hair) :] / skin.DENSITY
         kajiya_kay.add_light(hair, fibres, camera.eye, light, on_hair)
         skin.add_light(flesh, points, normals, clay, camera.eye, light, on_skin)
@@ -158,4 +156,9 @@ def _lit(cloud: Cloud, style: CloudStyle, cell: float, to_cells: np.ndarray) -> 
     """Billboards as a lamp sees them."""
     places, along = apply(to_cells, cloud.points), cloud.directions @ to_cells[:, :3].T
     scale = np.full(len(places), 1.0 / cell)
-    return lay_sprites(places[:, RAYS], along[:, RAYS], scale, style.half, OPACITY, style.kinds)
+    return lay_sprites(_of_rays(places), _of_rays(along), scale, style.half, OPACITY, style.kinds)
+
+
+def _of_rays(cells: np.ndarray) -> np.ndarray:
+    """Columns, rows and depths of a lamp's rays, see `front`, from places in its cells, (n, 3); rows lie one by one."""
+    return np.ascontiguousarray(cells[:, [1, 0, 2]])

@@ -11,8 +11,8 @@ from hairpipe.render.billboards.streaks import Levels
 
 @pytest.fixture(scope="session")
 def plain() -> Levels:
-    """One texture that covers everything."""
-    return (np.ones((1, 8, 4, 2), np.float32),)
+    """A texture that covers everything, at as many levels as streaks have: the same kernels."""
+    return (np.ones((1, 8, 4, 2), np.float32),) * 6
 
 
 @pytest.fixture(scope="session")
