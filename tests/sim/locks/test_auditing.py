@@ -13,11 +13,11 @@ LEADERS = np.array([0, 0, 2, 2, 2, 5, 6, 6, 6, 9, 9, 11, 11], np.int32)
 def test_each_lock_is_audited_once_in_as_many_turns_as_the_share_says(share):
     turns = round(1 / share)
     times = sum((to_audit(LEADERS, share, turn) >= 0).astype(int) for turn in range(7, 7 + turns))
-    np.testing.assert_array_equal(times, LEADERS != np.arange(len(LEADERS)))
+    np.testing.assert_array_equal(times, np.arange(len(LEADERS)) != LEADERS)
     for turn in range(turns):
         chosen = to_audit(LEADERS, share, turn)
         for guide in set(chosen) - {-1}:
-            np.testing.assert_array_equal(chosen[LEADERS == guide][1:], guide)  # with all its hairs
+            np.testing.assert_array_equal(chosen[guide == LEADERS][1:], guide)  # with all its hairs
 
 
 def test_without_a_share_nothing_is_audited():

@@ -1,6 +1,7 @@
 """Hair that sticks together is simulated once, and again by itself where that is not good enough."""
 
 from dataclasses import fields, replace
+from itertools import pairwise
 
 import numba
 import numpy as np
@@ -132,7 +133,7 @@ def test_some_are_audited_by_turns_whom_nobody_follows_meanwhile(hair):
     audited = replace(SCENE, locks=replace(SCENE.locks, audit=0.5))
     states, turns = shot(hair, audited, 12), set()
     owners = np.repeat(np.arange(len(hair.groom.ids)), np.diff(hair.layout.offsets))
-    for before, state in zip(states[5:], states[6:], strict=False):
+    for before, state in pairwise(states[5:]):
         now = state.locks
         turns.add(tuple(np.flatnonzero(now.audited >= 0)))
         assert (now.audited[owners[now.points[now.points >= 0]]] == -1).all()
