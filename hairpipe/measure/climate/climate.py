@@ -43,7 +43,7 @@ def climate_table(
     bias       afterwards: of the means of both sides (`squared_bias`), with its sign, and its floor F
     low, high  90 % intervals: by patches, or with one patch by seeds and members
     spread     afterwards, over that of the reference
-    Z, p, T/F  afterwards, of the observables: beyond 1 is beyond chance (`look`)
+    Z, p, T/F  afterwards, of the observables (`look`)
     What is afterwards is NaN where nothing is. Where a member is not finite at some frame, errors are infinite.
     BadInput where strands do not correspond, no seed is on both sides, or members of the reference are farther apart
     than half the tolerance at once.

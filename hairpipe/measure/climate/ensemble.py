@@ -37,9 +37,9 @@ class Sides(NamedTuple):
 class Look(NamedTuple):
     """Whether a model is told apart from its reference by any of some observables.
 
-    ratios  energy distance T over its floor F for each, (Q,): beyond 1 is beyond chance
-    score   Z, the largest of them
-    p       share of all relabellings with a Z as large
+    ratios  energy distance T over its floor F for each, (Q,): beyond 1 is beyond what the reference differs from itself
+    score   Z, the largest of them; of many one is often beyond 1 by chance
+    p       share of all relabellings with a Z as large, which counts that in
     """
 
     ratios: np.ndarray

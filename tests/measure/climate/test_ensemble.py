@@ -139,6 +139,13 @@ def test_p_is_uniform_where_nothing_differs(sides):
     assert np.median([one.score for one in found]) < 1.0
 
 
+def test_of_many_observables_one_is_often_beyond_its_floor_and_p_counts_that_in():
+    runs = members(0.0, 8 * 300, dimensions=8).reshape(300, 8, len(SIDES.seeds), 8)
+    found = [look(matrices, SIDES) for matrices in distances(runs)]
+    assert np.mean([one.score > 1.0 for one in found]) > 0.15
+    assert np.mean([one.p < 0.05 for one in found]) < 0.08
+
+
 def test_a_shift_is_told_apart_by_the_observable_that_sees_it():
     runs = members(8.0, 100)
     blind = members(0.0, 100, seed=1)
