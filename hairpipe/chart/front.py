@@ -28,6 +28,9 @@ class Columns(NamedTuple):
     series: str
     failed: str
     front: str
+    low: str = ""
+    high: str = ""
+    floor: str = ""
 
 
 class Look(NamedTuple):
@@ -50,18 +53,24 @@ def draw_front(
 ) -> None:
     """Draw a point for every row, and write a PNG; BadInput where there is no such column, or nothing to draw.
 
-    What failed is a cross where it is, or at the edge where that is too far away. What is 0 is at the lower edge.
+    What failed is a cross where it is, or at the edge where that is too far away. What is 0 is at the lower edge. Bars
+    are intervals, low and high, cut at the edges. Below the largest floor nothing can be told apart: it is a band, and
+    what is in it stands at its upper edge, hollow.
 
     joined  series whose points a line joins, in the order of the table
     size    of the picture [px]
     """
-    check_columns(table, columns, [columns.x, columns.y, columns.front])
-    x, y = table.numbers[columns.x], table.numbers[columns.y]
+    told = [name for name in (columns.low, columns.high, columns.floor) if name]
+    check_columns(table, [name for name in columns if name], [columns.x, columns.y, columns.front, *told])
+    x, y, floor = table.numbers[columns.x], table.numbers[columns.y], floor_of(table, columns)
+    untold = (y <= floor) & (floor > 0.0)
+    y = np.where(untold, floor, y)
+    bars = [table.numbers[name] if name else np.full(len(y), np.nan) for name in (columns.low, columns.high)]
     names, failed = texts(table, columns.label), texts(table, columns.failed)
     good = np.array([not text for text in failed]) & (x >= 0) & (y >= 0) & np.isfinite(x) & np.isfinite(y)
     if not good.any():
         raise BadInput("no variant has a cost and an error", right="one that does not fail")
-    low, high = limits_of(x[np.isfinite(x)], y[good])
+    low, high = limits_of(x[np.isfinite(x)], np.concatenate([y[good], bars[1][good & np.isfinite(bars[1])]]))
     places = np.stack([clipped(x, low[0], high[0]), clipped(y, low[1], high[1])], axis=1)
     groups = list(dict.fromkeys(texts(table, columns.series)))
     with sheet(path, *size) as (axes,):
@@ -72,11 +81,17 @@ def draw_front(
             mine = np.array([other == group for other in texts(table, columns.series)])
             colour, marker = COLOURS[n % len(COLOURS)], MARKERS[n % len(MARKERS)]
             look = Look(group, colour, marker, "-" if group in joined else "")
-            keys.append(draw_group(axes, places[mine & good], look))
+            keys.append(draw_group(axes, places[mine & good], look, untold[mine & good]))
+            barred = mine & good & np.isfinite(bars).all(axis=0)
+            if barred.any():
+                ends = [clipped(bar[barred], low[1], high[1]) for bar in bars]
+                axes.vlines(x[barred], *ends, colors=colour, linewidth=1.0, zorder=3)
             labels += [Label(names[k], tuple(places[k]), colour) for k in np.flatnonzero(mine & good)]
         lost = np.flatnonzero(~good)
         labels += [Label(f"{names[k]}: {failed[k] or 'no error'}", tuple(places[k]), FAILED) for k in lost]
         keys.append(Line2D([], [], linewidth=5, color="#bbbbbb", alpha=0.6, label="nothing beats these in both"))
+        if floor > 0.0:
+            keys.append(axes.axhspan(low[1], floor, color="#eeeeee", zorder=0, label="nothing is told apart in here"))
         if len(lost):
             axes.plot(*places[lost].T, linestyle="", marker="X", markersize=10, color=FAILED, zorder=5, clip_on=False)
             cross = Line2D(
@@ -85,6 +100,13 @@ def draw_front(
             keys.append(cross)
         axes.figure.legend(handles=[key for key in keys if key.get_label()], loc="outside right upper", frameon=False)
         place_labels(axes, labels)
+
+
+def floor_of(table: Table, columns: Columns) -> float:
+    """Return the largest floor of a table, 0 without any."""
+    if not columns.floor:
+        return 0.0
+    return float(np.nanmax(table.numbers[columns.floor], initial=0.0))
 
 
 def texts(table: Table, name: str) -> list[str]:
@@ -128,9 +150,11 @@ def draw_line(axes: Axes, points: np.ndarray) -> None:
     axes.step(*ordered.T, where="post", color="#bbbbbb", alpha=0.6, linewidth=5, zorder=1, solid_joinstyle="round")
 
 
-def draw_group(axes: Axes, points: np.ndarray, look: Look) -> Line2D:
-    """Draw the points of a group, (n, 2), in the order of the table; return its key."""
+def draw_group(axes: Axes, points: np.ndarray, look: Look, hollow: np.ndarray) -> Line2D:
+    """Draw the points of a group, (n, 2), in the order of the table, some hollow, (n,) bool; return its key."""
     axes.plot(*points.T, linestyle=look.line, linewidth=0.8, alpha=0.5, color=look.colour, zorder=2)
     dots = {"marker": look.marker, "markersize": 6, "color": look.colour, "markeredgecolor": "white", "clip_on": False}
-    axes.plot(*points.T, linestyle="", zorder=4, **dots)
+    axes.plot(*points[~hollow].T, linestyle="", zorder=4, **dots)
+    empty = {"markerfacecolor": "white", "markeredgecolor": look.colour}
+    axes.plot(*points[hollow].T, linestyle="", zorder=4, **{**dots, **empty})
     return Line2D([], [], linestyle=look.line, label=look.name, **dots)

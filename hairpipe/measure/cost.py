@@ -76,10 +76,7 @@ def _seconds(
     """Simulate frames and return the time of each but the first [s], up to the first frame that is not finite."""
     state: HairState | None = None
     for before, now in zip([frames[0], *frames], frames, strict=False):
-        pair = before, now
-        leads = lead_of(_at(around.body, pair), _at(around.ends, pair)) or (None, None)
-        bodies = [_pair(some, pair) for some in around.surfaces], [_pair(some, pair) for some in around.parts]
-        frame = Frame(leads, *bodies, (now - 1) * dt, dt, now in settings.cuts)
+        frame = frame_between(around, (before, now), settings, dt)
         begun = time.process_time()
         try:
             with np.errstate(all="ignore"):
@@ -92,6 +89,13 @@ def _seconds(
         if state is not None:
             yield passed
         state = after
+
+
+def frame_between(around: Around, pair: tuple[int, int], settings: HairSettings, dt: float) -> Frame:
+    """Collect what hair is given at the second of two frames, dt [s] apart."""
+    leads = lead_of(_at(around.body, pair), _at(around.ends, pair)) or (None, None)
+    bodies = [_pair(some, pair) for some in around.surfaces], [_pair(some, pair) for some in around.parts]
+    return Frame(leads, *bodies, (pair[1] - 1) * dt, dt, pair[1] in settings.cuts)
 
 
 def _pair(values: Mapping[int, object], pair: tuple[int, int]) -> tuple:

@@ -14,13 +14,19 @@ FRONT = "on the front"
 
 
 def variant_table(
-    errors: Sequence[Table], costs: Sequence[Table], cases: Sequence[str], groups: Sequence[str], axes: tuple[str, str]
+    errors: Sequence[Table],
+    costs: Sequence[Table],
+    cases: Sequence[str],
+    groups: Sequence[str],
+    axes: tuple[str, str],
+    floor: str = "",
 ) -> Table:
     """Lay the rows of variants below each other, errors beside costs, and mark those on the Pareto front with 1.
 
-    errors, costs  of `fidelity_table` and `cost_table`, of one row each
+    errors, costs  of `fidelity_table` or `climate_table`, and `cost_table`, of one row each
     cases, groups  name of every variant, and of what it varies; empty: all are of one group
     axes           the cost and the error that the front is of; what failed is never on it
+    floor          column of errors that are told apart from none: smaller ones count as equal to it
     BadInput where there are not as many of each, or no such column.
     """
     groups = groups or [""] * len(cases)
@@ -33,7 +39,8 @@ def variant_table(
         columns |= {name: [table[name][0] for table in tables] for name in tables[0].names}
     table = table_of_columns(columns)
     failed = np.array([bool(text) for text in columns["failed"]])
-    front = on_front(*(np.where(failed, np.nan, numbers_of(table, name)) for name in axes))
+    cost, error = (np.where(failed, np.nan, numbers_of(table, name)) for name in axes)
+    front = on_front(cost, np.maximum(error, numbers_of(table, floor)) if floor else error)
     return table_of_columns({**columns, FRONT: front.astype(int)})
 
 

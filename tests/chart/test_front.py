@@ -52,6 +52,22 @@ def red_in(path):
         return np.sum(np.abs(np.asarray(image)[:, :, :3].astype(int) - FAILED).sum(axis=2) < 10)
 
 
+def test_intervals_are_bars_and_what_is_below_the_floor_stands_on_it(tmp_path):
+    names = [*NAMES, "low", "high", "floor"]
+    columns = COLUMNS._replace(low="low", high="high", floor="floor")
+
+    def told(name, *ends, error=0.1):
+        rows = [(*ROWS[0][:3], error, *ROWS[0][4:], *ends), (*ROWS[1], 1.5, 2.5, ends[2]), (*ROWS[4], *[np.nan] * 3)]
+        draw_front(tmp_path / name, table_of_rows(names, rows), columns, size=(900, 600))
+        return (tmp_path / name).read_bytes()
+
+    plain = told("a.png", 0.5, 1.2, 0.6)
+    assert told("b.png", 0.5, 1.2, 0.6, error=0.3) == plain
+    assert len({plain, told("b.png", 0.7, 1.2, 0.6), told("b.png", 0.5, 1.1, 0.6), told("b.png", 0.5, 1.2, 0.8)}) == 4
+    assert told("b.png", -1.0, 1.2, 0.6) == told("c.png", 0.0, 1.2, 0.6)  # cut at the lower edge
+    assert told("b.png", np.nan, np.nan, 0.6) != plain
+
+
 def test_what_is_exact_has_not_failed(tmp_path):
     exact = ("exact", "step", 1e-1, 0.0, "", 1)
     plain, shown = (drawn(tmp_path / name, rows) for name, rows in (("a.png", ROWS[:3]), ("b.png", [*ROWS[:3], exact])))

@@ -36,6 +36,15 @@ def test_what_failed_is_in_the_table_and_not_on_the_front():
     assert table["failed"] == ("", "not finite at frame 3", "")
 
 
+def test_of_errors_below_the_floor_the_cheapest_is_on_the_front():
+    errors = [one_row(**{ERROR: e, "floor": 0.5, "failed": ""}) for e in (0.1, 0.4, 0.7, 0.3)]
+    costs = [one_row(**{"seconds per frame": s}) for s in (4.0, 3.0, 1.0, 2.0)]
+    told = collect_variants(tuple(errors), tuple(costs), cases=("a", "b", "c", "d"), floor="floor")
+    assert told["on the front"].tolist() == [0, 0, 1, 1] and told["floor"].tolist() == [0.5] * 4
+    untold = collect_variants(tuple(errors), tuple(costs), cases=("a", "b", "c", "d"))
+    assert untold["on the front"].tolist() == [1, 0, 1, 1]
+
+
 def test_errors_and_costs_that_do_not_belong_together_are_refused():
     error, cost = one_row(**{ERROR: 1.0, "failed": ""}), one_row(**{"seconds per frame": 1.0})
     with pytest.raises(BadInput, match="2 errors, 1 costs, 2 cases"):

@@ -13,6 +13,7 @@ def collect_variants(
     groups: tuple[str, ...] = (),
     cost: str = "seconds per frame",
     error: str = "strand error [% of length]",
+    floor: str = "",
 ) -> Table:
     """A row for every variant: what it costs, how far it is off, and whether no other beats it in both.
 
@@ -20,7 +21,8 @@ def collect_variants(
     groups  what each of them varies
     cost    column that the front is of
     error   column that the front is of
+    floor   column of errors below which nothing is told apart: the cheapest is on the front; empty: there is none
     """
     from hairpipe.table.pareto import variant_table
 
-    return variant_table(errors, costs, cases, groups, (cost, error))
+    return variant_table(errors, costs, cases, groups, (cost, error), floor)

@@ -18,6 +18,9 @@ def plot_front(
     series: str = "group",
     failed: str = "failed",
     front: str = "on the front",
+    low: str = "",
+    high: str = "",
+    floor: str = "",
     joined: tuple[str, ...] = (),
     title: str = "",
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1800,
@@ -31,6 +34,9 @@ def plot_front(
     series  column of texts: points of one are of one colour
     failed  column of texts: nothing, or what failed and where; such a point stands at the upper edge if it is beyond
     front   column of numbers that are not 0 for points that the line goes through
+    low     column of numbers where a bar at each point begins; empty: there are no bars
+    high    column of numbers where it ends
+    floor   column of numbers below which nothing is told apart, a band; empty: there is none
     joined  series whose points a line joins, in the order of the table
     title   above the chart
     width   of the picture
@@ -38,6 +44,6 @@ def plot_front(
     """
     from hairpipe.chart.front import Columns, draw_front
 
-    path, columns = workspace / "front.png", Columns(x, y, label, series, failed, front)
+    path, columns = workspace / "front.png", Columns(x, y, label, series, failed, front, low, high, floor)
     draw_front(path, table, columns, joined=joined, title=title, size=(width, height))
     return File(path)

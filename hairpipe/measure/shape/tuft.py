@@ -63,9 +63,9 @@ def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Tab
     return table_of_rows(CROSSING, rows)
 
 
-def at_levels(hair: Strands) -> np.ndarray:
-    """Return where every strand is at every level [m], (levels, S, 3)."""
-    place = hair.offsets[:-1] + LEVELS[:, None] * (np.diff(hair.offsets) - 1)
+def at_levels(hair: Strands, levels: np.ndarray = LEVELS) -> np.ndarray:
+    """Return where every strand is at shares of its length [m], (levels, S, 3)."""
+    place = hair.offsets[:-1] + levels[:, None] * (np.diff(hair.offsets) - 1)
     k = np.minimum(place.astype(int), hair.offsets[1:] - 2)
     s, points = (place - k)[..., None], hair.points.astype(float)
     return (1.0 - s) * points[k] + s * points[k + 1]

@@ -1,0 +1,132 @@
+"""How far members of ensembles are apart: of all pairs of runs, point by point and by what is seen of them."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hairpipe.data import Strands
+from hairpipe.data.lengths import segment_lengths
+from hairpipe.errors import BadInput
+from hairpipe.measure.climate.observables import (
+    contacts,
+    density,
+    density_distance,
+    gaps,
+    kinetic_energy,
+    log_spectrum,
+    places,
+    resampled,
+    silhouette_distance,
+    silhouettes,
+    strain,
+    tip_speeds,
+    wasserstein,
+)
+from hairpipe.measure.deviation import deviation
+from hairpipe.measure.patches import part
+
+Run = Mapping[int, Strands]
+
+
+class Criteria(NamedTuple):
+    """What hair is judged by.
+
+    tolerance  of points, over the length of their strands
+    patches    that the strands are divided into in order, as evenly as possible
+    reach      up to which two points touch [m]
+    gravity    [m/s^2], by which energy is measured
+    fps        frames per second [1/s]
+    """
+
+    tolerance: float
+    patches: int
+    reach: float
+    gravity: float
+    fps: float
+
+
+def _apart(one: Any, other: Any) -> float:
+    """Return the distance of two numbers, or the mean distance of those of two arrays."""
+    return float(np.mean(np.abs(one - other)))
+
+
+OBSERVABLES: Mapping[str, Callable[[Any, Any], float]] = {
+    "where hair is": wasserstein,
+    "density": density_distance,
+    "silhouettes": silhouette_distance,
+    "nearest strand": _apart,
+    "contacts": _apart,
+    "kinetic energy": _apart,
+    "strain": _apart,
+}
+"""What is seen of each frame, and the distance of what is seen of two runs; `seen` gives it in this order."""
+TOLD = (*OBSERVABLES, "speed spectrum")
+"""The same, and what is seen of all frames together."""
+
+
+def position_squares(runs: Sequence[Run], frames: Sequence[int], patches: int) -> np.ndarray:
+    """Return mean squares of how far points of two runs are apart, over their length [%^2], (frames, patches, K, K).
+
+    Runs are compared at the points of the last. BadInput where strands do not correspond.
+    """
+    found = np.zeros((len(frames), patches, len(runs), len(runs)))
+    for row, frame in zip(found, frames, strict=True):
+        hairs = _hairs(runs, frame)
+        count = len(hairs[0].offsets) - 1
+        if count < patches:
+            raise BadInput(f"{count} strands in {patches} patches", where="patches", right="fewer")
+        bounds = [patch * count // patches for patch in range(patches + 1)]
+        for patch, matrix in enumerate(row):
+            parts = [part(hair, *bounds[patch : patch + 2]) for hair in hairs]
+            matrix[:] = _matrix(parts, lambda one, other: deviation(one, other).whole_percent ** 2)
+    return found
+
+
+def observable_distances(runs: Sequence[Run], frames: Sequence[int], criteria: Criteria) -> np.ndarray:
+    """Return distances of runs in every observable, means over the frames, (Q, K, K) in the order of `TOLD`."""
+    rests, total, speeds = _rests(runs), np.zeros((len(OBSERVABLES), len(runs), len(runs))), []
+    for frame in frames:
+        hairs = _hairs(runs, frame)
+        speeds.append([tip_speeds(hair) for hair in hairs])
+        strains = [strain(run[frame], rest) for run, rest in zip(runs, rests, strict=True)]
+        views = [(*seen(hair, criteria), strained) for hair, strained in zip(hairs, strains, strict=True)]
+        columns = zip(OBSERVABLES.values(), zip(*views, strict=True), strict=True)
+        total += [_matrix(values, apart) for apart, values in columns]
+    spectra = [log_spectrum(np.array(series), criteria.fps) for series in zip(*speeds, strict=True)]
+    return np.concatenate([total / len(frames), [_matrix(spectra, _rms)]])
+
+
+def seen(hair: Strands, criteria: Criteria) -> tuple[Any, ...]:
+    """Return what is seen of hair at a frame, in the order of `OBSERVABLES`, but for strain, which is of its cut."""
+    touching, energy = contacts(hair, criteria.reach), kinetic_energy(hair, criteria.gravity)
+    return places(hair), density(hair), silhouettes(hair), gaps(hair), touching, energy
+
+
+def _hairs(runs: Sequence[Run], frame: int) -> list[Strands]:
+    """Return the hair of all runs at a frame, in as many points as that of the last one has."""
+    hairs = [run[frame] for run in runs]
+    try:
+        return [resampled(hair, hairs[-1].offsets) for hair in hairs]
+    except ValueError as wrong:
+        raise BadInput(f"members do not correspond: {wrong}", where="in.hair", right="the same strands") from None
+
+
+def _rests(runs: Sequence[Run]) -> list[np.ndarray]:
+    """Return the lengths of segments of each run at its first frame [m]."""
+    hairs = [run[next(iter(run))] for run in runs]
+    return [segment_lengths(hair.points, hair.offsets) for hair in hairs]
+
+
+def _matrix(values: Sequence[Any], apart: Callable[[Any, Any], float]) -> np.ndarray:
+    """Return the distances of all values, (K, K)."""
+    found = np.zeros((len(values), len(values)))
+    for one in range(len(values)):
+        for other in range(one):
+            found[one, other] = found[other, one] = apart(values[one], values[other])
+    return found
+
+
+def _rms(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the root mean square distance of two series."""
+    return float(np.sqrt(np.mean((one - other) ** 2)))

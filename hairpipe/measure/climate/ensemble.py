@@ -1,0 +1,208 @@
+"""Distances between ensembles of runs: what models differ by, whatever chaos makes of each single run.
+
+A distance matrix d, (K, K), holds the distances of all runs, those of a model, m, and those of a reference, r. Runs of
+different seeds are independent; two with the same seed, one of each side, began alike, and their distance counts in no
+mean. All functions are pure, and take many matrices at once, (..., K, K).
+"""
+
+from collections.abc import Callable
+from itertools import combinations, product
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import stdtrit
+
+from hairpipe.errors import BadInput
+
+CONFIDENCE = 0.9
+"""How often an interval should hold the truth."""
+LIMIT = 0.95
+"""Quantile of what the reference differs from itself by, beyond which a model is told apart from it."""
+MOST = 20_000
+"""Relabellings that are gone through, at most."""
+_ROUNDING = 1e-12
+
+
+class Sides(NamedTuple):
+    """Who the runs of an ensemble are.
+
+    model  whether each is of the model rather than of the reference, (K,) bool
+    seeds  of the runs, different within a side, (K,) int
+    """
+
+    model: np.ndarray
+    seeds: np.ndarray
+
+
+class Look(NamedTuple):
+    """Whether a model is told apart from its reference by any of some observables.
+
+    ratios  energy distance T over its floor F for each, (Q,): beyond 1 is beyond what the reference differs from itself
+    score   Z, the largest of them; of many one is often beyond 1 by chance
+    p       share of all relabellings with a Z as large, which counts that in
+    """
+
+    ratios: np.ndarray
+    score: float
+    p: float
+
+
+class Interval(NamedTuple):
+    """An estimate, and the bounds between which the truth lies in 90 of 100 cases; NaN where nothing is known of it."""
+
+    value: float
+    low: float
+    high: float
+
+
+def sides_of(model: tuple[int, ...], reference: tuple[int, ...]) -> Sides:
+    """Return the sides of runs with these seeds, those of the model first; BadInput where a seed is there twice."""
+    for seeds in (model, reference):
+        if len(set(seeds)) < len(seeds):
+            raise BadInput(f"members {list(seeds)} are not all different", right="each member once")
+    return Sides(np.arange(len(model) + len(reference)) < len(model), np.array([*model, *reference]))
+
+
+def energy_distance(distances: np.ndarray, sides: Sides) -> np.ndarray:
+    """Return T = 2 E d(m, r) - E d(m, m') - E d(r, r') as a U-statistic: 0 on average where both are alike.
+
+    It is the energy distance of Szekely and Rizzo 2004 between the distributions of runs. Of a side of one run the
+    spread is taken to be that of the other. `model` of the sides may be of many labellings, (R, K): (..., R) then.
+    """
+    labels = np.atleast_2d(sides.model).astype(float)
+    apart = (sides.seeds[:, None] != sides.seeds).astype(float)
+    cross, own, other = (
+        _mean(distances, apart, one, two)
+        for one, two in ((labels, 1.0 - labels), (labels, labels), (1.0 - labels, 1.0 - labels))
+    )
+    own, other = np.where(np.isnan(own), other, own), np.where(np.isnan(other), own, other)
+    found = 2.0 * cross - own - other
+    return found if sides.model.ndim > 1 else found[..., 0]
+
+
+def squared_bias(distances: np.ndarray, sides: Sides) -> np.ndarray:
+    """Return B^2, the squared distance of the means of both sides, without bias, so that it may be negative.
+
+    B^2 = E d(m, r)^2 - E d(m, m')^2 / 2 - E d(r, r')^2 / 2 for a Euclidean d. That no run is compared with itself is
+    what makes scores of small ensembles fair (Ferro 2014).
+    """
+    return 0.5 * energy_distance(distances**2, sides)
+
+
+Statistic = Callable[[np.ndarray, Sides], np.ndarray]
+
+
+def spread_ratio(distances: np.ndarray, sides: Sides) -> np.ndarray:
+    """Return S, the root mean square distance of two runs of the model over that of the reference; NaN of one run."""
+    apart = (sides.seeds[:, None] != sides.seeds).astype(float)
+    own, other = (
+        _mean(distances**2, apart, side, side)[..., 0]
+        for side in (np.atleast_2d(sides.model).astype(float), np.atleast_2d(~sides.model).astype(float))
+    )
+    return np.sqrt(own / other)
+
+
+def floors(distances: np.ndarray, sides: Sides, statistic: Statistic = energy_distance) -> np.ndarray:
+    """Return F, the 95 % quantile of T over all splits of the reference into two: as many as the model has, and others.
+
+    Where the model has more than half as many as the reference, halves. BadInput where the reference has fewer than
+    three runs.
+
+    statistic  in place of T
+    """
+    reference = np.flatnonzero(~sides.model)
+    count = len(reference)
+    if count < 3:
+        raise BadInput(f"{count} members of the reference", right="three at least, to know what they differ by")
+    part = min(int(sides.model.sum()), count // 2)
+    labels = np.array([np.isin(np.arange(count), chosen) for chosen in combinations(range(count), part)])
+    _check(len(labels))
+    within, splits = distances[..., reference[:, None], reference], Sides(labels, sides.seeds[reference])
+    return np.quantile(statistic(within, splits), LIMIT, axis=-1, method="higher")
+
+
+def signed_root(squares: np.ndarray) -> np.ndarray:
+    """Return the roots of squares, with their sign."""
+    return np.sign(squares) * np.sqrt(np.abs(squares))
+
+
+def relabellings(sides: Sides) -> np.ndarray:
+    """Return all ways to say which runs are of the model that are as likely as this one where both sides are alike.
+
+    (R, K) bool, the present one first. Runs whose seed is on one side alone are exchanged freely, two of the same seed
+    for each other. BadInput where there are more than 20,000.
+    """
+    seeds, counts = np.unique(sides.seeds, return_counts=True)
+    paired = np.isin(sides.seeds, seeds[counts == 2])
+    free, swaps = np.flatnonzero(~paired), [np.flatnonzero(sides.seeds == seed) for seed in seeds[counts == 2]]
+    chosen = list(combinations(range(len(free)), int(sides.model[free].sum())))
+    _check(len(chosen) * 2 ** len(swaps))
+    found = [sides.model]
+    for some, flips in product(chosen, product((False, True), repeat=len(swaps))):
+        labels = sides.model.copy()
+        labels[free] = np.isin(np.arange(len(free)), some)
+        for pair, flip in zip(swaps, flips, strict=True):
+            labels[pair] ^= flip
+        if not np.array_equal(labels, sides.model):
+            found.append(labels)
+    return np.array(found)
+
+
+def look(distances: np.ndarray, sides: Sides) -> Look:
+    """Tell a model from its reference by the largest T / F of Q observables, relabelled together; (Q, K, K).
+
+    One p for all of them, after Westfall and Young 1993; it is exact. One alone is tested by a stack of one.
+    """
+    floor = floors(distances, sides)[:, None]
+    found = energy_distance(distances, sides._replace(model=relabellings(sides)))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratios = np.where(floor > 0.0, found / floor, np.where(found > 0.0, np.inf, 0.0))
+    scores = ratios.max(axis=0)
+    as_large = scores >= scores[0] - _ROUNDING * abs(scores[0])
+    return Look(ratios[:, 0], float(scores[0]), float(np.mean(as_large)))
+
+
+def interval_of_samples(values: np.ndarray) -> Interval:
+    """Return the mean of independent values, (n,), and its 90 % interval by Student's t; NaN of fewer than two.
+
+    Patches are independent, members and restarts are; frames of a shot are not.
+    """
+    count, mean = len(values), float(np.mean(values))
+    if count < 2:
+        return Interval(mean, np.nan, np.nan)
+    return _interval(mean, float(np.var(values, ddof=1) / count), count - 1)
+
+
+def interval_by_members(distances: np.ndarray, sides: Sides) -> Interval:
+    """Return B^2 of one matrix and its 90 % interval by the jackknife over members of both sides (Arvesen 1969).
+
+    It is wide, and holds more often than it says. NaN where a side has fewer than two.
+    """
+    value, variance = float(squared_bias(distances, sides)), 0.0
+    for side in (sides.model, ~sides.model):
+        members = np.flatnonzero(side)
+        if len(members) < 2:
+            return Interval(value, np.nan, np.nan)
+        left = [np.delete(np.arange(len(side)), member) for member in members]
+        found = [squared_bias(distances[np.ix_(kept, kept)], Sides(*(s[kept] for s in sides))) for kept in left]
+        variance += (len(members) - 1) * float(np.var(found))
+    return _interval(value, variance, len(sides.model) - 2)
+
+
+def _interval(value: float, variance: float, freedom: int) -> Interval:
+    """Return the interval about a value by Student's t."""
+    reach = float(stdtrit(freedom, 0.5 * (1.0 + CONFIDENCE))) * np.sqrt(variance)
+    return Interval(value, value - reach, value + reach)
+
+
+def _mean(distances: np.ndarray, apart: np.ndarray, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return the mean distance of runs of one side and of another, (..., R), labels (R, K); NaN without any."""
+    weights = one[:, :, None] * other[:, None, :] * apart
+    with np.errstate(invalid="ignore"):
+        return np.einsum("...ij,rij->...r", distances, weights) / weights.sum(axis=(1, 2))
+
+
+def _check(count: int) -> None:
+    """Refuse to go through too many relabellings."""
+    if count > MOST:
+        raise BadInput(f"{count:,} ways to relabel runs are more than {MOST:,}", right="fewer members: 8 against 8")

@@ -1,0 +1,122 @@
+"""Errors of hair that is chaotic, of synthetic members with known answers."""
+
+import numpy as np
+import pytest
+from hairpipe.nodes.measure_climate import measure_climate
+
+from hairpipe.data import Strands
+from hairpipe.errors import BadInput
+from hairpipe.graph import Reached, Time
+from hairpipe.measure.climate.climate import LOOKS
+
+LENGTH, SEGMENTS, SIDE, COUNT, FPS, SPACING = 0.2, 4, 6, 13, 24.0, 0.01
+ROOTS = SPACING * np.stack(
+    [np.repeat(np.arange(SIDE), SIDE), np.zeros(SIDE**2), np.tile(np.arange(SIDE), SIDE)], axis=1
+)
+CALM, WILD = 0.02e-2 * LENGTH, 5e-2 * LENGTH
+MEMBERS, TRUTH = (0, 5, 6), (0, 1, 2, 3, 4)
+ERROR, BIAS = "error [% of length]", "bias [% of length]"
+
+
+def run(seed, model=0, shift=0.0, liveliness=1.0, segments=SEGMENTS, wild_from=7, reached=COUNT):
+    """Strands that hang and tremble, alike for equal seeds, and from a frame on go far, each run its own way.
+
+    shift       of all points but roots along x, after the first frame
+    liveliness  factor of velocities
+    """
+    calm, wild = np.random.default_rng([1, seed]), np.random.default_rng([2, seed, model])
+    shares, frames = np.linspace(0.0, 1.0, segments + 1)[:, None], {}
+    for frame in range(1, COUNT + 1):
+        stream, size = (wild, WILD) if frame >= wild_from else (calm, CALM)
+        swing = size * stream.standard_normal((SIDE**2, 1, 3))
+        points = ROOTS[:, None] + shares * (np.array([0.0, -LENGTH, 0.0]) + swing)
+        points[:, 1:, 0] += shift * (frame > 1)
+        velocities = (liveliness * FPS * shares * swing).reshape(-1, 3).astype(np.float32)
+        offsets = np.arange(0, len(velocities) + 1, segments + 1).astype(np.int32)
+        frames[frame] = Strands(points.reshape(-1, 3), velocities, offsets, 8e-5)
+    return Reached(tuple(range(1, reached + 1)), frames.__getitem__)
+
+
+def measured(hair=None, half=None, reference=None, **settings):
+    hair = hair or [run(seed, 1) for seed in MEMBERS]
+    settings = {"members": MEMBERS, "truth_members": TRUTH, **settings}
+    return measure_climate(tuple(hair), tuple(reference or map(run, TRUTH)), half, Time(1, FPS), **settings)
+
+
+def test_hair_is_predicted_until_the_reference_spreads():
+    table = measured()
+    assert table["predicted [s]"][0] == 5 / FPS  # frames 2 to 6
+    assert table["chaos"][0].startswith("from frame 7 on: two references are at most ")
+    assert measured(tolerance=0.5)["chaos"][0].startswith("none: ")
+
+
+def test_like_models_are_not_told_apart():
+    table = measured()
+    assert table[ERROR][0] == 0.0  # equal seeds tremble alike
+    assert table[BIAS][0] < table["bias floor [% of length]"][0]
+    assert table["bias low [% of length]"][0] < 0.0 < table["bias high [% of length]"][0]
+    assert table["spread"][0] == pytest.approx(1.0, abs=0.1) and table["p"][0] > 0.1
+
+
+def test_a_shift_is_seen_at_its_size_early_and_late_though_chaos_is_larger():
+    shift = 0.02 * LENGTH
+    table = measured([run(seed, 1, shift) for seed in MEMBERS])
+    assert table[ERROR][0] == pytest.approx(2.0, rel=2e-3)  # strands that tremble are longer
+    assert table[BIAS][0] == pytest.approx(2.0, rel=0.3)
+    # points swing by a share of WILD, rms over the shares and axes
+    spread = np.sqrt(2.0 * 3.0 * np.mean(np.linspace(0.25, 1.0, 4) ** 2)) * 5.0
+    assert table[BIAS][0] + spread > 2.0  # which any one run is off by
+    assert table["where hair is T/F"][0] > 1.0 and table["p"][0] < 0.1 and table["Z"][0] > 1.0
+    assert table["kinetic energy T/F"][0] < 1.0
+
+
+def test_hair_that_is_too_lively_is_told_by_that_alone():
+    table = measured([run(seed, 1, liveliness=1.5) for seed in MEMBERS])
+    assert table["Z"][0] == max(table["kinetic energy T/F"][0], table["speed spectrum T/F"][0]) > 3.0
+    assert table["where hair is T/F"][0] < 1.0 and table[ERROR][0] == 0.0
+
+
+def test_intervals_are_by_patches_where_there_are_some():
+    hair = [run(seed, 1, 0.02 * LENGTH) for seed in MEMBERS]
+    one, four = measured(hair), measured(hair, patches=4)
+    assert np.isnan(one["low [% of length]"][0])  # of one seed on both sides
+    assert 1.99 < four["low [% of length]"][0] < four[ERROR][0] < four["high [% of length]"][0] < 2.01
+    assert four["bias low [% of length]"][0] < four[BIAS][0] < four["bias high [% of length]"][0]
+    assert four[BIAS][0] == pytest.approx(one[BIAS][0], rel=1e-9)
+
+
+def test_the_floor_is_what_half_the_step_makes_or_chance():
+    tremble = 100.0 * CALM / LENGTH * np.sqrt(2.0 * 3.0 * np.mean(np.linspace(0.25, 1.0, 4) ** 2))
+    assert measured()["floor [% of length]"][0] == pytest.approx(tremble, rel=0.05)
+    half = measured(half=(run(0, 2, 0.001 * LENGTH), run(1, 2, 0.001 * LENGTH)))
+    assert half["floor [% of length]"][0] == pytest.approx(0.1, rel=2e-3)
+
+
+def test_what_is_not_chaotic_has_no_climate():
+    calm = {"wild_from": COUNT + 1}
+    table = measured([run(s, 1, 0.01 * LENGTH, **calm) for s in MEMBERS], reference=[run(s, **calm) for s in TRUTH])
+    assert table["chaos"][0].startswith("none") and table["predicted [s]"][0] == (COUNT - 1) / FPS
+    assert (
+        table[ERROR][0] == pytest.approx(1.0, rel=2e-3) and np.isnan([table[name][0] for name in (*LOOKS, BIAS)]).all()
+    )
+
+
+def test_hair_in_other_segments_is_compared():
+    table = measured([run(seed, 1, segments=7) for seed in MEMBERS])
+    assert table[ERROR][0] == pytest.approx(0.0, abs=1e-9) and table["p"][0] > 0.1
+
+
+def test_a_member_that_is_not_finite_fails_the_model():
+    table = measured([run(0, 1), run(5, 1, reached=9), run(6, 1, reached=4)])
+    assert table["failed"] == ("member 6 not finite at frame 5",) and np.isinf(table[ERROR][0])
+
+
+def test_what_cannot_be_compared_is_refused():
+    with pytest.raises(BadInput, match="no member is on both sides"):
+        measured(members=(5, 6, 7))
+    with pytest.raises(BadInput, match="apart at once"):
+        measured(tolerance=1e-6)
+    with pytest.raises(BadInput, match="as many of each"):
+        measured(members=(0, 1))
+    with pytest.raises(BadInput, match="in 37 patches"):
+        measured(patches=37)
