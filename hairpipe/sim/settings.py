@@ -153,8 +153,8 @@ class Locks:
     most       hairs in a lock
     tolerance  of where a hair is that follows; where its guides disagree by more, or a body pushes it farther, it is
                simulated again
-    audit      share of the locks that are simulated with all their hairs at a time, by turns, for as long as a
-               connection must last: those that are off by more than the tolerance part; 0: none
+    audit      share of the locks, of eight and more two at least, that are simulated with all their hairs at a time, by
+               turns, for as long as a connection must last: those that are off by more than the tolerance part; 0: none
     """
 
     after: Annotated[int, Interval(ge=1, le=10_000)] = 5

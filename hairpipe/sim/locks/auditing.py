@@ -12,13 +12,13 @@ import numpy as np
 def to_audit(leaders: np.ndarray, share: float, turn: int) -> np.ndarray:
     """Return the guide that each hair follows which is audited in a turn, -1 for the others, (S,) int32; pure.
 
-    leaders  of every strand, (S,) int32; share  of the locks
+    leaders  of every strand, (S,) int32; share  of the locks; of eight and more two at least, for a bound
     """
     follows, chosen = leaders != np.arange(len(leaders)), np.full(len(leaders), -1, np.int32)
     if share > 0.0 and follows.any():
-        period = round(1.0 / share)
-        guides = np.unique(leaders[follows])[turn % period :: period]
-        among = follows & np.isin(leaders, guides)
+        guides = np.unique(leaders[follows])
+        period = min(round(1.0 / share), max(len(guides) // 2, 4))
+        among = follows & np.isin(leaders, guides[turn % period :: period])
         chosen[among] = leaders[among]
     return chosen
 

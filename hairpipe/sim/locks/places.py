@@ -8,7 +8,7 @@ own guide alone, that halves the distance from where it would be by itself (`mea
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit, prange
+from numba import get_num_threads, njit, prange
 from scipy.spatial import KDTree
 
 from hairpipe.groom.keys.key_turns import turned_back
@@ -54,7 +54,7 @@ def find_places(
     """
     theirs, mine = points_of_strands(guides, offsets), points_of_strands(followers, offsets)
     listed = min(_LISTED, len(theirs))
-    near = KDTree(points[theirs]).query(points[mine], listed)[1].reshape(len(mine), listed)
+    near = KDTree(points[theirs]).query(points[mine], listed, workers=get_num_threads())[1].reshape(len(mine), listed)
     owners = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
     begins = np.concatenate([[0], np.cumsum(np.diff(offsets)[followers])])
     out = no_places(len(mine))

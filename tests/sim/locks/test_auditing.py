@@ -4,20 +4,26 @@ import numpy as np
 import pytest
 
 from hairpipe.sim.locks.auditing import means_of_locks, passed, to_audit
+from hairpipe.sim.locks.grouping import follows
 
 LEADERS = np.array([0, 0, 2, 2, 2, 5, 6, 6, 6, 9, 9, 11, 11], np.int32)
 """Five locks, with one to two hairs that follow, and a hair alone."""
 
 
-@pytest.mark.parametrize("share", [0.02, 0.25, 0.5, 1.0])
+@pytest.mark.parametrize("share", [0.05, 0.25, 0.5, 1.0])
 def test_each_lock_is_audited_once_in_as_many_turns_as_the_share_says(share):
-    turns = round(1 / share)
-    times = sum((to_audit(LEADERS, share, turn) >= 0).astype(int) for turn in range(7, 7 + turns))
-    np.testing.assert_array_equal(times, np.arange(len(LEADERS)) != LEADERS)
-    for turn in range(turns):
-        chosen = to_audit(LEADERS, share, turn)
-        for guide in set(chosen) - {-1}:
-            np.testing.assert_array_equal(chosen[guide == LEADERS][1:], guide)  # with all its hairs
+    leaders, turns = np.concatenate([LEADERS + len(LEADERS) * k for k in range(12)]), round(1 / share)
+    chosen = [to_audit(leaders, share, turn) for turn in range(7, 7 + turns)]
+    np.testing.assert_array_equal(sum((guides >= 0).astype(int) for guides in chosen), follows(leaders))
+    for guides in chosen:
+        for guide in set(guides) - {-1}:
+            np.testing.assert_array_equal(guides[follows(leaders) & (leaders == guide)], guide)  # with all its hairs
+
+
+def test_two_of_eight_locks_are_audited_however_small_the_share():
+    leaders = np.repeat(np.arange(0, 16, 2), 2)
+    for turn in range(9):
+        assert len(set(to_audit(leaders, 0.02, turn)) - {-1}) == 2
 
 
 def test_without_a_share_nothing_is_audited():
