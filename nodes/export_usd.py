@@ -3,6 +3,7 @@
 from typing import Literal
 
 from hairpipe.data import Groom, Mesh, Strands
+from hairpipe.data.hair import HairState
 from hairpipe.graph import File, Frames, Time, Workspace, node
 
 
@@ -13,6 +14,7 @@ def export_usd(
     groom: Groom | None,
     volume: Frames[File] | None,
     keys: Groom | None,
+    states: Frames[HairState] | None,
     time: Time,
     workspace: Workspace,
     *,
@@ -24,6 +26,9 @@ def export_usd(
 
     The groom of the keys of `interpolate_hair` marks the hairs that are simulated: `primvars:groom_guide` is 1 for them
     and 0 for those that are interpolated. Clients that read it may take the former for guides, and not draw them.
+
+    Of hair in locks, given the states of its simulation, `primvars:lockId` is at every frame the `hairId` of the hair
+    that each follows, and its own where it is simulated.
 
     The files of `export_vdb`, given as `volume`, become a Volume, in a folder next to the file.
 
@@ -43,5 +48,5 @@ def export_usd(
     if keys is not None and groom is None:
         raise BadInput("keys without the groom", right="in.groom: that of all hair")
     simulated = None if keys is None or groom is None else keys_among(groom, keys) >= 0
-    path, shot = workspace / f"{name}.usdc", Shot(hair, body, groom, time.fps, name, files, simulated, curve)
+    path, shot = workspace / f"{name}.usdc", Shot(hair, body, groom, time.fps, name, files, states, simulated, curve)
     return File(path, (write_clips if layout == "clips" else write_shot)(path, shot))

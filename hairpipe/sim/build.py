@@ -67,13 +67,13 @@ def surroundings_of(
     """Collect what acts on hair in a frame, which is computed about an origin [m], (3,).
 
     The order of interactions is decided here: wind, bodies, the strain limit, pairs of hair, hair as a volume, then
-    those of the scene. Where a
-    step begins, in solves, and in the nine steps (5: bodies, 6: hair) they act in this order; what puts right at the
-    end of a step of the other schemes goes backwards: crossings of hair, then strain, and bodies have the last word.
+    those of the scene. Where a step begins, in solves, and in the nine steps (5: bodies, 6: hair) they act in this
+    order; what puts right at the end of a step of the other schemes goes backwards: crossings of hair, then strain, and
+    bodies have the last word.
     """
     offsets, acting = hair.layout.offsets, list[Interaction]()
     if scene.wind is not None:
-        acting.append(Breeze(scene.wind, hair.diameter, offsets))
+        acting.append(Breeze(scene.wind, hair.diameter, offsets, hair.widths))
     if bodies:
         acting.append(_body_contacts(hair, model, bodies, scene.contact))
     if scene.strain is not None:

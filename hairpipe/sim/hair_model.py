@@ -29,7 +29,8 @@ class HairModel:
 
     rest      particles of the groom in the world [m], (rows, 3, W) float64
     diameter  of a hair [m]
-    widths    of segments, by which strands that stand for many keep distances from each other, (P,); None: 1
+    widths    of segments, roots of the numbers of hairs that they stand for: so many times the distances of a single
+              hair are kept, and the square of it shields from the wind, (P,); None: 1
     part_of   the strands of which these are some, and the number of each of their points here, -1: not, (P,)
     """
 

@@ -75,6 +75,6 @@ def repulsion(points: np.ndarray, normals: np.ndarray, reach: np.ndarray, cells:
     """
     forces = np.empty_like(points)
     for i in prange(len(points)):
-        force = flattened(total_push(np.int64(i), points, normals, reach, cells), row(normals, i))
+        force = flattened(total_push(i, points, normals, reach, cells), row(normals, i))
         forces[i, 0], forces[i, 1], forces[i, 2] = force
     return forces

@@ -1,18 +1,39 @@
-"""What changes from frame to frame: points, velocities, normals and extents, checked before they are written."""
+"""What changes from frame to frame: points, velocities, locks, normals and extents, checked before they are written."""
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, Vt
 
-from hairpipe.data import Mesh, Strands
+from hairpipe.data import Groom, Mesh, Strands
+from hairpipe.data.hair import HairState
 from hairpipe.errors import BadInput
 from hairpipe.spatial.triangles import vertex_normals
 
 NAMED = 5  # strands or vertices that a message lists
 
 
-def sample_hair(prim: UsdGeom.BasisCurves, frame: int, strands: Strands, first: Strands) -> int:
+def locks_of(state: HairState, groom: Groom | None, strands: int) -> np.ndarray:
+    """Return the id of the hair that each of so many follows, its own where it is simulated, (S,); pure.
+
+    Raises BadInput where the state is of other hair.
+    """
+    leaders = np.arange(strands) if state.locks is None else state.locks.leaders
+    if len(leaders) != strands:
+        raise BadInput("the states are not those of the hair", where="states", right="those of its simulation")
+    return leaders if groom is None else groom.ids[leaders]
+
+
+def declare_locks(prim: UsdGeom.BasisCurves) -> UsdGeom.Primvar:
+    """Declare which hair each follows."""
+    api = UsdGeom.PrimvarsAPI(prim)
+    return api.CreatePrimvar("lockId", Sdf.ValueTypeNames.IntArray, UsdGeom.Tokens.uniform)
+
+
+def sample_hair(
+    prim: UsdGeom.BasisCurves, frame: int, strands: Strands, first: Strands, locks: np.ndarray | None
+) -> int:
     """Author the hair at a frame; returns the bytes.
 
+    locks  which hair each follows, (S,), see `locks_of`
     first  the hair at the first frame, whose strands these must be
 
     Raises BadInput if strands have changed, or have points that are not finite, naming them and the frame.
@@ -28,13 +49,17 @@ def sample_hair(prim: UsdGeom.BasisCurves, frame: int, strands: Strands, first: 
     prim.GetPointsAttr().Set(vectors(strands.points), time)
     prim.GetVelocitiesAttr().Set(vectors(strands.velocities), time)
     prim.GetExtentAttr().Set(extent(strands.points, strands.diameter / 2), time)
+    if locks is not None:
+        declare_locks(prim).Set(integers(locks), time)
     return strands.points.nbytes + strands.velocities.nbytes
 
 
-def hold_hair(prim: UsdGeom.BasisCurves, strands: Strands) -> None:
+def hold_hair(prim: UsdGeom.BasisCurves, strands: Strands, locks: np.ndarray | None) -> None:
     """Author the points and their box without a time, for clients that read no other."""
     prim.GetPointsAttr().Set(vectors(strands.points))
     prim.GetExtentAttr().Set(extent(strands.points, strands.diameter / 2))
+    if locks is not None:
+        declare_locks(prim).Set(integers(locks))
 
 
 def hold_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
@@ -74,6 +99,11 @@ def _refuse(whose: str, bad: np.ndarray, what: str, where: str) -> None:
 def vectors(array: np.ndarray) -> Vt.Vec3fArray:
     """Return an array (n, 3) in single precision as USD keeps it."""
     return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(array, np.float32))
+
+
+def integers(array: np.ndarray) -> Vt.IntArray:
+    """Return an array (n,) of integers as USD keeps it."""
+    return Vt.IntArray.FromNumpy(np.ascontiguousarray(array, np.int32))
 
 
 def extent(points: np.ndarray, padding: float) -> Vt.Vec3fArray:

@@ -16,8 +16,9 @@ from pxr import Kind, Sdf, Tf, Usd, UsdGeom
 
 from hairpipe import __version__
 from hairpipe.data import Groom, Mesh, Strands
+from hairpipe.data.hair import HairState
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.samples import hold_body, hold_hair, sample_body, sample_hair
+from hairpipe.io.usd.samples import declare_locks, hold_body, hold_hair, locks_of, sample_body, sample_hair
 from hairpipe.io.usd.stage import create_stage
 from hairpipe.io.usd.statics import BASES, author_body, author_hair
 from hairpipe.io.usd.volume import VolumeFile, write_volume
@@ -35,6 +36,7 @@ class Shot:
     fps    frames per second [1/s]
     name   of the root prim, and of the clips
     levelsets  of the body, at the same frames
+    states  of the simulation at the same frames, of hair in locks: which hair each follows is written
     simulated  hairs that are not interpolated between those that are, (S,) bool; None: all of them, and none is marked
     curve  through the points of the hair, or with them as control hull
     """
@@ -45,16 +47,18 @@ class Shot:
     fps: float
     name: str = "shot"
     levelsets: Mapping[int, VolumeFile] | None = None
+    states: Mapping[int, HairState] | None = None
     simulated: np.ndarray | None = None
     curve: Literal["catmull_rom", "bspline"] = "catmull_rom"
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Hair and body at one frame."""
+    """Hair and body at one frame; ids of the hairs that each follows, its own where it is simulated, (S,)."""
 
     hair: Strands
     body: Mesh | None
+    locks: np.ndarray | None
 
 
 def write_shot(path: Path, shot: Shot) -> dict[str, Path]:
@@ -116,7 +120,7 @@ def _finish(stage: Usd.Stage, shot: Shot) -> dict[str, Path]:
 
 def _hold(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
     """Author the first frame without a time, at or under a prim."""
-    hold_hair(UsdGeom.BasisCurves(stage.OverridePrim(root.AppendChild("hair"))), first.hair)
+    hold_hair(UsdGeom.BasisCurves(stage.OverridePrim(root.AppendChild("hair"))), first.hair, first.locks)
     if first.body is not None:
         hold_body(UsdGeom.Mesh(stage.OverridePrim(root.AppendChild("body"))), first.body)
 
@@ -143,7 +147,8 @@ def _load(shot: Shot, frame: int) -> Frame:
     hair = shot.hair[frame]
     if shot.groom is not None and shot.groom.widths is not None:
         hair = replace(hair, diameter=float(shot.groom.widths.max()))  # that extents have room for
-    return Frame(hair, None if shot.body is None else shot.body[frame])
+    locks = None if shot.states is None else locks_of(shot.states[frame], shot.groom, len(hair.offsets) - 1)
+    return Frame(hair, None if shot.body is None else shot.body[frame], locks)
 
 
 def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
@@ -180,6 +185,8 @@ def _declare(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
         changing += [] if first.body.velocities is None else [body.CreateVelocitiesAttr]
     for declare in changing:
         declare()
+    if first.locks is not None:
+        declare_locks(hair)
 
 
 def _hair(stage: Usd.Stage) -> UsdGeom.BasisCurves:
@@ -192,7 +199,7 @@ def _body(stage: Usd.Stage) -> UsdGeom.Mesh:
 
 def _sample(stage: Usd.Stage, number: int, frame: Frame, first: Frame) -> int:
     """Author what is so at this frame; returns the bytes."""
-    size = sample_hair(_hair(stage), number, frame.hair, first.hair)
+    size = sample_hair(_hair(stage), number, frame.hair, first.hair, frame.locks)
     if frame.body is not None and first.body is not None:
         size += sample_body(_body(stage), number, frame.body, first.body)
     return size

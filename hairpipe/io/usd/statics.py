@@ -5,7 +5,7 @@ from pxr import Gf, Sdf, UsdGeom, UsdShade, UsdUtils, Vt
 
 from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.samples import vectors
+from hairpipe.io.usd.samples import integers, vectors
 
 HAIR_COLOUR, HAIR_ROUGHNESS = Gf.Vec3f(0.09, 0.045, 0.013), 0.4
 """Colour and roughness of brown hair in bulk.
@@ -72,11 +72,6 @@ def author_body(prim: UsdGeom.Mesh, mesh: Mesh) -> None:
         values = Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(mesh.uv.reshape(-1, 2), np.float32))
         _primvar(prim, UsdUtils.GetPrimaryUVSetName(), TYPES.TexCoord2fArray, TOKENS.faceVarying, values)
     _bind(prim, "skin", SKIN_COLOUR, SKIN_ROUGHNESS, FLESH)
-
-
-def integers(array: np.ndarray) -> Vt.IntArray:
-    """Return an array (n,) of integers as USD keeps it."""
-    return Vt.IntArray.FromNumpy(np.ascontiguousarray(array, np.int32))
 
 
 def _primvar(prim: UsdGeom.Gprim, name: str, kind: Sdf.ValueTypeName, interpolation: str, value: object) -> None:

@@ -11,13 +11,14 @@ from hairpipe.sim.interactions import Interaction, Prediction, Start
 
 
 class Breeze(Interaction):
-    """Wind over hair of one diameter; offsets of its strands, (S+1,) int32."""
+    """Wind over hair of one diameter; offsets of its strands, (S+1,) int32, and widths of segments, see `shield_of`."""
 
-    def __init__(self, wind: Wind, diameter: float, offsets: np.ndarray) -> None:
+    def __init__(self, wind: Wind, diameter: float, offsets: np.ndarray, widths: np.ndarray | None = None) -> None:
         """Draw the gusts, and find the drag of a hair of this diameter [m]."""
         self.wind = wind
         self.diameter = diameter
         self.offsets = offsets
+        self.widths = widths
         self.law = law_of(wind, diameter)
         self.modes = modes_of(wind.gusts) if wind.gusts else None
         self._shield: Shield | None = None
@@ -41,7 +42,7 @@ class Breeze(Interaction):
 
     def _counted(self, points: np.ndarray) -> Shield | None:
         """Return the hair that shields."""
-        return shield_of(points, self.offsets, self.wind, self.law, self.diameter)
+        return shield_of(points, self.offsets, self.wind, self.law, self.diameter, self.widths)
 
     def _air(self, points: np.ndarray, shield: Shield | None, seconds: float) -> np.ndarray:
         """Return the velocity of the air at some points behind a shield; otherwise as `air`."""

@@ -46,11 +46,14 @@ class Shield(NamedTuple):
     left: np.ndarray
 
 
-def shield_of(points: np.ndarray, offsets: np.ndarray, wind: Wind, law: Law, diameter: float) -> Shield | None:
+def shield_of(
+    points: np.ndarray, offsets: np.ndarray, wind: Wind, law: Law, diameter: float, widths: np.ndarray | None = None
+) -> Shield | None:
     """Rasterise the frontal area of hair and march the wind through it; None without shielding, hair or wind.
 
     points    of the axes [m], (P, 3); offsets  of their strands, (S+1,) int32
     diameter  of the hair [m]
+    widths    of segments, roots of the numbers of hairs that they stand for, (P,); None: 1
     """
     speed = float(np.linalg.norm(wind.velocity))
     if wind.shielding is None or speed == 0.0:
@@ -64,7 +67,8 @@ def shield_of(points: np.ndarray, offsets: np.ndarray, wind: Wind, law: Law, dia
         cell *= 2.0
         low, counts = _nodes_around(bounds, cell)
     low, area = low.astype(np.int64), np.zeros(tuple(counts.astype(int)))
-    _count(points, offsets, axes, low, cell, wind.shielding.hairs * diameter, area)
+    hairs = np.ones(len(points)) if widths is None else widths**2
+    _count(points, offsets, axes, low, cell, wind.shielding.hairs * diameter, hairs, area)
     left = np.empty_like(area)
     _march(area / cell**3, law, wind.density * diameter, speed, cell, left)
     return Shield(axes, low, cell, left)
@@ -99,8 +103,8 @@ def _coordinates(axes, low, cell, x, y, z):
 
 
 @njit(cache=True, error_model="numpy")
-def _count(points, offsets, axes, low, cell, width, area):
-    """Add L width sin^2 q of every segment to the eight nodes around it [m^2], in place; long ones piece by piece."""
+def _count(points, offsets, axes, low, cell, width, hairs, area):
+    """Add L width hairs sin^2 q of segments to the eight nodes around them [m^2], in place; of long ones by pieces."""
     for strand in range(len(offsets) - 1):
         for k in range(offsets[strand], offsets[strand + 1] - 1):
             x, y, z = points[k, 0], points[k, 1], points[k, 2]
@@ -110,7 +114,7 @@ def _count(points, offsets, axes, low, cell, width, area):
             if 0.0 < squared < np.inf:
                 length = np.sqrt(squared)
                 pieces = int(2.0 * length / cell) + 1
-                facing = width * (squared - along * along) / length / pieces
+                facing = width * hairs[k] * (squared - along * along) / length / pieces
                 for piece in range(pieces):
                     s = (piece + 0.5) / pieces
                     u, v, w = _coordinates(axes, low, cell, x + s * dx, y + s * dy, z + s * dz)

@@ -12,6 +12,7 @@ import pytest
 from pxr import Usd, UsdGeom, UsdShade
 
 from hairpipe.data import Groom, Mesh, Strands
+from hairpipe.data.hair import HairState, LockState
 from hairpipe.errors import BadInput
 from hairpipe.groom.resampling import spline_knots
 from hairpipe.io.usd.check.lint import lint
@@ -20,6 +21,7 @@ from hairpipe.io.usd.curves import read as read_curves
 from hairpipe.io.usd.shot import Shot, write_clips, write_shot
 from hairpipe.io.usd.skinned_meshes import read as read_body
 from hairpipe.levelset.vdb_header import inspect
+from hairpipe.sim.locks.locked_frame import no_locks
 
 TOKENS = UsdGeom.Tokens
 
@@ -54,6 +56,30 @@ def test_every_frame_holds_what_was_given(write, shot: Shot) -> None:
         np.testing.assert_array_equal(body.GetPointsAttr().Get(frame), mesh.points.astype(np.float32))
         np.testing.assert_array_equal(body.GetVelocitiesAttr().Get(frame), mesh.velocities.astype(np.float32))
     assert hair.GetPointsAttr().GetTimeSamples() == body.GetPointsAttr().GetTimeSamples() == list(shot.hair)
+
+
+def test_which_hair_follows_which_is_written_at_every_frame(write, shot: Shot) -> None:
+    alone = no_locks(len(shot.groom.ids))
+    leads = {frame: np.roll([0, 0, 2, 3, 3, 3], k).astype(np.int32) for k, frame in enumerate(shot.hair)}
+    states = {frame: state_of(dataclasses.replace(alone, leaders=now)) for frame, now in leads.items()}
+    states[1002], leads[1002] = state_of(None), np.arange(6)
+    opened = Opened(write(dataclasses.replace(shot, states=states)))
+    written = UsdGeom.PrimvarsAPI(opened.hair).GetPrimvar("lockId")
+    assert written.GetInterpolation() == TOKENS.uniform
+    for frame, now in leads.items():
+        np.testing.assert_array_equal(written.Get(frame), shot.groom.ids[now])
+    np.testing.assert_array_equal(written.Get(), shot.groom.ids[leads[1001]])
+
+
+def test_states_of_other_hair_are_refused(write, shot: Shot) -> None:
+    states = dict.fromkeys(shot.hair, state_of(no_locks(4)))
+    with pytest.raises(BadInput, match="states are not those of the hair"):
+        write(dataclasses.replace(shot, states=states))
+
+
+def state_of(locks: LockState | None) -> HairState:
+    """A state of which nothing but the locks is looked at."""
+    return HairState(*[np.empty(0)] * 8, pace=np.inf, stretched=1.0, locks=locks)
 
 
 def test_times_between_are_blended_and_times_outside_held(write, shot: Shot) -> None:

@@ -50,6 +50,17 @@ def test_a_slab_weakens_the_wind_as_the_balance_of_momentum_says(hairs):
         np.testing.assert_allclose(found, straight, rtol=0.05)
 
 
+def test_a_strand_that_stands_for_four_shields_as_four_in_its_place():
+    points, offsets, _ = slab()
+    wind, four = Wind((3.0, 0.0, 0.0), shielding=Shielding(0.01, 0.1)), np.tile(points, (4, 1))
+    every = np.concatenate([offsets, *(offsets[1:] + k * len(points) for k in (1, 2, 3))]).astype(np.int32)
+    law = law_of(wind, DIAMETER)
+    many = shield_of(four, every, wind, law, DIAMETER)
+    one = shield_of(points, offsets, wind, law, DIAMETER, np.full(len(points), 2.0))
+    np.testing.assert_allclose(one.left, many.left, rtol=1e-11)
+    assert many.left.mean() < 0.95 * shield_of(points, offsets, wind, law, DIAMETER).left.mean()
+
+
 def test_hair_along_the_wind_does_not_shield():
     points, offsets, _ = slab(tilt=np.pi / 2)
     wind = Wind((3.0, 0.0, 0.0), shielding=Shielding(0.01, 100.0))
