@@ -25,6 +25,10 @@ GROUPS = (*PAIRS, ("volume", "no volume of hair"))
 """Groups of settings whose physics can be left out, by which hair acts on hair."""
 CELL = 0.006
 """Of the grid that takes the place of pairs [m]."""
+LOCKS = (4, 16)
+"""Hairs in a lock, at most."""
+LOCKED_BESIDE = ("model", "precision", "segments", "steps", "voxels", "collisions", "keys")
+"""Axes beside which hair can be in locks, for which it must stick pair by pair."""
 KEYS = (4, 8)
 """So many strands one is simulated, the others are interpolated."""
 PARTICLES = (2000, 500)
@@ -68,7 +72,7 @@ def simplifications(graph: Graph, name: str) -> list[Simplification]:
         what = f"'{name}' is a {node.type.name}, which has nothing to leave out"
         raise BadInput(what, where=graph.path, right=known or f"a graph with a node of type {TYPE}")
     shortened = [*of_segments(graph, node), *of_steps(graph, node), *of_voxels(graph, node)]
-    others = [*of_groups(node), *of_pairs(node), *of_keys(node), *of_particles(graph, node)]
+    others = [*of_groups(node), *of_pairs(node), *of_locks(node), *of_keys(node), *of_particles(graph, node)]
     return [*of_model(node), *of_precision(node), *shortened, *others]
 
 
@@ -151,6 +155,17 @@ def of_pairs(node: Node) -> Iterator[Simplification]:
     pairs = tuple(f"{node.name}.{group}" for group, _ in PAIRS if node.settings[group] is not None)
     if pairs and node.settings["volume"] is None:
         yield Simplification("pairs", 1, "hair as a volume, not pairs", ((f"{node.name}.volume.cell", CELL),), pairs)
+
+
+def of_locks(node: Node) -> Iterator[Simplification]:
+    """Simulate once what sticks together, where pairs are in the solve and tips are free."""
+    stiction, collisions = node.settings["stiction"], node.settings["collisions"]
+    swept = collisions is not None and collisions["solver"] == "sweep"
+    others = node.settings["volume"] is not None or node.settings["locks"] is not None
+    if stiction is not None and not (swept or others or "ends" in node.edges):
+        for level, most in enumerate(LOCKS, 1):
+            text, puts = f"locks of up to {most} hairs", ((f"{node.name}.locks.most", most),)
+            yield Simplification("locks", level, text, puts, beside=LOCKED_BESIDE)
 
 
 def of_keys(node: Node) -> Iterator[Simplification]:

@@ -60,6 +60,7 @@ def test_each_axis_leaves_out_more_and_more_and_every_variant_is_a_graph(scene):
         "collisions",
         "stiction",
         "pairs",
+        "locks",
         "keys",
         "particles",
     ]
@@ -78,6 +79,14 @@ def test_each_axis_leaves_out_more_and_more_and_every_variant_is_a_graph(scene):
 def test_what_the_scene_does_not_have_cannot_be_left_out(scene):
     scene.write_text(SCENE[: SCENE.index("[hair.collisions]")] + 'model = "chain"\nsteps.longest = 0.05\n')
     assert list(parts_by_axis(scene)) == ["segments", "voxels", "particles"]
+
+
+@pytest.mark.parametrize(
+    "changed", ['solver = "sweep"', "thickness = 3e-4\n[hair.volume]", "thickness = 3e-4\n[hair.locks]"]
+)
+def test_hair_that_cannot_be_in_locks_or_is_is_not_put_into_them(scene, changed):
+    scene.write_text(SCENE.replace("thickness = 2e-4", changed))
+    assert "locks" not in parts_by_axis(scene)
 
 
 def test_single_precision_is_tried_where_double_was_asked_for(scene):
@@ -119,7 +128,7 @@ def test_who_took_a_value_takes_that_of_the_node_put_between(scene):
 
 def test_a_fragment_says_the_same_as_the_tables_and_no_more(scene):
     tables = tomllib.loads(SCENE)
-    parts = [found[-1] for axis, found in parts_by_axis(scene).items() if axis != "particles"]
+    parts = [found[-1] for axis, found in parts_by_axis(scene).items() if axis not in ("particles", "locks")]
     after = simplified(tables, "hair", parts)
     fragment = tomllib.loads(write_toml(changed_tables(tables, after), "why\n\nand how"))
     assert fragment == {name: after[name] for name in ("surface", "groom", "hair", "hair-shown", "hair-keys")}
