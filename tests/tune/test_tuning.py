@@ -62,7 +62,8 @@ def test_it_measures_chooses_verifies_and_remembers(scene):
     chosen = found["chosen"]
     assert chosen["bound"] <= 0.02 and found["kept"]
     assert chosen["seconds"] <= found["full"]["seconds"]
-    assert {part["axis"] for part in found["simplifications"]} == {"segments", "steps", "stiction", "pairs", "keys"}
+    axes = {"segments", "steps", "stiction", "pairs", "locks", "keys"}
+    assert {part["axis"] for part in found["simplifications"]} == axes
     assert (scene.parent / "tuned.toml").read_text() == found["fragment"]
 
     again, said = tune(scene, "--tolerance", "20mm")
