@@ -16,6 +16,8 @@ from hairpipe.errors import BadInput
 
 FAILED, MARGIN = "#d9482b", 0.07
 """Colour of what failed; room around the points, over the width and height of the axes."""
+NEAR = 0.8, 1.25
+"""Ratios of spreads between which they are not written."""
 MARKERS = "osD^vPh<>p"
 
 
@@ -31,6 +33,7 @@ class Columns(NamedTuple):
     low: str = ""
     high: str = ""
     floor: str = ""
+    spread: str = ""
 
 
 class Look(NamedTuple):
@@ -55,18 +58,18 @@ def draw_front(
 
     What failed is a cross where it is, or at the edge where that is too far away. What is 0 is at the lower edge. Bars
     are intervals, low and high, cut at the edges. Below the largest floor nothing can be told apart: it is a band, and
-    what is in it stands at its upper edge, hollow.
+    what is in it stands at its upper edge, hollow. A ratio of spreads is written beside the name, but near 1.
 
     joined  series whose points a line joins, in the order of the table
     size    of the picture [px]
     """
-    told = [name for name in (columns.low, columns.high, columns.floor) if name]
+    told = [name for name in (columns.low, columns.high, columns.floor, columns.spread) if name]
     check_columns(table, [name for name in columns if name], [columns.x, columns.y, columns.front, *told])
     x, y, floor = table.numbers[columns.x], table.numbers[columns.y], floor_of(table, columns)
     untold = (y <= floor) & (floor > 0.0)
     y = np.where(untold, floor, y)
     bars = [table.numbers[name] if name else np.full(len(y), np.nan) for name in (columns.low, columns.high)]
-    names, failed = texts(table, columns.label), texts(table, columns.failed)
+    names, failed = labels_of(table, columns), texts(table, columns.failed)
     good = np.array([not text for text in failed]) & (x >= 0) & (y >= 0) & np.isfinite(x) & np.isfinite(y)
     if not good.any():
         raise BadInput("no variant has a cost and an error", right="one that does not fail")
@@ -107,6 +110,17 @@ def floor_of(table: Table, columns: Columns) -> float:
     if not columns.floor:
         return 0.0
     return float(np.nanmax(table.numbers[columns.floor], initial=0.0))
+
+
+def labels_of(table: Table, columns: Columns) -> list[str]:
+    """Return what is written beside the points."""
+    names = texts(table, columns.label)
+    spreads = table.numbers[columns.spread] if columns.spread else np.full(len(names), np.nan)
+    far = (spreads < NEAR[0]) | (spreads > NEAR[1])
+    return [
+        f"{name}, spread {ratio:.2g}" if is_far else name
+        for name, ratio, is_far in zip(names, spreads, far, strict=True)
+    ]
 
 
 def texts(table: Table, name: str) -> list[str]:

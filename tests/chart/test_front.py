@@ -68,6 +68,18 @@ def test_intervals_are_bars_and_what_is_below_the_floor_stands_on_it(tmp_path):
     assert told("b.png", np.nan, np.nan, 0.6) != plain
 
 
+def test_a_spread_that_is_not_near_that_of_the_reference_is_written(tmp_path):
+    def told(name, *spreads):
+        rows = [(*row, spread) for row, spread in zip(ROWS[:2], spreads, strict=True)]
+        columns = COLUMNS._replace(spread="spread")
+        draw_front(tmp_path / name, table_of_rows([*NAMES, "spread"], rows), columns, size=(900, 600))
+        return (tmp_path / name).read_bytes()
+
+    plain = drawn(tmp_path / "a.png", ROWS[:2])
+    assert told("b.png", 0.81, 1.24) == told("b.png", np.nan, 1.0) == plain
+    assert len({plain, told("b.png", 0.66, 1.0), told("b.png", 1.0, 0.66), told("b.png", 1.0, 1.3)}) == 4
+
+
 def test_what_is_exact_has_not_failed(tmp_path):
     exact = ("exact", "step", 1e-1, 0.0, "", 1)
     plain, shown = (drawn(tmp_path / name, rows) for name, rows in (("a.png", ROWS[:3]), ("b.png", [*ROWS[:3], exact])))

@@ -6,8 +6,10 @@ import numba
 import numpy as np
 import pytest
 from hairpipe.graphs.experiments.nodes.time_hair import time_hair
+from hairpipe.graphs.experiments.nodes.time_particles import time_particles
 from hairpipe.nodes.restart_hair import restart_hair
 from hairpipe.nodes.simulate_hair import simulate_hair
+from hairpipe.nodes.simulate_particles import simulate_particles
 
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time
@@ -20,9 +22,12 @@ from hairpipe.sim.settings import Collisions, StepControl
 GROOM = lay_strands(9, 0.05, 4, (0.0, -1.0, 0.0), (0.01, 0.0, 0.0), None, 0.0)
 
 
-@pytest.mark.parametrize("node", [time_hair, restart_hair])
-def test_it_takes_the_settings_of_the_simulation(node):
-    ours, theirs = (inspect.signature(function).parameters for function in (node, simulate_hair))
+@pytest.mark.parametrize(
+    ("node", "simulation"),
+    [(time_hair, simulate_hair), (restart_hair, simulate_hair), (time_particles, simulate_particles)],
+)
+def test_it_takes_the_settings_of_the_simulation(node, simulation):
+    ours, theirs = (inspect.signature(function).parameters for function in (node, simulation))
     settings = {name: (p.annotation, p.default) for name, p in theirs.items() if p.kind is p.KEYWORD_ONLY}
     assert settings.items() <= {name: (p.annotation, p.default) for name, p in ours.items()}.items()
 

@@ -24,6 +24,18 @@ def test_equals_share_the_front_and_what_is_not_finite_is_not_on_it():
     assert on_front(costs, errors).tolist() == [True, True, False, False, False]
 
 
+def test_of_two_whose_intervals_overlap_neither_beats_the_other():
+    costs, errors = np.array([1.0, 2.0, 3.0, 4.0]), np.array([2.0, 2.5, 4.0, 2.0])
+    low, high = np.array([1.0, 1.5, 3.5, np.nan]), np.array([3.0, 3.5, 4.5, np.nan])
+    assert on_front(costs, errors, low, high).tolist() == [True, True, False, False]
+    assert on_front(costs, errors).tolist() == [True, False, False, False]
+    rng = np.random.default_rng(7)  # by brute force
+    costs, low, width = rng.random((3, 40))
+    errors, high = low + 0.1 * width, low + 0.2 * width
+    beaten = [any(costs[i] <= costs[j] and high[i] < low[j] for i in range(40)) for j in range(40)]
+    assert on_front(costs, errors, low, high).tolist() == [not one for one in beaten]
+
+
 def one_row(**values):
     return table_of_rows(list(values), [list(values.values())])
 
@@ -43,6 +55,16 @@ def test_of_errors_below_the_floor_the_cheapest_is_on_the_front():
     assert told["on the front"].tolist() == [0, 0, 1, 1] and told["floor"].tolist() == [0.5] * 4
     untold = collect_variants(tuple(errors), tuple(costs), cases=("a", "b", "c", "d"))
     assert untold["on the front"].tolist() == [1, 0, 1, 1]
+
+
+def test_intervals_below_the_floor_count_as_equal_to_it():
+    ends = ((0.1, 0.2, 0.0, 0.3), (0.2, 1.0, 0.6, 1.4), (0.1, 0.3, 0.2, 0.4), (0.05, 2.0, 1.8, 2.2))
+    errors = [one_row(error=e, low=a, high=b, floor=0.5, failed="") for _, e, a, b in ends]
+    costs = [one_row(**{"seconds per frame": s}) for s in (3.0, 2.0, 1.0, 4.0)]
+    told = collect_variants(
+        tuple(errors), tuple(costs), cases=("a", "b", "c", "d"), error="error", floor="floor", low="low", high="high"
+    )
+    assert told["on the front"].tolist() == [0, 0, 1, 0]
 
 
 def test_errors_and_costs_that_do_not_belong_together_are_refused():

@@ -14,6 +14,8 @@ def collect_variants(
     cost: str = "seconds per frame",
     error: str = "strand error [% of length]",
     floor: str = "",
+    low: str = "",
+    high: str = "",
 ) -> Table:
     """A row for every variant: what it costs, how far it is off, and whether no other beats it in both.
 
@@ -22,7 +24,9 @@ def collect_variants(
     cost    column that the front is of
     error   column that the front is of
     floor   column of errors below which nothing is told apart: the cheapest is on the front; empty: there is none
+    low     column where intervals of errors begin: of two that overlap neither beats the other; empty: there are none
+    high    column where they end
     """
     from hairpipe.table.pareto import variant_table
 
-    return variant_table(errors, costs, cases, groups, (cost, error), floor)
+    return variant_table(errors, costs, cases, groups, (cost, error), floor, (low, high))

@@ -21,6 +21,7 @@ def plot_front(
     low: str = "",
     high: str = "",
     floor: str = "",
+    spread: str = "",
     joined: tuple[str, ...] = (),
     title: str = "",
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1800,
@@ -37,6 +38,7 @@ def plot_front(
     low     column of numbers where a bar at each point begins; empty: there are no bars
     high    column of numbers where it ends
     floor   column of numbers below which nothing is told apart, a band; empty: there is none
+    spread  column of ratios of spreads, written beside names where they are not near 1; empty: there is none
     joined  series whose points a line joins, in the order of the table
     title   above the chart
     width   of the picture
@@ -44,6 +46,6 @@ def plot_front(
     """
     from hairpipe.chart.front import Columns, draw_front
 
-    path, columns = workspace / "front.png", Columns(x, y, label, series, failed, front, low, high, floor)
+    path, columns = workspace / "front.png", Columns(x, y, label, series, failed, front, low, high, floor, spread)
     draw_front(path, table, columns, joined=joined, title=title, size=(width, height))
     return File(path)

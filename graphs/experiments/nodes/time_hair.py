@@ -29,11 +29,12 @@ def time_hair(
     warm   frames before those that count, in which kernels are compiled and hair begins to move
     timed  frames that count
     """
-    from hairpipe.measure.cost import Around, cost_table
+    from hairpipe.measure.cost import Around, cost_table, hair_advance
     from hairpipe.sim.hair_model import build_models
     from hairpipe.sim.precision import choose_precision
 
     models = build_models(groom, settings.material, settings.model, settings.construction)
     hair = choose_precision(settings.precision, models, settings, bodies=bool(surface or parts))
     around = Around(body, ends, surface or (), parts or ())
-    return cost_table(hair, around, settings, time.frame, time.dt, warm, timed)
+    frames = around.frames(time.frame, 1 + warm + timed)
+    return cost_table(hair_advance(hair, around, settings, time.dt), frames, hair.layout.particles, warm, timed)
