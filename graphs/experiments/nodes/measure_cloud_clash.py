@@ -20,7 +20,7 @@ Speeds = tuple[Annotated[MetresPerSecond, Gt(0.0)], ...]
 def measure_cloud_clash(
     truth: Table | None = None,
     *,
-    particles: Annotated[int, Interval(ge=10, le=600)] = 300,
+    particles: Annotated[int, Interval(ge=10, le=600)] = 240,
     sag: Annotated[float, Interval(gt=1e-3, le=1.0)] = 0.1,
     interaction: of.Interaction | None = None,
     sag_free: of.RestTension | None = None,

@@ -26,6 +26,7 @@ COLUMNS = (
     "step [s]",
     "steps",
     "deepest [mm]",
+    "deepest at a frame [mm]",
     "through the bar",
     "stretch [%]",
     "fastest [m/s]",
@@ -50,10 +51,9 @@ def clash_table(
         possible = FLUNG * known.get(f"{speed:g} m/s", np.inf) + FLUNG_LEAST
         for rate in rates:
             worst = run(speed, rate)
-            values = 1e3 * worst.deepest, int(worst.through.sum()), 100 * worst.stretch, worst.fastest, worst.grown
-            rows.append(
-                (f"{speed:g} m/s", 1.0 / rate, worst.steps, *values, worst.simulated, signs(worst, possible))
-            )
+            depths, through = (1e3 * worst.deepest, 1e3 * worst.shown), int(worst.through.sum())
+            values = *depths, through, 100 * worst.stretch, worst.fastest, worst.grown, worst.simulated
+            rows.append((f"{speed:g} m/s", 1.0 / rate, worst.steps, *values, signs(worst, possible)))
     return table_of_rows(COLUMNS, rows)
 
 
@@ -80,8 +80,9 @@ def meet(hair: HairModel, scene: Scene, bar: bool, speed: float, seconds: float)
                 worst.finite = False
             if not worst.finite:
                 break
-            seen = _seen(hair, state.positions, state.velocities, None)
-            worst.end_frame((frame + 1) * FRAME, seen.points, seen.velocities)
+            ended = (frame + 1) * FRAME
+            axis = axis_at(speed, ended)[0] if bar else None
+            worst.end_frame(ended, _seen(hair, state.positions, state.velocities, axis))
     return worst
 
 

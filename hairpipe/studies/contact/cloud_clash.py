@@ -31,9 +31,10 @@ def meet(particles: Particles, settings: ParticleSettings, speed: float, rate: i
                 break
             axis = axis_at(speed, (frame + 1) / rate)[0]
             worst.steps += 1
-            worst.note(_seen(prepared, held, state.points, state.velocities, axis))
+            seen = _seen(prepared, held, state.points, state.velocities, axis)
+            worst.note(seen)
             worst.through |= went_across(before, state.points - axis, prepared.model.links.ends[held])
-            worst.end_frame((frame + 1) / rate, state.points, state.velocities)
+            worst.end_frame((frame + 1) / rate, seen)
     return worst
 
 

@@ -9,7 +9,7 @@ from hairpipe.studies.contact.bar import HALT, LENGTH, depth
 
 GRAVITY = 9.81
 STRETCHED, INSIDE, GROWN = 0.1, 1e-3, 0.1 * GRAVITY * LENGTH
-"""What counts as failed: stretch of a segment, depth in the bar [m], and energy that hair has won at rest [J/kg].
+"""What counts as failed: stretch of a segment, depth in the bar at a frame [m], and energy that hair has won at rest [J/kg].
 
 Springs that are let go of are taken to give back no more than hair wins that rises by a tenth of its length.
 """
@@ -40,6 +40,7 @@ class Worst:
 
     through    strands or links that went through the bar, (n,) bool
     deepest    point [m]; stretch of a segment; fastest point [m/s]
+    shown      deepest point at the end of a frame [m]
     energies   of hair at the frames since the bar has come to rest, of motion and weight [J/kg]
     simulated  strands or particles, where they were fewest
     """
@@ -47,6 +48,7 @@ class Worst:
     through: np.ndarray
     steps: int = 0
     deepest: float = 0.0
+    shown: float = 0.0
     stretch: float = 0.0
     fastest: float = 0.0
     finite: bool = True
@@ -66,10 +68,12 @@ class Worst:
         if seen.axis is not None and self.finite:
             self.deepest = max(self.deepest, depth(seen.points - seen.axis))
 
-    def end_frame(self, seconds: float, points: np.ndarray, velocities: np.ndarray) -> None:
-        """Take in the energy of hair at a time since the start [s], in place; arrays as in `Seen`."""
+    def end_frame(self, seconds: float, seen: Seen) -> None:
+        """Take in hair at a frame, at a time since the start [s], in place."""
+        if seen.axis is not None:
+            self.shown = max(self.shown, depth(seen.points - seen.axis))
         if seconds >= HALT * (1.0 - 1e-9):
-            energy = 0.5 * (velocities.astype(float) ** 2).sum(axis=1) + GRAVITY * points[:, 1]
+            energy = 0.5 * (seen.velocities**2).sum(axis=1) + GRAVITY * seen.points[:, 1]
             self.energies.append(float(energy.mean()))
 
 
@@ -81,7 +85,7 @@ def signs(worst: Worst, possible: float) -> str:
         "through": worst.through.any(),
         "stretch": worst.stretch > STRETCHED,
         "flung": worst.fastest > possible,
-        "inside": worst.deepest > INSIDE,
+        "inside": worst.shown > INSIDE,
         "growing": worst.grown > GROWN,
     }
     return ", ".join(sign for sign, seen in failed.items() if seen)
