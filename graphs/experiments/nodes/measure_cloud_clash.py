@@ -1,7 +1,5 @@
 """A bar driven through a tuft of particles, at which speed and in which steps."""
 
-# ruff: noqa: B008 (settings are frozen)
-
 from typing import TYPE_CHECKING, Annotated
 
 from hairpipe.data import Table

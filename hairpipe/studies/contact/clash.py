@@ -1,7 +1,6 @@
 """A bar that is driven through a tuft and back: the steps and speeds at which contact fails."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 

@@ -19,7 +19,10 @@ LIMITED = Scene(strain=StrainLimit(0.02))
 
 def tabulate(truth, scene, bar, seconds):
     hair = build_hair(tuft(), Material())
-    run = lambda speed, rate: meet(hair, replace(scene, steps=fixed_steps(rate)), bar, speed, seconds)  # noqa: E731
+
+    def run(speed, rate):
+        return meet(hair, replace(scene, steps=fixed_steps(rate)), bar, speed, seconds)
+
     return clash_table(truth, run, (8.0,), (24,))
 
 

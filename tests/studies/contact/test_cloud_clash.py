@@ -1,6 +1,5 @@
-"""A bar and a tuft of particles: those that a slow bar meets stay out of it, those that a fast one jumps over do not."""
+"""A bar and a tuft of particles: a slow one goes through nothing, one that jumps over them does."""
 
-import numpy as np
 import pytest
 
 from hairpipe.particles.links import LinkRule, link
@@ -25,4 +24,4 @@ def test_a_slow_bar_goes_through_no_hair_and_has_none_inside(particles):
 
 def test_a_bar_that_goes_ten_times_its_radius_in_a_frame_goes_through(particles):
     worst = meet(particles, SETTINGS, 8.0, 24, 0.25)
-    assert worst.finite and np.mean(worst.through) > 0.1
+    assert worst.finite and worst.through.any()
