@@ -76,6 +76,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "follow_trial": {"trial.seconds": 0.125, "rate": 240},
     "measure_interpolation": {"voxel": 0.2, "half_width": 2},
     "measure_clash": {"speeds": [4.0], "rates": [24], "seconds": 0.1},
+    "measure_cloud_clash": {"speeds": [4.0], "rates": [24], "seconds": 0.1},
     "measure_scheme": {"trial.seconds": 0.125, "rates": [24]},
     "measure_extremes": {"rates": [24], "seconds": 0.05},
     "plot_interpolation": {"voxel": 0.2, "half_width": 2},
@@ -98,6 +99,7 @@ SOME = {
     "experiments/speed_accuracy_tuft.toml": ["hair_error", "hair_cost"],
     "experiments/three_models.toml": ["keys_pairs_climate", "cloud_climate", "cloud_cost"],
     "experiments/stability_contact.toml": ["all", "nine", "converged"],
+    "experiments/stability_models.toml": ["volume", "locks", "particles"],
     "particles/shake.toml": ["table", "sheet"],
     "volume/head.toml": ["shake_both_packing"],
 }

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
-from hairpipe.data import BodyParts, Cloud, LevelSet, Mesh, Particles
+from hairpipe.data import BodyParts, Cloud, LevelSet, Particles
 from hairpipe.data.particles import ParticleState
 from hairpipe.errors import BadInput
 from hairpipe.kernels.vec3 import dot, row
@@ -21,7 +21,7 @@ from hairpipe.particles.sag_free import rest_lengths
 from hairpipe.particles.settings import Interaction, ParticleSettings, Printed
 from hairpipe.particles.step import Forces, Springs, advance
 from hairpipe.sim.air.loose_fibres import LooseFibres, add_wind
-from hairpipe.sim.boundary import motion_of_roots
+from hairpipe.sim.boundary import Lead, motion_of_roots
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.settings import BodyContact
 
@@ -52,7 +52,7 @@ class Prepared:
 class ParticleFrame:
     """What particles are given of a frame and the one before it, in this order in all pairs.
 
-    leads     bodies that the hair grows on; None: roots stand still
+    leads     what leads the roots
     surfaces  level sets of whole bodies
     parts     bodies in parts
     began     time of the shot at the previous frame [s]
@@ -60,7 +60,7 @@ class ParticleFrame:
     cut       the shot begins anew at this frame
     """
 
-    leads: tuple[Mesh | None, Mesh | None]
+    leads: tuple[Lead, Lead]
     surfaces: Sequence[tuple[LevelSet, LevelSet]]
     parts: Sequence[tuple[BodyParts, BodyParts]]
     began: float
@@ -290,7 +290,7 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleSt
     return forces
 
 
-def carry_over_cut(particles: Particles, state: ParticleState, leads: tuple[Mesh | None, Mesh | None]) -> ParticleState:
+def carry_over_cut(particles: Particles, state: ParticleState, leads: tuple[Lead, Lead]) -> ParticleState:
     """Move particles with their roots to a body that is somewhere else, and moves otherwise; pure.
 
     leads  bodies before the cut and after it

@@ -25,6 +25,7 @@ from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_lost, warn_of_s
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
 from hairpipe.sim.interactions import with_interactions
+from hairpipe.sim.locks.guides import Guides
 from hairpipe.sim.locks.locked_frame import Around, advance_locked, check_locks
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.state import State, Step
@@ -73,15 +74,18 @@ def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene:
         warn_of_deep_roots(hair, state.positions, bodies)
         return state
 
-    def advance(strands: HairModel, before: HairState) -> HairState:
-        return advance_frame(strands, before, frame.leads, bodies, frame.frame_dt, scene, frame.began)
+    def advance(strands: HairModel, before: HairState, leads: tuple[Lead, Lead]) -> HairState:
+        return advance_frame(strands, before, leads, bodies, frame.frame_dt, scene, frame.began)
+
+    def advance_guides(guides: Guides, before: HairState) -> HairState:
+        return advance(guides.hair, before, guides.leads_of(frame.leads))
 
     if scene.locks is None:
-        state = advance(hair, previous)
+        state = advance(hair, previous, frame.leads)
     else:
         surfaces, parts = [surface for _, surface in frame.surfaces], [body for _, body in frame.parts]
         around = Around(frame.leads[1], surfaces, parts, frame.frame_dt)
-        state = advance_locked(hair, previous, around, scene, advance)
+        state = advance_locked(hair, previous, around, scene, advance_guides)
     number = round(frame.began / frame.frame_dt) + 1
     warn_of_lost(hair, previous, state, number)
     return replace(state, stretched=warn_of_stretch(hair, state.positions, scene, number, previous.stretched))

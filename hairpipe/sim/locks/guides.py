@@ -1,13 +1,15 @@
 """The hairs that are simulated, as a model of their own: taken out of all hairs, and put back among them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.data import Ends
 from hairpipe.data.hair import HairState
 from hairpipe.groom.sampling import take
 from hairpipe.groom.strand_arrays import points_of_strands
+from hairpipe.sim.boundary import Lead
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.layout import Layout, lay_out
 from hairpipe.sim.strands.interface import StrandModel, kind_of
@@ -33,6 +35,14 @@ class Guides:
     strands: np.ndarray
     points: np.ndarray
     numbers: np.ndarray
+
+    def leads_of(self, leads: tuple[Lead, Lead]) -> tuple[Lead, Lead]:
+        """Return what leads the roots of these at two frames, of what leads all; pure."""
+        before, after = (
+            Ends(*(getattr(lead, of.name)[self.strands] for of in fields(Ends))) if isinstance(lead, Ends) else lead
+            for lead in leads
+        )
+        return before, after
 
     def state_of(self, state: HairState) -> HairState:
         """Return the state of these strands; pure."""
@@ -82,8 +92,8 @@ def take_guides(whole: HairModel, leaders: np.ndarray) -> Guides:
 def _model_of(whole: HairModel, part: Layout, strands: np.ndarray) -> StrandModel:
     """Return the model of some strands: its arrays have a row for every particle, or for every strand."""
     layout, changes = whole.layout, {"first": part.first}
-    fields: tuple[str, ...] = kind_of(whole.model).model._fields  # type: ignore[attr-defined]
-    for name in fields:
+    names: tuple[str, ...] = kind_of(whole.model).model._fields  # type: ignore[attr-defined]
+    for name in names:
         values = getattr(whole.model, name)
         if name != "first":
             of_rows = len(values) == layout.first[-1]

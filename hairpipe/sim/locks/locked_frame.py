@@ -68,19 +68,19 @@ def advance_locked(
     previous: HairState,
     around: Around,
     scene: Scene,
-    advance: Callable[[HairModel, HairState], HairState],
+    advance: Callable[[Guides, HairState], HairState],
 ) -> HairState:
     """Return hair in locks at the next frame; pure.
 
     scene    one that `check_locks` lets pass
-    advance  simulates strands from the frame before to this one
+    advance  simulates guides from the frame before to this one
     """
     locks, stiction, offsets = scene.locks, scene.stiction, hair.layout.offsets
     assert locks is not None and stiction is not None
     known = previous.locks or no_locks(len(hair.groom.ids), len(previous.stuck))
     guides = take_guides(hair, known.leaders)
     before = guides.state_of(previous)
-    moved = advance(guides.hair, before)
+    moved = advance(guides, before)
     ages = ages_of(before.stuck, before.stuck_at, known.ages, moved.stuck, moved.stuck_at)
     motion, state = motion_of(guides, moved, around.lead), guides.put(previous, moved)
     by_guides, deviations = _carry(hair, known, motion, around, scene.contact.thickness)

@@ -21,6 +21,8 @@ RADIUS, WIDTH, BELOW, VOXEL = 0.015, 1.0, 0.08, 0.0025
 """Radius of the bar, its length along z, the depth of its axis below the roots, and its voxel [m]."""
 FREQUENCY, ASIDE = 2.0, 0.25
 """Frequency of both motions [1/s]; speed of the roots, which move along the bar, over the speed of the bar."""
+HALT = 1.0 / FREQUENCY
+"""Time at which both are where they began, and stay [s]."""
 
 
 def tuft() -> Groom:
@@ -32,7 +34,7 @@ def tuft() -> Groom:
 def roots_at(groom: Groom, speed: float, time: float) -> Ends:
     """Lead the roots along the bar and back, at a time [s]; speed of the bar [m/s]."""
     wave = Wave(frequency=FREQUENCY, speed=ASIDE * speed, along=(0.0, 0.0, 1.0))
-    return lead(groom, time, Track(), wave, None, None)
+    return lead(groom, min(time, HALT), Track(), wave, None, None)
 
 
 def axis_at(speed: float, time: float) -> tuple[np.ndarray, np.ndarray]:
@@ -40,7 +42,7 @@ def axis_at(speed: float, time: float) -> tuple[np.ndarray, np.ndarray]:
 
     It is below the middle of the roots when it is fastest: a quarter of a period after the start, and on the way back.
     """
-    course = course_of_wave(Wave(frequency=FREQUENCY, speed=speed, along=(-1.0, 0.0, 0.0)), time)
+    course = course_of_wave(Wave(frequency=FREQUENCY, speed=speed, along=(-1.0, 0.0, 0.0)), min(time, HALT))
     begins = speed / (2.0 * np.pi * FREQUENCY) + 0.5 * (COLUMNS - 1) * APART
     return np.array([begins, -BELOW, 0.5 * (ROWS - 1) * APART]) + course.shift, course.shift_rate
 
@@ -67,13 +69,23 @@ def passed_through(before: np.ndarray, after: np.ndarray, offsets: np.ndarray) -
     """Mark the strands of which a segment went across the axis of the bar, all points going straight, (S,) bool.
 
     before, after  points from that axis at two times [m], (P, 3); offsets of the strands, (S+1,)
+    """
+    first = np.arange(len(before) - 1)
+    turns = went_across(before, after, np.column_stack([first, first + 1]))
+    turns[offsets[1:-1] - 1] = False
+    return np.add.reduceat(np.append(turns, False), offsets[:-1]) > 0
+
+
+def went_across(before: np.ndarray, after: np.ndarray, segments: np.ndarray) -> np.ndarray:
+    """Mark the segments, (n, 2), that went across the axis of the bar, all points going straight, (n,) bool.
+
+    before, after  points from that axis at two times [m], (P, 3)
 
     Seen along the axis, a segment spans an angle a < pi. When its ends go on by b and c, it spans a + c - b, unless
     it went across: then that is wrong by a whole turn.
     """
     old, new = (points[:, 0] + 1j * points[:, 1] for points in (before, after))
     gone = np.angle(new * old.conj())
-    spans = [np.angle(ends[1:] * ends[:-1].conj()) for ends in (old, new)]
-    turns = np.abs(spans[0] + np.diff(gone) - spans[1]) > np.pi
-    turns[offsets[1:-1] - 1] = False
-    return np.add.reduceat(np.append(turns, False), offsets[:-1]) > 0
+    begins, ends = segments.T
+    spans = [np.angle(points[ends] * points[begins].conj()) for points in (old, new)]
+    return np.abs(spans[0] + gone[ends] - gone[begins] - spans[1]) > np.pi

@@ -1,7 +1,6 @@
 """A bar that is driven through a tuft and back: the steps and speeds at which contact fails."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -9,66 +8,50 @@ from hairpipe.data import Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.sim.boundary import Lead
 from hairpipe.sim.build import bodies_of
-from hairpipe.sim.hair_model import HairModel, build_hair
-from hairpipe.sim.material import Material
+from hairpipe.sim.hair_model import HairModel
+from hairpipe.sim.locks.guides import Guides
+from hairpipe.sim.locks.locked_frame import Around, advance_locked
 from hairpipe.sim.settings import Scene, StepControl
 from hairpipe.sim.simulate import advance_frame, start
 from hairpipe.sim.state import State
-from hairpipe.studies.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, depth, passed_through, roots_at, tuft
+from hairpipe.studies.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, passed_through, roots_at
+from hairpipe.studies.contact.worst import FLUNG, FLUNG_LEAST, Seen, Worst, signs
 
 FRAME = 1 / 24
-STRETCHED = 0.1
-FLUNG, FLUNG_LEAST = 2.0, 1.0
-"""A point is flung that is faster than so many times the fastest of the converged run, and so much more [m/s].
-
-Not than the bar: ends of hair that slides off it whip, and do so at six times its speed.
-"""
 COLUMNS = (
     "speed",
     "step [s]",
     "steps",
     "deepest [mm]",
-    "through the bar [strands]",
+    "deepest at a frame [mm]",
+    "through the bar",
     "stretch [%]",
     "fastest [m/s]",
+    "won at rest [J/kg]",
+    "simulated",
     "failed",
 )
 
 
-@dataclass(eq=False)
-class Worst:
-    """The worst of a run so far.
-
-    deepest point [m]; stretch of a segment; fastest point [m/s]; through: strands that went through the bar, (S,) bool
-    """
-
-    through: np.ndarray
-    steps: int = 0
-    deepest: float = 0.0
-    stretch: float = 0.0
-    fastest: float = 0.0
-    finite: bool = field(default=True)
-
-
 def clash_table(
-    truth: Table | None, scene: Scene, bar: bool, speeds: Sequence[float], rates: Sequence[int], seconds: float
+    truth: Table | None, run: Callable[[float, int], Worst], speeds: Sequence[float], rates: Sequence[int]
 ) -> Table:
-    """Tabulate what becomes of the tuft at every speed [m/s] and every number of steps a second.
+    """Tabulate what becomes of hair at every speed [m/s] and every number of steps a second.
 
     truth  such a table of converged runs, with all these speeds, or BadInput; None: this is one
-    scene  without its step control: steps are of one length
-    bar    whether there is one; else the roots alone move
+    run    drives the bar at a speed [m/s] with so many steps a second
     """
-    hair, rows, known = build_hair(tuft(), Material()), [], fastest_of(truth)
+    rows, known = [], fastest_of(truth)
     if missing := sorted({f"{speed:g} m/s" for speed in speeds} - set(known)) if known else []:
         raise BadInput(f"the converged run has no {missing[0]}", right=f"one of {', '.join(known)}")
     for speed in speeds:
         possible = FLUNG * known.get(f"{speed:g} m/s", np.inf) + FLUNG_LEAST
         for rate in rates:
-            steps = StepControl(1.0 / rate, np.inf, np.inf, crossings=np.inf)
-            worst = meet(hair, replace(scene, steps=steps), bar, speed, seconds)
-            values = 1e3 * worst.deepest, int(worst.through.sum()), 100 * worst.stretch, worst.fastest
+            worst = run(speed, rate)
+            depths, through = (1e3 * worst.deepest, 1e3 * worst.shown), int(worst.through.sum())
+            values = *depths, through, 100 * worst.stretch, worst.fastest, worst.grown, worst.simulated
             rows.append((f"{speed:g} m/s", 1.0 / rate, worst.steps, *values, signs(worst, possible)))
     return table_of_rows(COLUMNS, rows)
 
@@ -78,22 +61,16 @@ def fastest_of(truth: Table | None) -> dict[str, float]:
     return {} if truth is None else dict(zip(truth["speed"], truth.numbers["fastest [m/s]"].tolist(), strict=True))
 
 
-def signs(worst: Worst, possible: float) -> str:
-    """Say what failed, parted by commas; no point can be faster than possible [m/s]."""
-    if not worst.finite:
-        return "NaN"
-    failed = {
-        "through": worst.through.any(),
-        "stretch": worst.stretch > STRETCHED,
-        "flung": worst.fastest > possible,
-    }
-    return ", ".join(sign for sign, seen in failed.items() if seen)
+def fixed_steps(rate: int) -> StepControl:
+    """Return steps of one length, so many a second, however far things move in them."""
+    return StepControl(1.0 / rate, np.inf, np.inf, crossings=np.inf)
 
 
 def meet(hair: HairModel, scene: Scene, bar: bool, speed: float, seconds: float) -> Worst:
     """Drive the bar through the tuft at a speed [m/s]; a run that is not finite ends there."""
     state = start(hair, roots_at(hair.groom, speed, 0.0), scene)
-    worst = Worst(np.zeros(len(hair.groom.ids), bool))
+    strands = len(hair.groom.ids)
+    worst = Worst(np.zeros(strands, bool), simulated=strands)
     with np.errstate(all="ignore"):
         for frame in range(round(seconds / FRAME)):
             try:
@@ -102,38 +79,52 @@ def meet(hair: HairModel, scene: Scene, bar: bool, speed: float, seconds: float)
                 worst.finite = False
             if not worst.finite:
                 break
+            ended = (frame + 1) * FRAME
+            axis = axis_at(speed, ended)[0] if bar else None
+            worst.end_frame(ended, _seen(hair, state.positions, state.velocities, axis))
     return worst
 
 
 def _advance(
     hair: HairModel, state: HairState, scene: Scene, bar: bool, speed: float, began: float, worst: Worst
 ) -> HairState:
-    """Advance by a frame, and check every step."""
+    """Advance by a frame, and check every step of what is simulated, and at the end what guides carry."""
     times = began, began + FRAME
     leads = roots_at(hair.groom, speed, times[0]), roots_at(hair.groom, speed, times[1])
     parts = [(bar_at(speed, times[0]), bar_at(speed, times[1]))] if bar else []
-    before = hair.layout.axis(state.positions)
-
-    def look(motion: State, *when: float) -> None:
-        nonlocal before
-        _look(worst, hair, motion, before, [axis_at(speed, began + t)[0] for t in when], bar)
-        before = hair.layout.axis(motion.x)
-
     bodies = bodies_of((), parts, scene.contact, FRAME)
-    return advance_frame(hair, state, leads, bodies, FRAME, scene, began, look)
+
+    def simulate(
+        strands: HairModel, before: HairState, leads: tuple[Lead, Lead], which: np.ndarray | slice
+    ) -> HairState:
+        points = strands.layout.axis(before.positions)
+
+        def look(motion: State, *when: float) -> None:
+            nonlocal points
+            axes = [axis_at(speed, began + t)[0] for t in when]
+            seen = _seen(strands, motion.x, motion.v, axes[1] if bar else None)
+            worst.steps += 1
+            worst.note(seen)
+            if bar and worst.finite:
+                worst.through[which] |= passed_through(points - axes[0], seen.points - axes[1], strands.layout.offsets)
+            points = seen.points
+
+        return advance_frame(strands, before, leads, bodies, FRAME, scene, began, look)
+
+    def simulate_guides(guides: Guides, before: HairState) -> HairState:
+        worst.simulated = min(worst.simulated, len(guides.strands))
+        return simulate(guides.hair, before, guides.leads_of(leads), guides.strands)
+
+    if scene.locks is None:
+        return simulate(hair, state, leads, slice(None))
+    around = Around(leads[1], (), [body for _, body in parts], FRAME)
+    moved = advance_locked(hair, state, around, scene, simulate_guides)
+    if worst.finite:
+        worst.note(_seen(hair, moved.positions, moved.velocities, axis_at(speed, times[1])[0] if bar else None))
+    return moved
 
 
-def _look(
-    worst: Worst, hair: HairModel, motion: State, before: np.ndarray, axes: Sequence[np.ndarray], bar: bool
-) -> None:
-    """Note what a step did, in place; axes are points of the bar's axis before and after [m]."""
-    points, offsets = hair.layout.axis(motion.x), hair.layout.offsets
-    fastest = float(np.linalg.norm(hair.layout.axis(motion.v), axis=1).max())
+def _seen(hair: HairModel, positions: np.ndarray, velocities: np.ndarray, axis: np.ndarray | None) -> Seen:
+    points, offsets = hair.layout.axis(positions), hair.layout.offsets
     lengths = np.delete(np.linalg.norm(np.diff(points, axis=0), axis=1), offsets[1:-1] - 1)
-    worst.steps += 1
-    worst.finite = bool(np.isfinite(motion.x).all() and np.isfinite(motion.v).all())
-    worst.fastest = max(worst.fastest, fastest)
-    worst.stretch = max(worst.stretch, float(lengths.max()) * SEGMENTS / LENGTH - 1.0)
-    if bar and worst.finite:
-        worst.deepest = max(worst.deepest, depth(points - axes[1]))
-        worst.through |= passed_through(before - axes[0], points - axes[1], offsets)
+    return Seen(points, hair.layout.axis(velocities), float(lengths.max()) * SEGMENTS / LENGTH - 1.0, axis)

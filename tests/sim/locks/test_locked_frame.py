@@ -49,10 +49,10 @@ def body(time):
     return Mesh(CORNERS + way, np.array([[0, 1, 2]], np.int32), speed)
 
 
-def shot(hair, scene, frames, state=None, first=0):
+def shot(hair, scene, frames, state=None, first=0, lead=body):
     states, dt = [] if state is None else [state], 1 / 24
     for f in range(first, first + frames):
-        leads = body(max(f - 1, 0) * dt), body(f * dt)
+        leads = lead(max(f - 1, 0) * dt), lead(f * dt)
         state = next_state(hair, state, Frame(leads, (), (), max(f - 1, 0) * dt, dt), scene)
         states.append(state)
     return states
@@ -157,6 +157,13 @@ def test_hairs_that_an_audit_finds_off_do_not_follow_before_their_connections_ha
     assert np.isin(np.flatnonzero(who), followers(good)).all()
     for state in parted[:3]:
         assert not np.isin(np.flatnonzero(who), followers(state)).any()
+
+
+def test_ends_that_go_as_the_body_does_lead_guides_as_it_does(hair, states):
+    free = np.full((2, len(hair.groom.ids), 3, 4), np.nan)
+    led = shot(hair, SCENE, 10, lead=lambda time: Ends(*motion_of_roots(body(time), hair.groom), *free))
+    assert len(followers(led[-1])) > 0
+    same(led[-1], states[-1])
 
 
 def test_guides_taken_out_and_put_back_are_what_they_were(hair, states):
