@@ -9,7 +9,7 @@ from hairpipe.studies.contact.bar import HALT, LENGTH, depth
 
 GRAVITY = 9.81
 STRETCHED, INSIDE, GROWN = 0.1, 1e-3, 0.1 * GRAVITY * LENGTH
-"""What counts as failed: stretch of a segment, depth in the bar at a frame [m], and energy that hair has won at rest [J/kg].
+"""What counts as failed: stretch of a segment, depth in the bar at a frame [m], energy that hair wins at rest [J/kg].
 
 Springs that are let go of are taken to give back no more than hair wins that rises by a tenth of its length.
 """

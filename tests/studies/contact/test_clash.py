@@ -59,7 +59,8 @@ def test_hair_that_wins_energy_at_rest_grows_and_hair_that_falls_does_not():
         worst.end_frame(0.5, Seen(still, still, 0.0, None))
         worst.end_frame(0.75, Seen(still + rise, still, 0.0, None))
         assert signs(worst, 4.0) == sign
-    worst.end_frame(1.0, Seen(still, still + [np.sqrt(2.2 * GRAVITY * 0.1 * LENGTH), 0.0, 0.0], 0.0, None))
+    upwards = np.full((4, 3), np.sqrt(2.2 * GRAVITY * 0.1 * LENGTH / 3.0))
+    worst.end_frame(1.0, Seen(still, upwards, 0.0, None))
     assert signs(worst, 4.0) == "growing"
 
 
