@@ -122,12 +122,12 @@ def test_the_more_patches_differ_the_less_is_promised():
 
 
 def test_lost_strands_are_no_error_but_a_fault():
-    assert measured_of(table([[1.0, 1.0]], lost=1), Tolerance(1.0, "%"), 1.0).fault
-    assert measured_of(table([[1.0, 1.0]]), Tolerance(1.0, "%"), 1.0).error == pytest.approx(10.0)
+    assert measured_of(table([[1.0, 1.0]], lost=1), Tolerance(1.0, "%"), 1.0, []).fault
+    assert measured_of(table([[1.0, 1.0]]), Tolerance(1.0, "%"), 1.0, [0]).error == pytest.approx(10.0)
 
 
 def test_whole_strands_count_where_they_are_farther_off_than_tips():
-    assert measured_of(table([[1.0, 1.0]], whole=2.0), Tolerance(1.0, "%"), 1.0).error == pytest.approx(20.0)
+    assert measured_of(table([[1.0, 1.0]], whole=2.0), Tolerance(1.0, "%"), 1.0, [0]).error == pytest.approx(20.0)
 
 
 def test_hair_is_scaled_to_the_scene_and_bodies_are_not():
