@@ -110,7 +110,7 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
     if found.bound > tuned.tolerance.value:
         return f"kept: may be beyond {tuned.tolerance}"
     if chosen is None:
-        return "kept: nearer by luck"
+        return "kept: keeps it only as far as hair can be predicted" if found.screened else "kept: nearer by luck"
     if chosen and parts <= chosen:
         return "left out"
     if not all(saves(part, found, tuned.full) for part in parts):

@@ -1,6 +1,7 @@
 """What is chosen, on tables that are made up."""
 
 import math
+from dataclasses import replace
 from itertools import product
 
 import pytest
@@ -147,3 +148,35 @@ def test_what_makes_others_moot_is_taken_with_none_of_them():
     world = World()
     choose(FULL, singles, 1.0, world.measure)
     assert world.asked == [frozenset({alone, voxels})]
+
+
+class Chaotic(World):
+    """A scene in which one member is not enough to promise anything, and some parts are told apart afterwards."""
+
+    def __init__(self, apart: str) -> None:
+        super().__init__()
+        self.apart = apart
+
+    def truth(self, parts) -> Measured:
+        told = any(part.axis == self.apart for part in parts) or (self.apart == "full" and not parts)
+        return replace(super().truth(parts), refused="told apart: contacts" if told else "")
+
+    def singles(self) -> dict[Simplification, Measured]:
+        return {part: replace(super(Chaotic, self).truth([part]), screened=True) for part in PARTS}
+
+
+SCREENED = replace(FULL, screened=True)
+
+
+@pytest.mark.parametrize("tolerance", [0.6, 2.0])
+def test_what_was_only_screened_is_never_chosen(tolerance):
+    world = Chaotic("collisions")
+    choice = choose(SCREENED, world.singles(), tolerance, world.measure)
+    assert choice.parts in world.asked and not choice.measured.screened
+    assert not choice.measured.refused and all(part.axis != "collisions" for part in choice.parts or ())
+
+
+def test_nothing_is_chosen_where_the_graph_itself_is_told_apart():
+    world = Chaotic("full")
+    choice = choose(SCREENED, world.singles(), 2.0, world.measure)
+    assert choice.parts is None and choice.measured.refused and world.asked == [frozenset()]
