@@ -61,13 +61,10 @@ def choose(full: Measured, singles: Mapping[Simplification, Measured], tolerance
     Those that are expected to keep it are measured, the cheapest first, until one does; what leaves out at least as
     much as one that failed is not tried. Of all that was measured and keeps the tolerance the cheapest is chosen.
     Nothing is where the full model does not keep it: what leaves something out and comes nearer does so by luck.
-
-    full, singles  may be screened only; then what is chosen is measured
     """
-    sure = measure(Combination()) if full.screened else full
-    if not sure.keeps(tolerance):
-        return Choice(None, sure, ())
-    known = table_of(sure, singles)
+    if not full.keeps(tolerance):
+        return Choice(None, full, ())
+    known = table_of(full, singles)
     useful = {part: found for part, found in singles.items() if found.keeps(tolerance)}
     guesses = sorted((g for g in guess_all(full, useful) if g.bound <= tolerance), key=by_cost)
     trials: list[Trial] = []

@@ -109,6 +109,8 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
         return "left out"
     if found.bound > tuned.tolerance.value:
         return f"kept: may be beyond {tuned.tolerance}"
+    if found.refused:
+        return f"kept: {found.refused}"
     if chosen is None:
         return "kept: keeps it only as far as hair can be predicted" if found.screened else "kept: nearer by luck"
     if chosen and parts <= chosen:
@@ -128,7 +130,9 @@ def conclusion(tuned: Tuned) -> list[str]:
         lines = [f"nothing keeps {tolerance}: not even the graph as it is, off by {shown(found, tolerance)}"]
         if found.refused:
             lines.append(found.refused)
-        elif not found.climate:
+        if isinstance(tuned.reference, Chaos) and tuned.reference.chaotic:
+            lines.append(f"up to frame {tuned.reference.frame} its tips are {millimetres(full.tip)} mm off")
+        else:
             lines.append("shorter steps may; what comes nearer with less does so by luck")
     else:
         saved = f"{full.seconds / choice.measured.seconds:.1f} times as fast"
@@ -152,12 +156,13 @@ def promise_lines(tuned: Tuned) -> list[str]:
         f"keeps {tuned.tolerance} with {100 * CONFIDENCE:.0f} % confidence up to frame {chaos.frame} "
         f"({chaos.seconds:.2f} s); chaos: from then on two references are {length(chaos.apart, tuned.tolerance)} apart"
     ]
+    means = f"afterwards its mean is {length(climate.bias, tuned.tolerance)} off, within the error above"
     if climate.score is None:
-        return [*lines, "too few frames are left to tell what is seen of hair from then on"]
-    alike = [name for name in TOLD if name not in climate.told]
-    lines.append(f"afterwards not told apart from the reference in {', '.join(alike)}")
+        return [*lines, f"{means}; too few frames are left to tell more"]
+    alike = ", ".join(name for name in TOLD if name not in climate.told) or "nothing"
+    lines.append(f"{means}, and it is not told apart from the reference in {alike}")
     apart = ", ".join(f"{name} ({ratio:.2g} times chance)" for name, ratio in climate.told.items())
-    return [*lines, f"allowed to differ in {apart} (p {climate.p:.2g} of all)"] if apart else lines
+    return [*lines, f"allowed to differ in {apart}; p {climate.p:.2g}"] if apart else lines
 
 
 def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:

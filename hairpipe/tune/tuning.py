@@ -11,7 +11,7 @@ from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import Tables
 from hairpipe.tune.chaos import INDIFFERENT, LEAST, Chaos
-from hairpipe.tune.choosing import Choice, Combination, choose, choose_within
+from hairpipe.tune.choosing import Choice, Combination, choose, choose_within, saves
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
@@ -109,6 +109,10 @@ def measured_and_chosen(request: Request, say: Callable[[str], None]) -> Tuned:
     if fault:
         raise BadInput(f"the graph itself does not get through the sample: {fault}", where=request.shot.path)
     singles = {part: study.measure([part]) for part in parts}
+    if full.screened:
+        full, screened = study.confirm([]), full
+        if full.keeps(request.tolerance.value):
+            singles = {part: confirmed(study, part, found, screened) for part, found in singles.items()}
     choice = choose(full, singles, request.tolerance.value, study.confirm)
     affordable, check = None, None
     if request.budget is not None and (choice.parts is None or choice.measured.seconds > request.budget):
@@ -118,6 +122,12 @@ def measured_and_chosen(request: Request, say: Callable[[str], None]) -> Tuned:
         check = checked(request, other, scene, choice.parts, say)
     found = (study.steps, full, singles, choice, request.budget, affordable, check)
     return Tuned(scene.strands, sample, request.tolerance, reference, *found)
+
+
+def confirmed(study: Study, part: Simplification, found: Measured, full: Measured) -> Measured:
+    """Measure what is after hair can be predicted, too, of what keeps the tolerance until then and saves time."""
+    worthy = found.keeps(study.request.tolerance.value) and saves(part, found, full)
+    return study.confirm([part]) if worthy else found
 
 
 def sample_of(request: Request, scene: Scene) -> Sample:

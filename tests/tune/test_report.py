@@ -116,6 +116,7 @@ def test_below_the_floor_it_says_until_when_the_tolerance_can_be_promised():
     )
     text = "\n".join(report.header(below) + report.conclusion(below))
     assert "chaos floor 5.8 mm (3 + 4 members): a tolerance of 2 mm can be promised up to frame 1012 only" in text
+    assert "up to frame 1012 its tips are 0.1 mm off" in text
     assert not below.kept and "the floor of chaos is above the tolerance" in text
     assert report.rows(below)[-1][-1] == "kept: keeps it only as far as hair can be predicted"
 

@@ -1,6 +1,7 @@
 """From a graph file to settings: a few hairs that fall."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -124,6 +125,38 @@ def test_particles_are_measured_as_any_simplification(scene):
     sample = choose_sample(range(1, 9), 24.0, None, 96, 12, 4)
     found = Study(request(path), sample, 96).measure([part])
     assert not found.fault and 0.0 < found.tip < 0.05 and found.seconds > 0.0
+
+
+def test_hair_that_is_chaotic_is_judged_by_members_and_the_same_when_asked_again(scene, capsys):
+    """A tuft that is shaken: without collisions a single run stays near, which promises nothing."""
+    path = scene.parent / "shaken.toml"
+    shaken = SCENE.replace("frames = [1, 8]", "frames = [1, 9]").replace("0.02]", "0.002]\ntuft = { rows = 2 }")
+    shaken = shaken.replace("strands = 8", "strands = 4\ndirection = [0.0, -1.0, 0.0]")
+    shaken = shaken.replace('in.groom = "groom"', 'in = { groom = "groom", ends = "hand" }')
+    hand = '[hair.collisions]\n[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n'
+    moves = "times = [0.0, 0.05, 0.1, 0.2], move = [[0, 0, 0], [0.04, 0, 0], [-0.04, 0, 0.02], [0, 0, 0]]"
+    path.write_text(f"{shaken}{hand}roots = {{ {moves} }}\n")
+    asked, found = request(path, tolerance=Tolerance(2e-3, "m"), run=runner(False)), []
+    dry = next(part for part in simplifications(opened(path).graph, "hair") if part.axis == "collisions")
+    assert look_at(asked).tip == pytest.approx(4e-4)
+    said, sample = [], choose_sample(range(1, 10), 24.0, None, 8, 8, 4)
+    with asked.shot.keeping_workers() as shot:
+        for _ in range(2):
+            study = Study(replace(asked, shot=shot), sample, 8, 4e-4)
+            found.append((study.converged(), study.measure([dry]), study.confirm([dry])))
+            said.append("measuring" in capsys.readouterr().err)
+    chaos, screened, sure = found[0]
+    assert found[0] == found[1] and said == [True, False]
+    assert chaos.chaotic and screened.screened and not sure.screened
+    assert sure.climate is not None and sure.bound >= screened.bound
+
+
+def test_hair_that_touches_none_needs_no_members(scene):
+    path = scene.parent / "single.toml"
+    path.write_text(SCENE.replace("[hair.stiction]", ""))
+    assert look_at(request(path)).tip is None and look_at(request(scene)).tip == pytest.approx(4e-3)
+    percent = Tolerance(2.0, "%")
+    assert look_at(request(scene, tolerance=percent)).tip == pytest.approx(0.2 * 0.02 * 0.1, rel=1e-6)
 
 
 def test_a_cut_is_no_motion(scene):
