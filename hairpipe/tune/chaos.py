@@ -136,9 +136,9 @@ def refusal(climate: Climate, chaos: Chaos, tolerance: Tolerance, limit: float) 
     """
     if chaos.floor > tolerance.value:
         return "the floor of chaos is above the tolerance"
-    beyond = {name: ratio for name, ratio in climate.told.items() if ratio > limit}
-    if beyond and climate.p is not None and climate.p <= CHANCE:
-        return "told apart: " + ", ".join(f"{name} ({ratio:.2g} times chance)" for name, ratio in beyond.items())
+    name = max(climate.told, key=lambda name: climate.told[name], default="")
+    if name and climate.told[name] > limit and climate.p is not None and climate.p <= CHANCE:
+        return f"told apart by {name} ({climate.told[name]:.2g} times chance)"
     if not SPREADS[0] <= climate.spread <= SPREADS[1]:
         return f"spreads {climate.spread:.2g} times as far as the reference"
     return ""

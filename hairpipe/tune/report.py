@@ -156,7 +156,7 @@ def promise_lines(tuned: Tuned) -> list[str]:
         f"keeps {tuned.tolerance} with {100 * CONFIDENCE:.0f} % confidence up to frame {chaos.frame} "
         f"({chaos.seconds:.2f} s); chaos: from then on two references are {length(chaos.apart, tuned.tolerance)} apart"
     ]
-    means = f"afterwards its mean is {length(climate.bias, tuned.tolerance)} off, within the error above"
+    means = f"afterwards its mean is at most {length(climate.bound, tuned.tolerance)} off"
     if climate.score is None:
         return [*lines, f"{means}; too few frames are left to tell more"]
     alike = ", ".join(name for name in TOLD if name not in climate.told) or "nothing"
