@@ -18,6 +18,7 @@ def measure_climate(
     truth_members: tuple[int, ...],
     tolerance: Annotated[float, Gt(0.0)] = 0.02,
     patches: Annotated[int, Ge(1)] = 1,
+    predicted: Annotated[int, Ge(1)] | None = None,
     reach: Annotated[Metres, Gt(0.0)] = 1.2e-3,
     gravity: Annotated[MetresPerSecondSquared, Gt(0.0)] = 9.81,
 ) -> Table:
@@ -33,6 +34,7 @@ def measure_climate(
     members        numbers of those of the model; one of the reference's among them, few: the others are better its own
     truth_members  numbers of those of the reference, three at least where hair is chaotic
     tolerance      of points, over the length of their strands
+    predicted      frames after the first for which hair can be predicted; without, they are found as above
     patches        of `sample_groom`, by which intervals are found; of one patch, by members
     reach          up to which points of two hairs touch: 4 thicknesses
     gravity        by which energy is measured
@@ -45,5 +47,8 @@ def measure_climate(
     if len(members) != len(hair) or len(truth_members) != len(truth):
         counts = f"{len(members)} and {len(truth_members)} members, {len(hair)} and {len(truth)} edges"
         raise BadInput(counts, where="members", right="as many of each")
-    sides, criteria = sides_of(members, truth_members), Criteria(tolerance, patches, reach, gravity, time.fps)
+    sides, criteria = (
+        sides_of(members, truth_members),
+        Criteria(tolerance, patches, reach, gravity, time.fps, predicted),
+    )
     return climate_table(hair, truth, half or (), sides, criteria)

@@ -62,10 +62,10 @@ def choose(full: Measured, singles: Mapping[Simplification, Measured], tolerance
     much as one that failed is not tried. Of all that was measured and keeps the tolerance the cheapest is chosen.
     Nothing is where the full model does not keep it: what leaves something out and comes nearer does so by luck.
     """
-    if full.bound > tolerance:
+    if not full.keeps(tolerance):
         return Choice(None, full, ())
     known = table_of(full, singles)
-    useful = {part: found for part, found in singles.items() if found.bound <= tolerance}
+    useful = {part: found for part, found in singles.items() if found.keeps(tolerance)}
     guesses = sorted((g for g in guess_all(full, useful) if g.bound <= tolerance), key=by_cost)
     trials: list[Trial] = []
     for guess in guesses:
@@ -76,9 +76,9 @@ def choose(full: Measured, singles: Mapping[Simplification, Measured], tolerance
                 continue
             known[guess.parts] = measure(guess.parts)
             trials.append(Trial(guess, known[guess.parts]))
-        if known[guess.parts].bound <= tolerance:
+        if known[guess.parts].keeps(tolerance):
             break
-    within = [parts for parts, found in known.items() if found.bound <= tolerance and worth(parts, found, full)]
+    within = [parts for parts, found in known.items() if found.keeps(tolerance) and worth(parts, found, full)]
     parts = min(within, key=lambda parts: (known[parts].seconds, *names(parts)))
     return Choice(parts, known[parts], tuple(trials))
 
@@ -113,8 +113,9 @@ def choose_within(
 
 
 def table_of(full: Measured, singles: Mapping[Simplification, Measured]) -> dict[Combination, Measured]:
-    """List all that is known at the beginning by combination."""
-    return {Combination(): full} | {Combination([part]): found for part, found in singles.items()}
+    """List all that is known at the beginning by combination, but for what was screened only."""
+    known = {Combination(): full} | {Combination([part]): found for part, found in singles.items()}
+    return {parts: found for parts, found in known.items() if not found.screened}
 
 
 def guess_all(full: Measured, singles: Mapping[Simplification, Measured]) -> Iterator[Guess]:

@@ -1,30 +1,32 @@
 """What was measured of one model of a scene's hair, from the tables and times that the store holds."""
 
 import statistics
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
 
 from hairpipe.data import Table
+from hairpipe.data.table import table_of_columns
+from hairpipe.tune.chaos import Climate, uncertainty
 from hairpipe.tune.quantity import Tolerance
-
-CONFIDENCE = 0.9
-"""How often what is promised should hold in strands that were not sampled."""
 
 
 @dataclass(frozen=True)
 class Measured:
     """Error and cost of a model.
 
-    error    of tips or of whole strands, the larger, root mean square over strands and frames, in the tolerance's unit
-    bound    what it may be in strands that were not sampled, judged by the spread among patches
-    seconds  a frame of the whole scene [s]
-    tip      root mean square distance of the tips [m]
-    percent  the same in shares of the length of their strands [%]
-    whole    of whole strands [m]
-    fault    why there is no error; then all of those are infinite
+    error     of tips or of whole strands, the larger, root mean square over strands and frames, in the tolerance's
+              unit; where hair is chaotic, until it cannot be predicted, or the bias afterwards, the larger
+    bound     what it may be in strands that were not sampled, judged by the spread among patches
+    seconds   a frame of the whole scene [s]
+    tip       root mean square distance of the tips, as far as hair can be predicted [m]
+    percent   the same in shares of the length of their strands [%]
+    whole     of whole strands [m]
+    fault     why there is no error; then all of those are infinite
+    screened  whether hair is chaotic, and only what is before that was looked at: enough to refuse, not to promise
+    climate   where hair is chaotic: afterwards
+    refused   why it cannot be promised to keep the tolerance, whatever the error is
     """
 
     error: float
@@ -34,6 +36,13 @@ class Measured:
     percent: float
     whole: float
     fault: str = ""
+    screened: bool = False
+    climate: Climate | None = None
+    refused: str = ""
+
+    def keeps(self, tolerance: float) -> bool:
+        """Whether that can be promised."""
+        return self.bound <= tolerance and not self.refused
 
 
 def failed(fault: str) -> Measured:
@@ -41,28 +50,25 @@ def failed(fault: str) -> Measured:
     return Measured(*[float("inf")] * 6, fault)
 
 
-def measured_of(table: Table, tolerance: Tolerance, seconds: float) -> Measured:
-    """Sum the table of `measure_patches` up."""
+def measured_of(table: Table, tolerance: Tolerance, seconds: float, frames: Iterable[int]) -> Measured:
+    """Sum the table of `measure_patches` up, at these frames; hair is lost at any."""
     if np.any(table["lost"]):
         return failed("hair came out that is not finite")
-    unit = "%" if tolerance.unit == "%" else "m"
-    error, bound = np.max([bounded(table, f"{place} [{unit}]") for place in ("tip", "whole")], axis=0).tolist()
+    rows = np.isin(table["frame"], list(frames))
+    table = table_of_columns({name: np.asarray(table[name])[rows] for name in table.names})
+    error, bound = np.max(
+        [bounded(table, f"{place} [{tolerance.unit}]") for place in ("tip", "whole")], axis=0
+    ).tolist()
     tip, percent, whole = (bounded(table, name)[0] for name in ("tip [m]", "tip [%]", "whole [m]"))
     return Measured(error, bound, seconds, tip, percent, whole)
 
 
 def bounded(table: Table, column: str) -> tuple[float, float]:
-    """Return the root mean square of a column over frames and strands, and the bound that its spread allows.
-
-    Patches of m mean squares are independent of each other, their strands and frames are not: the mean of the squares
-    is known to t s / sqrt(m), with s their standard deviation and t of Student's distribution with m - 1 degrees.
-    """
+    """Return the root mean square of a column over frames and strands, and the bound that its spread allows."""
     patches, weights, values = (np.asarray(table[name]) for name in ("patch", "strands", column))
     squares = np.bincount(patches, weights * values**2) / np.bincount(patches, weights)
     mean = float(np.sum(weights * values**2) / np.sum(weights))
-    count = len(squares)
-    spread = stdtrit(count - 1, CONFIDENCE) * np.std(squares, ddof=1) / np.sqrt(count) if count > 1 else 0.0
-    return float(np.sqrt(mean)), float(np.sqrt(mean + spread))
+    return float(np.sqrt(mean)), float(np.sqrt(mean + uncertainty(squares)))
 
 
 def seconds_per_frame(

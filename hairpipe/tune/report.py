@@ -3,6 +3,8 @@
 from dataclasses import asdict
 from typing import Any
 
+from hairpipe.measure.climate.distances import TOLD
+from hairpipe.tune.chaos import CONFIDENCE, MODEL, REFERENCE, Chaos
 from hairpipe.tune.choosing import Choice, Combination, Trial, names, saves
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
@@ -14,15 +16,25 @@ ALIGN = "<>>>>>><"
 
 
 def header(tuned: Tuned) -> list[str]:
-    """Describe the sample, and whether the reference is converged within the tolerance."""
-    lines = [f"sample: {described(tuned.sample, tuned.strands)}", reference_line(tuned.steps, tuned.reference)]
-    if tuned.reference.error > tuned.tolerance.value:
-        lines.append(f"the reference is not converged within {tuned.tolerance}: motion like this cannot be held to it")
+    """Describe the sample, and whether the reference is converged within the tolerance, or what chaos does to it."""
+    found, tolerance = tuned.reference, tuned.tolerance
+    lines = [f"sample: {described(tuned.sample, tuned.strands)}", reference_line(tuned.steps, found, tolerance)]
+    if isinstance(found, Chaos):
+        if found.floor > tolerance.value:
+            lines.append(floor_line(found, tolerance))
+    elif found.error > tolerance.value:
+        lines.append(f"the reference is not converged within {tolerance}: motion like this cannot be held to it")
     return lines
 
 
-def reference_line(steps: str, found: Measured) -> str:
-    """Describe how well the reference is converged."""
+def reference_line(steps: str, found: Measured | Chaos, tolerance: Tolerance) -> str:
+    """Describe how well the reference is converged, or known for chaos."""
+    if isinstance(found, Chaos):
+        members = f"reference: {len(REFERENCE)} members, {steps}, tips aimed {millimetres(found.tip)} mm apart"
+        apart = length(found.apart, tolerance)
+        if not found.chaotic:
+            return f"{members}; not chaotic: they are at most {apart} apart"
+        return f"{members}; chaotic: {apart} apart after frame {found.frame}, floor {length(found.floor, tolerance)}"
     if found.fault:
         return f"reference: {steps}; twice as long ones: {found.fault}"
     return (
@@ -30,10 +42,17 @@ def reference_line(steps: str, found: Measured) -> str:
     )
 
 
+def floor_line(found: Chaos, tolerance: Tolerance) -> str:
+    """Say what can be promised where the floor of chaos is above the tolerance."""
+    floor = f"chaos floor {length(found.floor, tolerance)} ({len(MODEL)} + {len(REFERENCE)} members)"
+    until = f"up to frame {found.frame} only" if found.predicted else "at no frame"
+    return f"{floor}: a tolerance of {tolerance} can be promised {until}"
+
+
 def rows(tuned: Tuned) -> list[tuple[str, ...]]:
     """Lay out the measurements: the full model, then each simplification on its own, with the verdict."""
     full = tuned.full
-    reason = "" if full.bound <= tuned.tolerance.value else f"may be beyond {tuned.tolerance}"
+    reason = "" if full.keeps(tuned.tolerance.value) else f"may be beyond {tuned.tolerance}"
     found = [HEADINGS, row("the graph as it is", full, full, tuned.tolerance, reason)]
     for part, measured in tuned.singles.items():
         found.append(row(part.text, measured, full, tuned.tolerance, why(tuned, Combination([part]), measured)))
@@ -57,16 +76,17 @@ def trials(tuned: Tuned) -> list[Trial]:
 
 def trial_line(tuned: Tuned, trial: Trial) -> str:
     """Describe one combination: measured and predicted error, cost, verdict."""
-    found, guess, unit = trial.measured, trial.guess.bound, tuned.tolerance.unit
-    expected = f"{guess:.2g} %" if unit == "%" else f"{millimetres(guess)} mm"
+    found, expected = trial.measured, length(trial.guess.bound, tuned.tolerance)
     cost = "" if found.fault else f", {found.seconds:.3g} s/frame"
     affordable = tuned.affordable.parts if tuned.affordable else None
     if trial.guess.parts == tuned.choice.parts:
         verdict = "taken"
     elif trial.guess.parts == affordable:
         verdict = "what the budget buys"
+    elif found.bound > tuned.tolerance.value:
+        verdict = "not taken, may be beyond"
     else:
-        verdict = "not taken, may be beyond" if found.bound > tuned.tolerance.value else "not taken, costs more"
+        verdict = f"not taken, {found.refused or 'costs more'}"
     what = "; ".join(names_of(trial.guess.parts))
     return f"together: {what}\n  {shown(found, tuned.tolerance)}, expected at most {expected}{cost}: {verdict}"
 
@@ -75,7 +95,7 @@ def row(text: str, found: Measured, full: Measured, tolerance: Tolerance, reason
     """Write what was measured of one model."""
     if found.fault:
         return text, "", "", "", "", "", "", reason
-    bound = f"{found.bound:.2g} %" if tolerance.unit == "%" else f"{millimetres(found.bound)} mm"
+    bound = length(found.bound, tolerance)
     numbers = (millimetres(found.tip), f"{found.percent:.2g}", bound, millimetres(found.whole), f"{found.seconds:.3g}")
     return text, *numbers, "" if found is full else f"{100.0 * (1.0 - found.seconds / full.seconds):.0f} %", reason
 
@@ -89,8 +109,10 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
         return "left out"
     if found.bound > tuned.tolerance.value:
         return f"kept: may be beyond {tuned.tolerance}"
+    if found.refused:
+        return f"kept: {found.refused}"
     if chosen is None:
-        return "kept: nearer by luck"
+        return "kept: keeps it only as far as hair can be predicted" if found.screened else "kept: nearer by luck"
     if chosen and parts <= chosen:
         return "left out"
     if not all(saves(part, found, tuned.full) for part in parts):
@@ -104,20 +126,43 @@ def conclusion(tuned: Tuned) -> list[str]:
     """Describe the choice, what it saves, and whether it holds on the second sample."""
     choice, full, tolerance = tuned.choice, tuned.full, tuned.tolerance
     if choice.parts is None:
-        lines = [
-            f"nothing keeps {tolerance}: not even the graph as it is, off by {shown(full, tolerance)}",
-            "shorter steps may; what comes nearer with less does so by luck",
-        ]
+        found = choice.measured
+        lines = [f"nothing keeps {tolerance}: not even the graph as it is, off by {shown(found, tolerance)}"]
+        if found.refused:
+            lines.append(found.refused)
+        if isinstance(tuned.reference, Chaos) and tuned.reference.chaotic:
+            lines.append(f"up to frame {tuned.reference.frame} its tips are {millimetres(full.tip)} mm off")
+        else:
+            lines.append("shorter steps may; what comes nearer with less does so by luck")
     else:
         saved = f"{full.seconds / choice.measured.seconds:.1f} times as fast"
         lines = [
             f"left out: {'; '.join(names_of(choice.parts)) or 'nothing, the scene needs the graph as it is'}",
             f"error {shown(choice.measured, tolerance)}",
             f"{choice.measured.seconds:.3g} s a frame, not {full.seconds:.3g}: {saved}",
+            *promise_lines(tuned),
         ]
     if tuned.affordable is not None:
         lines.append(affordable_line(f"{tuned.budget:g} s a frame", tolerance, tuned.affordable))
     return lines + check_lines(tuned)
+
+
+def promise_lines(tuned: Tuned) -> list[str]:
+    """Say what is promised where hair is chaotic: until when, and what of it afterwards."""
+    chaos, climate = tuned.reference, tuned.choice.measured.climate
+    if not isinstance(chaos, Chaos) or climate is None:
+        return []
+    lines = [
+        f"keeps {tuned.tolerance} with {100 * CONFIDENCE:.0f} % confidence up to frame {chaos.frame} "
+        f"({chaos.seconds:.2f} s); chaos: from then on two references are {length(chaos.apart, tuned.tolerance)} apart"
+    ]
+    means = f"afterwards its mean is at most {length(climate.bound, tuned.tolerance)} off"
+    if climate.score is None:
+        return [*lines, f"{means}; too few frames are left to tell more"]
+    alike = ", ".join(name for name in TOLD if name not in climate.told) or "nothing"
+    lines.append(f"{means}, and it is not told apart from the reference in {alike}")
+    apart = ", ".join(f"{name} ({ratio:.2g} times chance)" for name, ratio in climate.told.items())
+    return [*lines, f"allowed to differ in {apart}; p {climate.p:.2g}"] if apart else lines
 
 
 def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
@@ -125,7 +170,8 @@ def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
     if found.parts is None:
         return f"nothing that was measured costs {budget} or less: the cheapest costs {found.measured.seconds:.3g} s"
     error, what = shown(found.measured, tolerance), "; ".join(names_of(found.parts))
-    return f"{budget} buy an error of {error}, for {found.measured.seconds:.3g} s, with these left out: {what}"
+    line = f"{budget} buy an error of {error}, for {found.measured.seconds:.3g} s, with these left out: {what}"
+    return f"{line}; {found.measured.refused}" if found.measured.refused else line
 
 
 def check_lines(tuned: Tuned) -> list[str]:
@@ -133,11 +179,11 @@ def check_lines(tuned: Tuned) -> list[str]:
     check = tuned.check
     if check is None:
         return []
-    held = "the tolerance holds" if tuned.kept else f"beyond {tuned.tolerance}"
+    held = "the tolerance holds" if tuned.kept else check.chosen.refused or f"beyond {tuned.tolerance}"
     own = shown(check.full, tuned.tolerance)
     return [
         f"check: {described(check.sample, tuned.strands)}{shared(tuned.sample, check.sample)}",
-        f"check: {reference_line(tuned.steps, check.reference)}",
+        f"check: {reference_line(tuned.steps, check.reference, tuned.tolerance)}",
         f"check: error {shown(check.chosen, tuned.tolerance)}; the graph as it is, {own}: {held}",
     ]
 
@@ -197,7 +243,7 @@ def described_choice(choice: Choice) -> dict[str, Any] | None:
     return None if choice.parts is None else {"left_out": names_of(choice.parts)} | plain(choice.measured)
 
 
-def plain(found: Measured) -> dict[str, Any]:
+def plain(found: Measured | Chaos) -> dict[str, Any]:
     """Describe what was measured; what is infinite is null."""
     return {name: None if value == float("inf") else value for name, value in asdict(found).items()}
 
@@ -211,9 +257,13 @@ def shown(found: Measured, tolerance: Tolerance) -> str:
     """Write an error and its bound."""
     if found.fault:
         return found.fault
-    if tolerance.unit == "%":
-        return f"{found.error:.2g} % (at most {found.bound:.2g})"
-    return f"{millimetres(found.error)} mm (at most {millimetres(found.bound)})"
+    bound = f"{found.bound:.2g}" if tolerance.unit == "%" else millimetres(found.bound)
+    return f"{length(found.error, tolerance)} (at most {bound})"
+
+
+def length(value: float, tolerance: Tolerance) -> str:
+    """Write a length in the tolerance's unit."""
+    return f"{value:.2g} %" if tolerance.unit == "%" else f"{millimetres(value)} mm"
 
 
 def millimetres(metres: float) -> str:

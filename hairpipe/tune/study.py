@@ -1,82 +1,221 @@
 """Measures models of a scene's hair on a sample, as ordinary runs of the graph with other settings."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
 
 from hairpipe.api.reports import Outcome
 from hairpipe.api.shot import Shot
+from hairpipe.data import Table
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import Tables
+from hairpipe.tune.chaos import MODEL, REFERENCE, Chaos, chaos_of, climate_of, refusal
 from hairpipe.tune.measured import Measured, failed, measured_of, seconds_per_frame
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
-from hairpipe.tune.sampling import Sample
+from hairpipe.tune.sampling import STRANDS, Sample
 from hairpipe.tune.simplifications import BODIES, Simplification, scaled_steps
-from hairpipe.tune.variants import SAMPLE, cloud_of, merged_variants, shown_of, simplified, with_node
+from hairpipe.tune.variants import MEMBER, cloud_of, merged_variants, sampled, shown_of, simplified, with_node
 
 CarryOut = Callable[[str, Shot, Sequence[str], Sequence[int]], Outcome]
 """Runs a shot up to some nodes at some frames; the text describes what is measured."""
-ERROR = "tune-error"
-"""Name of the node that compares."""
+ERROR, CLIMATE = "tune-error", "tune-climate"
+"""Names of the nodes that compare."""
 FINE, FINEST = 0.5, 0.25
 """Factors on the steps of the graph, of the two models that show whether the reference is converged."""
+Parts = frozenset[Simplification]
 
 
 class Interrupted(Exception):
     """A run was interrupted; what was computed is kept."""
 
 
+@dataclass(frozen=True)
+class Request:
+    """What is to be tuned, and how.
+
+    hair     node that simulates
+    run      carries out a run
+    budget   processor time for a frame, to report what error it buys [s]; None where that is not asked for
+    check    whether the choice is measured on other strands and frames, too
+    strands  of the sample
+    limit    where hair is chaotic: how many times as far as the reference from itself a model may be from it, in what
+             is seen of hair
+    """
+
+    shot: Shot
+    hair: str
+    tolerance: Tolerance
+    run: CarryOut
+    budget: float | None = None
+    check: bool = False
+    strands: int = STRANDS
+    limit: float = 1.0
+
+
+class Comparison:
+    """Some runs of one graph, and the tables of all pairs of them.
+
+    names   of the nodes of each run: those that simulate hair, and interpolate or carry it
+    """
+
+    def __init__(self, shot: Shot, names: list[list[str]]) -> None:
+        self.shot, self.names = shot, names
+
+    def pairs(self, results: Results) -> dict[tuple[int, int], Table]:
+        """Read the tables of all pairs."""
+        return {pair: results.value(error_of(pair)) for pair in combinations(range(len(self.names)), 2)}
+
+
 class Study:
     """A scene, a sample of it, and what has been measured there.
 
-    scale  strands of the scene over those of the sample
+    Where hair may be chaotic, the reference is several members at half the steps, else one run at a quarter of them.
+
+    scale   strands of the scene over those of the sample
+    tip     by what members of an ensemble differ [m]; None where hair is not chaotic
+    chaos   what the members of the reference showed, once that has been asked for
     """
 
-    def __init__(self, shot: Shot, hair: str, sample: Sample, total: int, tolerance: Tolerance, run: CarryOut) -> None:
-        self.shot, self.hair, self.sample = shot, hair, sample
+    def __init__(self, request: Request, sample: Sample, total: int, tip: float | None = None) -> None:
+        self.request, self.shot, self.hair = request, request.shot, request.hair
+        self.sample, self.tip = sample, tip
         self.scale = total / sample.strands
-        self.tolerance = tolerance
-        self._run = run
-        self._tables = sampled(shot.tables, hair, sample)
-        self._node = shot.graph.node(hair)
-        self._known: dict[frozenset[Simplification], Measured] = {}
+        self.chaos: Chaos | None = None
+        self._node = self.shot.graph.node(self.hair)
+        self._reference = frozenset([self.refined(FINEST if tip is None else FINE)])
+        self._known: dict[Parts, Measured] = {}
+        self._confirmed: dict[Parts, Measured] = {}
+
+    @property
+    def steps(self) -> str:
+        """The steps of the reference, in words."""
+        return text_of(self._reference)
 
     def refined(self, factor: float) -> Simplification:
         """Describe the scene's own model at finer steps."""
         puts = tuple((target, max(value, 2e-5)) for target, value in scaled_steps(self._node, factor))
         return Simplification("steps", 0, f"steps up to 1/{1.0 / puts[0][1]:.0f} s", puts)
 
-    def converged(self) -> Measured:
-        """Measure how far the reference moves when its steps are halved."""
-        found = self.measure([self.refined(FINE)])
-        if found.fault:
-            raise BadInput(f"the graph itself does not get through the sample: {found.fault}", where=self.shot.path)
-        return found
+    def converged(self) -> Measured | Chaos:
+        """Measure how far the reference moves when its steps are halved, or what chaos does to it."""
+        if self.tip is None:
+            return self.measure([self.refined(FINE)])
+        runs = [(self._reference, member) for member in REFERENCE]
+        compared = self._comparison(runs)
+        fault = self._compute(f"reference: {self.steps}", compared, runs)
+        if fault:
+            return failed(fault)
+        pairs = compared.pairs(Results(compared.shot, self._frames))
+        self.chaos = chaos_of(pairs, self.request.tolerance, self.tip, self._frames, self.shot.fps)
+        return self.chaos
 
     def measure(self, parts: Iterable[Simplification]) -> Measured:
-        """Measure the scene's model with these simplifications; once."""
+        """Measure the scene's model with these simplifications, once; where hair is chaotic, screen it."""
         parts = frozenset(parts)
         if parts not in self._known:
             self._known[parts] = self._measure(parts)
         return self._known[parts]
 
-    def _measure(self, parts: frozenset[Simplification]) -> Measured:
-        text = ", ".join(part.text for part in sorted(parts, key=lambda part: part.axis)) or "the graph as it is"
-        finest = self.refined(FINEST)
-        variants = {"reference": [finest], "variant": parts}
-        tables = {label: simplified(self._tables, self.hair, changes) for label, changes in variants.items()}
-        merged, names = merged_variants(tables, [cloud_of(self.hair), self.hair, shown_of(self.hair)])
-        edges = {"hair": names["variant"][-1], "reference": names["reference"][-1]}
-        table = {"type": "measure_patches", "in": edges, "patches": self.sample.patches}
-        shot = self.shot.edited(with_node(merged, ERROR, table))
-        before = [edge.node for name in names.values() for edge in shot.nodes[name[0]].edges.values()]
+    def confirm(self, parts: Iterable[Simplification]) -> Measured:
+        """Measure the same, once, and where hair is chaotic also what is after that."""
+        parts = frozenset(parts)
+        if parts not in self._confirmed:
+            self._confirmed[parts] = self._confirm(parts)
+        return self._confirmed[parts]
+
+    @property
+    def _frames(self) -> range:
+        """Frames at which runs are compared: where there are members, from the start of the simulation."""
+        return self.sample.frames if self.tip is None else self.sample.simulated
+
+    @property
+    def _measured(self) -> range:
+        """Frames of which errors are taken: the last as many as the sample has for which hair can be predicted."""
+        if self.chaos is None:
+            return self.sample.frames
+        return self._frames[1 : 1 + max(self.chaos.predicted, 1)][-len(self.sample.frames) :]
+
+    def _measure(self, parts: Parts) -> Measured:
+        runs = [(parts, 0), (self._reference, 0)]
+        compared = self._comparison(runs)
+        fault = self._compute(text_of(parts), compared, runs)
+        if fault:
+            return failed(fault)
+        results = Results(compared.shot, self._frames)
+        seconds = self._seconds(compared.shot, compared.names[0], results)
+        found = measured_of(results.value(error_of((0, 1))), self.request.tolerance, seconds, self._measured)
+        return replace(found, screened=self.chaos is not None and self.chaos.chaotic and not found.fault)
+
+    def _confirm(self, parts: Parts) -> Measured:
+        found, chaos = self.measure(parts), self.chaos
+        if not found.screened or chaos is None:
+            return found
+        runs = [(parts, member) for member in MODEL] + [(self._reference, member) for member in REFERENCE]
+        compared = self._comparison(runs, predicted=max(chaos.predicted, 1))
+        fault = self._compute(text_of(parts), compared, runs, [CLIMATE])
+        if fault:
+            return failed(fault)
+        results, tolerance = Results(compared.shot, self._frames), self.request.tolerance
+        pairs = compared.pairs(results)
+        if any(np.any(table["lost"]) for table in pairs.values()):
+            return failed("hair of a member came out that is not finite")
+        climate = climate_of(pairs, results.value(CLIMATE), tolerance, chaos)
+        refused = refusal(climate, chaos, tolerance, self.request.limit)
+        error, bound = max(found.error, climate.bias), max(found.bound, climate.bound)
+        return replace(found, error=error, bound=bound, screened=False, climate=climate, refused=refused)
+
+    def _comparison(self, runs: Sequence[tuple[Parts, int]], predicted: int = 0) -> Comparison:
+        """Lay out runs of models and members in one graph, and nodes that compare all pairs.
+
+        predicted  frames after which climates are compared, of as many runs as a model has, and the others; 0: none
+        """
+        tables = {
+            str(place): simplified(self._tables_of(member), self.hair, parts)
+            for place, (parts, member) in enumerate(runs)
+        }
+        merged, found = merged_variants(tables, [cloud_of(self.hair), self.hair, shown_of(self.hair)])
+        names = [found[label] for label in tables]
+        hair = [nodes[-1] for nodes in names]
+        for one, other in combinations(range(len(runs)), 2):
+            edges = {"hair": hair[one], "reference": hair[other]}
+            table = {"type": "measure_patches", "in": edges, "patches": self.sample.patches}
+            merged = with_node(merged, error_of((one, other)), table)
+        if predicted:
+            edges = {"hair": hair[: len(MODEL)], "truth": hair[len(MODEL) :]}
+            table = {"type": "measure_climate", "in": edges, "predicted": predicted, "patches": self.sample.patches}
+            table |= {"members": list(MODEL), "truth_members": list(REFERENCE)}
+            merged = with_node(merged, CLIMATE, table)
+        return Comparison(self.shot.edited(merged), names)
+
+    def _tables_of(self, member: int) -> Tables:
+        """Return the tables of the graph with a member of its hair simulated, for the sample only."""
+        tables = self.shot.tables
+        groom = tables[self.hair]["in"]["groom"]
+        if member:
+            table = {"type": "perturb_groom", "in": {"groom": groom}, "member": member, "tip": self.tip}
+            tables = with_node(tables, MEMBER, table, instead=groom)
+        return sampled(tables, self.hair, self.sample)
+
+    def _compute(
+        self, text: str, compared: Comparison, runs: Sequence[tuple[Parts, int]], more: Sequence[str] = ()
+    ) -> str:
+        """Run what runs take, the reference, the others, and compare them; returns the fault."""
+        shot, names = compared.shot, compared.names
+        before = [edge.node for nodes in names for edge in shot.nodes[nodes[0]].edges.values()]
+        reference = [
+            name for nodes, (parts, _) in zip(names, runs, strict=True) if parts == self._reference for name in nodes
+        ]
+        errors = [error_of(pair) for pair in combinations(range(len(runs)), 2)]
         fault = self._carry_out(text, shot, before, self.sample.simulated)
-        fault = fault or self._carry_out(f"reference: {finest.text}", shot, names["reference"], self.sample.frames)
-        fault = fault or self._carry_out(text, shot, [ERROR], self.sample.frames)
-        return failed(fault) if fault else self._read(shot, names["variant"])
+        fault = fault or self._carry_out(f"reference: {self.steps}", shot, reference, self._frames)
+        return fault or self._carry_out(text, shot, [*errors, *more], self._frames)
 
     def _carry_out(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int]) -> str:
         """Run a shot up to some nodes; returns the fault. One run at a time, so that times are those of one."""
-        outcome = self._run(text, shot, nodes, frames)
+        outcome = self.request.run(text, shot, nodes, frames)
         if outcome.interrupted:
             raise Interrupted
         for failure in outcome.failures:
@@ -84,22 +223,22 @@ class Study:
                 raise BadInput(f"{text}: {failure}", where=self.shot.path)
         return next((str(failure.message) for failure in outcome.failures), "")
 
-    def _read(self, shot: Shot, names: Sequence[str]) -> Measured:
-        """Read what nodes that simulate hair, and interpolate or carry it, were off by, and what they took."""
-        results = Results(shot, self.sample.frames)
+    def _seconds(self, shot: Shot, names: Sequence[str], results: Results) -> float:
+        """Read what nodes that simulate hair, and interpolate or carry it, took."""
         frames = [frame for frame in self.sample.frames if frame > self.sample.begin]
         plugs = shot.nodes[names[0]].edges.items()
         others = [results.seconds(edge.node, frames) for plug, edge in plugs if plug.split(".")[0] in BODIES]
         whole = [name for name in names if shot.nodes[name].type.name == "simulate_particles"]
         hair = [results.seconds(name, frames) for name in names if name not in whole]
         others += [results.seconds(name, frames) for name in whole]
-        seconds = seconds_per_frame(hair, others, len(frames), self.scale)
-        return measured_of(results.value(ERROR), self.tolerance, seconds)
+        return seconds_per_frame(hair, others, len(frames), self.scale)
 
 
-def sampled(tables: Tables, hair: str, sample: Sample) -> Tables:
-    """Return the tables of a graph with its hair simulated for a sample only; pure."""
-    groom = tables[hair]["in"]["groom"]
-    settings = {"strands": sample.strands, "patches": sample.patches, "number": sample.number}
-    table = {"type": "sample_groom", "in": {"groom": groom}, **settings}
-    return with_node(tables, SAMPLE, table, instead=groom) | {"frames": [sample.begin, sample.last]}
+def text_of(parts: Iterable[Simplification]) -> str:
+    """Say what a model leaves out."""
+    return ", ".join(part.text for part in sorted(parts, key=lambda part: part.axis)) or "the graph as it is"
+
+
+def error_of(pair: tuple[int, int]) -> str:
+    """Return the name of the node that compares two runs."""
+    return f"{ERROR}-{pair[0]}-{pair[1]}"

@@ -2,19 +2,22 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.api.shot import Shot
+from hairpipe.data import Groom
+from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import Tables
-from hairpipe.tune.choosing import Choice, Combination, choose, choose_within
+from hairpipe.tune.chaos import INDIFFERENT, LEAST, Chaos
+from hairpipe.tune.choosing import Choice, Combination, choose, choose_within, saves
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
-from hairpipe.tune.sampling import PATCHES, STRANDS, Sample, choose_sample, other_sample
+from hairpipe.tune.sampling import PATCHES, Sample, choose_sample, other_sample
 from hairpipe.tune.simplifications import Simplification, simplifications, touches
-from hairpipe.tune.study import FINE, FINEST, CarryOut, Interrupted, Study
+from hairpipe.tune.study import Interrupted, Request, Study
 from hairpipe.tune.variants import simplified, with_node
 
 ROOTS = "tune-roots"
@@ -24,11 +27,11 @@ ROOTS = "tune-roots"
 class Check:
     """The choice, measured on strands and frames that were not sampled, as far as the scene has others.
 
-    reference  how far its tips moved when its steps were halved
+    reference  as in `Tuned`
     """
 
     sample: Sample
-    reference: Measured
+    reference: Measured | Chaos
     full: Measured
     chosen: Measured
 
@@ -38,8 +41,8 @@ class Tuned:
     """The results of tuning.
 
     strands     of the scene
-    reference   how far its tips moved when its steps were halved, and
-    steps       in words, which they are
+    reference   how far its tips moved when its steps were halved, or where hair acts on hair, what chaos does to it
+    steps       of it, in words
     full        the graph as it is
     singles     each simplification on its own
     budget      processor time for a frame that was asked for [s]
@@ -49,7 +52,7 @@ class Tuned:
     strands: int
     sample: Sample
     tolerance: Tolerance
-    reference: Measured
+    reference: Measured | Chaos
     steps: str
     full: Measured
     singles: dict[Simplification, Measured]
@@ -61,27 +64,23 @@ class Tuned:
     @property
     def kept(self) -> bool:
         """Whether the tolerance is kept, and was on the second sample, if there was one."""
-        return self.choice.parts is not None and (self.check is None or self.check.chosen.error <= self.tolerance.value)
+        if self.choice.parts is None or self.check is None:
+            return self.choice.parts is not None
+        return self.check.chosen.error <= self.tolerance.value and not self.check.chosen.refused
 
 
-@dataclass(frozen=True)
-class Request:
-    """What is to be tuned, and how.
+class Scene(NamedTuple):
+    """What is known of a scene before anything is simulated.
 
-    hair     node that simulates
-    run      carries out a run
-    budget   processor time for a frame, to report what error it buys [s]; None where that is not asked for
-    check    whether the choice is measured on other strands and frames, too
-    strands  of the sample
+    strands  of it
+    motion   how its roots accelerate [m/s^2], (frames,); None where none is led
+    tip      by how much members of an ensemble are to differ [m]; None where hair acts on no hair, so that it is not
+             chaotic, or where tips are held, which no member is made of
     """
 
-    shot: Shot
-    hair: str
-    tolerance: Tolerance
-    run: CarryOut
-    budget: float | None = None
-    check: bool = False
-    strands: int = STRANDS
+    strands: int
+    motion: np.ndarray | None
+    tip: float | None
 
 
 def tune(request: Request, say: Callable[[str], None] = lambda line: None) -> Tuned:
@@ -99,45 +98,50 @@ def measured_and_chosen(request: Request, say: Callable[[str], None]) -> Tuned:
     """Measure the graph as it is and each simplification, and choose; as `tune`, with workers that stay."""
     shot = request.shot
     parts = simplifications(shot.graph, request.hair)
-    total, motion = look_at(request)
-    parts = [part for part in parts if part.particles <= total]
-    sample = sample_of(request, total, motion)
-    study = study_of(request, sample, total)
-    say(described(sample, total))
+    scene = look_at(request)
+    parts = [part for part in parts if part.particles <= scene.strands]
+    sample = sample_of(request, scene)
+    study = Study(request, sample, scene.strands, scene.tip)
+    say(described(sample, scene.strands))
     reference = study.converged()
     full = study.measure([])
-    if full.fault:
-        raise BadInput(f"the graph itself does not get through the sample: {full.fault}", where=request.shot.path)
+    fault = full.fault or (reference.fault if isinstance(reference, Measured) else "")
+    if fault:
+        raise BadInput(f"the graph itself does not get through the sample: {fault}", where=request.shot.path)
     singles = {part: study.measure([part]) for part in parts}
-    choice = choose(full, singles, request.tolerance.value, study.measure)
+    if full.screened:
+        full, screened = study.confirm([]), full
+        if full.keeps(request.tolerance.value):
+            singles = {part: confirmed(study, part, found, screened) for part, found in singles.items()}
+    choice = choose(full, singles, request.tolerance.value, study.confirm)
     affordable, check = None, None
     if request.budget is not None and (choice.parts is None or choice.measured.seconds > request.budget):
-        affordable = choose_within(full, singles, request.budget, study.measure, choice.trials)
+        affordable = choose_within(full, singles, request.budget, study.confirm, choice.trials)
     if request.check and choice.parts is not None:
-        other = other_sample(sample, shot.frames, shot.fps, motion, total)
-        check = checked(request, other, total, choice.parts, say)
-    steps = study.refined(FINEST).text
-    return Tuned(
-        total, sample, request.tolerance, reference, steps, full, singles, choice, request.budget, affordable, check
-    )
+        other = other_sample(sample, shot.frames, shot.fps, scene.motion, scene.strands)
+        check = checked(request, other, scene, choice.parts, say)
+    found = (study.steps, full, singles, choice, request.budget, affordable, check)
+    return Tuned(scene.strands, sample, request.tolerance, reference, *found)
 
 
-def sample_of(request: Request, total: int, motion: np.ndarray | None) -> Sample:
+def confirmed(study: Study, part: Simplification, found: Measured, full: Measured) -> Measured:
+    """Measure what is after hair can be predicted, too, of what keeps the tolerance until then and saves time."""
+    worthy = found.keeps(study.request.tolerance.value) and saves(part, found, full)
+    return study.confirm([part]) if worthy else found
+
+
+def sample_of(request: Request, scene: Scene) -> Sample:
     """Choose what is measured; strands come with their neighbours where hair acts on hair."""
-    patches = PATCHES if touches(request.shot.graph.node(request.hair)) else request.strands
-    return choose_sample(request.shot.frames, request.shot.fps, motion, total, request.strands, patches)
+    shot = request.shot
+    patches = PATCHES if touches(shot.graph.node(request.hair)) else request.strands
+    return choose_sample(shot.frames, shot.fps, scene.motion, scene.strands, request.strands, patches)
 
 
-def checked(request: Request, sample: Sample, total: int, parts: Combination, say: Callable[[str], None]) -> Check:
+def checked(request: Request, sample: Sample, scene: Scene, parts: Combination, say: Callable[[str], None]) -> Check:
     """Measure the graph as it is and the choice on another sample."""
-    study = study_of(request, sample, total)
-    say(f"check: {described(sample, total)}")
-    return Check(sample, study.measure([study.refined(FINE)]), study.measure([]), study.measure(parts))
-
-
-def study_of(request: Request, sample: Sample, total: int) -> Study:
-    """Begin to measure a sample."""
-    return Study(request.shot, request.hair, sample, total, request.tolerance, request.run)
+    study = Study(request, sample, scene.strands, scene.tip)
+    say(f"check: {described(sample, scene.strands)}")
+    return Check(sample, study.converged(), study.confirm([]), study.confirm(parts))
 
 
 def described(sample: Sample, total: int) -> str:
@@ -148,8 +152,8 @@ def described(sample: Sample, total: int) -> str:
     return f"{sample.strands} of {total:,} {which}strands, {how}; frames {sample.first}-{sample.last}{settle}"
 
 
-def look_at(request: Request) -> tuple[int, np.ndarray | None]:
-    """Count the strands of a scene, and measure how its roots accelerate [m/s^2], (frames,); None where none is led."""
+def look_at(request: Request) -> Scene:
+    """Count the strands of a scene, measure how its roots accelerate, and see whether its hair may be chaotic."""
     shot, tables = request.shot, request.shot.tables
     edges = tables[request.hair]["in"]
     groom = shot.nodes[request.hair].edges["groom"].node
@@ -163,13 +167,24 @@ def look_at(request: Request) -> tuple[int, np.ndarray | None]:
     if outcome.failures:
         raise BadInput(str(outcome.failures[0]), where=request.shot.path)
     results = Results(wanted, wanted.frames)
-    total = len(results.value(groom).ids)
+    strands = results.value(groom)
+    total, tip = len(strands.ids), tip_of(request, strands)
     if not leads:
-        return total, None
+        return Scene(total, None, tip)
     motion = np.array(results.value(ROOTS)["acceleration [m/s^2]"])
     for cut in shot.nodes[request.hair].settings["cuts"]:  # nothing moves there: hair is carried over
         motion[[place for place, frame in enumerate(shot.frames) if cut - 1 <= frame <= cut]] = 0.0
-    return total, motion
+    return Scene(total, motion, tip)
+
+
+def tip_of(request: Request, groom: Groom) -> float | None:
+    """Return by how much members of an ensemble are to differ [m], which nobody cares about; None as in `Scene`."""
+    held = groom.tip_triangles is not None and (groom.tip_triangles >= 0).any()
+    if held or not touches(request.shot.graph.node(request.hair)):
+        return None
+    value, unit = request.tolerance
+    length = 0.01 * float(np.median(strand_lengths(groom.points, groom.offsets))) if unit == "%" else 1.0
+    return max(float(f"{INDIFFERENT * value * length:.6g}"), LEAST)
 
 
 def chosen_tables(request: Request, parts: Combination) -> Tables:

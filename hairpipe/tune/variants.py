@@ -6,6 +6,7 @@ from typing import Any
 
 from hairpipe.graph.file.overrides import Tables, drop, nodes_of, put
 from hairpipe.graph.store.digest import digest
+from hairpipe.tune.sampling import Sample
 from hairpipe.tune.simplifications import BODIES, GROUPS, Simplification
 
 MARK = 8
@@ -16,6 +17,8 @@ PARTICLES, CLOUD = "-particles", "-cloud"
 """What follows it in those of particles at rest, and of those that are simulated in its place."""
 SAMPLE = "tune-sample"
 """The node that chooses strands of which a scene is tuned."""
+MEMBER = "tune-member"
+"""The node that makes a member of an ensemble of all of them."""
 SHARED = ("gravity", "air", "wind", "cuts", "checkpoint")
 """Settings that a simulation of particles has in common with one of strands."""
 INTERPOLATED = ("body", "ends", "surface", "parts")
@@ -69,6 +72,14 @@ def with_particles(tables: Tables, hair: str, count: int) -> Tables:
     tables = with_node(tables, hair, carried, instead=f"{hair}.strands")
     tables[particles] = {"type": "sample_particles", "in": {"groom": whole}, "particles": count} | fibre
     return tables | {cloud: moved}
+
+
+def sampled(tables: Tables, hair: str, sample: Sample) -> Tables:
+    """Return the tables of a graph with its hair simulated for a sample only; pure."""
+    groom = tables[hair]["in"]["groom"]
+    settings = {"strands": sample.strands, "patches": sample.patches, "number": sample.number}
+    table = {"type": "sample_groom", "in": {"groom": groom}, **settings}
+    return with_node(tables, SAMPLE, table, instead=groom) | {"frames": [sample.begin, sample.last]}
 
 
 def cloud_of(hair: str) -> str:

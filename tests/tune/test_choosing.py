@@ -1,6 +1,7 @@
 """What is chosen, on tables that are made up."""
 
 import math
+from dataclasses import replace
 from itertools import product
 
 import pytest
@@ -147,3 +148,32 @@ def test_what_makes_others_moot_is_taken_with_none_of_them():
     world = World()
     choose(FULL, singles, 1.0, world.measure)
     assert world.asked == [frozenset({alone, voxels})]
+
+
+class Chaotic(World):
+    """A scene in which parts of an axis are told apart afterwards, and one was only screened."""
+
+    def truth(self, parts) -> Measured:
+        told = any(part.axis == "collisions" for part in parts)
+        return replace(super().truth(parts), refused="told apart: contacts" if told else "")
+
+    def singles(self) -> dict[Simplification, Measured]:
+        return {
+            part: replace(found, screened=part.axis == "model" and not found.refused)
+            for part, found in super().singles().items()
+        }
+
+
+@pytest.mark.parametrize("tolerance", [0.6, 2.0])
+def test_what_is_told_apart_or_only_screened_is_not_chosen_as_it_is(tolerance):
+    world = Chaotic()
+    choice = choose(FULL, world.singles(), tolerance, world.measure)
+    assert choice.parts and not choice.measured.refused and not choice.measured.screened
+    assert all(part.axis != "collisions" for part in choice.parts)
+    assert len(choice.parts) > 1 or choice.parts in world.asked or next(iter(choice.parts)).axis != "model"
+
+
+def test_nothing_is_chosen_where_the_graph_itself_is_told_apart():
+    world, full = Chaotic(), replace(FULL, refused="told apart: strain")
+    choice = choose(full, world.singles(), 2.0, world.measure)
+    assert choice.parts is None and choice.measured == full and not world.asked

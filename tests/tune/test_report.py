@@ -9,6 +9,7 @@ import pytest
 from hairpipe.data.table import table_of_rows
 from hairpipe.measure.patches import COLUMNS
 from hairpipe.tune import report
+from hairpipe.tune.chaos import Chaos, Climate
 from hairpipe.tune.choosing import Choice, Guess, Trial
 from hairpipe.tune.measured import Measured, bounded, failed, measured_of, seconds_per_frame
 from hairpipe.tune.quantity import Tolerance
@@ -87,6 +88,39 @@ def test_a_check_says_what_it_shares_with_the_sample():
     assert "as in the sample" not in "\n".join(report.conclusion(replace(TUNED, check=other)))
 
 
+CHAOS = Chaos(4e-4, 11, 0.46, 1012, True, 13e-3, 1.5e-3)
+
+
+def test_where_hair_is_chaotic_the_promise_says_until_when_and_what_of_it_afterwards():
+    climate = Climate(1e-3, 1.4e-3, 1.1, 1.2, 0.3, {"contacts": 1.2})
+    choice = replace(TUNED.choice, measured=replace(BOTH.measured, climate=climate))
+    chaotic = replace(TUNED, reference=CHAOS, choice=choice)
+    text = "\n".join(report.header(chaotic) + report.conclusion(chaotic))
+    assert "chaotic: 13 mm apart after frame 1012, floor 1.5 mm" in text
+    assert (
+        "keeps 2 mm with 90 % confidence up to frame 1012 (0.46 s); chaos: from then on two references are 13" in text
+    )
+    assert "not told apart from the reference in where hair is, density" in text and "contacts (1.2 times" in text
+    assert json.loads(json.dumps(report.document(chaotic, None)))["chosen"]["climate"]["told"] == {"contacts": 1.2}
+    calm = replace(TUNED, reference=replace(CHAOS, chaotic=False, apart=1e-4, floor=0.0))
+    assert "not chaotic: they are at most 0.1 mm apart" in "\n".join(report.header(calm))
+    assert "confidence" not in "\n".join(report.conclusion(calm))
+
+
+def test_below_the_floor_it_says_until_when_the_tolerance_can_be_promised():
+    below = replace(
+        TUNED,
+        reference=replace(CHAOS, floor=5.8e-3),
+        choice=Choice(None, replace(found(6.0, 8.0), refused="the floor of chaos is above the tolerance"), ()),
+        singles={DRY: replace(found(0.5, 4.0), screened=True)},
+    )
+    text = "\n".join(report.header(below) + report.conclusion(below))
+    assert "chaos floor 5.8 mm (3 + 4 members): a tolerance of 2 mm can be promised up to frame 1012 only" in text
+    assert "up to frame 1012 its tips are 0.1 mm off" in text
+    assert not below.kept and "the floor of chaos is above the tolerance" in text
+    assert report.rows(below)[-1][-1] == "kept: keeps it only as far as hair can be predicted"
+
+
 def test_what_the_budget_tried_is_in_the_document():
     tried = Trial(Guess(frozenset([DRY]), 7e-3, 1.0), found(7.0, 0.9))
     bought = Choice(frozenset([DRY]), tried.measured, (tried,))
@@ -122,12 +156,12 @@ def test_the_more_patches_differ_the_less_is_promised():
 
 
 def test_lost_strands_are_no_error_but_a_fault():
-    assert measured_of(table([[1.0, 1.0]], lost=1), Tolerance(1.0, "%"), 1.0).fault
-    assert measured_of(table([[1.0, 1.0]]), Tolerance(1.0, "%"), 1.0).error == pytest.approx(10.0)
+    assert measured_of(table([[1.0, 1.0]], lost=1), Tolerance(1.0, "%"), 1.0, []).fault
+    assert measured_of(table([[1.0, 1.0]]), Tolerance(1.0, "%"), 1.0, [0]).error == pytest.approx(10.0)
 
 
 def test_whole_strands_count_where_they_are_farther_off_than_tips():
-    assert measured_of(table([[1.0, 1.0]], whole=2.0), Tolerance(1.0, "%"), 1.0).error == pytest.approx(20.0)
+    assert measured_of(table([[1.0, 1.0]], whole=2.0), Tolerance(1.0, "%"), 1.0, [0]).error == pytest.approx(20.0)
 
 
 def test_hair_is_scaled_to_the_scene_and_bodies_are_not():

@@ -1,6 +1,7 @@
 """From a graph file to settings: a few hairs that fall."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -16,8 +17,8 @@ from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import choose_sample
 from hairpipe.tune.simplifications import simplifications
-from hairpipe.tune.study import Study
-from hairpipe.tune.tuning import Request, look_at, sample_of
+from hairpipe.tune.study import Request, Study
+from hairpipe.tune.tuning import Scene, look_at, sample_of
 
 SCENE = """schema = 1
 frames = [1, 8]
@@ -48,6 +49,10 @@ def opened(path: Path) -> Shot:
     return load(path, cache=path.parent / "cache")
 
 
+def request(path: Path, **settings) -> Request:
+    return Request(opened(path), "hair", **{"tolerance": Tolerance(0.02, "m"), "run": runner(True), **settings})
+
+
 def tune(scene: Path, *arguments: str, expected: int = 0) -> tuple[dict, str]:
     """Call the command, and give its document and what it said besides."""
     command = ["tune", str(scene), "--node", "hair", "--json", "--cache", str(scene.parent / "cache"), *arguments]
@@ -71,7 +76,7 @@ def test_it_measures_chooses_verifies_and_remembers(scene):
 
     stricter, _ = tune(scene, "--tolerance", "0.001 mm", expected=1)
     assert stricter["chosen"] is None and stricter["fragment"] is None
-    assert stricter["simplifications"][0]["tip"] == found["simplifications"][0]["tip"]
+    assert stricter["reference"]["chaotic"] and not found["reference"]["chaotic"]
 
 
 def test_a_tolerance_that_says_nothing_is_bad_input(scene):
@@ -107,7 +112,7 @@ def test_what_a_scene_cannot_be_modelled_by_is_kept(scene):
     path.write_text(curls.replace("segments = 5", "segments = 12"))
     (chain, *_) = simplifications(opened(path).graph, "hair")
     sample = choose_sample(range(1, 9), 24.0, None, 8, 8, 4)
-    study = Study(opened(path), "hair", sample, 8, Tolerance(0.02, "m"), runner(True))
+    study = Study(request(path), sample, 8)
     assert chain.axis == "model" and "a chain is straight at rest" in study.measure([chain]).fault
     assert not study.measure([]).fault
 
@@ -119,8 +124,40 @@ def test_particles_are_measured_as_any_simplification(scene):
     path.write_text(curtain.replace("segments = 5", "segments = 10"))
     part = next(p for p in simplifications(opened(path).graph, "hair") if p.particles == 500)
     sample = choose_sample(range(1, 9), 24.0, None, 96, 12, 4)
-    found = Study(opened(path), "hair", sample, 96, Tolerance(0.02, "m"), runner(True)).measure([part])
+    found = Study(request(path), sample, 96).measure([part])
     assert not found.fault and 0.0 < found.tip < 0.05 and found.seconds > 0.0
+
+
+def test_hair_that_is_chaotic_is_judged_by_members_and_the_same_when_asked_again(scene, capsys):
+    """A tuft that is shaken: without collisions a single run stays near, which promises nothing."""
+    path = scene.parent / "shaken.toml"
+    shaken = SCENE.replace("frames = [1, 8]", "frames = [1, 7]").replace("0.02]", "0.002]\ntuft = { rows = 2 }")
+    shaken = shaken.replace("strands = 8", "strands = 4\ndirection = [0.0, -1.0, 0.0]")
+    shaken = shaken.replace('in.groom = "groom"', 'in = { groom = "groom", ends = "hand" }')
+    hand = '[hair.collisions]\n[hand]\ntype = "drive_ends"\nin.groom = "groom"\nat = 1\n'
+    moves = "times = [0.0, 0.05, 0.1, 0.2], move = [[0, 0, 0], [0.04, 0, 0], [-0.04, 0, 0.02], [0, 0, 0]]"
+    path.write_text(f"{shaken}{hand}roots = {{ {moves} }}\n")
+    asked, found = request(path, tolerance=Tolerance(2e-3, "m"), run=runner(False)), []
+    dry = next(part for part in simplifications(opened(path).graph, "hair") if part.axis == "collisions")
+    assert look_at(asked).tip == pytest.approx(4e-4)
+    said, sample = [], choose_sample(range(1, 8), 24.0, None, 8, 8, 4)
+    with asked.shot.keeping_workers() as shot:
+        for _ in range(2):
+            study = Study(replace(asked, shot=shot), sample, 8, 4e-4)
+            found.append((study.converged(), study.measure([dry]), study.confirm([dry])))
+            said.append("measuring" in capsys.readouterr().err)
+    chaos, screened, sure = found[0]
+    assert found[0] == found[1] and said == [True, False]
+    assert chaos.chaotic and screened.screened and not sure.screened
+    assert sure.climate is not None and sure.bound >= screened.bound
+
+
+def test_hair_that_touches_none_needs_no_members(scene):
+    path = scene.parent / "single.toml"
+    path.write_text(SCENE.replace("[hair.stiction]", ""))
+    assert look_at(request(path)).tip is None and look_at(request(scene)).tip == pytest.approx(4e-3)
+    percent = Tolerance(2.0, "%")
+    assert look_at(request(scene, tolerance=percent)).tip == pytest.approx(0.2 * 0.02 * 0.1, rel=1e-6)
 
 
 def test_a_cut_is_no_motion(scene):
@@ -132,7 +169,7 @@ def test_a_cut_is_no_motion(scene):
     motions = []
     for text in (led, led.replace("cuts = [5]", "")):
         path.write_text(text)
-        motions.append(look_at(Request(opened(path), "hair", Tolerance(0.02, "m"), runner(True)))[1])
+        motions.append(look_at(request(path)).motion)
     assert motions[1][3] > 1e3 and motions[1][4] > 1e3
     assert not motions[0].any()
 
@@ -142,8 +179,7 @@ def test_hair_that_touches_none_is_sampled_strand_by_strand(scene):
     path.write_text(SCENE.replace("[hair.stiction]", ""))
     patches = []
     for graph in (path, scene):
-        request = Request(opened(graph), "hair", Tolerance(0.02, "m"), runner(True), strands=6)
-        patches.append(sample_of(request, 8, None).patches)
+        patches.append(sample_of(request(graph, strands=6), Scene(8, None, None)).patches)
     assert patches == [6, 4]
 
 
@@ -160,6 +196,6 @@ def test_a_full_disk_says_nothing_about_a_model(scene):
         return Outcome(0, 0, 0, (failure,), (), {}, {}, False)
 
     sample = choose_sample(range(1, 9), 24.0, None, 8, 8, 4)
-    study = Study(opened(scene), "hair", sample, 8, Tolerance(0.02, "m"), full)
+    study = Study(request(scene, run=full), sample, 8)
     with pytest.raises(BadInput, match="hair@3: No space left"):
         study.measure([])

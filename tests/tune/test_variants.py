@@ -11,8 +11,7 @@ from hairpipe.graph.file.load import load_graph
 from hairpipe.tune.fragment import changed_tables, write_toml
 from hairpipe.tune.sampling import Sample
 from hairpipe.tune.simplifications import scaled_steps, simplifications
-from hairpipe.tune.study import sampled
-from hairpipe.tune.variants import merged_variants, simplified, with_node
+from hairpipe.tune.variants import merged_variants, sampled, simplified, with_node
 
 SCENE = """schema = 1
 frames = [1, 30]

@@ -73,6 +73,13 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
     callback=read_budget,
     help="Processor time for a frame: report the smallest error within it.",
 )
+@click.option(
+    "--limit",
+    type=click.FloatRange(1.0),
+    default=1.0,
+    show_default=True,
+    help="Where hair is chaotic: how far from the reference it may look, over what that differs from itself by.",
+)
 @click.option("--check", is_flag=True, help="Also measure the choice on other strands and frames.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), callback=read_output, help="File for the settings.")
 @options.overrides
@@ -84,6 +91,7 @@ def tune(
     node: str,
     tolerance: "Tolerance",
     budget: float | None,
+    limit: float,
     check: bool,
     output: Path | None,
     overrides: dict[str, str],
@@ -94,7 +102,9 @@ def tune(
     """Find the cheapest model that keeps a tolerance.
 
     Errors are those of tips or of whole strands, the larger, root mean square, against the graph's own model at a
-    quarter of its steps; seconds are those of the processor on one thread, scaled to all strands. The
+    quarter of its steps; seconds are those of the processor on one thread, scaled to all strands. Where hair acts on
+    hair, the reference is four members at half the steps that differ by a fifth of the tolerance: once two of them
+    are half the tolerance apart, the means of members are compared, and what is seen of them. The
     chosen combination was measured itself, not predicted from its parts. All results are cached: the same command,
     given again, computes nothing.
 
@@ -104,12 +114,12 @@ def tune(
     from hairpipe.graph.store.atomic import write_text
     from hairpipe.tune import report
     from hairpipe.tune.fragment import changed_tables, write_toml
-    from hairpipe.tune.study import Interrupted
-    from hairpipe.tune.tuning import Request, chosen_tables
+    from hairpipe.tune.study import Interrupted, Request
+    from hairpipe.tune.tuning import chosen_tables
     from hairpipe.tune.tuning import tune as find
 
     shot = hairpipe.load(graph, options.parsed(overrides), cache=cache)
-    request = Request(shot, node, tolerance, runner(quiet), budget, check)
+    request = Request(shot, node, tolerance, runner(quiet), budget, check, limit=limit)
     try:
         tuned = find(request, say if not quiet else lambda line: None)
     except Interrupted:

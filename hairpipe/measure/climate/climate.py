@@ -59,7 +59,7 @@ def climate_table(
     squares = position_squares(runs, frames, criteria.patches)
     whole = squares.mean(axis=1)
     spreads = np.array([_spread(matrix, sides) for matrix in whole])
-    count = predictable(spreads, criteria.tolerance)
+    count = min(criteria.predicted or predictable(spreads, criteria.tolerance), len(frames))
     floor = _spread(whole[:count].mean(axis=0), sides)
     if half:
         pairs = [position_squares(pair, frames[:count], 1) for pair in zip(half, reference, strict=False)]

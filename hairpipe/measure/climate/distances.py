@@ -37,6 +37,7 @@ class Criteria(NamedTuple):
     reach      up to which two points touch [m]
     gravity    [m/s^2], by which energy is measured
     fps        frames per second [1/s]
+    predicted  frames after the first for which hair can be predicted; None: found by the tolerance
     """
 
     tolerance: float
@@ -44,6 +45,7 @@ class Criteria(NamedTuple):
     reach: float
     gravity: float
     fps: float
+    predicted: int | None = None
 
 
 def _apart(one: Any, other: Any) -> float:

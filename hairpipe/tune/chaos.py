@@ -1,0 +1,144 @@
+"""What chaos leaves of a tolerance, from the distances of all pairs of runs of a sample, patch by patch."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import stdtrit
+
+from hairpipe.data import Table
+from hairpipe.measure.climate.distances import TOLD
+from hairpipe.measure.climate.ensemble import Sides, floors, sides_of, spread_ratio, squared_bias
+from hairpipe.tune.quantity import Tolerance
+
+CONFIDENCE = 0.9
+"""How often what is promised should hold in strands that were not sampled."""
+REFERENCE, MODEL = (0, 1, 2, 3), (0, 4, 5)
+"""Members of both: the first of each begin alike, and are compared as far as hair can be predicted."""
+INDIFFERENT, LEAST = 0.2, 1e-6
+"""How far tips of members are aimed apart: a share of the tolerance, and at least so far [m]."""
+SPREADS = (0.67, 1.5)
+"""What the spread of a model may be, over that of the reference."""
+CHANCE = 0.05
+"""A model that is as far off by chance alone no more often than this is told apart."""
+PLACES = ("tip", "whole")
+
+
+@dataclass(frozen=True)
+class Chaos:
+    """What members of the reference say about a scene; lengths in the tolerance's unit.
+
+    tip        standard deviation of where tips of members are aimed [m]
+    predicted  frames after the first for which two of them are at most half the tolerance apart
+    seconds    the same [s]
+    frame      the last of them
+    chaotic    whether there are others after them
+    apart      root mean square distance of two of them, of tips or of whole strands, the larger, from then on, or at
+               any frame where there are no others
+    floor      what can be told of the bias of three others from then on; 0 where there are no others
+    """
+
+    tip: float
+    predicted: int
+    seconds: float
+    frame: int
+    chaotic: bool
+    apart: float
+    floor: float
+
+
+@dataclass(frozen=True)
+class Climate:
+    """What members of a model differ by from those of the reference once hair cannot be predicted any more.
+
+    bias    of their means, of tips or of whole strands, the larger, in the tolerance's unit
+    bound   what it may be in strands that were not sampled
+    spread  over that of the reference
+    score   largest of the observables, over what the reference differs from itself by; None where frames are too few
+    p       how often chance alone makes it as large
+    told    observables that differ by more than the reference from itself, with how many times as much
+    """
+
+    bias: float
+    bound: float
+    spread: float
+    score: float | None
+    p: float | None
+    told: dict[str, float]
+
+
+def chaos_of(
+    pairs: Mapping[tuple[int, int], Table], tolerance: Tolerance, tip: float, frames: range, fps: float
+) -> Chaos:
+    """Find how long hair can be predicted from the tables of `measure_patches` of all pairs of the reference.
+
+    frames  of the tables; the first does not count
+    """
+    squares = squares_of(pairs, tolerance.unit)[:, 1:]
+    count = squares.shape[-1]
+    spreads = np.sqrt(squares.mean(axis=2).sum(axis=(2, 3)) / (count * (count - 1))).max(axis=0)
+    predicted = int(np.argmax(np.append(spreads > 0.5 * tolerance.value, True)))
+    said = (tip, predicted, predicted / fps, frames[predicted], predicted < len(spreads))
+    if predicted == len(spreads):
+        return Chaos(*said, float(spreads.max()), 0.0)
+    later = squares[:, predicted:].mean(axis=(1, 2))
+    apart = np.sqrt(later.sum(axis=(1, 2)) / (count * (count - 1))).max()
+    others = np.arange(count + len(MODEL))  # of which nothing but their number counts
+    floor = floors(np.sqrt(later), Sides(others >= count, others), squared_bias)
+    return Chaos(*said, float(apart), float(np.sqrt(max(floor.max(), 0.0))))
+
+
+def climate_of(pairs: Mapping[tuple[int, int], Table], look: Table, tolerance: Tolerance, chaos: Chaos) -> Climate:
+    """Compare members of a model with the reference, from the tables of all pairs, those of the model first.
+
+    look  of `measure_climate`
+    """
+    squares = squares_of(pairs, tolerance.unit)[:, 1 + chaos.predicted :].mean(axis=1)
+    sides = sides_of(MODEL, REFERENCE)
+    found = squared_bias(np.sqrt(squares), sides)
+    means, bounds = found.mean(axis=1), [patches.mean() + uncertainty(patches) for patches in found]
+    bias, bound = (float(np.sqrt(max(np.max(values), 0.0))) for values in (means, bounds))
+    spread = float(spread_ratio(np.sqrt(squares[PLACES.index("whole")].mean(axis=0)), sides))
+    score, p = float(look["Z"][0]), float(look["p"][0])
+    if np.isnan(score):
+        return Climate(bias, bound, spread, None, None, {})
+    ratios = {name: float(look[f"{name} T/F"][0]) for name in TOLD}
+    return Climate(bias, bound, spread, score, p, {name: ratio for name, ratio in ratios.items() if ratio > 1.0})
+
+
+def squares_of(pairs: Mapping[tuple[int, int], Table], unit: str) -> np.ndarray:
+    """Return the squared distances of tips and of whole strands of all pairs, (2, frames, patches, K, K)."""
+    runs = 1 + max(max(pair) for pair in pairs)
+    first = next(iter(pairs.values()))
+    frames, patches = (len(np.unique(first[name])) for name in ("frame", "patch"))
+    found = np.zeros((len(PLACES), frames, patches, runs, runs))
+    for (one, other), table in pairs.items():
+        for place, name in zip(found, PLACES, strict=True):
+            squares = np.asarray(table[f"{name} [{unit}]"]).reshape(frames, patches) ** 2
+            place[..., one, other] = place[..., other, one] = squares
+    return found
+
+
+def uncertainty(values: np.ndarray) -> float:
+    """Return by how much more the mean of values of patches may be in others; 0 of one patch.
+
+    Patches of m values are independent of each other, their strands and frames are not: the mean is known to
+    t s / sqrt(m), with s their standard deviation and t of Student's distribution with m - 1 degrees.
+    """
+    count = len(values)
+    return float(stdtrit(count - 1, CONFIDENCE) * np.std(values, ddof=1) / np.sqrt(count)) if count > 1 else 0.0
+
+
+def refusal(climate: Climate, chaos: Chaos, tolerance: Tolerance, limit: float) -> str:
+    """Say why a model cannot be promised to keep a tolerance, whatever its errors are; nothing where it can.
+
+    limit  of the observables, over what the reference differs from itself by
+    """
+    if chaos.floor > tolerance.value:
+        return "the floor of chaos is above the tolerance"
+    name = max(climate.told, key=lambda name: climate.told[name], default="")
+    if name and climate.told[name] > limit and climate.p is not None and climate.p <= CHANCE:
+        return f"told apart by {name} ({climate.told[name]:.2g} times chance)"
+    if not SPREADS[0] <= climate.spread <= SPREADS[1]:
+        return f"spreads {climate.spread:.2g} times as far as the reference"
+    return ""
