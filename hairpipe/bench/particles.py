@@ -135,7 +135,8 @@ def measure_frames(particles: Particles, frames: list[ParticleFrame], steps: int
     prepared = prepare(particles, settings)
     state = next_state(particles, prepared, None, frames[0], settings)
     times, shares, counts = list[float](), list[dict[str, float]](), list[tuple[int, int]]()
-    next_state(particles, prepared, state, frames[0], settings)  # which may compile
+    next_state(particles, prepared, state, frames[0], settings)  # which may compile, or load what was
+    parts_of(particles, prepared, state, frames[0], settings)  # as may what is called alone there
     for number, frame in enumerate(frames):
         before = state
         seconds, state = timed(lambda given=(before, frame): next_state(particles, prepared, *given, settings))
