@@ -38,7 +38,7 @@ claim_kernels(_FOLDER / "hairpipe")
 with suppress(FileExistsError):
     (_FOLDER / "hairpipe" / _FOLDER.name).symlink_to(_FOLDER, target_is_directory=True)
 
-# Compiling makes and keeps many small objects: looking for cycles among them every 700 would take a tenth of the time.
+# Compiling makes and keeps many small objects, which the collector would go through again and again.
 gc.set_threshold(100_000, 20, 100)
 
 COMPILED_FIRST = ("sim", "studies", "measure", "bench", "nodes", "tune", "test_graphs.py", "levelset", "spatial")

@@ -63,6 +63,7 @@ def test_its_wedges_are_of_variants_that_can_be_loaded(graph):
 
 
 FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
+    "bake_parts": {"voxel": 0.02},
     "grow_groom": {"strands": 24},
     "load_groom": {"strands": 24},
     "sample_particles": {"particles": 200},

@@ -3,19 +3,17 @@
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.special import stdtrit
 
 from hairpipe.data import Groom, Strands, Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.measure.climate.ensemble import uncertainty
 from hairpipe.sim.locks.auditing import means_of_locks
 from hairpipe.sim.locks.joining import ages_of
 
 LASTED = 5
 """Frames after which a connection counts as lasting here."""
-CONFIDENCE = 0.9
-"""With which hairs that follow are off by no more than is said."""
 COLUMNS = (
     "time [s]",
     "connections a segment",
@@ -86,7 +84,7 @@ def _audit(before: HairState | None, state: HairState) -> tuple[int, float, floa
     if count > 1:
         # Of a ratio of means: of squares over all hairs of a lock, and of these hairs.
         apart = hairs * (squares - mean) / hairs.mean()
-        bound = mean + stdtrit(count - 1, CONFIDENCE) * np.std(apart, ddof=1) / np.sqrt(count)
+        bound = mean + uncertainty(apart)
     return int(hairs.sum()), 1e3 * float(np.sqrt(mean)), 1e3 * float(np.sqrt(bound))
 
 

@@ -4,15 +4,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
 
 from hairpipe.data import Table
 from hairpipe.measure.climate.distances import TOLD
-from hairpipe.measure.climate.ensemble import Sides, floors, sides_of, spread_ratio, squared_bias
+from hairpipe.measure.climate.ensemble import (
+    Sides,
+    floors,
+    frames_within,
+    root_mean_square,
+    sides_of,
+    spread_ratio,
+    squared_bias,
+    uncertainty,
+)
 from hairpipe.tune.quantity import Tolerance
 
-CONFIDENCE = 0.9
-"""How often what is promised should hold in strands that were not sampled."""
 REFERENCE, MODEL = (0, 1, 2, 3), (0, 4, 5)
 """Members of both: the first of each begin alike, and are compared as far as hair can be predicted."""
 INDIFFERENT, LEAST = 0.2, 1e-6
@@ -76,13 +82,13 @@ def chaos_of(
     """
     squares = squares_of(pairs, tolerance.unit)[:, 1:]
     count = squares.shape[-1]
-    spreads = np.sqrt(squares.mean(axis=2).sum(axis=(2, 3)) / (count * (count - 1))).max(axis=0)
-    predicted = int(np.argmax(np.append(spreads > 0.5 * tolerance.value, True)))
+    spreads = root_mean_square(squares.mean(axis=2)).max(axis=0)
+    predicted = frames_within(spreads, 0.5 * tolerance.value)
     said = (tip, predicted, predicted / fps, frames[predicted], predicted < len(spreads))
     if predicted == len(spreads):
         return Chaos(*said, float(spreads.max()), 0.0)
     later = squares[:, predicted:].mean(axis=(1, 2))
-    apart = np.sqrt(later.sum(axis=(1, 2)) / (count * (count - 1))).max()
+    apart = root_mean_square(later).max()
     others = np.arange(count + len(MODEL))  # of which nothing but their number counts
     floor = floors(np.sqrt(later), Sides(others >= count, others), squared_bias)
     return Chaos(*said, float(apart), float(np.sqrt(max(floor.max(), 0.0))))
@@ -117,16 +123,6 @@ def squares_of(pairs: Mapping[tuple[int, int], Table], unit: str) -> np.ndarray:
             squares = np.asarray(table[f"{name} [{unit}]"]).reshape(frames, patches) ** 2
             place[..., one, other] = place[..., other, one] = squares
     return found
-
-
-def uncertainty(values: np.ndarray) -> float:
-    """Return by how much more the mean of values of patches may be in others; 0 of one patch.
-
-    Patches of m values are independent of each other, their strands and frames are not: the mean is known to
-    t s / sqrt(m), with s their standard deviation and t of Student's distribution with m - 1 degrees.
-    """
-    count = len(values)
-    return float(stdtrit(count - 1, CONFIDENCE) * np.std(values, ddof=1) / np.sqrt(count)) if count > 1 else 0.0
 
 
 def refusal(climate: Climate, chaos: Chaos, tolerance: Tolerance, limit: float) -> str:

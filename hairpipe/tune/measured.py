@@ -8,7 +8,8 @@ import numpy as np
 
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_columns
-from hairpipe.tune.chaos import Climate, uncertainty
+from hairpipe.measure.climate.ensemble import uncertainty
+from hairpipe.tune.chaos import Climate
 from hairpipe.tune.quantity import Tolerance
 
 

@@ -4,7 +4,8 @@ from dataclasses import asdict
 from typing import Any
 
 from hairpipe.measure.climate.distances import TOLD
-from hairpipe.tune.chaos import CONFIDENCE, MODEL, REFERENCE, Chaos
+from hairpipe.measure.climate.ensemble import CONFIDENCE
+from hairpipe.tune.chaos import MODEL, REFERENCE, Chaos
 from hairpipe.tune.choosing import Choice, Combination, Trial, names, saves
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance

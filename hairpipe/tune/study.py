@@ -55,14 +55,15 @@ class Request:
     limit: float = 1.0
 
 
+@dataclass(frozen=True)
 class Comparison:
     """Some runs of one graph, and the tables of all pairs of them.
 
     names   of the nodes of each run: those that simulate hair, and interpolate or carry it
     """
 
-    def __init__(self, shot: Shot, names: list[list[str]]) -> None:
-        self.shot, self.names = shot, names
+    shot: Shot
+    names: list[list[str]]
 
     def pairs(self, results: Results) -> dict[tuple[int, int], Table]:
         """Read the tables of all pairs."""

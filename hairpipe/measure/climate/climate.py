@@ -13,9 +13,11 @@ from hairpipe.measure.climate.ensemble import (
     Interval,
     Sides,
     floors,
+    frames_within,
     interval_by_members,
     interval_of_samples,
     look,
+    root_mean_square,
     signed_root,
     spread_ratio,
     squared_bias,
@@ -79,7 +81,7 @@ def predictable(spreads: np.ndarray, tolerance: float) -> int:
 
     BadInput where it is not so for a single one.
     """
-    count = int(np.argmax(np.append(spreads > 50.0 * tolerance, True)))
+    count = frames_within(spreads, 50.0 * tolerance)
     if not count:
         what = f"members of the reference are {spreads[0]:.2g} % of their length apart at once"
         right = f"more than {0.02 * spreads[0]:.2g}, or members that differ by less"
@@ -125,8 +127,7 @@ def _afterwards(squares: np.ndarray, sides: Sides) -> dict[str, float]:
 
 def _spread(squares: np.ndarray, sides: Sides) -> float:
     """Return the root mean square distance of two members of the reference."""
-    within = squares[np.ix_(~sides.model, ~sides.model)]
-    return float(np.sqrt(within.sum() / (len(within) * (len(within) - 1))))
+    return float(root_mean_square(squares[np.ix_(~sides.model, ~sides.model)]))
 
 
 def _roots(interval: Interval) -> list[float]:

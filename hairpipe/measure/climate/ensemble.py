@@ -15,7 +15,7 @@ from scipy.special import stdtrit
 from hairpipe.errors import BadInput
 
 CONFIDENCE = 0.9
-"""How often an interval should hold the truth."""
+"""How often an interval or a bound should hold the truth."""
 LIMIT = 0.95
 """Quantile of what the reference differs from itself by, beyond which a model is told apart from it."""
 MOST = 20_000
@@ -90,6 +90,17 @@ def squared_bias(distances: np.ndarray, sides: Sides) -> np.ndarray:
 
 
 Statistic = Callable[[np.ndarray, Sides], np.ndarray]
+
+
+def root_mean_square(squares: np.ndarray) -> np.ndarray:
+    """Return the root mean square distance of two of K runs, (...,), of squared distances (..., K, K)."""
+    count = squares.shape[-1]
+    return np.sqrt(squares.sum(axis=(-2, -1)) / (count * (count - 1)))
+
+
+def frames_within(spreads: np.ndarray, most: float) -> int:
+    """Return how many frames pass before the spread of a reference, (frames,), is larger than that."""
+    return int(np.argmax(np.append(spreads > most, True)))
 
 
 def spread_ratio(distances: np.ndarray, sides: Sides) -> np.ndarray:
@@ -171,6 +182,16 @@ def interval_of_samples(values: np.ndarray) -> Interval:
     if count < 2:
         return Interval(mean, np.nan, np.nan)
     return _interval(mean, float(np.var(values, ddof=1) / count), count - 1)
+
+
+def uncertainty(values: np.ndarray) -> float:
+    """Return by how much more the mean of independent values may be than that of those seen, with 90 %; 0 of one value.
+
+    It is t s / sqrt(n), with s the standard deviation of n values and t of Student's distribution with n - 1 degrees:
+    one bound, where `interval_of_samples` has two.
+    """
+    count = len(values)
+    return float(stdtrit(count - 1, CONFIDENCE) * np.std(values, ddof=1) / np.sqrt(count)) if count > 1 else 0.0
 
 
 def interval_by_members(distances: np.ndarray, sides: Sides) -> Interval:

@@ -8,6 +8,7 @@ from scipy.spatial import KDTree
 from hairpipe.data import Strands, Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.groom.strand_arrays import at_shares
 
 LEVELS = np.linspace(0.5, 1.0, 9)
 """Where strands are looked at: shares of their length from the root, the outer half of them."""
@@ -65,10 +66,9 @@ def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Tab
 
 def at_levels(hair: Strands, levels: np.ndarray = LEVELS) -> np.ndarray:
     """Return where every strand is at shares of its length [m], (levels, S, 3)."""
-    place = hair.offsets[:-1] + levels[:, None] * (np.diff(hair.offsets) - 1)
-    k = np.minimum(place.astype(int), hair.offsets[1:] - 2)
-    s, points = (place - k)[..., None], hair.points.astype(float)
-    return (1.0 - s) * points[k] + s * points[k + 1]
+    strands, shares = (grid.ravel() for grid in np.meshgrid(np.arange(len(hair.offsets) - 1), levels))
+    places = at_shares(hair.points.astype(float), hair.offsets, strands, shares)
+    return places.reshape(len(levels), -1, 3)
 
 
 def nearest(levels: np.ndarray) -> np.ndarray:

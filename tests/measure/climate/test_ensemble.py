@@ -11,14 +11,17 @@ from hairpipe.measure.climate.ensemble import (
     Interval,
     energy_distance,
     floors,
+    frames_within,
     interval_by_members,
     interval_of_samples,
     look,
     relabellings,
+    root_mean_square,
     sides_of,
     signed_root,
     spread_ratio,
     squared_bias,
+    uncertainty,
 )
 
 SIDES = sides_of((10, 11, 12), (0, 1, 2, 3, 4))
@@ -169,3 +172,18 @@ def test_too_few_and_too_many_members_are_refused():
         relabellings(sides_of(tuple(range(9)), tuple(range(9, 18))))
     with pytest.raises(BadInput, match="not all different"):
         sides_of((0, 0), (1, 2))
+
+
+def test_a_bound_is_kept_by_nine_means_in_ten():
+    samples = np.random.default_rng(5).standard_normal((4000, 4))
+    kept = np.mean([values.mean() + uncertainty(values) >= 0.0 for values in samples])
+    assert abs(kept - CONFIDENCE) < 4.0 * np.sqrt(CONFIDENCE * (1.0 - CONFIDENCE) / len(samples))
+    assert uncertainty(np.ones(1)) == 0.0
+
+
+def test_runs_are_apart_by_the_mean_of_all_pairs_and_near_until_they_are_far_for_the_first_time():
+    points = np.random.default_rng(6).standard_normal((5, 3))
+    squares = ((points[:, None] - points) ** 2).sum(axis=2)
+    pairs = [squares[i, j] for i in range(5) for j in range(i)]
+    assert root_mean_square(squares) == pytest.approx(np.sqrt(np.mean(pairs)))
+    assert [frames_within(np.array([1.0, 3.0, 1.0]), most) for most in (0.5, 2.0, 3.0)] == [0, 1, 3]
