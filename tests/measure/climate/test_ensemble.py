@@ -8,6 +8,7 @@ from scipy.spatial.distance import cdist
 
 from hairpipe.errors import BadInput
 from hairpipe.measure.climate.ensemble import (
+    CONFIDENCE,
     Interval,
     energy_distance,
     floors,
