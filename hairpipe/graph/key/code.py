@@ -10,6 +10,7 @@ import importlib.metadata
 import json
 import pkgutil
 import sys
+import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -22,7 +23,7 @@ from hairpipe.graph.file.trust import doubt_about
 from hairpipe.graph.key.source import FORMAT, STAR, Source, noted_source, read_source
 from hairpipe.graph.node.import_paths import HOUSE, enter, find_spec, is_namespace, leads_to
 from hairpipe.graph.store.digest import digest, digest_bytes
-from hairpipe.graph.store.fingerprint import is_changed, stamp_of
+from hairpipe.graph.store.fingerprint import is_changed, is_settled, stamp_of
 
 ENGINE = ("hairpipe.graph", "hairpipe.api")
 """The engine, and the interface to it."""
@@ -30,6 +31,9 @@ ALWAYS = ("numpy", "scipy", "numba")
 DISTRIBUTIONS = {"pxr": "usd-core", "PIL": "pillow"}
 INSTALLED = ("site-packages", "dist-packages")
 NO_VERSION = "none"
+
+_settled: dict[Path, tuple[list[int], Source]] = {}
+"""What files hold, with their stamps, of this process: one that runs many graphs reads its own code once."""
 
 Remember = Callable[[str, Callable[[], str]], str]
 """Returns the text noted under a name, or computes and notes it."""
@@ -155,20 +159,30 @@ class CodeReader:
         return self._sources[module]
 
     def _read(self, path: Path) -> Source:
-        """Analyse a file; one that is no source counts by its bytes."""
+        """Analyse a file, once a process while it is provably unchanged."""
         try:
-            self.stamps.setdefault(str(path), stamp_of(path))
-            data = path.read_bytes()
-            if path.suffix != ".py":
-                return Source(digest_bytes("compiled", data), ())
-            name = digest_bytes("source", FORMAT.encode() + b"\0" + data)
-            return noted_source(self._remember(name, lambda: read_source(data, str(path)).note))
+            begun, stamp = time.time_ns(), stamp_of(path)
+            self.stamps.setdefault(str(path), stamp)
+            known, source = _settled.get(path, (None, None))
+            if source is None or known != stamp:
+                source = self._analysed(path)
+                if is_settled(stamp, begun):
+                    _settled[path] = stamp, source
+            return source
         except SyntaxError as error:
             raise BadInput(f"cannot be read: {error.msg}", where=f"{path}:{error.lineno or 1}") from None
         except OSError as error:
             raise BadInput(f"cannot be read: {error.strerror}", where=path) from None
         except (ValueError, RecursionError) as error:
             raise BadInput(f"cannot be read: {error}", where=path) from None
+
+    def _analysed(self, path: Path) -> Source:
+        """Analyse the bytes of a file; one that is no source counts by them."""
+        data = path.read_bytes()
+        if path.suffix != ".py":
+            return Source(digest_bytes("compiled", data), ())
+        name = digest_bytes("source", FORMAT.encode() + b"\0" + data)
+        return noted_source(self._remember(name, lambda: read_source(data, str(path)).note))
 
     def _spec(self, module: str) -> ModuleSpec | None:
         """Find a module without importing it or the packages above it."""

@@ -25,7 +25,7 @@ def fingerprint(path: Path, store: Store) -> str:
     stamp = stamp_of(path)
     with suppress(ValueError, TypeError, KeyError):  # no note, or a foreign one
         known = parsed(store.recall(name) or "null")
-        if known["stamp"] == stamp and known["begun"] - max(stamp[3:]) > SETTLED:
+        if known["stamp"] == stamp and is_settled(stamp, known["begun"]):
             return str(known["digest"])
     found = digest_file(path)
     if stamp_of(path) == stamp:
@@ -37,6 +37,11 @@ def stamp_of(path: Path) -> list[int]:
     """Device, inode, size, modification and status change of a file [ns]."""
     status = path.stat()
     return [status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns]
+
+
+def is_settled(stamp: list[int], begun: int) -> bool:
+    """Whether a file that is read from a time on [ns] has another stamp as soon as its bytes change."""
+    return begun - max(stamp[3:]) > SETTLED
 
 
 def is_changed(path: str, stamp: list[int]) -> bool:

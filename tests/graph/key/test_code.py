@@ -9,6 +9,8 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graph.key import code
 from hairpipe.graph.key.code import CodeReader, version
+from hairpipe.graph.key.source import read_source
+from hairpipe.graph.store import fingerprint
 
 FILES = {
     "shop/__init__.py": "from shop.bread import bake\nfrom shop.milk import pour\nOPEN = 8\n",
@@ -70,6 +72,27 @@ def test_circular_imports_end(shop):
 def test_nothing_is_imported_to_find_out(shop):
     code_of("breakfast")
     assert "shop" not in sys.modules and "breakfast" not in sys.modules
+
+
+def test_a_file_is_read_once_while_it_is_provably_unchanged(shop, monkeypatch):
+    """Its bytes change, but not size and time of modification: the time of its status does, which no user can set."""
+    monkeypatch.setattr(fingerprint, "SETTLED", -(10**18))
+    read, path = [], shop / "breakfast.py"
+    monkeypatch.setattr(code, "read_source", lambda data, name: read.append(name) or read_source(data, name))
+    before, status = code_of("breakfast").digest, path.stat()
+    assert code_of("breakfast").digest == before and read.count(str(path)) == 1
+    path.write_text(FILES["breakfast.py"].replace("bake()", "cake()"))
+    os.utime(path, ns=(status.st_atime_ns, status.st_mtime_ns))
+    assert path.stat().st_size == status.st_size
+    assert code_of("breakfast").digest != before and read.count(str(path)) == 2
+
+
+def test_a_file_that_has_just_been_written_is_read_again_each_time(shop, monkeypatch):
+    read = []
+    monkeypatch.setattr(code, "read_source", lambda data, name: read.append(name) or read_source(data, name))
+    for _ in range(2):
+        code_of("breakfast")
+    assert read.count(str(shop / "breakfast.py")) == 2
 
 
 @pytest.mark.parametrize(
