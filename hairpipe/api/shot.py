@@ -255,8 +255,8 @@ class Shot:
         tasks = [Task(node, number) for number in self.graph.select(numbers)]
         return {task.frame: read_value(self.graph, self._store, task, found.get(str(task)), output) for task in tasks}
 
-    def read(self, task: Task, record: Record, output: str | None = None) -> Any:
-        """Read an output of a result by its record, see `plan`; BadInput where it was not kept."""
+    def read(self, task: Task, record: Record | None, output: str | None = None) -> Any:
+        """Read an output of a result by its record, see `plan`; BadInput where there is none, or it was not kept."""
         return read_value(self.graph, self._store, task, record, output)
 
     def object_path(self, name: str) -> Path:

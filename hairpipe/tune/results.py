@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from hairpipe.api.shot import Shot
+from hairpipe.graph.plan.tasks import Task
 
 
 class Results:
@@ -13,12 +14,11 @@ class Results:
     """
 
     def __init__(self, shot: Shot, frames: Iterable[int]) -> None:
-        self._shot, self._frames = shot, tuple(frames)
-        self._records = shot.results(self._frames)
+        self._shot, self._records = shot, shot.results(frames)
 
     def value(self, name: str) -> Any:
         """Read the value for the shot of a node; BadInput where it has not been computed."""
-        return self._shot.get(name, frames=self._frames)
+        return self._shot.read(Task(name, None), self._records.get(name))
 
     def seconds(self, name: str, frames: Iterable[int]) -> list[float]:
         """List the processor time of a node at frames or for the shot, each result once [s]; KeyError without one."""
