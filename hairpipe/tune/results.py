@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from typing import Any
 
+from hairpipe.api.reports import Task
 from hairpipe.api.shot import Shot
-from hairpipe.graph.plan.tasks import Task
 
 
 class Results:
