@@ -41,7 +41,7 @@ class UncompiledLoader(SourceFileLoader):
 
 def finder(path: str) -> FileFinder:
     """Return the finder of a folder of node types, or one within it; ImportError for others, which Python handles."""
-    if not any(Path(path).is_relative_to(folder) for folder in _folders):
+    if _folders.isdisjoint((path, *map(str, Path(path).parents))):
         raise ImportError
     kinds = (
         (ExtensionFileLoader, EXTENSION_SUFFIXES),
