@@ -10,6 +10,7 @@ from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.measure.climate.ensemble import uncertainty
 from hairpipe.sim.locks.auditing import means_of_locks
+from hairpipe.sim.locks.grouping import is_carried
 from hairpipe.sim.locks.joining import ages_of
 
 LASTED = 5
@@ -19,6 +20,7 @@ COLUMNS = (
     "connections a segment",
     f"of them {LASTED} frames old [%]",
     "simulated [%]",
+    "of them parted [%]",
     "largest lock",
     "guides disagree by [mm]",
     "hairs audited",
@@ -38,6 +40,8 @@ def measure_locks(
 ) -> Table:
     """Return a row for every frame; time zero is the first frame.
 
+    of them parted      that followed before, and neither lead nor are audited: what it could spare at most to let hair
+                        part at its tip alone
     guides disagree by  an estimate of how far hairs that follow are from where they would go by themselves, given the
                         guides: the rms over their points, 0 without any
     hairs audited       whose audit ended at this frame (`sim/locks/auditing.py`)
@@ -52,6 +56,7 @@ def measure_locks(
     segments = np.diff(groom.points, axis=0)
     inner = np.delete(np.linalg.norm(segments, axis=1), groom.offsets[1:-1] - 1)
     length, ages, before = inner.sum() / len(groom.ids), np.zeros(0, np.int32), None
+    parted = np.zeros(len(groom.ids), np.bool_)
     for frame in frames:
         state = states[frame]
         if before is None:
@@ -59,6 +64,7 @@ def measure_locks(
         else:
             ages = ages_of(before.stuck, before.stuck_at, ages, state.stuck, state.stuck_at)
         audit = _audit(before, state)
+        parted = _parted(parted, before, state)
         before, leaders = state, np.arange(len(groom.ids)) if state.locks is None else state.locks.leaders
         follows = leaders != np.arange(len(leaders))
         apart = 0.0
@@ -69,9 +75,19 @@ def measure_locks(
             off = _distance(hair[frame], truth[frame])
         lasting = 100.0 * float((ages >= LASTED).mean()) if len(ages) else 0.0
         stuck = len(ages) / len(inner), lasting
-        locks = 100.0 * (1.0 - float(follows.mean())), int(np.bincount(leaders).max())
+        left = 100.0 * (1.0 - float(follows.mean())), 100.0 * float(parted.sum() / (~follows).sum())
+        locks = *left, int(np.bincount(leaders).max())
         rows.append(((frame - frames[0]) / fps, *stuck, *locks, apart, *audit, 1e3 * off, 100.0 * off / length))
     return table_of_rows(COLUMNS, rows)
+
+
+def _parted(parted: np.ndarray, before: HairState | None, state: HairState) -> np.ndarray:
+    """Return which hairs followed once and are simulated for themselves now, of those a frame before."""
+    if before is None or before.locks is None or state.locks is None:
+        return parted
+    (was, audited), (leaders, now) = ((locks.leaders, locks.audited) for locks in (before.locks, state.locks))
+    alone = (np.bincount(leaders, minlength=len(leaders)) == 1) & (now < 0)
+    return alone & (parted | is_carried(was, audited))
 
 
 def _audit(before: HairState | None, state: HairState) -> tuple[int, float, float]:
