@@ -11,6 +11,7 @@ from hairpipe.bench.head import STEPS, Between, Head, grow_head
 from hairpipe.bench.machine import Machine, this_machine
 from hairpipe.bench.roofs import TRIAD, Roofs, measure_roofs
 from hairpipe.bench.shares import shares_of
+from hairpipe.sim.locks.grouping import follows
 
 
 class Sizes(NamedTuple):
@@ -18,15 +19,15 @@ class Sizes(NamedTuple):
 
     segments  of all hair
     between   what hair does to hair
-    settling  frames before the first that is measured: hair has fallen, touched and stuck by then
+    moving    frames before the first that is measured: hair has fallen, touched and stuck by then, and is in locks
     frames    that are measured for each number of threads
     triad     numbers in each array of the triad
     seconds   that the roofs are measured for
     """
 
     segments: tuple[int, ...] = (10_000, 100_000, 1_000_000)
-    between: tuple[Between, ...] = ("pairs", "volume")
-    settling: int = 6
+    between: tuple[Between, ...] = ("pairs", "locks", "volume")
+    moving: int = 20
     frames: int = 3
     triad: int = TRIAD
     seconds: float = 1.0
@@ -39,6 +40,7 @@ class Case(NamedTuple):
     """A frame of one head on so many threads.
 
     particles  of the strands, those beside their axes too
+    simulated  share of the strands that are at the end, where others follow in locks
     seconds    a frame, the median
     shares     of the parts of the work, in seconds of that frame
     stuck      connections by stiction at the end
@@ -47,6 +49,7 @@ class Case(NamedTuple):
     segments: int
     between: Between
     particles: int
+    simulated: float
     threads: int
     seconds: float
     shares: dict[str, float]
@@ -73,8 +76,8 @@ def measure_contact(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
         named = f"{segments:,} segments, {between} between hairs"
         say(f"{named}: growing them")
         head = grow_head(segments, between)
-        for frame in range(sizes.settling):
-            say(f"{named}: frame {frame + 1} of {sizes.settling} before the first that counts")
+        for frame in range(sizes.moving):
+            say(f"{named}: frame {frame + 1} of {sizes.moving} before the first that counts")
             head.advance(head.surroundings())
         begun = head.state, head.frame
         for count in threads:
@@ -86,9 +89,10 @@ def measure_contact(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
             finally:
                 numba.set_num_threads(threads[-1])
             seconds, shares = sorted(found, key=lambda case: case[0])[len(found) // 2]
-            layout = head.hair.layout
+            layout, state = head.hair.layout, head.state
             grown = int(layout.offsets[-1]) - len(layout.offsets) + 1
-            cases.append(Case(grown, between, layout.particles, count, seconds, shares, len(head.state.stuck)))
+            simulated = 1.0 if state.locks is None else float((~follows(state.locks.leaders)).mean())
+            cases.append(Case(grown, between, layout.particles, simulated, count, seconds, shares, len(state.stuck)))
     return Report(this_machine(), sizes, STEPS, roofs, cases)
 
 

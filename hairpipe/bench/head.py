@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 
@@ -15,14 +15,13 @@ from hairpipe.groom.grow.growing import grow
 from hairpipe.groom.grow.paint import Canvas
 from hairpipe.groom.grow.style import PaintedMetres, Style
 from hairpipe.levelset.bake.parts import bake_parts
-from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Scene, StepControl, Stiction, StrainLimit, Volume
-from hairpipe.sim.simulate import advance_frame, start
+from hairpipe.sim.settings import Collisions, Locks, Scene, StepControl, Stiction, StrainLimit, Volume
+from hairpipe.sim.simulate import Frame, next_state, start
 
-Between = Literal["pairs", "volume", "nothing"]
-"""What hair does to hair: stick and collide pair by pair, act on a grid, or pass through."""
+Between = Literal["pairs", "locks", "volume", "nothing"]
+"""What hair does to hair: stick and collide pair by pair, the same in locks, act on a grid, or pass through."""
 FPS, STEPS = 24.0, 10
 """Frames a second, steps a frame."""
 LENGTH, SEGMENTS = 0.25, 50
@@ -31,19 +30,6 @@ TURN, FREQUENCY = np.radians(60.0), 1.5
 """Yaw [rad], so often a second [Hz]."""
 VOXEL, HALF_WIDTH, SMALLEST = 0.005, 8.0, 0.08
 """Level sets: the spacing of samples [m], the band [voxels], the smallest part [m]."""
-
-
-class Frame(NamedTuple):
-    """What nodes before the hair make of a frame; at its begin and at its end.
-
-    begins  [s]
-    meshes  skin of the bust
-    parts   level sets of it
-    """
-
-    begins: float
-    meshes: tuple[Mesh, Mesh]
-    parts: tuple[BodyParts, BodyParts]
 
 
 @dataclass(eq=False)
@@ -57,15 +43,15 @@ class Head:
     frame: int = 0
 
     def surroundings(self) -> Frame:
-        """Make what the next frame is simulated in."""
+        """Make what the next frame is simulated in: what nodes before the hair make of it."""
         at = self.frame / FPS, (self.frame + 1) / FPS
         before, after = (parts_at(self.bust, seconds) for seconds in at)
-        return Frame(at[0], (mesh_at(self.bust, at[0]), mesh_at(self.bust, at[1])), (before, after))
+        meshes = mesh_at(self.bust, at[0]), mesh_at(self.bust, at[1])
+        return Frame(meshes, (), ((before, after),), at[0], 1 / FPS)
 
     def advance(self, frame: Frame) -> None:
         """Simulate the next frame, in place."""
-        body = build_collider_parts(*frame.parts, 1 / FPS)
-        self.state = advance_frame(self.hair, self.state, frame.meshes, [body], 1 / FPS, self.scene, frame.begins)
+        self.state = next_state(self.hair, self.state, frame, self.scene)
         self.frame += 1
 
 
@@ -75,7 +61,10 @@ def scene_of(between: Between) -> Scene:
     scene = Scene(strain=StrainLimit(), steps=steps)
     if between == "volume":
         return replace(scene, volume=Volume())
-    return replace(scene, stiction=Stiction(), collisions=Collisions()) if between == "pairs" else scene
+    if between == "nothing":
+        return scene
+    locks = Locks() if between == "locks" else None
+    return replace(scene, stiction=Stiction(), collisions=Collisions(), locks=locks)
 
 
 def grow_head(segments: int, between: Between) -> Head:

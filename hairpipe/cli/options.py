@@ -9,10 +9,12 @@ TARGET       explain get
 --publish-root  run plan
 --cache      run plan explain get tune wedge cache bench
 --json       run plan explain nodes tune wedge cache bench
+--moving     bench contact and bench paper
 """
 
 import os
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -127,3 +129,10 @@ jobs = click.option(
     help="Number of processes, and of threads of a simulation; no result depends on it.",
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="One JSON document instead of text.")
+moving = partial(
+    click.option,
+    "--moving",
+    type=click.IntRange(min=0),
+    show_default=True,
+    help="Frames of motion before; locks take some.",
+)

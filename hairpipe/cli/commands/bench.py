@@ -54,19 +54,21 @@ def core(as_json: bool) -> None:
 
 @bench.command()
 @click.option("--segments", type=click.IntRange(min=100), multiple=True, help="Of all hair; 1e4, 1e5 and 1e6 without.")
-@click.option("--between", type=click.Choice(["pairs", "volume", "nothing"]), multiple=True, help="Hairs; see above.")
+@click.option("--between", type=click.Choice(["pairs", "locks", "volume", "nothing"]), multiple=True, help="See above.")
+@options.moving(default=20)
 @options.as_json
-def contact(segments: tuple[int, ...], between: tuple["Between", ...], as_json: bool) -> None:
+def contact(segments: tuple[int, ...], between: tuple["Between", ...], moving: int, as_json: bool) -> None:
     """Measure hair in contact: seconds a frame of a shaking head, and their shares.
 
     Hair of 25 cm and 50 segments a strand on our bust, which turns to and fro by 60 degrees 1.5 times a second; strain
-    limit and body; between hairs pairs (stiction and collisions), then a volume (a grid); 10 steps to a frame of 1/24
-    s. Medians over a few frames, after as many as the hair takes to fall, touch and stick.
+    limit and body; between hairs pairs (stiction and collisions), the same in locks, then a volume (a grid); 10 steps
+    to a frame of 1/24 s. Medians over a few frames, after as many as hair takes to fall, touch, stick and be in locks.
     """
     with kernels_of_its_own():
         from hairpipe.bench.contact import FULL, measure_contact
 
-        sizes = FULL._replace(segments=segments or FULL.segments, between=between or FULL.between)
+        chosen = segments or FULL.segments, between or FULL.between
+        sizes = FULL._replace(segments=chosen[0], between=chosen[1], moving=moving)
         report = measure_contact(say, sizes)
     tell(report, show_contact, as_json)
 
@@ -159,13 +161,7 @@ def show_picture(report: "PictureReport") -> None:
 
 @bench.command()
 @click.argument("scenes", nargs=-1, metavar="[SCENE]...")
-@click.option(
-    "--moving",
-    type=click.IntRange(min=0),
-    default=5,
-    show_default=True,
-    help="Frames of motion before; locks take some.",
-)
+@options.moving(default=5)
 @options.overrides
 @options.cache
 @options.as_json
@@ -265,12 +261,12 @@ def show_contact(report: "ContactReport") -> None:
     """Write the report on contact as tables."""
     show_machine(report.machine)
     rows: list[tuple[str, ...]] = [
-        ("segments", "between", "particles", "connections", "threads", "frame", *report.cases[0].shares)
+        ("segments", "between", "particles", "simulated", "connections", "threads", "frame", *report.cases[0].shares)
     ]
     for case in report.cases:
         shares = (f"{seconds:.2f}" for seconds in case.shares.values())
-        numbers = (f"{case.particles:,}", f"{case.stuck:,}", str(case.threads), f"{case.seconds:.2f}")
-        rows.append((f"{case.segments:,}", case.between, *numbers, *shares))
+        counts = f"{case.particles:,}", f"{case.simulated:.0%}", f"{case.stuck:,}", str(case.threads)
+        rows.append((f"{case.segments:,}", case.between, *counts, f"{case.seconds:.2f}", *shares))
     show_table(f"seconds a frame of {report.steps} steps", rows, text=2)
     show_roofs(report.roofs)
 

@@ -95,11 +95,13 @@ def test_a_table_that_is_wider_than_the_screen_is_whole(monkeypatch, hairpipe):
     monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
     monkeypatch.setenv("COLUMNS", "40")
     shares = {name: 10.25 for name in ("strands", "search", "stiction", "coupling", "collisions", "body", "other")}
-    case = contact.Case(1_000_000, "pairs", 2_040_000, 2, 117.5, shares, 987_654)
+    case = contact.Case(1_000_000, "locks", 2_040_000, 0.25, 2, 117.5, shares, 987_654)
     report = contact.Report(REPORT.machine, contact.FULL, 10, REPORT.roofs, [case])
-    monkeypatch.setattr(contact, "measure_contact", lambda say, sizes: report)
-    lines = [line.split() for line in hairpipe("bench contact").stdout.splitlines()]
-    assert ["1,000,000", "pairs", "2,040,000", "987,654", "2", "117.50", *["10.25"] * 7] in lines
+    given = []
+    monkeypatch.setattr(contact, "measure_contact", lambda say, sizes: given.append(sizes) or report)
+    lines = [line.split() for line in hairpipe("bench contact --between locks --moving 8").stdout.splitlines()]
+    assert given == [contact.FULL._replace(between=("locks",), moving=8)]
+    assert ["1,000,000", "locks", "2,040,000", "25%", "987,654", "2", "117.50", *["10.25"] * 7] in lines
     assert ["triad,", "1", "thread", "20.0", "(19.0-21.0)", "GB/s"] in lines
 
 
