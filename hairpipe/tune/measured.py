@@ -45,6 +45,10 @@ class Measured:
         """Whether that can be promised."""
         return self.bound <= tolerance and not self.refused
 
+    def kept(self, tolerance: float) -> bool:
+        """Whether a promise was kept where this was measured."""
+        return self.error <= tolerance and not self.refused
+
 
 def failed(fault: str) -> Measured:
     """Describe a model that did not get through the sample."""
