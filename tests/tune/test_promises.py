@@ -7,14 +7,14 @@ import pytest
 
 from hairpipe.api.shot import load
 from hairpipe.graph.run.events import Outcome
-from hairpipe.tune import needs, promises
 from hairpipe.tune.chaos import Chaos
 from hairpipe.tune.choosing import Choice
 from hairpipe.tune.measured import Measured
-from hairpipe.tune.pace import Pace
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.sampling import Sample
-from hairpipe.tune.scenes import DrawnScene
+from hairpipe.tune.scenes import needs, promises
+from hairpipe.tune.scenes.drawing import DrawnScene
+from hairpipe.tune.scenes.pace import Pace
 from hairpipe.tune.simplifications import Simplification
 from hairpipe.tune.tuning import Check, Scene, Tuned, Untunable
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from hairpipe.api.shot import load
-from hairpipe.tune.scenes import BETWEEN, CURLS, FPS, FRAMES, HAIR, SEGMENTS, TOLERANCES, TURNS, draw_scene
+from hairpipe.tune.scenes.drawing import BETWEEN, CURLS, FPS, FRAMES, HAIR, SEGMENTS, TOLERANCES, TURNS, draw_scene
 
 GRAPHS = Path(__file__).resolve().parents[2] / "graphs"
 

@@ -69,9 +69,9 @@ def promises(seed: int, scenes: tuple[int, ...], cache: Path, as_markdown: bool,
     other, on two cores: start `--scenes 1-10` and `--scenes 11-20` at once, then all for the table.
     """
     from hairpipe.api.source import shipped_graphs
-    from hairpipe.tune import promises as trying
-    from hairpipe.tune.pace import Pace
-    from hairpipe.tune.scenes import draw_scene
+    from hairpipe.tune.scenes import promises as trying
+    from hairpipe.tune.scenes.drawing import draw_scene
+    from hairpipe.tune.scenes.pace import Pace
 
     drawn = {number: draw_scene(seed, number) for number in scenes}
     base = hairpipe.load(drawn[scenes[0]].tables, cache=cache, folder=shipped_graphs()["demo"].parent)
@@ -118,8 +118,8 @@ def needs(
 
     Without a GRAPH, scenes of six kinds: short hair, long straight hair, curls, wind, a spin, 100,000 hairs.
     """
-    from hairpipe.tune import needs as needed
-    from hairpipe.tune.pace import Pace
+    from hairpipe.tune.scenes import needs as needed
+    from hairpipe.tune.scenes.pace import Pace
 
     given = graphs or SIX
     shots = {Path(graph).stem: hairpipe.load(graph, options.parsed(overrides), cache=cache) for graph in given}

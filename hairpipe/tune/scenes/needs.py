@@ -4,10 +4,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from hairpipe.api.shot import Shot
-from hairpipe.tune import cells
-from hairpipe.tune.pace import Pace
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.report import document as tuned_document
+from hairpipe.tune.scenes import cells
+from hairpipe.tune.scenes.pace import Pace
 from hairpipe.tune.study import Request
 from hairpipe.tune.tuning import Tuned, Untunable, tune
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from hairpipe.api.shot import Shot
-from hairpipe.tune import cells
 from hairpipe.tune.report import plain
-from hairpipe.tune.scenes import HAIR, DrawnScene
+from hairpipe.tune.scenes import cells
+from hairpipe.tune.scenes.drawing import HAIR, DrawnScene
 from hairpipe.tune.study import CarryOut, Request
 from hairpipe.tune.tuning import Check, Tuned, Untunable, checked, look_at, sample_of, tune
 
