@@ -1,7 +1,6 @@
 """`hairpipe bench promises` and `hairpipe bench needs`: whether `tune` keeps what it promises, and what scenes need."""
 
 import json
-import shlex
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -11,9 +10,10 @@ from typing import TYPE_CHECKING
 import click
 
 import hairpipe
-from hairpipe.api.formatting import markdown, plural, table
+from hairpipe.api.formatting import markdown, table
 from hairpipe.cli import options
 from hairpipe.cli.commands.tune import INTERRUPTED, runner
+from hairpipe.cli.origin import origin
 from hairpipe.cli.stderr import say
 from hairpipe.errors import BadInput
 
@@ -152,8 +152,4 @@ def show(rows: Sequence[tuple[str, ...]], align: str, words: Sequence[str] | Non
     if words is None:
         click.echo(table(rows, align))
         return
-    from hairpipe.bench.machine import commit, this_machine
-
-    machine = this_machine()
-    cores = f"{plural(machine.cores, 'core')} of an {machine.processor}"
-    click.echo(f"commit {commit()}; machine {cores}; command `{shlex.join(words)}`\n\n{markdown(rows, align)}")
+    click.echo(f"{origin(words)}\n\n{markdown(rows, align)}")
