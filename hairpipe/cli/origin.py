@@ -14,7 +14,8 @@ def origin(command: Sequence[str]) -> str:
     from hairpipe.bench.machine import this_machine
 
     machine = this_machine()
-    return f"commit {commit()}; machine {plural(machine.cores, 'core')}, {machine.processor}; command `{shlex.join(command)}`"
+    where = f"{plural(machine.cores, 'core')}, {machine.processor}"
+    return f"commit {commit()}; machine {where}; command `{shlex.join(command)}`"
 
 
 def commit() -> str:
