@@ -54,12 +54,18 @@ as_markdown = click.option(
 @click.command()
 @click.option("--seed", type=int, default=1, show_default=True, help="Of all scenes: others, with another.")
 @click.option(
-    "--scenes", metavar="1-20", default="1-20", show_default=True, callback=read_numbers, help="Numbers of scenes."
+    "--scenes",
+    "numbers",
+    metavar="1-20",
+    default="1-20",
+    show_default=True,
+    callback=read_numbers,
+    help="Numbers of scenes.",
 )
 @options.cache
 @as_markdown
 @options.as_json
-def promises(seed: int, scenes: tuple[int, ...], cache: Path, as_markdown: bool, as_json: bool) -> None:
+def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool, as_json: bool) -> None:
     """Try the promises of `hairpipe tune` on scenes that are drawn at random.
 
     Each scene, of a few hundred hairs, is tuned to a tolerance; what was chosen is then compared with a reference on
@@ -73,8 +79,8 @@ def promises(seed: int, scenes: tuple[int, ...], cache: Path, as_markdown: bool,
     from hairpipe.tune.scenes.drawing import draw_scene
     from hairpipe.tune.scenes.pace import Pace
 
-    drawn = {number: draw_scene(seed, number) for number in scenes}
-    base = hairpipe.load(drawn[scenes[0]].tables, cache=cache, folder=shipped_graphs()["demo"].parent)
+    drawn = {number: draw_scene(seed, number) for number in numbers}
+    base = hairpipe.load(drawn[numbers[0]].tables, cache=cache, folder=shipped_graphs()["demo"].parent)
     pace, found = Pace(len(drawn), runner(False), say), []
     with ending_where_interrupted(), base.keeping_workers() as shot:
         for number, scene in drawn.items():
@@ -83,7 +89,7 @@ def promises(seed: int, scenes: tuple[int, ...], cache: Path, as_markdown: bool,
     if as_json:
         click.echo(json.dumps(trying.document(found), indent=2))
         return
-    words = ["hairpipe", "bench", "promises", "--seed", str(seed), "--scenes", ",".join(map(str, scenes))]
+    words = ["hairpipe", "bench", "promises", "--seed", str(seed), "--scenes", ",".join(map(str, numbers))]
     show(trying.rows(found), trying.ALIGN, words if as_markdown else None)
     click.echo("\n" + "\n".join(trying.summary(found)))
 

@@ -19,7 +19,7 @@ SEGMENTS, TURNS = 24, (1.0, 3.0)
 """Of each strand; turns of a curl, which are eight segments each at the least."""
 LENGTHS, STRANDS = (0.05, 0.35), (200.0, 800.0)
 """[m]; of both, logarithms are drawn evenly."""
-TOLERANCES = (3.0, 5.0, 10.0)
+TOLERANCES = (3.0, 5.0, 7.0, 10.0)
 """Of the length [%]."""
 BETWEEN: tuple[tuple[str, ...], ...] = ((), ("stiction",), ("collisions",), ("stiction", "collisions"), ("volume",))
 ODDS = (0.2, 0.15, 0.15, 0.4, 0.1)
