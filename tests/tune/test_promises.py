@@ -127,7 +127,7 @@ def test_what_scenes_need_is_a_row_for_every_tolerance(monkeypatch, tmp_path):
     answers = [TUNED, replace(NOTHING, reference=floor)]
     monkeypatch.setattr(needs, "tune", lambda request, say: answers.pop(0))
     said = []
-    pace = Pace(2, never, said.append)
+    pace = Pace(2, lambda: never, said.append)
     shots = {"short": load(TEXT, cache=tmp_path / "cache")}
     rows = needs.rows(list(needs.needs_of(shots, "hair", [PERCENT, Tolerance(1e-3, "m")], pace, print)))
     assert rows[1] == ("short", "2 %", "no stiction", "1.5 (1.9)", "0.2 (0.25)", "4.0")
@@ -138,7 +138,7 @@ def test_what_scenes_need_is_a_row_for_every_tolerance(monkeypatch, tmp_path):
 def test_time_that_is_left_is_that_of_scenes_for_which_something_was_computed(tmp_path):
     time, said = iter([0.0, 10.0, 70.0, 70.0, 72.0]), []
     outcomes = [Outcome(count, 0, 0, (), (), {}, {}, False) for count in (0, 5)]
-    pace = Pace(4, lambda *_: outcomes.pop(0), said.append, lambda: next(time))
+    pace = Pace(4, lambda: lambda *_: outcomes.pop(0), said.append, lambda: next(time))
     shot = load(TEXT, cache=tmp_path / "cache")
     with pace.scene("known"):
         pace.run("", shot, [], [])

@@ -81,7 +81,7 @@ def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool
 
     drawn = {number: draw_scene(seed, number) for number in numbers}
     base = hairpipe.load(drawn[numbers[0]].tables, cache=cache, folder=shipped_graphs()["demo"].parent)
-    pace, found = Pace(len(drawn), runner(False), say), []
+    pace, found = Pace(len(drawn), lambda: runner(False), say), []
     with ending_where_interrupted(), base.keeping_workers() as shot:
         for number, scene in drawn.items():
             with pace.scene(f"scene {number}: {scene.text}"):
@@ -129,7 +129,7 @@ def needs(
 
     given = graphs or SIX
     shots = {Path(graph).stem: hairpipe.load(graph, options.parsed(overrides), cache=cache) for graph in given}
-    pace = Pace(len(shots) * len(tolerances), runner(False), say)
+    pace = Pace(len(shots) * len(tolerances), lambda: runner(False), say)
     with ending_where_interrupted():
         found = list(needed.needs_of(shots, node, tolerances, pace, say))
     if as_json:

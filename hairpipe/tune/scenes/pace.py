@@ -13,16 +13,20 @@ from hairpipe.tune.study import CarryOut
 class Pace:
     """How fast scenes are done, judged by those of which something was computed: others are known at once.
 
-    total  scenes
-    carry  carries out a run; `run` does so, and takes notice
-    clock  in seconds
+    total   scenes
+    runner  makes what carries out the runs of one; `run` does so, and takes notice
+    clock   in seconds
     """
 
     def __init__(
-        self, total: int, carry: CarryOut, say: Callable[[str], None], clock: Callable[[], float] = monotonic
+        self,
+        total: int,
+        runner: Callable[[], CarryOut],
+        say: Callable[[str], None],
+        clock: Callable[[], float] = monotonic,
     ) -> None:
-        self._total, self._carry, self._say, self._clock = total, carry, say, clock
-        self._done, self._computed = 0, False
+        self._total, self._runner, self._say, self._clock = total, runner, say, clock
+        self._carry, self._done, self._computed = runner(), 0, False
         self._spent: list[float] = []
 
     def run(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int]) -> Outcome:
@@ -34,7 +38,7 @@ class Pace:
     @contextmanager
     def scene(self, text: str) -> Iterator[None]:
         """Say that a scene begins, and how long it and those after it should take."""
-        begun, self._computed = self._clock(), False
+        begun, self._carry, self._computed = self._clock(), self._runner(), False
         self._say(f"{self._done + 1} of {self._total}: {text}{self._rest()}")
         yield
         self._done += 1
