@@ -91,7 +91,7 @@ def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool
         return
     words = ["hairpipe", "bench", "promises", "--seed", str(seed), "--scenes", ",".join(map(str, numbers))]
     show(trying.rows(found), trying.ALIGN, words if as_markdown else None)
-    click.echo("\n" + "\n".join(trying.summary(found)))
+    click.echo("\n" + "\n".join(f"- {line}" for line in trying.summary(found)))
 
 
 @click.command()

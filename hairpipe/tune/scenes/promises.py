@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+from hairpipe.api.formatting import plural
 from hairpipe.api.shot import Shot
 from hairpipe.tune.report import plain
 from hairpipe.tune.scenes import cells
@@ -101,8 +102,8 @@ def summary(promises: Sequence[Promise]) -> list[str]:
     """Count what became of promises: all of them, on other strands and frames, and in another motion."""
     made = [promise for promise in promises if promise.other is not None]
     counts = Counter(map(worst, promises))
-    lines = [f"{counts['kept']} of {len(made)} promises kept, of {len(promises)} scenes"]
-    for place, name in enumerate(("on other strands and frames", "in another motion")):
+    lines = [f"{counts['kept']} of {plural(len(made), 'promise')} kept, of {plural(len(promises), 'scene')}"]
+    for place, name in enumerate(("on other strands and frames", "in another motion") if made else ()):
         kept = Counter(promise.verdicts[place] for promise in made)
         lines.append(f"{name}: {', '.join(f'{kept[verdict]} {verdict}' for verdict in VERDICTS if kept[verdict])}")
     return lines + [f"{verdict}: {counts[verdict]}, {VERDICTS[verdict]}" for verdict in VERDICTS if counts[verdict]]

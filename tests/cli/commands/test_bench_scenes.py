@@ -25,7 +25,7 @@ def test_promises_are_a_table_below_commit_machine_and_command(hairpipe, monkeyp
     assert tried == [1, 3] and first.startswith("| 1 | ")
     found = HEAD.fullmatch(head)
     assert found and found[1] == "hairpipe bench promises --seed 2 --scenes 1,3"
-    assert "in another motion" in names and "0 of 0 promises kept, of 2 scenes" in result.stdout
+    assert "in another motion" in names and "- 0 of 0 promises kept, of 2 scenes" in result.stdout
     assert "2 of 2: scene 3: " in result.stderr
     assert hairpipe(f"bench promises --scenes none --cache {tmp_path}").exit_code == 2
 
