@@ -1,6 +1,6 @@
 """Every argument and option that more than one command takes.
 
-GRAPH        run plan explain graph get tune wedge; any number in cache; --graph in nodes
+GRAPH        run plan explain graph get tune wedge; any number in cache and bench; --graph in nodes
 TARGET       explain get
 --set        run plan explain graph get tune wedge bench
 --frames     run plan explain get wedge
@@ -9,6 +9,7 @@ TARGET       explain get
 --publish-root  run plan
 --cache      run plan explain get tune wedge cache bench
 --json       run plan explain nodes tune wedge cache bench
+--markdown   wedge bench
 """
 
 import os
@@ -127,3 +128,4 @@ jobs = click.option(
     help="Number of processes, and of threads of a simulation; no result depends on it.",
 )
 as_json = click.option("--json", "as_json", is_flag=True, help="One JSON document instead of text.")
+as_markdown = click.option("--markdown", "as_markdown", is_flag=True, help="A table of Markdown.")

@@ -46,11 +46,6 @@ def read_tolerances(ctx: click.Context, param: click.Parameter, texts: tuple[str
     return [read_tolerance(text) for text in texts]
 
 
-as_markdown = click.option(
-    "--markdown", "as_markdown", is_flag=True, help="A table of Markdown, below commit, machine and command."
-)
-
-
 @click.command()
 @click.option("--seed", type=int, default=1, show_default=True, help="Of all scenes: others, with another.")
 @click.option(
@@ -63,7 +58,7 @@ as_markdown = click.option(
     help="Numbers of scenes.",
 )
 @options.cache
-@as_markdown
+@options.as_markdown
 @options.as_json
 def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool, as_json: bool) -> None:
     """Try the promises of `hairpipe tune` on scenes that are drawn at random.
@@ -109,7 +104,7 @@ def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool
 )
 @options.overrides
 @options.cache
-@as_markdown
+@options.as_markdown
 @options.as_json
 def needs(
     graphs: tuple[str, ...],
