@@ -9,7 +9,7 @@ from hairpipe.api.shot import load
 from hairpipe.graph.run.events import Outcome
 from hairpipe.tune.chaos import Chaos
 from hairpipe.tune.choosing import Choice
-from hairpipe.tune.measured import Measured
+from hairpipe.tune.measured import Measured, failed
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.sampling import Sample
 from hairpipe.tune.scenes import needs, promises
@@ -62,10 +62,12 @@ def promise(number: int, tuned: Tuned | None = TUNED, other: Check | None = GOOD
     [
         (found(1.9), found(0.2), "kept"),
         (found(1.9), found(2.5), "kept"),
-        (found(2.1), found(0.2), "broken"),
+        (found(3.1), found(0.2), "broken"),
+        (found(2.1), found(0.2), "untold"),
+        (failed("hair is lost"), found(0.2), "broken"),
         (found(1.0, refused="told apart by contacts"), found(0.2), "broken"),
-        (found(2.1), found(2.5), "untold"),
-        (found(2.1), found(0.2, refused="the floor of chaos is above the tolerance"), "untold"),
+        (found(3.1), found(2.5), "untold"),
+        (found(3.1), found(0.2, refused="the floor of chaos is above the tolerance"), "untold"),
     ],
 )
 def test_a_promise_is_broken_only_where_it_could_be_kept(chosen, full, verdict):
@@ -74,7 +76,7 @@ def test_a_promise_is_broken_only_where_it_could_be_kept(chosen, full, verdict):
 
 
 def test_promises_are_counted_and_scenes_of_which_nothing_is_promised_apart():
-    bad = check(found(2.1), found(0.2))
+    bad = check(found(3.1, refused="spreads twice as far"), found(0.2))
     tried = [promise(1), promise(2, other=bad), promise(3, NOTHING, None), promise(4, None, None)]
     first, strands, motion, *rest = promises.summary(tried)
     assert first == "1 of 2 promises kept, of 4 scenes"
@@ -83,12 +85,12 @@ def test_promises_are_counted_and_scenes_of_which_nothing_is_promised_apart():
 
 
 def test_every_row_has_what_was_promised_and_what_came_of_it():
-    bad = check(found(2.1), found(0.2))
+    bad = check(found(3.1, refused="spreads twice as far"), found(0.2))
     rows = promises.rows([promise(1), promise(2, other=bad), promise(3, NOTHING, None), promise(4, None, None)])
     assert {len(row) for row in rows} == {len(promises.ALIGN)}
     assert rows[2] == (
         *("2", "300 hairs of 20 cm; then nods", "2 %", "no stiction"),
-        *("1.5 (1.9)", "1 (1.2)", "2.1 (2.6)", "4.0", "broken"),
+        *("1.5 (1.9)", "1 (1.2)", "3.1 (3.9)", "4.0", "broken: spreads twice as far"),
     )
     assert rows[3][3] == "nothing is promised: the graph as it is, off by more" and rows[3][-1] == "refused"
     assert rows[4][-1] == "fails"

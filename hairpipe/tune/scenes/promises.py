@@ -16,8 +16,8 @@ from hairpipe.tune.tuning import Check, Tuned, Untunable, checked, look_at, samp
 Verdict = Literal["kept", "broken", "untold", "refused", "fails"]
 VERDICTS: dict[Verdict, str] = {
     "kept": "within the tolerance",
+    "untold": "beyond it by what may be chance, or where the graph as it is does not keep it either",
     "broken": "beyond it, where the graph as it is keeps it",
-    "untold": "beyond it, where the graph as it is does not keep it either: nothing would be promised there",
     "refused": "nothing keeps the tolerance, and nothing was promised",
     "fails": "the graph as it is does not get through",
 }
@@ -55,7 +55,7 @@ def verdict_of(check: Check, tolerance: float) -> Verdict:
     """Judge a promise where it was checked."""
     if check.chosen.kept(tolerance):
         return "kept"
-    return "broken" if check.full.kept(tolerance) else "untold"
+    return "broken" if check.chosen.broke(tolerance) and check.full.kept(tolerance) else "untold"
 
 
 def try_promise(shot: Shot, number: int, scene: DrawnScene, run: CarryOut, say: Callable[[str], None]) -> Promise:
@@ -88,9 +88,11 @@ def row(promise: Promise) -> tuple[str, ...]:
     said = (str(promise.number), f"{scene.text}; then {scene.other[0]}", str(tolerance))
     if tuned is None:
         return (*said, "", "", "", "", "", worst(promise))
-    errors = [tuned.choice.measured, *(check.chosen for check in (tuned.check, other) if check)]
-    written = [cells.error(found, tolerance) for found in errors]
-    return (*said, cells.left_out(tuned), *(written + 2 * [""])[:3], cells.faster(tuned), worst(promise))
+    checks = [check for check in (tuned.check, other) if check]
+    errors = [cells.error(found, tolerance) for found in (tuned.choice.measured, *(check.chosen for check in checks))]
+    reasons = dict.fromkeys(check.chosen.refused for check in checks if check.chosen.refused)
+    verdict = ": ".join(filter(None, (worst(promise), "; ".join(reasons))))
+    return (*said, cells.left_out(tuned), *(errors + 2 * [""])[:3], cells.faster(tuned), verdict)
 
 
 def worst(promise: Promise) -> Verdict:
