@@ -56,7 +56,7 @@ ROOMS = {
     "bench": {*ORDER, "render", "graph"},
     "nodes": {*ORDER, "render", "chart", "io", "graph"},
     "graphs": {*ORDER, "io"},
-    "tune": {*BASE, "api", *PURE, "measure.climate"},
+    "tune": {*BASE, "api", *PURE, "measure.climate", "groom.random_streams"},
     "page": {*BASE, "api", "io", "spatial", "wedge", "graph.File", *PURE},
     "wedge": {*BASE, "api", "io", *PURE},
     "cli": {

@@ -20,6 +20,15 @@ def table(rows: Sequence[Sequence[str]], align: str) -> str:
     return "\n".join(line.rstrip() for line in lines)
 
 
+def markdown(rows: Sequence[Sequence[str]], align: str) -> str:
+    """Write the same as a table of Markdown; the first row is its head."""
+    if not rows:
+        return ""
+    head, *body = [[one_line(cell).replace("|", "\\|") for cell in row] for row in rows]
+    marks = ["---:" if side == ">" else "---" for side in align]
+    return "\n".join(f"| {' | '.join(line)} |" for line in (head, marks, *body))
+
+
 def size(count: float) -> str:
     """Write a number of bytes."""
     step = 0

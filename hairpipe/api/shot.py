@@ -231,7 +231,13 @@ class Shot:
 
     @contextmanager
     def keeping_workers(self) -> Iterator[Self]:
-        """Give the shot with workers that stay between its runs, and those of shots made of it, until this ends."""
+        """Give the shot with workers that stay between its runs, and those of shots made of it, until this ends.
+
+        Within another such block they are those of the other, and stay until that ends.
+        """
+        if self._spare is not None:
+            yield self
+            return
         kept, spare = copy(self), list[Member]()
         kept._spare = spare
         try:

@@ -1,6 +1,6 @@
 """Every argument and option that more than one command takes.
 
-GRAPH        run plan explain graph get tune wedge; any number in cache; --graph in nodes
+GRAPH        run plan explain graph get tune wedge; any number in cache and bench; --graph in nodes
 TARGET       explain get
 --set        run plan explain graph get tune wedge bench
 --frames     run plan explain get wedge
@@ -10,6 +10,7 @@ TARGET       explain get
 --cache      run plan explain get tune wedge cache bench
 --json       run plan explain nodes tune wedge cache bench
 --moving     bench contact and bench paper
+--markdown   wedge bench
 """
 
 import os
@@ -136,3 +137,4 @@ moving = partial(
     show_default=True,
     help="Frames of motion before; locks take some.",
 )
+as_markdown = click.option("--markdown", "as_markdown", is_flag=True, help="A table of Markdown.")

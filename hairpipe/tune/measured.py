@@ -45,6 +45,14 @@ class Measured:
         """Whether that can be promised."""
         return self.bound <= tolerance and not self.refused
 
+    def kept(self, tolerance: float) -> bool:
+        """Whether a promise was kept where this was measured."""
+        return self.error <= tolerance and not self.refused
+
+    def broke(self, tolerance: float) -> bool:
+        """Whether one was broken, by more than the spread among patches explains: the bound as far below the error."""
+        return bool(self.fault or self.refused) or 2.0 * self.error**2 - self.bound**2 > tolerance**2
+
 
 def failed(fault: str) -> Measured:
     """Describe a model that did not get through the sample."""

@@ -23,6 +23,10 @@ from hairpipe.tune.variants import simplified, with_node
 ROOTS = "tune-roots"
 
 
+class Untunable(BadInput):
+    """The graph as it is, or its reference, does not get through the sample."""
+
+
 @dataclass(frozen=True)
 class Check:
     """The choice, measured on strands and frames that were not sampled, as far as the scene has others.
@@ -66,7 +70,7 @@ class Tuned:
         """Whether the tolerance is kept, and was on the second sample, if there was one."""
         if self.choice.parts is None or self.check is None:
             return self.choice.parts is not None
-        return self.check.chosen.error <= self.tolerance.value and not self.check.chosen.refused
+        return self.check.chosen.kept(self.tolerance.value)
 
 
 class Scene(NamedTuple):
@@ -107,7 +111,7 @@ def measured_and_chosen(request: Request, say: Callable[[str], None]) -> Tuned:
     full = study.measure([])
     fault = full.fault or (reference.fault if isinstance(reference, Measured) else "")
     if fault:
-        raise BadInput(f"the graph itself does not get through the sample: {fault}", where=request.shot.path)
+        raise Untunable(f"the graph itself does not get through the sample: {fault}", where=request.shot.path)
     singles = {part: study.measure([part]) for part in parts}
     if full.screened:
         full, screened = study.confirm([]), full

@@ -13,6 +13,7 @@ import click
 
 from hairpipe.api.formatting import duration, plural, size, table
 from hairpipe.cli import options
+from hairpipe.cli.commands.promises import needs, promises
 from hairpipe.cli.stderr import say
 
 if TYPE_CHECKING:
@@ -33,6 +34,10 @@ if TYPE_CHECKING:
 @click.group()
 def bench() -> None:
     """Measure what the code costs on this machine."""
+
+
+bench.add_command(promises)
+bench.add_command(needs)
 
 
 @bench.command()
@@ -244,13 +249,8 @@ def show_paper(report: "PaperReport") -> None:
     parts: list[tuple[str, ...]] = [("scene", *report.rows[0].shares)]
     for row in report.rows:
         theirs = ("", "") if row.printed is None else (f"{row.printed.particles:,}", f"{60 * row.printed.minutes:.0f}")
-        ours = (
-            f"{row.strands:,}",
-            f"{row.simulated:.0%}",
-            f"{row.particles:,}",
-            f"{row.seconds:.1f}",
-            f"{row.memory / 1e9:.1f} GB",
-        )
+        counts = f"{row.strands:,}", f"{row.simulated:.0%}", f"{row.particles:,}"
+        ours = (*counts, f"{row.seconds:.1f}", f"{row.memory / 1e9:.1f} GB")
         times.append((row.scene, *ours, *theirs))
         parts.append((row.scene, *(f"{seconds:.1f}" for seconds in row.shares.values())))
     show_table("seconds a frame; last the particles and seconds of the paper", times)

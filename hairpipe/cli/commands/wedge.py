@@ -41,7 +41,7 @@ def ls(graph: str, overrides: dict[str, str], as_json: bool) -> None:
 @options.frames
 @options.overrides
 @options.cache
-@click.option("--markdown", is_flag=True, help="A table of Markdown.")
+@options.as_markdown
 @options.as_json
 def compare(
     graph: str,
@@ -49,7 +49,7 @@ def compare(
     frames: tuple[int, ...] | None,
     overrides: dict[str, str],
     cache: Path,
-    markdown: bool,
+    as_markdown: bool,
     as_json: bool,
 ) -> None:
     """Compare variants by their measures.
@@ -64,7 +64,7 @@ def compare(
     rows = comparison.compare(found, frames)
     if as_json:
         click.echo(json.dumps(comparison.document(found, rows), indent=2))
-    elif markdown:
+    elif as_markdown:
         click.echo(comparison.markdown(rows))
     else:
         click.echo(comparison.text(rows))

@@ -20,6 +20,7 @@ from hairpipe import child
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.machine_code import claim_kernels, clear_kernels, kernel_folder, kernel_sources, kernels_parent
+from hairpipe.graph.store.fingerprint import is_changed
 
 WorkerKind = Literal["serial", "parallel"]
 """A serial worker computes on one thread, next to others; the parallel one uses all threads for the critical path."""
@@ -151,19 +152,25 @@ class Pool:
         return kernel_folder(parent, self.reader, self.nodes)
 
     def _engage(self, kind: WorkerKind) -> Member:
-        """Take a spare worker, or start one; spare ones of this kind that do not serve are killed."""
+        """Take a spare worker, or start one; spare ones of this kind that do not serve are killed.
+
+        The new one is told of their sources, too: runs whose nodes differ, in turn, would else each end the other's.
+        """
         self.kernels = self.kernels or self._kernel_folder()
         surroundings = environment(self.jobs if kind == "parallel" else 1, self.kernels)
         spare = self.spare or []
+        sources: dict[str, list[int]] = {}
         for member in [member for member in spare if member.kind == kind]:
             spare.remove(member)
             if member.serves(self.hello, surroundings):
                 self.members.append(member)
                 return member
+            sources |= member.hello["sources"]
             member.end()
-        return self._start(kind, surroundings)
+        same = {path: stamp for path, stamp in sources.items() if not is_changed(path, stamp)}
+        return self._start(kind, surroundings, same | self.reader.stamps)
 
-    def _start(self, kind: WorkerKind, surroundings: dict[str, str]) -> Member:
+    def _start(self, kind: WorkerKind, surroundings: dict[str, str], sources: dict[str, list[int]]) -> Member:
         """Start a worker; its standard output is redirected to standard error, where it mixes with no result."""
         ours, theirs = socket.socketpair()
         with theirs, interrupts_blocked():
@@ -177,7 +184,7 @@ class Pool:
         if kind == "serial":
             with suppress(OSError):
                 os.setpriority(os.PRIO_PROCESS, process.pid, SERIAL_NICENESS)
-        hello = self.hello | {"sources": dict(self.reader.stamps)}
+        hello = self.hello | {"sources": sources}
         member = Member(kind, process, Connection(ours.detach()), hello, surroundings)
         self.members.append(member)
         with suppress(OSError):

@@ -7,6 +7,7 @@ from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.events import CODEC, Options
 from hairpipe.graph.run.pool import Member, Pool
 from hairpipe.graph.run.scheduler import run
+from hairpipe.graph.store.fingerprint import stamp_of
 from hairpipe.graph.store.store import Store
 
 
@@ -60,3 +61,21 @@ def test_a_worker_that_is_evaluating_ends_with_the_run(shot, spare):
     (member,) = pool.members
     pool.close()
     assert not spare and member.process.poll() is not None
+
+
+def test_a_new_worker_serves_the_runs_of_one_whose_place_it_takes_unless_its_sources_were_edited(shot, spare):
+    files = [shot.folder / name for name in ("one.py", "other.py", "edited.py")]
+    for file in files:
+        file.write_text("")
+    one, other, edited = ({str(file): stamp_of(file)} for file in files)
+    for sources in (one | edited, other):
+        reader = CodeReader(shot.store.remember)
+        reader.stamps |= sources
+        pool = Pool(shot.store.root, CODEC, shot.nodes, 1, [], reader, spare)
+        pool.send("serial", Task("a", None), {"type": "no_such_type"})
+        assert [task for task, _ in pool.receive(None)] == [Task("a", None)]
+        pool.close()
+        files[2].write_text("edited")
+    (member,) = spare
+    assert one.keys() | other.keys() <= member.hello["sources"].keys()
+    assert str(files[2]) not in member.hello["sources"]

@@ -1,0 +1,1 @@
+"""Tunes many scenes: whether promises are kept, on scenes that are drawn at random, and what scenes need."""

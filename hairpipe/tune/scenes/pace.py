@@ -1,0 +1,52 @@
+"""Says how far a list of scenes is, and how long the rest will take."""
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from time import monotonic
+
+from hairpipe.api.formatting import duration
+from hairpipe.api.reports import Outcome
+from hairpipe.api.shot import Shot
+from hairpipe.tune.study import CarryOut
+
+
+class Pace:
+    """How fast scenes are done, judged by those of which something was computed: others are known at once.
+
+    total   scenes
+    runner  makes what carries out the runs of one; `run` does so, and takes notice
+    clock   in seconds
+    """
+
+    def __init__(
+        self,
+        total: int,
+        runner: Callable[[], CarryOut],
+        say: Callable[[str], None],
+        clock: Callable[[], float] = monotonic,
+    ) -> None:
+        self._total, self._runner, self._say, self._clock = total, runner, say, clock
+        self._carry, self._done, self._computed = runner(), 0, False
+        self._spent: list[float] = []
+
+    def run(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int]) -> Outcome:
+        """Carry out a run."""
+        outcome = self._carry(text, shot, nodes, frames)
+        self._computed |= outcome.evaluated > 0
+        return outcome
+
+    @contextmanager
+    def scene(self, text: str) -> Iterator[None]:
+        """Say that a scene begins, and how long it and those after it should take."""
+        begun, self._carry, self._computed = self._clock(), self._runner(), False
+        self._say(f"{self._done + 1} of {self._total}: {text}{self._rest()}")
+        yield
+        self._done += 1
+        if self._computed:
+            self._spent.append(self._clock() - begun)
+
+    def _rest(self) -> str:
+        if not self._spent:
+            return ""
+        each = sum(self._spent) / len(self._spent)
+        return f"; {duration(each)} each, {duration(each * (self._total - self._done))} left"
