@@ -19,6 +19,9 @@ from hairpipe.tune.simplifications import Simplification
 from hairpipe.tune.tuning import Check, Scene, Tuned, Untunable
 
 DRY = Simplification("stiction", 1, "no stiction", drops=("hair.stiction",))
+CHAIN = Simplification("model", 1, "plain chain", (("hair.model", "chain"),))
+FEWER = Simplification("segments", 1, "10 segments, not 20", (("groom.segments", 10),))
+BELOW = "nothing is promised below the floor of 5.8 %"
 PERCENT = Tolerance(2.0, "%")
 SAMPLE = Sample(96, 4, 0, 1, 13, 24)
 
@@ -126,14 +129,15 @@ def test_a_choice_is_checked_in_the_other_motion_on_strands_that_were_not_sample
 
 def test_what_scenes_need_is_a_row_for_every_tolerance(monkeypatch, tmp_path):
     floor = Chaos(4e-4, 11, 0.46, 12, True, 13.0, 5.8)
-    answers = [TUNED, replace(NOTHING, reference=floor)]
+    kept_at_first = {DRY: found(0.3), CHAIN: found(0.4, 1.5), FEWER: found(9.0, 0.5)}
+    answers = [TUNED, replace(NOTHING, reference=floor, singles=kept_at_first)]
     monkeypatch.setattr(needs, "tune", lambda request, say: answers.pop(0))
     said = []
     pace = Pace(2, lambda: never, said.append)
     shots = {"short": load(TEXT, cache=tmp_path / "cache")}
     rows = needs.rows(list(needs.needs_of(shots, "hair", [PERCENT, Tolerance(1e-3, "m")], pace, print)))
     assert rows[1] == ("short", "2 %", "no stiction", "1.5 (1.9)", "0.2 (0.25)", "4.0")
-    assert rows[2][:3] == ("the same", "1 mm", "nothing is promised below the floor of 5.8 %")
+    assert rows[2][:3] == ("the same", "1 mm", f"{BELOW}; the first 0.46 s could do with plain chain")
     assert said == ["1 of 2: short within 2 %", "2 of 2: short within 1 mm"]
 
 

@@ -1,6 +1,7 @@
 """What tuning found, in the cells of a table that has a row for every scene."""
 
 from hairpipe.tune.chaos import Chaos
+from hairpipe.tune.choosing import saves
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.report import length, millimetres, names_of
@@ -13,9 +14,20 @@ def left_out(tuned: Tuned) -> str:
     if parts is not None:
         return "; ".join(names_of(parts)) or "nothing"
     if isinstance(reference, Chaos) and reference.floor > tuned.tolerance.value:
-        return f"nothing is promised below the floor of {length(reference.floor, tuned.tolerance)}"
+        below = f"nothing is promised below the floor of {length(reference.floor, tuned.tolerance)}"
+        return "; ".join([below, *cheapest_at_first(tuned, reference)])
     why = tuned.full.refused or "off by more"
     return f"nothing is promised: the graph as it is, {why}"
+
+
+def cheapest_at_first(tuned: Tuned, chaos: Chaos) -> list[str]:
+    """Name the one simplification that saves most and keeps the tolerance for as long as hair can be predicted."""
+    sound = {part: found for part, found in tuned.singles.items() if found.bound <= tuned.tolerance.value}
+    saving = {part: found for part, found in sound.items() if saves(part, found, tuned.full)}
+    if not saving:
+        return []
+    part = min(saving, key=lambda part: (saving[part].seconds, part.text))
+    return [f"the first {chaos.seconds:.2f} s could do with {part.text}"]
 
 
 def error(found: Measured, tolerance: Tolerance) -> str:
