@@ -92,6 +92,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
 """Settings by node type with which every graph runs in a moment."""
 SOME = {
     "experiments/climate_patch.toml": ["step_240_climate", "no_collisions_restarts"],
+    "experiments/climate_paper.toml": ["alone_cost"],
     "experiments/climate_tuft.toml": ["keys_cost"],
     "experiments/clips.toml": ["dab_whole_depth"],
     "experiments/interpolation.toml": ["travel", "analytic_chart"],
