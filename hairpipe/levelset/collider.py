@@ -41,12 +41,15 @@ class Walk(NamedTuple):
     """Points that move straight from one place to another, as kernels take them.
 
     before, after  where from, and where to [m], (P, 3) float64
-    thickness      distance from a body at which each has hit it [m], (P,) float64
+    thickness      distance from a body at which each has hit it, less than the body's band [m], (P,) float64
+    begin, finish  distances from bodies that both ends are known to have at least, -inf: nothing is [m], (P,) float64
     """
 
     before: np.ndarray
     after: np.ndarray
     thickness: np.ndarray
+    begin: np.ndarray
+    finish: np.ndarray
 
 
 class Collider(Protocol):
@@ -61,22 +64,25 @@ class Collider(Protocol):
         """Speed that no point of the body exceeds [m/s]."""
         ...
 
-    def probe(self, points: np.ndarray, seconds: float, out: SdfSample) -> None:
+    @property
+    def band(self) -> float:
+        """Distance beyond which the body is not found [m]."""
+        ...
+
+    def probe(self, points: np.ndarray, seconds: float, out: SdfSample, reach: np.ndarray | None = None) -> None:
         """Write distance, normal and velocity where the distance is smaller than out.distance.
 
         points   [m], (P, 3) float64
+        reach    where it is not below that, only the distance is written [m], (P,); None: everywhere all
 
         Nothing is written for a point beyond the narrow band of the body.
         """
         ...
 
-    def sweep(
-        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: FirstHit
-    ) -> None:
+    def sweep(self, walk: Walk, start: float, end: float, out: FirstHit) -> None:
         """Write the fraction of the way at which the distance first is below the thickness, if below out.fraction.
 
-        before, after  positions at the times start and end [m], (P, 3) float64; between them they move straight
-        thickness      less than the body's band [m], (P,) float64
+        start, end  times at both ends of the walk
 
         At that fraction the point is still outside. A point that begins nearer than its thickness is compared with the
         distance it begins with, so that contact at rest is detected, too; one that begins inside has no hit. A point

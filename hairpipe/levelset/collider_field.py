@@ -12,7 +12,17 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.vec3 import Vector, length, minus, row, scaled
 from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.grid_layout import BRICK
-from hairpipe.levelset.interpolation import ONE_SIDED, Interpolation, distance_between, evaluate, normal_of
+from hairpipe.levelset.interpolation import (
+    ONE_SIDED,
+    Interpolation,
+    departure_points,
+    distance_at,
+    distance_between,
+    is_far,
+    normal_at,
+    normal_of,
+    velocity_at,
+)
 from hairpipe.levelset.sample import FAR_OUTSIDE, Field, brick_at, distance, field_of, gradient, velocity
 from hairpipe.levelset.sphere_tracing import (
     MARGIN,
@@ -21,6 +31,7 @@ from hairpipe.levelset.sphere_tracing import (
     Span,
     crossed_box,
     first_below,
+    is_clear,
     point_on,
     time_on,
 )
@@ -70,23 +81,39 @@ class ColliderField:
 
     @property
     def speed(self) -> float:
-        """Speed that no point of the body exceeds [m/s]; all velocities are read for it, once."""
+        """Speed that no point of the body exceeds [m/s], by its velocities and by how it changes; all is read, once.
+
+        Velocities at the frames say little of a body that stands still there and is somewhere else in between.
+        """
         return self._speed
 
     @cached_property
     def _speed(self) -> float:
-        return float(max(fastest(field.velocity.reshape(-1, 3)) for field in (self.before, self.after)))
+        both = self.before, self.after
+        known = max(fastest(field.velocity.reshape(-1, 3)) for field in both)
+        return float(max(known, largest_change(*both) / self.frame, largest_change(*both[::-1]) / self.frame))
 
-    def probe(self, points: np.ndarray, seconds: float, out: SdfSample) -> None:
-        """Write what is nearer than out, in place; see Collider."""
-        probe_field(self.before, self.after, int(self.scheme), self.frame, seconds, points, out)
+    @property
+    def band(self) -> float:
+        """Distance beyond which the body is not found [m]."""
+        return self.before.background
 
-    def sweep(
-        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: FirstHit
-    ) -> None:
+    def probe(self, points: np.ndarray, seconds: float, out: SdfSample, reach: np.ndarray | None = None) -> None:
+        """Write what is nearer than out, in place; see Collider.
+
+        At the end of a frame that is what its own level set says; the previous one is not read.
+        """
+        reach = np.full(len(points), np.inf) if reach is None else reach
+        if seconds == self.frame and self.scheme != ONE_SIDED:
+            _probe_one(self.after, reach, points, *out)
+        else:
+            when = int(self.scheme), self.frame, seconds
+            _probe_between(self.before, self.after, when, reach, points, *out)
+
+    def sweep(self, walk: Walk, start: float, end: float, out: FirstHit) -> None:
         """Write hits that are sooner than out, in place; see Collider."""
         motion = Motion(self.frame, int(self.scheme), self.speed, self.corners)
-        sweep_field(self.before, self.after, motion, Walk(before, after, thickness), start, end, out.fraction)
+        sweep_field(self.before, self.after, motion, walk, start, end, out.fraction)
 
 
 def build_collider_field(before: LevelSet, after: LevelSet, frame: float, scheme: Interpolation) -> ColliderField:
@@ -108,6 +135,22 @@ def fastest(velocities: np.ndarray) -> float:
         x, y, z = velocities[i, 0], velocities[i, 1], velocities[i, 2]
         most = max(most, x * x + y * y + z * z)
     return np.sqrt(most)
+
+
+@njit(cache=True)
+def largest_change(one: Field, other: Field) -> float:
+    """Return by how much the distance to one body and to another differ at most [m], at every eighth sample of one."""
+    most, (na, nb, nc) = 0.0, one.bricks.shape
+    for place in np.ndindex(na, nb, nc):
+        n = one.bricks[place]
+        if n >= 0:
+            for voxel in np.ndindex(BRICK // 2, BRICK // 2, BRICK // 2):
+                i, j, k = 2 * voxel[0], 2 * voxel[1], 2 * voxel[2]
+                x = one.x + (BRICK * place[0] + i) / one.per_metre
+                y = one.y + (BRICK * place[1] + j) / one.per_metre
+                z = one.z + (BRICK * place[2] + k) / one.per_metre
+                most = max(most, abs(distance(other, x, y, z) - one.distance[n, i, j, k]))
+    return most
 
 
 @inlined
@@ -146,8 +189,10 @@ def seen_from(ray: SpaceTimeRay, seconds: float, v: Vector) -> float:
 
 
 @inlined
-def first_hit(body: Body, ray: SpaceTimeRay, thickness: float) -> float:
+def first_hit(body: Body, ray: SpaceTimeRay, thickness: float, known: float) -> float:
     """Return the fraction of a ray at which the distance gets below the thickness [m], or inf.
+
+    known  sum of the distances that both ends are known to have at least [m]
 
     Where the distance changes by at most L over a ray, it does not get below zero if the distances at both ends add up
     to more than L.
@@ -155,26 +200,15 @@ def first_hit(body: Body, ray: SpaceTimeRay, thickness: float) -> float:
     first, last = crossed_box(row(body.motion.corners, 0), row(body.motion.corners, 1), ray)
     if not first <= last:
         return np.inf
+    change = MARGIN * max(change_along(body, ray, first), change_along(body, ray, last), STILL)
+    if known - 2.0 * thickness > change:
+        return np.inf
     begin, finish = distance_on(body, ray, first), distance_on(body, ray, last)
     kept = min(thickness, begin, 0.5 * body.before.background)
-    change = MARGIN * max(change_along(body, ray, first), change_along(body, ray, last), STILL)
     if begin <= 0.0 or (finish >= kept and begin + finish - 2.0 * kept > change * (last - first)):
         return np.inf
     span = Span(first, last, begin - kept, change, 1.0 / body.before.per_metre)
     return first_below(distance_on, body, ray, kept, span)
-
-
-def probe_field(
-    before: Field, after: Field, scheme: int, frame: float, seconds: float, points: np.ndarray, out: SdfSample
-) -> None:
-    """Write, in place, what a body is like where it is nearer than `out.distance`.
-
-    At the end of a frame that is what its own level set says; the previous one is not read.
-    """
-    if seconds == frame and scheme != ONE_SIDED:
-        _probe_one(after, points, *out)
-    else:
-        _probe_between(before, after, (scheme, frame, seconds), points, *out)
 
 
 @njit(cache=True, parallel=True)
@@ -182,27 +216,39 @@ def _probe_between(
     before: Field,
     after: Field,
     when: tuple[int, float, float],
+    reach: np.ndarray,
     points: np.ndarray,
     nearest: np.ndarray,
     normals: np.ndarray,
     velocities: np.ndarray,
 ) -> None:
-    """Do that between two frames. A SdfSample is unpacked: a parallel loop loses what is written to a member."""
+    """Write what a body is like between two frames where it is nearer than `nearest`, in place.
+
+    A SdfSample is unpacked: a parallel loop loses what is written to a member.
+    """
     scheme, frame, seconds = when
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x, y, z = row(points, i)
-            phi = distance_between(scheme, before, after, seconds / frame, frame, x, y, z)
+            if is_far(before, after, x, y, z):
+                continue
+            at = departure_points(scheme, before, after, seconds / frame, frame, x, y, z)
+            phi = distance_at(before, after, at)
             if phi < nearest[i] and phi < before.background:
-                _, nx, ny, nz, vx, vy, vz = evaluate(scheme, before, after, seconds / frame, frame, x, y, z)
                 nearest[i] = phi
-                normals[i, 0], normals[i, 1], normals[i, 2] = nx, ny, nz
-                velocities[i, 0], velocities[i, 1], velocities[i, 2] = vx, vy, vz
+                if phi < reach[i]:
+                    normals[i, 0], normals[i, 1], normals[i, 2] = normal_at(before, after, at)
+                    velocities[i, 0], velocities[i, 1], velocities[i, 2] = velocity_at(before, after, at)
 
 
 @njit(cache=True, parallel=True)
 def _probe_one(
-    field: Field, points: np.ndarray, nearest: np.ndarray, normals: np.ndarray, velocities: np.ndarray
+    field: Field,
+    reach: np.ndarray,
+    points: np.ndarray,
+    nearest: np.ndarray,
+    normals: np.ndarray,
+    velocities: np.ndarray,
 ) -> None:
     """Do that of one level set."""
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
@@ -211,8 +257,9 @@ def _probe_one(
             phi = distance(field, x, y, z)
             if phi < nearest[i] and phi < field.background:
                 nearest[i] = phi
-                normals[i, 0], normals[i, 1], normals[i, 2] = normal_of(*gradient(field, x, y, z))
-                velocities[i, 0], velocities[i, 1], velocities[i, 2] = velocity(field, x, y, z)
+                if phi < reach[i]:
+                    normals[i, 0], normals[i, 1], normals[i, 2] = normal_of(*gradient(field, x, y, z))
+                    velocities[i, 0], velocities[i, 1], velocities[i, 2] = velocity(field, x, y, z)
 
 
 @njit(cache=True, parallel=True)
@@ -224,6 +271,9 @@ def sweep_field(
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         body = Body(before, after, motion)
         for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
+            if is_clear(walk, i, motion.speed * (end - start)):
+                continue
             x = row(walk.before, i)
             ray = SpaceTimeRay(x, minus(row(walk.after, i), x), start / motion.frame, (end - start) / motion.frame)
-            fraction[i] = min(fraction[i], first_hit(body, ray, walk.thickness[i]))
+            known = walk.begin[i] + walk.finish[i]
+            fraction[i] = min(fraction[i], first_hit(body, ray, walk.thickness[i], known))

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.vec3 import Vector, plus, scaled
+from hairpipe.kernels.vec3 import Vector, length, minus, plus, row, scaled
+from hairpipe.levelset.collider import Walk
 
 MARGIN = 1.25
 """Factor by which the distance may change faster between the ends of a ray than it is known to there."""
@@ -52,6 +53,19 @@ class Span(NamedTuple):
     gap: float
     change: float
     voxel: float
+
+
+@inlined
+def is_clear(walk: Walk, i: int, change: float) -> bool:
+    """Tell whether point i of a walk is known not to get nearer to a body than its thickness.
+
+    change  the longest way that the body may go meanwhile [m]
+
+    Where the distance changes by at most L over a way, it is nowhere below half of what the distances at both ends add
+    up to more than L.
+    """
+    way = length(minus(row(walk.after, i), row(walk.before, i))) + change
+    return walk.begin[i] + walk.finish[i] - 2.0 * walk.thickness[i] > MARGIN * way
 
 
 @inlined

@@ -9,7 +9,7 @@ import pytest
 from hairpipe.data import Mesh
 from hairpipe.levelset.bake.parts import gathered
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import Collider, FirstHit, SdfSample
+from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
@@ -46,6 +46,11 @@ def plate(request, box) -> tuple[Callable[[float], np.ndarray], dict[str, Collid
     return way.pose, found
 
 
+def walk(before: np.ndarray, after: np.ndarray, thickness: float = 1e-3) -> Walk:
+    """Ways of which nothing is known."""
+    return Walk(before, after, np.full(len(before), thickness), *np.full((2, len(before)), -np.inf))
+
+
 def crossing(pose, start: float, end: float, count: int) -> tuple[np.ndarray, np.ndarray]:
     """Ways through the plate, from one side of it to the other, in frames start to end."""
     chance = np.random.default_rng(0)
@@ -57,6 +62,42 @@ def crossing(pose, start: float, end: float, count: int) -> tuple[np.ndarray, np
     return before, after
 
 
+@pytest.mark.parametrize("name", SCHEMES)
+def test_a_way_whose_ends_are_known_is_swept_as_one_of_which_nothing_is(travel, name):
+    surface, chance = travel[name], np.random.default_rng(6)
+    start, end, before = 0.3 * FRAME, 0.4 * FRAME, chance.uniform(-1.5, 1.5, (20_000, 3))
+    ways = walk(before, before + chance.normal(scale=0.1, size=before.shape))
+    ends = [SdfSample.blank(len(before), surface.band) for _ in range(2)]
+    surface.probe(ways.before, start, ends[0])
+    surface.probe(ways.after, end, ends[1])
+    found = [FirstHit.blank(len(before)) for _ in range(2)]
+    surface.sweep(ways, start, end, found[0])
+    surface.sweep(ways._replace(begin=ends[0].distance, finish=ends[1].distance), start, end, found[1])
+    np.testing.assert_array_equal(found[1].fraction, found[0].fraction)
+    assert (found[0].fraction <= 1.0).sum() > 100
+
+
+@pytest.mark.parametrize("name", SCHEMES)
+def test_beyond_reach_only_the_distance_is_found(travel, name):
+    surface, points = travel[name], np.random.default_rng(5).uniform(-2.0, 2.0, (3000, 3))
+    for seconds in (0.4 * FRAME, FRAME):
+        whole, some = SdfSample.blank(len(points)), SdfSample.blank(len(points))
+        surface.probe(points, seconds, whole)
+        surface.probe(points, seconds, some, np.full(len(points), 2.0 * VOXEL))
+        near = whole.distance < 2.0 * VOXEL
+        assert near.any() and (np.isfinite(whole.distance) & ~near).any()
+        assert (whole.distance[np.isfinite(whole.distance)] < surface.band).all()
+        np.testing.assert_array_equal(some.distance, whole.distance)
+        for found, asked in zip(whole[1:], some[1:], strict=True):
+            np.testing.assert_array_equal(asked, np.where(near[:, None], found, 0.0))
+
+
+def test_a_body_that_jumps_is_as_fast_as_that_whatever_its_velocities(sphere):
+    meshes = [sphere(0.5, centre=(x, 0.0, 0.0), level=3) for x in (0.0, 0.2)]
+    surface = build_collider_field(*(bake(mesh, VOXEL, HALF_WIDTH) for mesh in meshes), FRAME, Interpolation.two_sided)
+    assert surface.speed == pytest.approx(0.2 / FRAME, rel=0.02)
+
+
 def test_no_point_of_many_runs_through_a_thin_plate(plate):
     pose, surfaces = plate
     before, after = crossing(pose, 0.25, 0.5, 100_000)
@@ -64,7 +105,7 @@ def test_no_point_of_many_runs_through_a_thin_plate(plate):
         if name != "parts":
             before, after = before[:20_000], after[:20_000]
         sweep = FirstHit.blank(len(before))
-        surface.sweep(before, after, 0.25 * FRAME, 0.5 * FRAME, np.full(len(before), 1e-3), sweep)
+        surface.sweep(walk(before, after), 0.25 * FRAME, 0.5 * FRAME, sweep)
         assert np.isfinite(sweep.fraction).all()
         met = before + sweep.fraction[:, None] * (after - before)
         heights = [
@@ -81,7 +122,7 @@ def test_what_passes_by_or_begins_inside_meets_nothing(plate):
     local = [x @ pose(a)[:, :3].T + pose(a)[:, 3] for x, a in ((apart, 0.5), (goal, 0.6))]
     for surface in surfaces.values():
         sweep = FirstHit.blank(len(apart))
-        surface.sweep(*local, 0.5 * FRAME, 0.6 * FRAME, np.full(len(apart), 1e-3), sweep)
+        surface.sweep(walk(*local), 0.5 * FRAME, 0.6 * FRAME, sweep)
         assert np.isinf(sweep.fraction).all()
 
 
@@ -92,7 +133,7 @@ def test_what_rests_on_a_body_is_caught_when_it_goes_through_and_free_to_leave(p
     before, after = rest @ pose(0.5)[:, :3].T + pose(0.5)[:, 3], goal @ pose(0.6)[:, :3].T + pose(0.6)[:, 3]
     for surface in surfaces.values():
         sweep = FirstHit.blank(2)
-        surface.sweep(before, after, 0.5 * FRAME, 0.6 * FRAME, np.full(2, 1e-3), sweep)
+        surface.sweep(walk(before, after), 0.5 * FRAME, 0.6 * FRAME, sweep)
         assert sweep.fraction[0] < 0.02 and np.isinf(sweep.fraction[1])
 
 
@@ -100,7 +141,7 @@ def test_a_point_that_explodes_is_followed_to_the_body_and_no_farther(travel):
     far = np.array([[1e9, 0.0, 0.0], [0.0, np.inf, 0.0], [-1e9, 1e9, 0.0]])
     for surface in travel.values():
         sweep = FirstHit.blank(3)
-        surface.sweep(np.array([[-5.0, 0.0, 0.0]] * 3), far, 0.0, FRAME, np.zeros(3), sweep)
+        surface.sweep(walk(np.array([[-5.0, 0.0, 0.0]] * 3), far, 0.0), 0.0, FRAME, sweep)
         assert sweep.fraction[0] == pytest.approx(4.4e-9, rel=1e-2) and np.isinf(sweep.fraction[1:]).all()
 
 
@@ -131,7 +172,7 @@ def test_results_do_not_depend_on_threads_and_a_union_is_one_after_the_other(tra
             probe, sweep = SdfSample.blank(len(points)), FirstHit.blank(len(points))
             for one in order:
                 one.probe(points, 0.3 * FRAME, probe)
-                one.sweep(points, goal, 0.3 * FRAME, 0.6 * FRAME, np.full(len(points), 1e-3), sweep)
+                one.sweep(walk(points, goal), 0.3 * FRAME, 0.6 * FRAME, sweep)
             found.append([*probe, *sweep])
         assert all(np.array_equal(one, two) for one, two in zip(*found, strict=True))
         alone = SdfSample.blank(len(points))

@@ -9,7 +9,7 @@ from scipy.spatial import KDTree
 from hairpipe.data import Groom, Mesh
 from hairpipe.data.particles import ParticleState
 from hairpipe.groom.binding import root_frames
-from hairpipe.levelset.collider import FirstHit, SdfSample
+from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.particles.links import LinkRule, link
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Fibre, ParticleSettings
@@ -58,22 +58,21 @@ class Ball:
     centre: np.ndarray
     velocity: np.ndarray
     radius: float = 0.04
+    band: float = 0.02
 
     @property
     def speed(self) -> float:
         return float(np.linalg.norm(self.velocity))
 
-    def probe(self, points: np.ndarray, seconds: float, out: SdfSample) -> None:
+    def probe(self, points: np.ndarray, seconds: float, out: SdfSample, reach: np.ndarray | None = None) -> None:
         ways = points - (self.centre + seconds * self.velocity)
         sizes = np.linalg.norm(ways, axis=1)
-        nearer = sizes - self.radius < np.minimum(out.distance, 0.02)
+        nearer = sizes - self.radius < np.minimum(out.distance, self.band)
         out.distance[nearer] = (sizes - self.radius)[nearer]
         out.normal[nearer] = (ways / sizes[:, None])[nearer]
         out.velocity[nearer] = self.velocity
 
-    def sweep(
-        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: FirstHit
-    ) -> None:
+    def sweep(self, walk: Walk, start: float, end: float, out: FirstHit) -> None:
         raise NotImplementedError
 
 

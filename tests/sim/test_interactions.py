@@ -18,10 +18,12 @@ from hairpipe.sim.simulate import advance_frame, start
 class Ball:
     """A ball that goes along x from a place on that axis; a Collider."""
 
+    band = np.inf
+
     def __init__(self, speed, begins=0.05):
         self.speed, self.begins = speed, begins
 
-    def probe(self, points, seconds, out):
+    def probe(self, points, seconds, out, reach=None):
         away = points - [self.begins + self.speed * seconds, -0.06, -0.0333]
         far = np.linalg.norm(away, axis=1)
         near = far - 0.04 < out.distance
@@ -29,7 +31,7 @@ class Ball:
         out.normal[near] = away[near] / far[near, None]
         out.velocity[near] = [self.speed, 0.0, 0.0]
 
-    def sweep(self, before, after, start, end, thickness, out):
+    def sweep(self, walk, start, end, out):
         pass
 
 

@@ -52,6 +52,10 @@ class ColliderParts:
 
         The corners are seen a few times, v + omega x (x - p).
         """
+        return self._speed
+
+    @cached_property
+    def _speed(self) -> float:
         stances = stances_at(self.path, np.linspace(0.0, self.path.frame, _LOOKS))
         corners = np.stack(np.meshgrid(*3 * [[False, True]], indexing="ij"), axis=-1).reshape(-1, 3)
         arms = np.einsum(
@@ -65,19 +69,23 @@ class ColliderParts:
         """Speed of the shape of every part in its own frame [m/s], |phi_1 - phi_0| / dt where that is largest, (G,)."""
         return largest_changes(self.before, self.after, self.outlines.changes) / self.path.frame
 
-    def probe(self, points: np.ndarray, seconds: float, out: SdfSample) -> None:
+    @property
+    def band(self) -> float:
+        """Distance beyond which the body is not found [m]."""
+        return self.before.background
+
+    def probe(self, points: np.ndarray, seconds: float, out: SdfSample, reach: np.ndarray | None = None) -> None:
         """Write what is nearer than out, in place; see Collider."""
+        reach = np.full(len(points), np.inf) if reach is None else reach
         stances = stances_at(self.path, np.array([seconds]))
-        parts = Places(self.outlines.changes, boxes_at(stances, self.outlines), self.path.frame)
+        parts = Places(self.outlines.changes, boxes_at(stances, self.outlines), self.path.frame, reach)
         probe_parts(self.before, self.after, stances, parts, points, *out)
 
-    def sweep(
-        self, before: np.ndarray, after: np.ndarray, start: float, end: float, thickness: np.ndarray, out: FirstHit
-    ) -> None:
+    def sweep(self, walk: Walk, start: float, end: float, out: FirstHit) -> None:
         """Write hits that are sooner than out, in place; see Collider."""
         stances = stances_at(self.path, self.looks(start, end))
-        boxes, walk = boxes_at(stances, self.outlines), Walk(before, after, thickness)
-        sweep_parts(self.before, self.after, self.outlines, stances, boxes, walk, out.fraction)
+        boxes, farthest = boxes_at(stances, self.outlines), self.speed * (end - start)
+        sweep_parts(self.before, self.after, self.outlines, stances, boxes, walk, farthest, out.fraction)
 
     def looks(self, start: float, end: float) -> np.ndarray:
         """Return even times from start to end [s] between which no part turns much, (T,)."""

@@ -48,16 +48,18 @@ def nearest_part(
 
 
 class Places(NamedTuple):
-    """What is known of G parts at one time.
+    """What is known of G parts at one time, and what is asked of them.
 
     changes  whether the parts have another shape in the second frame, (G,) bool
     boxes    around the parts in the world [m], (G, 2, 3)
     frame    time between the frames [s]
+    reach    nothing is asked but their distance of points where that is not less [m], (P,)
     """
 
     changes: np.ndarray
     boxes: np.ndarray
     frame: float
+    reach: np.ndarray
 
 
 @njit(cache=True, parallel=True)
@@ -75,12 +77,15 @@ def probe_parts(
 
     stances  of the parts at one time
     """
-    changes, boxes, frame = parts.changes, parts.boxes, parts.frame
+    changes, boxes, frame, reach = parts.changes, parts.boxes, parts.frame, parts.reach
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x = row(points, i)
             part, phi = nearest_part(before, after, changes, stances, boxes, x)
             if part < 0 or not phi < distance[i]:
+                continue
+            distance[i] = phi
+            if not phi < reach[i]:
                 continue
             shape, X = Shape(before, after, changes, part), place_in(stances, 0, part, x)
             g = turned_out(stances, 0, part, shape_gradient(shape, stances.times[0], X))
@@ -88,7 +93,6 @@ def probe_parts(
             scale = 1.0 / steep if steep > 0.0 else 0.0
             swell = -shape_change(shape, X) / (frame * max(steep, STEEP)) * scale
             carried = velocity_of(stances, 0, part, x)
-            distance[i] = phi
             for axis in range(3):
                 normal[i, axis] = scale * g[axis]
                 velocity[i, axis] = carried[axis] + swell * g[axis]

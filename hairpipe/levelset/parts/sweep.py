@@ -19,6 +19,7 @@ from hairpipe.levelset.sphere_tracing import (
     Span,
     crossed_box,
     first_below,
+    is_clear,
     point_on,
     time_on,
 )
@@ -87,7 +88,7 @@ def first_hit_on_path(
     shape: Shape, outlines: Outlines, stances: Stances, x: Vector, y: Vector, kept: float, soonest: float
 ) -> float:
     """Return the fraction of the way from x to y at which a part that moves gets nearer than `kept` [m], if sooner."""
-    if is_clear(shape, stances, x, y, kept):
+    if keeps_off(shape, stances, x, y, kept):
         return soonest
     times, legs = stances.times, len(stances.times) - 1
     low, high = row(outlines.low, shape.part), row(outlines.high, shape.part)
@@ -104,7 +105,7 @@ def first_hit_on_path(
 
 
 @inlined
-def is_clear(shape: Shape, stances: Stances, x: Vector, y: Vector, kept: float) -> bool:
+def keeps_off(shape: Shape, stances: Stances, x: Vector, y: Vector, kept: float) -> bool:
     """Tell whether the way from x to y, as a part sees it, is too short to get nearer than `kept` [m] on it."""
     times, legs = stances.times, len(stances.times) - 1
     start = end = place_in(stances, 0, shape.part, x)
@@ -125,16 +126,20 @@ def sweep_parts(
     stances: Stances,
     boxes: np.ndarray,
     walk: Walk,
+    farthest: float,
     fraction: np.ndarray,
 ) -> None:
     """Write, in place, hits sooner than `fraction` of points that walk from the first of the times to the last.
 
-    stances  of the parts at even times
-    boxes    around the parts in the world at all these times [m], (G, 2, 3)
+    stances   of the parts at even times
+    boxes     around the parts in the world at all these times [m], (G, 2, 3)
+    farthest  the longest way of a part [m]
     """
     count, changes = len(walk.thickness), outlines.changes
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
+            if is_clear(walk, i, farthest):
+                continue
             x, y = row(walk.before, i), row(walk.after, i)
             kept = -1.0
             for part in range(len(changes)):

@@ -7,7 +7,7 @@ from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.levelset.bake.parts import gathered
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.levelset.collider import FirstHit, SdfSample
+from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.studies.interpolation.bodies import FRAME, outline_at, parts_of, poses_at, surfaces_of
 from hairpipe.studies.interpolation.cases import CASES, Case
@@ -95,7 +95,7 @@ def test_velocity_is_how_the_distance_changes(swelling):
 def test_a_point_at_rest_is_met_by_a_part_that_swells(swelling):
     points = np.array([[0.57, 0.0, 0.0], [0.0, 0.64, 0.0]])
     sweep = FirstHit.blank(2)
-    swelling.sweep(points, points, 0.0, FRAME, np.full(2, 0.01), sweep)
+    swelling.sweep(Walk(points, points, np.full(2, 0.01), *np.full((2, 2), -np.inf)), 0.0, FRAME, sweep)
     assert sweep.fraction[0] == pytest.approx(0.6, abs=0.03) and np.isinf(sweep.fraction[1])
 
 

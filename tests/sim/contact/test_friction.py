@@ -15,15 +15,16 @@ class Floor:
 
     height: float
     speed: float
+    band = np.inf
 
-    def probe(self, points, seconds, out):
+    def probe(self, points, seconds, out, reach=None):
         distance = points[:, 1] - self.height
         near = distance < out.distance
         out.distance[near] = distance[near]
         out.normal[near] = [0.0, 1.0, 0.0]
         out.velocity[near] = [self.speed, 0.0, 0.0]
 
-    def sweep(self, before, after, start, end, thickness, out):
+    def sweep(self, walk, start, end, out):
         pass
 
 
@@ -34,8 +35,9 @@ class Post:
     centre: tuple[float, float]
     radius: float
     speed: float
+    band = np.inf
 
-    def probe(self, points, seconds, out):
+    def probe(self, points, seconds, out, reach=None):
         away = points[:, :2] - self.centre
         far = np.linalg.norm(away, axis=1)
         near = far - self.radius < out.distance
@@ -43,7 +45,7 @@ class Post:
         out.normal[near] = np.pad(away[near] / far[near, None], ((0, 0), (0, 1)))
         out.velocity[near] = self.speed * np.stack([away[near, 1], -away[near, 0], 0 * far[near]], 1) / far[near, None]
 
-    def sweep(self, before, after, start, end, thickness, out):
+    def sweep(self, walk, start, end, out):
         pass
 
 
@@ -54,14 +56,15 @@ class Slope:
     point: np.ndarray
     slope: float
     speed: float = 0.0
+    band = np.inf
 
-    def probe(self, points, seconds, out):
+    def probe(self, points, seconds, out, reach=None):
         normal = np.array([0.0, 1.0, self.slope]) / np.hypot(1.0, self.slope)
         distance = (points - self.point) @ normal
         near = distance < out.distance
         out.distance[near], out.normal[near], out.velocity[near] = distance[near], normal, 0.0
 
-    def sweep(self, before, after, start, end, thickness, out):
+    def sweep(self, walk, start, end, out):
         pass
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hairpipe.levelset.collider import Collider, FirstHit, SdfSample
+from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.sim.contact.body.depenetration import pushes, rise, within_reach
 from hairpipe.sim.contact.body.fold_preservation import Turns, add_heights
 from hairpipe.sim.contact.body.implicit import (
@@ -86,7 +86,7 @@ class BodyContacts(Interaction):
             self._is_left_to_corrections = False
         masses = start.masses
         probe = self.look(start.points, start.time, self._everyone)
-        self._start_distance = probe.distance.copy()
+        self._start_distance = self._cache.clearance.copy()
         self._reach = within_reach(self._start_distance, self.segments, self.offsets)
         self._kept = np.minimum(self._kept, self._reach)
         self._state.discontinuous[:] = False
@@ -153,13 +153,14 @@ class BodyContacts(Interaction):
     def correct(self, end: StepEnd) -> None:
         """Move points out of the body, and slow them down, in place."""
         before, after, velocities, masses = end.points_before, end.points, end.velocities, end.masses
-        sweep = FirstHit.blank(len(after))
+        ended = self.look(after, end.time + end.dt, self._everyone)
+        walk = Walk(before, after, self.thickness, self._start_distance, self._cache.clearance)
+        hits = FirstHit.blank(len(after))
         for surface in self.surfaces:
-            surface.sweep(before, after, end.time, end.time + end.dt, self.thickness, sweep)
-        met = np.flatnonzero((sweep.fraction <= 1.0) & np.isfinite(masses))
-        parts = np.minimum((sweep.fraction[met] * _PARTS).astype(int), _PARTS - 1)
-        meeting = self._meeting(end, before[met], after[met], parts)
-        ended, leaving = self.look(after, end.time + end.dt, self._everyone), SdfSample.blank(len(met))
+            surface.sweep(walk, end.time, end.time + end.dt, hits)
+        met = np.flatnonzero((hits.fraction <= 1.0) & np.isfinite(masses))
+        parts = np.minimum((hits.fraction[met] * _PARTS).astype(int), _PARTS - 1)
+        meeting, leaving = self._meeting(end, before[met], after[met], parts), SdfSample.blank(len(met))
         for surface in self.surfaces:
             surface.probe(after[met], end.time + end.dt, leaving)
         most = farthest(self._start_distance, end.dt)

@@ -1,17 +1,19 @@
 """A cache of distances to bodies: only points whose answer may have changed are queried again.
 
 Within a step points are queried many times: where they begin, where a stage is predicted to end, where it ends, where
-the step does. Within one time, a point that has not moved need not be
-queried again, nor a free point so far from all bodies that it cannot have come near: distances change by at most
-STEEPEST times the way. Of such points the cached distance may be off by that; nothing reads it where it is so great.
+the step does. A point that has not moved need not be queried again within one time, nor a free point that cannot have
+come near since: distances change by at most STEEPEST times what the point went and the bodies may have gone meanwhile.
+Of such points the cached distance may be off by that; nothing reads it where it is so great.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
 
+from hairpipe.kernels.vec3 import length, minus, row
 from hairpipe.levelset.collider import Collider, SdfSample
 
 STEEPEST = 2.0
@@ -22,8 +24,10 @@ STEEPEST = 2.0
 class ProbeCache:
     """The last answer for every point, of bodies taken as one.
 
-    reach   beyond which bodies are not found [m]; far  distance beyond which the answer does not matter [m]
-    probe   last answers: changed in place
+    reach      beyond which only the distance is found of bound points [m]
+    far        beyond which only that is found of free ones, and does not matter [m]
+    probe      last answers: changed in place
+    clearance  distance that points have at least where they were last asked for [m], (P,); that itself up to `far`
     """
 
     surfaces: Sequence[Collider]
@@ -31,12 +35,17 @@ class ProbeCache:
     reach: float
     far: float
     probe: SdfSample = field(init=False)
+    clearance: np.ndarray = field(init=False)
+    _band: float = field(init=False)
+    _speed: float = field(init=False)
     _places: np.ndarray = field(init=False)
-    _time: float = field(default=np.nan, init=False)
+    _times: np.ndarray = field(init=False)
 
     def __post_init__(self) -> None:
-        self.probe = SdfSample.blank(self.count, self.reach)
-        self._places = np.full((self.count, 3), np.nan)
+        self._band = min((surface.band for surface in self.surfaces), default=np.inf)
+        self._speed = max((surface.speed for surface in self.surfaces), default=0.0)
+        self.probe, self.clearance = SdfSample.blank(self.count, self._band), np.full(self.count, np.nan)
+        self._places, self._times = np.full((self.count, 3), np.nan), np.full(self.count, np.nan)
 
     def renew(self, points: np.ndarray, time: float, active: np.ndarray, bound: np.ndarray) -> None:
         """Query the bodies at points [m], (P, 3), at a time since the previous frame [s].
@@ -44,35 +53,41 @@ class ProbeCache:
         active  points that are queried, (P,) bool; the others keep their last answers, from wherever and whenever
         bound   to a body, whatever its distance: queried unless they have not moved, (P,) bool
         """
-        if time != self._time:
-            self._places[:] = np.nan
-            self._time = time
-        again = np.flatnonzero(_unsure(points, self._places, self.probe.distance, active, bound, self.far))
-        if len(again) == self.count:
-            self._places[:] = points
-            self._look(points, self.probe)
-        elif len(again):
-            places, some = np.empty((len(again), 3)), SdfSample.blank(len(again), self.reach)
+        seen, unsure = _Seen(self._places, self._times, self.probe.distance), np.empty(self.count, np.bool_)
+        _find_unsure(points, time, seen, active, bound, (self.far, self._speed), self.clearance, unsure)
+        again = np.flatnonzero(unsure)
+        if len(again):
+            places, some = np.empty((len(again), 3)), SdfSample.blank(len(again), self._band)
             _take(points, again, places, self._places)
-            self._look(places, some)
+            reach = np.where(bound[again], self.reach, self.far)
+            for surface in self.surfaces:
+                surface.probe(places, time, some, reach)
+            self._times[again] = time
+            self.clearance[again] = some.distance
             _put(some, again, *self.probe)
 
-    def _look(self, places: np.ndarray, out: SdfSample) -> None:
-        out.distance[:], out.normal[:], out.velocity[:] = self.reach, 0.0, 0.0
-        for surface in self.surfaces:
-            surface.probe(places, self._time, out)
+
+class _Seen(NamedTuple):
+    """Where and when the last answers were found, and what they were."""
+
+    places: np.ndarray
+    times: np.ndarray
+    distance: np.ndarray
 
 
 @njit(cache=True, parallel=True)
-def _unsure(points, places, distance, active, bound, far):
-    """Mark the active points, (P,) bool, whose answers may differ from those at places, (P, 3)."""
-    unsure = np.empty(len(points), np.bool_)
+def _find_unsure(points, time, seen, active, bound, law, clearance, unsure):
+    """Mark active points whose answers may differ from those seen, (P,) bool, and bound the others, in place."""
+    far, speed = law
     for i in prange(len(points)):
-        x, y, z = points[i, 0] - places[i, 0], points[i, 1] - places[i, 1], points[i, 2] - places[i, 2]
-        way = np.sqrt(x * x + y * y + z * z)
-        known = way == 0.0 or (not bound[i] and distance[i] - STEEPEST * way > far)
-        unsure[i] = active[i] and not known
-    return unsure
+        unsure[i] = False
+        if active[i]:
+            way = length(minus(row(points, i), row(seen.places, i))) + speed * abs(time - seen.times[i])
+            least = seen.distance[i] - STEEPEST * way
+            known = (way == 0.0 and time == seen.times[i]) or (not bound[i] and least > far)
+            unsure[i] = not known
+            if known:
+                clearance[i] = least
 
 
 @njit(cache=True, parallel=True)

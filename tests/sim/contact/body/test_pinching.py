@@ -21,7 +21,7 @@ class Plate:
         out.distance[near] = distance[near]
         out.normal[near] = [0.0, self.up, 0.0]
 
-    def sweep(self, before, after, start, end, thickness, out):
+    def sweep(self, walk, start, end, out):
         raise NotImplementedError
 
 

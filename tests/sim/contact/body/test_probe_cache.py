@@ -12,15 +12,18 @@ REACH, FAR = 0.3, 0.1
 class Ball:
     """Of radius 1, moving along x at 1 m/s; counts the points that look."""
 
+    speed, band = 1.0, np.inf
+
     def __init__(self):
         self.looks = 0
 
-    def probe(self, points, seconds, out):
+    def probe(self, points, seconds, out, reach=None):
         self.looks += len(points)
         way = points - [seconds, 0.0, 0.0]
         length = np.linalg.norm(way, axis=1)
         near = length - 1.0 < out.distance
         out.distance[near] = (length - 1.0)[near]
+        near &= length - 1.0 < (np.inf if reach is None else reach)
         out.normal[near] = (way / length[:, None])[near]
         out.velocity[near] = [1.0, 0.0, 0.0]
 
@@ -35,8 +38,8 @@ def around():
 
 
 def fresh(points, time):
-    probe = SdfSample.blank(len(points), REACH)
-    Ball().probe(points, time, probe)
+    probe = SdfSample.blank(len(points))
+    Ball().probe(points, time, probe, np.full(len(points), REACH))
     return probe
 
 
@@ -58,6 +61,19 @@ def test_points_that_wander_see_what_there_is(around, step):
         assert_same_where_it_matters(cache, points, time, bound)
         points = points + step * rng.normal(size=points.shape)
     assert ball.looks == 2 * len(points) if step == 0.0 else 2 * len(points) < ball.looks <= 6 * len(points)
+
+
+def test_what_is_too_far_to_have_come_near_does_not_look_at_later_times_either(around):
+    points, bound, _ = around
+    ball, everyone = Ball(), np.ones(len(points), bool)
+    cache = ProbeCache([ball], len(points), REACH, FAR)
+    for k in range(6):
+        cache.renew(points, 0.02 * k, everyone, bound)
+        assert_same_where_it_matters(cache, points, 0.02 * k, bound)
+        truth = np.linalg.norm(points - [0.02 * k, 0.0, 0.0], axis=1) - 1.0
+        assert (cache.clearance <= truth).all()
+        np.testing.assert_array_equal(cache.clearance[truth <= FAR], truth[truth <= FAR])
+    assert 4 * len(points) < ball.looks < 5 * len(points)
 
 
 def test_many_small_ways_are_not_taken_for_none(around):
