@@ -13,6 +13,7 @@ from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
+from hairpipe.levelset.sphere_tracing import MARGIN
 from hairpipe.studies.interpolation.bodies import FRAME, outline_at, poses_at, surfaces_of
 from hairpipe.studies.interpolation.cases import CASES, Case, Way, moved
 from hairpipe.studies.interpolation.solids import ellipsoid
@@ -74,7 +75,9 @@ def test_a_way_whose_ends_are_known_is_swept_as_one_of_which_nothing_is(travel, 
     surface.sweep(ways, start, end, found[0])
     surface.sweep(ways._replace(begin=ends[0].distance, finish=ends[1].distance), start, end, found[1])
     np.testing.assert_array_equal(found[1].fraction, found[0].fraction)
-    assert (found[0].fraction <= 1.0).sum() > 100
+    change = np.linalg.norm(ways.after - before, axis=1) + surface.speed * (end - start)
+    left_out = ends[0].distance + ends[1].distance - 2.0 * ways.thickness > MARGIN * change
+    assert left_out.mean() > 0.2 and (found[0].fraction <= 1.0).sum() > 40
 
 
 @pytest.mark.parametrize("name", SCHEMES)
