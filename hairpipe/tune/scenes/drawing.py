@@ -60,7 +60,8 @@ def draw_scene(seed: int, number: int) -> DrawnScene:
     hair |= {"strain": {"tolerance": 0.02}, "contact": {"friction": drawn(random, 0.1, 0.6)}, **wind}
     hair |= {group: {} for group in between} | ({"sag_free": {}} if random.random() < SAG_FREE else {})
     tolerance = Tolerance(float(random.choice(TOLERANCES)), "%")
-    (moved, one), (moved_anew, other) = (draw_motion(stream(seed, f"scene {number} {m}")) for m in ("motion", "other"))
+    moved, one = draw_motion(stream(seed, f"scene {number} motion"))
+    moved_anew, other = draw_motion(stream(seed, f"scene {number} other"), one)
     common = {"schema": 1, "frames": [*FRAMES], "fps": FPS, "head": {"type": "make_bust"}}
     tables, anew = (common | nodes | {"groom": groom, HAIR: hair} for nodes in (one, other))
     text = ", ".join([grown, " and ".join(between) or "hairs apart", *blown, moved])
@@ -94,9 +95,11 @@ def draw_wind(random: np.random.Generator) -> tuple[list[str], Tables]:
     return [f"gusts of {speed:.1f} m/s"], {"wind": wind | {"gusts": gusts}}
 
 
-def draw_motion(random: np.random.Generator) -> Motion:
-    """Draw how the bust moves."""
-    kinds: tuple[Callable[[np.random.Generator], Motion], ...] = (shaken, danced, turned, nodding, thrown)
+def draw_motion(random: np.random.Generator, like: Tables | None = None) -> Motion:
+    """Draw how the bust moves; given the nodes of a motion, by such nodes: settings of these are part of a choice."""
+    clips: tuple[Callable[[np.random.Generator], Motion], ...] = (shaken, danced)
+    tracks: tuple[Callable[[np.random.Generator], Motion], ...] = (turned, nodding, thrown)
+    kinds = (*clips, *tracks) if like is None else clips if "motion" in like else tracks
     return kinds[random.integers(len(kinds))](random)
 
 
