@@ -54,19 +54,6 @@ def gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) -
 
 
 @njit(cache=True, parallel=True)
-def gather_from(axis: Axis, active: np.ndarray, lanes: np.ndarray, origin: np.ndarray, out: np.ndarray) -> None:
-    """Copy places about an origin, (3,), of active strands, (rows, 3, W), to the points, (P, 3), as `gather` does."""
-    for block in prange(len(axis.first) - 1):
-        for lane in range(axis.strands.shape[1]):
-            if active[block, lane] != 0.0 and not axis.idle[block, lane]:
-                strand = axis.strands[block, lane]
-                for n in range(axis.offsets[strand + 1] - axis.offsets[strand]):
-                    row, point = axis.first[block] + axis.root + axis.stride * n, axis.offsets[strand] + n
-                    for c in range(3):
-                        out[point, c] = lanes[row, c, lane] + origin[c]
-
-
-@njit(cache=True, parallel=True)
 def scatter(axis: Axis, points: np.ndarray, lanes: np.ndarray) -> None:
     """Write what points have, (P, k), to lanes, (rows, k, W), in place.
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import DTypeLike
 
-from hairpipe.sim.axis import Axis, gather, gather_from, lanes_with, points_of, scatter, spread
+from hairpipe.sim.axis import Axis, gather, lanes_with, points_of, scatter, spread
 from hairpipe.sim.interactions import Interaction, Prediction, points_at
 from hairpipe.sim.solve.external_terms import ROWS, ROWS_WITH_NEXT, ExternalTerms, clear, lay_out, set_contact_dv
 from hairpipe.sim.solve.implicit_stage import factor_stages, guess_stages, run_stages, update_stages
@@ -78,7 +78,8 @@ class StageDriver:
                 self.coupling.follow(change, here.active, received)
                 set_contact_dv(here.active, received, self.masses, contact_dv)
             update_stages(self.model, at, b, again, stage.h, rule)
-            gather_from(self.axis, again, at.x, self.origin, here.points)
+            gather(self.axis, again, at.x, here.points)
+            np.add(here.points, self.origin, out=here.points, where=here.active[:, None])
             gather(self.axis, again, at.v, here.velocities)
             here = here._replace(lagged_velocity=here.velocities)
             wrong = self._judge(here, at.x.dtype) * who
