@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from hairpipe.api.formatting import duration, size, table
+from hairpipe.api.formatting import markdown as marked_down
 from hairpipe.api.selection import FrameSet, read_frames
 from hairpipe.api.shot import Record, Shot, Task
 from hairpipe.api.wedge_shot import Variant, WedgeShot
@@ -140,9 +141,8 @@ def text(rows: Sequence[Row]) -> str:
 
 def markdown(rows: Sequence[Row]) -> str:
     """Write the comparison as a table of Markdown."""
-    head, *body = [tuple(cell.replace("|", "\\|") for cell in row) for row in cells(rows)]
-    lines = [head, ("---:",) * (len(head) - 1) + ("---",), *body]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+    lines = cells(rows)
+    return marked_down(lines, ">" * (len(lines[0]) - 1) + "<")
 
 
 def shown(value: Any) -> str:
