@@ -9,7 +9,7 @@ import numpy as np
 class LockState:
     """Which hairs are simulated, and what the others follow (`sim/locks`).
 
-    Rows F are the points of those that follow or are audited, strand by strand.
+    Rows F are the points of those that are carried, since they follow, are audited or on trial, strand by strand.
 
     leaders       strand that is simulated for each, itself where it is, (strands,) int32
     ages          frames that each of `HairState.stuck` has lasted, (n,) int32
@@ -17,7 +17,8 @@ class LockState:
     offsets       from there, turned back to where hair was at rest [m], (F, 4, 3) float32
     bends         of followers when they began to follow, turned back likewise [m], (F, 3) float32
     disagreement  of what a follower follows, 0 for what is simulated [m], (strands,) float32
-    audited       guide that each would follow which is simulated beside it, -1: none, (strands,) int32
+    audited       guide that each would follow which is audited or on trial, -1: none, (strands,) int32
+    parted        guide that each followed which is simulated by itself now, -1: none, (strands,) int32
     errors        of those whose audit ended at this frame, rms over their points, else NaN [m], (strands,) float32
     turn          number of the audit that goes on
     since         frames for which it has gone on
@@ -30,6 +31,7 @@ class LockState:
     bends: np.ndarray
     disagreement: np.ndarray
     audited: np.ndarray
+    parted: np.ndarray
     errors: np.ndarray
     turn: int
     since: int

@@ -4,12 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hairpipe.data import Groom, Mesh, Strands, Table
+from hairpipe.data import Groom, Strands, Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.measure.climate.ensemble import uncertainty
-from hairpipe.measure.parting import NOBODY, parted_at
 from hairpipe.sim.locks.auditing import means_of_locks
 from hairpipe.sim.locks.joining import ages_of
 
@@ -21,7 +20,6 @@ COLUMNS = (
     f"of them {LASTED} frames old [%]",
     "simulated [%]",
     "of them parted [%]",
-    "could follow [%]",
     "largest lock",
     "guides disagree by [mm]",
     "hairs audited",
@@ -37,14 +35,11 @@ def measure_locks(
     hair: Mapping[int, Strands],
     states: Mapping[int, HairState],
     truth: Mapping[int, Strands] | None,
-    bodies: Mapping[int, Mesh] | None,
     fps: float,
 ) -> Table:
     """Return a row for every frame; time zero is the first frame.
 
-    of them parted      that followed before, and neither lead nor are audited; NaN without bodies
-    could follow        in part, of all that is simulated: what these have near the root that would have followed well
-                        since, at most what it spares to let hair part at its tip alone; NaN without bodies
+    of them parted      that followed before, and have neither come back nor lead others
     guides disagree by  an estimate of how far hairs that follow are from where they would go by themselves, given the
                         guides: the rms over their points, 0 without any
     hairs audited       whose audit ended at this frame (`sim/locks/auditing.py`)
@@ -59,7 +54,6 @@ def measure_locks(
     segments = np.diff(groom.points, axis=0)
     inner = np.delete(np.linalg.norm(segments, axis=1), groom.offsets[1:-1] - 1)
     length, ages, before = inner.sum() / len(groom.ids), np.zeros(0, np.int32), None
-    parted = NOBODY
     for frame in frames:
         state = states[frame]
         if before is None:
@@ -67,8 +61,6 @@ def measure_locks(
         else:
             ages = ages_of(before.stuck, before.stuck_at, ages, state.stuck, state.stuck_at)
         audit = _audit(before, state)
-        if bodies is not None and before is not None and before.locks is not None and state.locks is not None:
-            parted = parted_at(parted, before.locks, state.locks, hair[frame], groom, bodies[frame])
         before, leaders = state, np.arange(len(groom.ids)) if state.locks is None else state.locks.leaders
         follows = leaders != np.arange(len(leaders))
         apart = 0.0
@@ -80,8 +72,8 @@ def measure_locks(
         lasting = 100.0 * float((ages >= LASTED).mean()) if len(ages) else 0.0
         stuck = len(ages) / len(inner), lasting
         simulated, largest = np.count_nonzero(~follows), int(np.bincount(leaders).max())
-        parts = (len(parted.hairs), float(parted.shares.sum())) if bodies is not None else (np.nan, np.nan)
-        locks = 100.0 * simulated / len(leaders), *(100.0 * hairs / simulated for hairs in parts), largest
+        parted = 0 if state.locks is None else np.count_nonzero(state.locks.parted >= 0)
+        locks = 100.0 * simulated / len(leaders), 100.0 * parted / simulated, largest
         rows.append(((frame - frames[0]) / fps, *stuck, *locks, apart, *audit, 1e3 * off, 100.0 * off / length))
     return table_of_rows(COLUMNS, rows)
 
@@ -90,7 +82,8 @@ def _audit(before: HairState | None, state: HairState) -> tuple[int, float, floa
     """Return how many hairs an audit has compared, their rms error [mm], and its bound [mm]."""
     if before is None or before.locks is None or state.locks is None or np.isnan(state.locks.errors).all():
         return 0, np.nan, np.nan
-    errors, hairs = means_of_locks(before.locks.audited, state.locks.errors)
+    audited = np.where(np.isnan(state.locks.errors), -1, before.locks.audited)
+    errors, hairs = means_of_locks(audited, state.locks.errors)
     squares, count = errors**2, len(errors)
     mean, bound = np.average(squares, weights=hairs), np.nan
     if count > 1:

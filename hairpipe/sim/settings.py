@@ -152,7 +152,7 @@ class Locks:
     part       of the segments of a hair that have such connections to another, for the two to be joined
     most       hairs in a lock
     tolerance  of where a hair is that follows; where its guides disagree by more, or a body pushes it farther, it is
-               simulated again
+               simulated again, until what it left would have carried it as well for `after` frames
     audit      share of the locks, of eight and more two at least, that are simulated with all their hairs at a time, by
                turns, for as long as a connection must last: those that are off by more than the tolerance part; 0: none
     """

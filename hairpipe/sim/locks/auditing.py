@@ -4,6 +4,9 @@ It is in the run, so that what is audited feels what guides feel. It lasts as ma
 comes to each lock every `1 / audit` times; the hairs of a lock that are off by too much at its end do not follow again
 until their connections have lasted anew. What it does not see is what the guides themselves are off by: one that stands
 for many touches other guides otherwise than many hairs would.
+
+Hair that has parted is on trial likewise, beside the lock that it has left, from one audit to the next: hair by hair,
+it follows again where it is within the tolerance at the end, and there is room. It says nothing of those that follow.
 """
 
 import numpy as np
@@ -46,3 +49,22 @@ def passed(guides: np.ndarray, errors: np.ndarray, tolerance: float) -> np.ndarr
     good = np.zeros(len(guides), np.bool_)
     good[among] = (means_of_locks(guides, errors)[0] <= tolerance)[locks]
     return good
+
+
+def back_in(leaders: np.ndarray, guides: np.ndarray, errors: np.ndarray, tolerance: float, most: int) -> np.ndarray:
+    """Return the guide of every strand after trials, (S,) int32; pure.
+
+    leaders    of every strand before, (S,) int32
+    guides     which those on trial are beside, -1 for the others, (S,); errors  of strands [m], (S,)
+    tolerance  up to which a hair follows again [m], by the numbers of strands while its lock has at most so many hairs
+    """
+    good = (guides >= 0) & (errors <= tolerance)
+    good[good] = ~good[guides[good]]  # a guide that goes back itself leads nobody
+    hairs = np.flatnonzero(good)
+    hairs = hairs[np.argsort(guides[hairs], kind="stable")]
+    locks, firsts, times = np.unique(guides[hairs], return_index=True, return_counts=True)
+    rooms = most - np.bincount(leaders, minlength=len(leaders))[locks]
+    hairs = hairs[np.arange(len(hairs)) - np.repeat(firsts, times) < np.repeat(rooms, times)]
+    out = leaders.copy()
+    out[hairs] = guides[hairs]
+    return out

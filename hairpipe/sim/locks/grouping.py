@@ -6,7 +6,7 @@ import numpy as np
 
 from hairpipe.data.hair import LockState
 from hairpipe.sim.contact.hair.stiction import Connections
-from hairpipe.sim.locks.auditing import passed, to_audit
+from hairpipe.sim.locks.auditing import back_in, passed, to_audit
 from hairpipe.sim.locks.inheriting import inherited
 from hairpipe.sim.locks.joining import guides_of, joined
 from hairpipe.sim.settings import Locks
@@ -17,7 +17,7 @@ class Deviations(NamedTuple):
 
     disagreement  of the guides
     pushed        by bodies
-    off           from where they are themselves, of those that are audited
+    off           from where they are themselves, of those that are audited or on trial
     """
 
     disagreement: np.ndarray
@@ -26,7 +26,7 @@ class Deviations(NamedTuple):
 
 
 class Grouping(NamedTuple):
-    """Who leads, follows and is audited; as the fields of the same names of `LockState`.
+    """Who leads, follows, is audited and has parted; as the fields of the same names of `LockState`.
 
     connections  of those that are simulated; ages  frames that each has lasted, (n,) int32
     """
@@ -35,6 +35,7 @@ class Grouping(NamedTuple):
     connections: Connections
     ages: np.ndarray
     audited: np.ndarray
+    parted: np.ndarray
     errors: np.ndarray
     turn: int
     since: int
@@ -46,7 +47,7 @@ def follows(leaders: np.ndarray) -> np.ndarray:
 
 
 def is_carried(leaders: np.ndarray, audited: np.ndarray) -> np.ndarray:
-    """Tell which hairs guides carry: those that follow, and beside where they are those that are audited, (S,) bool."""
+    """Tell which hairs guides carry, (S,) bool: those that follow, and beside where they are, who is compared."""
     return follows(leaders) | (audited >= 0)
 
 
@@ -66,24 +67,34 @@ def grouped(
     places       where all points are [m], (P, 3), and the offsets of the strands, (S+1,) int32
     closest      connections that a segment may have
     """
-    (points, offsets), checked = places, known.audited >= 0
+    (points, offsets), strands = places, np.arange(len(known.leaders), dtype=np.int32)
+    compared, ends = known.audited >= 0, known.since + 1 >= locks.after
+    audited = compared & (known.parted < 0)
     loose = follows(known.leaders) & (np.maximum(deviations.disagreement, deviations.pushed) > locks.tolerance)
-    leaders = np.where(loose, np.arange(len(loose)), known.leaders).astype(np.int32)
+    leaders = np.where(loose, strands, known.leaders)
+    parted = np.where(loose, known.leaders, known.parted)
     owners = np.searchsorted(offsets, connections.segments, side="right") - 1
-    theirs = checked[owners].any(axis=1)
-    ends = known.since + 1 >= locks.after
     if ends:
-        good = passed(known.audited, deviations.off, locks.tolerance)
+        good = passed(np.where(audited, known.audited, -1), deviations.off, locks.tolerance)
+        parted = np.where(audited & ~good, known.audited, parted)
         leaders[good] = leaders[known.audited[good]]
-        # What the others stick to must last anew before they follow again.
-        ages = np.where((checked & ~good)[owners].any(axis=1), 0, ages).astype(np.int32)
-    ties = joined(leaders, connections.segments[~theirs], ages[~theirs], offsets, locks)
+        # What the others stick to must last anew before they follow again by that.
+        ages = np.where((audited & ~good)[owners].any(axis=1), 0, ages).astype(np.int32)
+        tried = np.where(compared & ~audited, leaders[known.parted], -1)
+        leaders = back_in(leaders, tried, deviations.off, locks.tolerance, locks.most)
+    seats = np.where(audited & ~ends, leaders[known.audited], leaders)
+    free = ~((compared & ~ends) | follows(leaders))[owners].any(axis=1)
+    ties = joined(leaders, seats, connections.segments[free], ages[free], offsets, locks)
     leaders = guides_of(ties, leaders, points, offsets)
+    alone = np.bincount(leaders, minlength=len(leaders))[leaders] == 1
+    parted = np.where(alone & (parted >= 0), leaders[parted], -1).astype(np.int32)
     if ends:
-        now = to_audit(leaders, locks.audit, known.turn + 1)
-        leaders = np.where(now >= 0, np.arange(len(now)), leaders).astype(np.int32)
+        sample = to_audit(leaders, locks.audit, known.turn + 1)
+        leaders = np.where(sample >= 0, strands, leaders)
+        now = np.where(parted >= 0, parted, sample)
     else:
-        now = np.where(checked, leaders[known.audited], np.int32(-1))
+        now = np.where(compared, leaders[known.audited], -1)
     connections, ages = inherited(connections, ages, leaders, offsets, closest)
-    errors = np.where(checked & ends, deviations.off, np.nan).astype(np.float32)
-    return Grouping(leaders, connections, ages, now, errors, known.turn + ends, 0 if ends else known.since + 1)
+    errors = np.where(audited & ends, deviations.off, np.nan).astype(np.float32)
+    now, turn, since = now.astype(np.int32), known.turn + ends, 0 if ends else known.since + 1
+    return Grouping(leaders, connections, ages, now, parted, errors, turn, since)

@@ -27,11 +27,12 @@ def ages_of(before: np.ndarray, places: np.ndarray, ages: np.ndarray, now: np.nd
 
 
 def joined(
-    leaders: np.ndarray, segments: np.ndarray, ages: np.ndarray, offsets: np.ndarray, locks: Locks
+    leaders: np.ndarray, seats: np.ndarray, segments: np.ndarray, ages: np.ndarray, offsets: np.ndarray, locks: Locks
 ) -> np.ndarray:
     """Return the lock of every strand, named by one of its guides, (S,) int32; pure.
 
     leaders   the guide of every strand, a guide's own for itself, (S,) int32
+    seats     the same, but of strands that will follow again, who that is, (S,) int32
     segments  that are connected, of guides, (n, 2) int32; ages  frames that they have been, (n,)
     offsets   of the points of strands, (S+1,) int32
 
@@ -47,7 +48,7 @@ def joined(
     enough = times >= locks.part * counts[pairs[:, 0]]
     pairs, times = pairs[enough], times[enough]
     order = np.argsort(-times, kind="stable")
-    sizes = np.bincount(leaders, minlength=len(leaders))
+    sizes = np.bincount(seats, minlength=len(seats))
     return _unite(pairs[order], leaders, sizes, locks.most)
 
 

@@ -59,8 +59,9 @@ def check_locks(hair: HairModel, lead: Lead, scene: Scene) -> None:
 def no_locks(strands: int, stuck: int = 0) -> LockState:
     """Simulate every one of so many strands, of which so many connections have just been made."""
     leaders, ages = np.arange(strands, dtype=np.int32), np.zeros(stuck, np.int32)
-    audited, errors = np.full(strands, -1, np.int32), np.full(strands, np.nan, np.float32)
-    return LockState(leaders, ages, *no_places(0), np.zeros(strands, np.float32), audited, errors, turn=0, since=0)
+    nobody, errors = np.full(strands, -1, np.int32), np.full(strands, np.nan, np.float32)
+    apart = np.zeros(strands, np.float32)
+    return LockState(leaders, ages, *no_places(0), apart, nobody, nobody, errors, turn=0, since=0)
 
 
 def advance_locked(
@@ -95,7 +96,7 @@ def advance_locked(
     state = stand_up(hair, _on_axes(hair, state, points, velocities), points, velocities, stand, around.lead)
     left = np.where(follows(now.leaders), deviations.disagreement, 0.0).astype(np.float32)
     record = LockState(
-        now.leaders, now.ages, *places, left, audited=now.audited, errors=now.errors, turn=now.turn, since=now.since
+        now.leaders, now.ages, *places, left, now.audited, now.parted, now.errors, turn=now.turn, since=now.since
     )
     return replace(state, stuck=now.connections.segments, stuck_at=now.connections.fractions, locks=record)
 
@@ -116,7 +117,7 @@ def motion_of(guides: Guides, moved: HairState, lead: Lead) -> GuideMotion:
 def _carry(
     hair: HairModel, known: LockState, motion: GuideMotion, around: Around, thickness: float
 ) -> tuple[tuple[np.ndarray, np.ndarray], Deviations]:
-    """Carry the hairs that follow or are audited, and push them out of bodies to a distance [m]; pure.
+    """Carry the hairs that follow, are audited or on trial, and push them out of bodies to a distance [m]; pure.
 
     Returns points and velocities of all, (P, 3) each, and what is known of the errors of those that are carried.
     """

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.sim.locks.auditing import means_of_locks, passed, to_audit
+from hairpipe.sim.locks.auditing import back_in, means_of_locks, passed, to_audit
 from hairpipe.sim.locks.grouping import follows
 
 LEADERS = np.array([0, 0, 2, 2, 2, 5, 6, 6, 6, 9, 9, 11, 11], np.int32)
@@ -38,3 +38,14 @@ def test_a_lock_goes_on_by_the_rms_of_its_hairs():
     np.testing.assert_array_equal(hairs, [1, 2])
     np.testing.assert_array_equal(passed(guides, errors, 4.0), [False, True, False, False, False, False])
     np.testing.assert_array_equal(passed(guides, errors, 5.0), guides >= 0)
+
+
+def test_hair_on_trial_goes_back_where_it_is_near_and_there_is_room():
+    leaders = np.array([0, 0, 2, 3, 4, 5, 6], np.int32)
+    guides = np.array([-1, -1, 0, 0, 0, 4, -1], np.int32)  # 5 is beside 4, which is beside 0
+    errors = np.array([np.nan, np.nan, 1.0, 9.0, 2.0, 0.5, 0.1])
+    np.testing.assert_array_equal(back_in(leaders, guides, errors, 4.0, 16), [0, 0, 0, 3, 0, 5, 6])
+    np.testing.assert_array_equal(back_in(leaders, guides, errors, 4.0, 3), [0, 0, 0, 3, 4, 5, 6])
+    np.testing.assert_array_equal(back_in(leaders, guides, errors, 1.5, 16), [0, 0, 0, 3, 4, 4, 6])
+    np.testing.assert_array_equal(back_in(leaders, guides, errors, 0.2, 16), leaders)
+    np.testing.assert_array_equal(back_in(leaders, guides, errors, 9.0, 2), [0, 0, 2, 3, 4, 5, 6])
