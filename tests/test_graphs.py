@@ -91,6 +91,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
 }
 """Settings by node type with which every graph runs in a moment."""
 SOME = {
+    "experiments/calibrate_models.toml": ["pairs_0", "particles_shown_0"],
     "experiments/climate_patch.toml": ["step_240_climate", "no_collisions_restarts"],
     "experiments/climate_paper.toml": ["alone_cost"],
     "experiments/climate_tuft.toml": ["keys_cost"],
