@@ -1,6 +1,7 @@
 """Laws for every graph file in the house."""
 
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,6 +17,7 @@ from hairpipe.graph.plan.planner import plan
 from hairpipe.graph.plan.tasks import Task, unroll
 from hairpipe.graph.results import read_result
 from hairpipe.graph.run.events import Options
+from hairpipe.graph.run.pool import Member
 from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 from hairpipe.levelset.sample import Field, distance, field_of
@@ -150,6 +152,15 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> Store:
     return Store(tmp_path_factory.mktemp("graphs") / "cache")
 
 
+@pytest.fixture(scope="session")
+def spare() -> Iterator[list[Member]]:
+    """Workers that go on from one group to the next."""
+    members: list[Member] = []
+    yield members
+    for member in members:
+        member.end()
+
+
 def merged(graphs: list[Graph]) -> Graph:
     """One graph of several with few frames, the names of nodes after those of their graphs."""
     nodes, taken = {}, set()
@@ -181,10 +192,10 @@ def depths(strands: Strands, surface: Field) -> np.ndarray:
     return np.array([-min(distance(surface, *point) for point in points[begin + 1 : end]) for begin, end in shots])
 
 
-def test_they_run_and_no_hair_is_in_the_body(group, store, tmp_path):
+def test_they_run_and_no_hair_is_in_the_body(group, store, spare, tmp_path):
     short = merged([shorten(load_graph(path), tmp_path) for path in group])
     frames = short.all_frames
-    outcome = run(short, store, frames, Options(jobs=1, keep_going=True))
+    outcome = run(short, store, frames, Options(jobs=1, keep_going=True, spare=spare))
     assert not outcome.failures and outcome.exit_code == 0
     for node in short.nodes.values():
         path = node.publish_path(frames[-1])
