@@ -17,7 +17,7 @@ from hairpipe.particles.step import Springs
 from hairpipe.particles.stiffness import measure_links, stiffen
 
 PIECES = 32
-"""Of a step, in each of which the tension of a link is taken to go straight: twice as many change 1e-4 of the work."""
+"""Of a step, in each of which tensions are taken to go straight: more change less than a thousandth of the work."""
 
 
 def energy_of(prepared: Prepared, state: ParticleState, gravity: float) -> float:

@@ -12,7 +12,7 @@ STRETCHED, INSIDE, GROWN = 0.1, 1e-3, GRAVITY * RADIUS
 """What counts as failed: stretch of a segment, depth in the bar at a frame [m], energy that hair wins at rest [J/kg].
 
 Of all that acts on hair when all else is at rest, only the bar adds to the energy: what is inside of it is pushed out,
-and rises by its radius at most.
+and rises by its radius at most. What springs win by that is not allowed for.
 """
 FLUNG, FLUNG_LEAST = 2.0, 1.0
 """A point is flung that is faster than so many times the fastest of the converged run, and so much more [m/s].
