@@ -1,8 +1,8 @@
 """Hair that acts on hair: pressure, collision and friction of particles, (16) to (18) of Bando, Chen, Nishita 2003.
 
 Once a frame of duration dt, one after another, each with the velocities that the last has left; the steps of the frame
-then have it as a force. What is denser than at rest has the energy k_a m_i (rho_i - rho_0)^2 / (2 rho_i^2), of which
-(16) is the force. By backward Euler
+then have it as a force. What is denser than at rest has the energy k_a m_i (ln(rho_i / rho_0) + rho_0 / rho_i - 1), of
+which (16) is the force. By backward Euler
 
     lambda = k_a m_i / rho_i^2 dt max(rho_i - rho_0 + dt rho_i', 0) / (1 + k_a m_i / rho_i^2 dt^2 G . M^-1 G),
 

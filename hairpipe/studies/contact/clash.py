@@ -11,13 +11,17 @@ from hairpipe.errors import BadInput
 from hairpipe.sim.boundary import Lead
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.hair_model import HairModel
+from hairpipe.sim.locks.grouping import follows
 from hairpipe.sim.locks.guides import Guides
 from hairpipe.sim.locks.locked_frame import Around, advance_locked
+from hairpipe.sim.locks.standing import stand_up
 from hairpipe.sim.settings import Scene, StepControl
 from hairpipe.sim.simulate import advance_frame, start
 from hairpipe.sim.state import State
+from hairpipe.sim.strands.network import Network
 from hairpipe.studies.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, passed_through, roots_at
-from hairpipe.studies.contact.worst import FLUNG, FLUNG_LEAST, Seen, Worst, signs
+from hairpipe.studies.contact.worst import FLUNG, FLUNG_LEAST, GRAVITY, Seen, Worst, signs
+from hairpipe.studies.integrators.energy import altitude_energies, energies
 
 FRAME = 1 / 24
 COLUMNS = (
@@ -81,7 +85,8 @@ def meet(hair: HairModel, scene: Scene, bar: bool, speed: float, seconds: float)
                 break
             ended = (frame + 1) * FRAME
             axis = axis_at(speed, ended)[0] if bar else None
-            worst.end_frame(ended, _seen(hair, state.positions, state.velocities, axis))
+            seen = _seen(hair, state.positions, state.velocities, axis)
+            worst.end_frame(ended, seen, _energy(hair, state, roots_at(hair.groom, speed, ended)))
     return worst
 
 
@@ -128,3 +133,20 @@ def _seen(hair: HairModel, positions: np.ndarray, velocities: np.ndarray, axis: 
     points, offsets = hair.layout.axis(positions), hair.layout.offsets
     lengths = np.delete(np.linalg.norm(np.diff(points, axis=0), axis=1), offsets[1:-1] - 1)
     return Seen(points, hair.layout.axis(velocities), float(lengths.max()) * SEGMENTS / LENGTH - 1.0, axis)
+
+
+def _energy(hair: HairModel, state: HairState, lead: Lead) -> float:
+    """Return the energy of motion, weight and the springs of strands [J/kg].
+
+    Hair that is carried in a lock counts as if it stood up. What other hair holds that sticks to it, is pressed against
+    it or is denser than it may be is not counted: a contact comes into being as it is pressed.
+    """
+    assert isinstance(hair.model, Network)
+    layout, clamped = hair.layout, hair.model.shape.clamped
+    if state.locks is not None:
+        points, velocities = layout.axis(state.positions), layout.axis(state.velocities)
+        state = stand_up(hair, state, points, velocities, follows(state.locks.leaders), lead)
+    motion = State.begin(state, state.positions)
+    own = energies(hair, motion, GRAVITY) + altitude_energies(hair.model, layout, motion.x)
+    masses = hair.model.mass.reshape(layout.blocks, -1, layout.width)[:, clamped:].sum(axis=1)
+    return float((own / masses)[~layout.idle].mean())

@@ -8,6 +8,7 @@ from hairpipe.data import Particles
 from hairpipe.particles.settings import ParticleSettings
 from hairpipe.particles.simulate import ParticleFrame, Prepared, next_state, prepare
 from hairpipe.studies.contact.bar import axis_at, bar_at, roots_at, went_across
+from hairpipe.studies.contact.cloud_energy import energy_of, work_on_links
 from hairpipe.studies.contact.worst import Seen, Worst
 
 
@@ -19,11 +20,12 @@ def meet(particles: Particles, settings: ParticleSettings, speed: float, rate: i
     prepared, settings = prepare(particles, settings), replace(settings, steps=1)
     held = np.flatnonzero(np.isfinite(prepared.model.links.keeps))
     worst = Worst(np.zeros(len(held), bool), simulated=len(particles.points) - prepared.model.deep)
+    mass, work = prepared.model.masses[prepared.model.deep :].sum(), 0.0
     start = _frame(particles, speed, -1, rate)
     state = next_state(particles, prepared, None, start, settings)
     with np.errstate(all="ignore"):
         for frame in range(round(seconds * rate)):
-            before = state.points - axis_at(speed, frame / rate)[0]
+            before, began = state.points, axis_at(speed, frame / rate)[0]
             try:
                 state = next_state(particles, prepared, state, _frame(particles, speed, frame, rate), settings)
             except ArithmeticError:
@@ -33,8 +35,9 @@ def meet(particles: Particles, settings: ParticleSettings, speed: float, rate: i
             worst.steps += 1
             seen = _seen(prepared, held, state.points, state.velocities, axis)
             worst.note(seen)
-            worst.through |= went_across(before, state.points - axis, prepared.model.links.ends[held])
-            worst.end_frame((frame + 1) / rate, seen)
+            worst.through |= went_across(before - began, state.points - axis, prepared.model.links.ends[held])
+            work += work_on_links(prepared.model, prepared.springs, before, state.points)
+            worst.end_frame((frame + 1) / rate, seen, (energy_of(prepared, state, settings.gravity) + work) / mass)
     return worst
 
 

@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.studies.contact.bar import HALT, LENGTH, depth
+from hairpipe.studies.contact.bar import HALT, RADIUS, depth
 
 GRAVITY = 9.81
-STRETCHED, INSIDE, GROWN = 0.1, 1e-3, 0.1 * GRAVITY * LENGTH
+STRETCHED, INSIDE, GROWN = 0.1, 1e-3, GRAVITY * RADIUS
 """What counts as failed: stretch of a segment, depth in the bar at a frame [m], energy that hair wins at rest [J/kg].
 
-Springs that are let go of are taken to give back no more than hair wins that rises by a tenth of its length.
+Of all that acts on hair when all else is at rest, only the bar adds to the energy: what is inside of it is pushed out,
+and rises by its radius at most. What springs win by that is not allowed for.
 """
 FLUNG, FLUNG_LEAST = 2.0, 1.0
 """A point is flung that is faster than so many times the fastest of the converged run, and so much more [m/s].
@@ -41,7 +42,7 @@ class Worst:
     through    strands or links that went through the bar, (n,) bool
     deepest    point [m]; stretch of a segment; fastest point [m/s]
     shown      deepest point at the end of a frame [m]
-    energies   of hair at the frames since the bar has come to rest, of motion and weight [J/kg]
+    energies   of hair at the frames since the bar has come to rest, with what its springs hold [J/kg]
     simulated  strands or particles, where they were fewest
     """
 
@@ -57,8 +58,8 @@ class Worst:
 
     @property
     def grown(self) -> float:
-        """Energy that hair has won since the bar came to rest, at most [J/kg]."""
-        return max(self.energies, default=0.0) - (self.energies[0] if self.energies else 0.0)
+        """Energy that hair has won since the bar came to rest, from one frame to any later one, at most [J/kg]."""
+        return float(np.max(self.energies - np.minimum.accumulate(self.energies), initial=0.0))
 
     def note(self, seen: Seen) -> None:
         """Take in hair at one time, in place."""
@@ -68,13 +69,12 @@ class Worst:
         if seen.axis is not None and self.finite:
             self.deepest = max(self.deepest, depth(seen.points - seen.axis))
 
-    def end_frame(self, seconds: float, seen: Seen) -> None:
-        """Take in hair at a frame, at a time since the start [s], in place."""
+    def end_frame(self, seconds: float, seen: Seen, energy: float) -> None:
+        """Take in hair at a frame, at a time since the start [s], and its energy [J/kg], in place."""
         if seen.axis is not None:
             self.shown = max(self.shown, depth(seen.points - seen.axis))
         if seconds >= HALT * (1.0 - 1e-9):
-            energy = 0.5 * (seen.velocities**2).sum(axis=1) + GRAVITY * seen.points[:, 1]
-            self.energies.append(float(energy.mean()))
+            self.energies.append(energy)
 
 
 def signs(worst: Worst, possible: float) -> str:

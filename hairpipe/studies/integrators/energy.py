@@ -5,18 +5,22 @@ from numba import njit
 
 from hairpipe.kernels.simd import load, store
 from hairpipe.sim.hair_model import HairModel
+from hairpipe.sim.layout import Layout
 from hairpipe.sim.solve.stretch import set_tensions
 from hairpipe.sim.state import State
+from hairpipe.sim.strands.lattice import tetrahedra
+from hairpipe.sim.strands.network import Network
 from hairpipe.sim.strands.rod.frames import BENDING, GHOST, TWIST, TWISTING, carry_frame
 from hairpipe.sim.strands.rod.rod import Rod
 from hairpipe.sim.strands.rod.vertex import bend
+from hairpipe.sim.strands.tetrahedra import altitude_vectors, area_vectors
 
 
 def energies(hair: HairModel, state: State, gravity: float) -> np.ndarray:
     """Energy of every strand [J], (blocks, W): kinetic, of weight above y = 0, of springs between two particles.
 
-    A spring holds T (l - l0) / 2 with T = k (l / l0 - 1). What rods hold in bending and twist is added; what altitude
-    springs and the bending of a chain hold is left out.
+    A spring holds T (l - l0) / 2 with T = k (l / l0 - 1). What rods hold in bending and twist is added; left out is
+    what the bending of a chain holds, and altitude springs do: those are `altitude_energies`.
     """
     model, layout = hair.model, hair.layout
     found = layout.empty_blocks()
@@ -35,6 +39,29 @@ def energies(hair: HairModel, state: State, gravity: float) -> np.ndarray:
         found[block] = moving
         if isinstance(model, Rod):
             _add_vertices(model, block, x, state.T[rows].copy(), found)
+    return found
+
+
+def altitude_energies(model: Network, layout: Layout, x: np.ndarray) -> np.ndarray:
+    """Energy of the altitude springs of every strand [J], (blocks, W): k (h / h0 - 1)^2 |h0| / 2 of those that act.
+
+    x  positions [m], (rows, 3, W)
+
+    Where the choice of the spring that acts changes hands, this jumps, as in `sim/strands/forces/altitude.py`.
+    """
+    found = layout.empty_blocks()
+    for block in range(layout.blocks):
+        rows = slice(model.first[block], model.first[block + 1])
+        areas, volumes = area_vectors(tetrahedra(np.moveaxis(x[rows], 2, 0)))
+        sizes = np.linalg.norm(altitude_vectors(areas), axis=3)
+        acts = sizes.argmax(axis=2)[:, :, None]
+        rest = np.moveaxis(model.inverse_heights[rows], 2, 0)[:, : sizes.shape[1]]
+        size, rest = (np.take_along_axis(values, acts, axis=2)[:, :, 0] for values in (sizes, rest))
+        heights = np.divide(volumes, size, out=np.zeros_like(size), where=size > 0.0)
+        strain = np.where(rest != 0.0, heights * rest - 1.0, 0.0)
+        constants = np.outer(model.constants[block, 3], [2.0, 2.0, *np.ones(size.shape[1] - 2)])  # as at the root
+        held = np.divide(constants * strain**2, np.abs(rest), out=np.zeros_like(size), where=rest != 0.0)
+        found[block] = 0.5 * held.sum(axis=1)
     return found
 
 

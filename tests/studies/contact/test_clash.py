@@ -9,10 +9,10 @@ from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Collisions, Scene, StepControl, Stiction, StrainLimit
+from hairpipe.sim.settings import Collisions, Locks, Scene, StepControl, Stiction, StrainLimit
 from hairpipe.studies.contact.bar import RADIUS, axis_at, depth, passed_through, roots_at, tuft
 from hairpipe.studies.contact.clash import COLUMNS, clash_table, fixed_steps, meet
-from hairpipe.studies.contact.worst import GRAVITY, LENGTH, Seen, Worst, signs
+from hairpipe.studies.contact.worst import GRAVITY, GROWN, Seen, Worst, signs
 
 LIMITED = Scene(strain=StrainLimit(0.02))
 
@@ -50,18 +50,22 @@ def test_signs():
     assert signs(worst, 4.0) == "NaN"
 
 
-def test_hair_that_wins_energy_at_rest_grows_and_hair_that_falls_does_not():
-    """All of it rises by a share of its length, at rest or by the speed with which it would."""
-    for share, sign in ((0.11, "growing"), (0.09, ""), (-1.0, "")):
-        worst, still = Worst(np.zeros(1, bool)), np.zeros((4, 3))
-        rise = share * LENGTH * np.array([0.0, 1.0, 0.0])
-        worst.end_frame(0.25, Seen(still + 100.0, still, 0.0, None))
-        worst.end_frame(0.5, Seen(still, still, 0.0, None))
-        worst.end_frame(0.75, Seen(still + rise, still, 0.0, None))
+def test_energy_that_hair_wins_after_the_bar_has_come_to_rest_grows_and_that_which_it_loses_does_not():
+    """More than it takes to lift all of it by the radius of the bar, from any frame to a later one."""
+    still = np.zeros((4, 3))
+    for radii, sign in ((1.1, "growing"), (0.9, ""), (-1.0, "")):
+        worst, seen = Worst(np.zeros(1, bool)), Seen(still, still, 0.0, None)
+        for seconds, energy in ((0.25, -9.0), (0.5, 2.0), (0.75, 1.0), (1.0, 1.0 + radii * GRAVITY * RADIUS)):
+            worst.end_frame(seconds, seen, energy)
         assert signs(worst, 4.0) == sign
-    upwards = np.full((4, 3), np.sqrt(2.2 * GRAVITY * 0.1 * LENGTH / 3.0))
-    worst.end_frame(1.0, Seen(still, upwards, 0.0, None))
-    assert signs(worst, 4.0) == "growing"
+
+
+@pytest.mark.parametrize(("locks", "won"), [(None, 1e-3), (Locks(after=1), 0.1 * GROWN)])
+def test_hair_that_swings_out_wins_no_energy_and_next_to_none_where_it_is_carried(locks, won):
+    scene = replace(LIMITED, steps=fixed_steps(240), stiction=Stiction(2.4e-3, 6e-3), locks=locks)
+    worst = meet(build_hair(tuft(), Material()), scene, False, 0.5, 0.75)
+    assert len(worst.energies) == 7 and worst.grown < won
+    assert (worst.simulated < 32) == (locks is not None)
 
 
 def test_bar_and_roots_stand_still_after_a_period_where_they_began():
