@@ -20,7 +20,7 @@ demo: $(VENV)/installed
 # Each process begins with a stretch of files that follow one another: tests of a file need the same kernels.
 test: $(VENV)/tested
 	$(RUN) pytest -n auto --dist worksteal -k 'not interrupt and not ctrl_c'
-	$(RUN) pytest -k 'interrupt or ctrl_c'
+	$(RUN) pytest -k 'interrupt or ctrl_c' $$(grep -rlE 'def test.*(interrupt|ctrl_c)' tests)
 
 check: $(VENV)/tested
 	$(RUN) ruff check

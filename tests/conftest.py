@@ -18,7 +18,7 @@ from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.run.machine_code import claim_kernels, kernel_folder
 from hairpipe.graph.store.seal import guard_kernels
 
-# Tests run in as many processes as there are cores, each with as many threads: one that waits must not hold a core.
+# Where tests use more threads than there are cores left, one that waits must not hold a core.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 # A shell that starts this in the background has it ignore Ctrl-C, and what the tests start would inherit that.
 signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -152,10 +152,20 @@ def openvdb() -> ModuleType:
     return found
 
 
+@pytest.fixture(autouse=True)
+def one_thread(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Compute on one thread, since there are as many processes as cores; tests with "thread" in their names have all."""
+    import numba  # it looks for the folder named above when it is first imported
+
+    numba.set_num_threads(numba.config.NUMBA_NUM_THREADS if "thread" in request.node.name else 1)
+    yield
+    numba.set_num_threads(1)
+
+
 @pytest.fixture
 def threads() -> Iterator[Callable[[int], None]]:
     """Set the number of threads of numba, for this test."""
-    import numba  # it looks for the folder named above when it is first imported
+    import numba
 
     before = numba.get_num_threads()
     yield numba.set_num_threads

@@ -94,20 +94,30 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
 """Settings by node type with which every graph runs in a moment."""
 SOME = {
     "experiments/calibrate_models.toml": ["pairs_0", "particles_shown_0"],
-    "experiments/climate_patch.toml": ["step_240_climate", "no_collisions_restarts"],
     "experiments/climate_paper.toml": ["alone_cost"],
+    "experiments/climate_patch.toml": ["step_240_climate", "no_collisions_restarts"],
     "experiments/climate_tuft.toml": ["keys_cost"],
     "experiments/clips.toml": ["dab_whole_depth"],
+    "experiments/curl.toml": ["numbers_e1", "difference_rod_25"],
+    "experiments/curls.toml": ["motion_nine_steps", "curl_folds"],
+    "experiments/integrators.toml": ["swing_nine_printed", "shake_authors_code", "shake_30_error", "swing_10_cost"],
     "experiments/interpolation.toml": ["travel", "analytic_chart"],
     "experiments/precision.toml": ["alone_single_error", "alone_single_cost"],
+    "experiments/sag_free.toml": ["sum_curl_free", "numbers_out_rod", "settled_free", "stands"],
+    "experiments/shoulder.toml": ["motion_sweep", "tuft_coupled", "near"],
     "experiments/speed_accuracy_hair.toml": ["hair_error", "hair_cost"],
     "experiments/speed_accuracy_head.toml": ["hair_error", "hair_cost"],
     "experiments/speed_accuracy_tuft.toml": ["hair_error", "hair_cost"],
-    "experiments/three_models.toml": ["keys_pairs_climate", "cloud_climate", "cloud_cost"],
+    "experiments/squeeze.toml": ["motion_fine", "depth_fine", "chart_inside"],
     "experiments/stability_contact.toml": ["all", "nine", "converged"],
     "experiments/stability_models.toml": ["volume", "locks", "particles"],
-    "particles/shake.toml": ["table", "sheet"],
+    "experiments/three_models.toml": ["keys_pairs_shown_0", "cloud_shown_0", "cloud_cost"],
+    "locks/scenes.toml": ["wind_locks"],
+    "particles/drop.toml": ["few_error", "true_picture", "billboards"],
+    "particles/printed.toml": ["explicit_8_table", "printed_24_table"],
+    "particles/shake.toml": ["few_error", "stiff_error", "billboards"],
     "volume/head.toml": ["shake_both_packing"],
+    "volume/shell.toml": ["front_kajiya", "vdb", "moving", "table"],
 }
 """Of graphs that do the same many times, or measure what has not begun, the nodes that are computed."""
 if find_spec("bpy") is None:  # there is no Blender for this Python
