@@ -154,7 +154,7 @@ def openvdb() -> ModuleType:
 
 @pytest.fixture(autouse=True)
 def one_thread(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Compute on one thread, since there are as many processes as cores; tests with "thread" in their names have all."""
+    """Compute on one thread: there are as many processes as cores. Tests with "thread" in their names have all."""
     import numba  # it looks for the folder named above when it is first imported
 
     numba.set_num_threads(numba.config.NUMBA_NUM_THREADS if "thread" in request.node.name else 1)
