@@ -8,7 +8,7 @@ with x_j a place on a guide, Q_j the rotation there since rest (`groom/keys/key_
 when the hair began to follow, turned back to rest. So hair that is moved rigidly stays rigid. Near the root the rest of
 the way to the root itself is added; a hair is then smoothed where the places beside each other disagree, by what its
 bend differs from that when it began to follow, and laid out at its own lengths from the root on. Velocities are the
-derivative of all of it.
+derivative of all of it, but for segments whose ways have nearly vanished.
 
 What the places of a point disagree by, the rms distance of their predictions from the mean, is an estimate of how far
 the point is from where it would be by itself: measured, the two have the same rms and are correlated by 0.7 to 0.85
@@ -32,6 +32,8 @@ _ROOT = 0.25
 """Share of a hair's length over which it goes from where its root is to where its guides take it."""
 _PASSES = 2
 """Of smoothing."""
+_SHORTEST = 0.5
+"""Way over the length of its segment below which the segment turns no faster than the way would at this length."""
 
 
 class GuideMotion(NamedTuple):
@@ -88,7 +90,10 @@ def _carry(followers, places, guides, about, roots, points, velocities, disagree
         for k in range(1, end - begin):
             l = length(minus(row(rest, first + k), row(rest, first + k - 1)))
             before, speed = row(x, k - 1), row(v, k - 1)
-            at, goes = go_on(before, speed, l, minus(row(x, k), before), minus(row(v, k), speed))
+            way, change = minus(row(x, k), before), minus(row(v, k), speed)
+            # A way that has nearly vanished, where places fold, turns at any speed: hair does not.
+            change = scaled(min(length(way) / (_SHORTEST * l), 1.0), change)
+            at, goes = go_on(before, speed, l, way, change)
             put(x, k, at)
             put(v, k, goes)
 

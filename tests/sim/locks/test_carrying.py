@@ -98,3 +98,18 @@ def test_what_guides_disagree_by_grows_as_they_part(rest):
         found.append(follow(rest, motion(rest, apart, np.zeros_like(rest), STILL), STILL)[2])
     assert found[0].max() < 1e-8 and found[1].min() > 2e-4
     np.testing.assert_allclose(found[2], 2.0 * found[1], rtol=1e-6)
+
+
+def test_hair_whose_ways_have_nearly_vanished_is_not_flung():
+    """What it follows moves at 1 m/s."""
+    straight = np.tile(7e-3 * np.arange(SEGMENTS + 1)[:, None] * [0.0, -1.0, 0.0], (STRANDS, 1))
+    rest = straight + np.repeat(1e-3 * np.arange(STRANDS), SEGMENTS + 1)[:, None] * [1.0, 0.0, 0.0]
+    speeds = np.random.default_rng(5).normal(size=rest.shape)
+    speeds /= np.linalg.norm(speeds, axis=1, keepdims=True)
+    turns, spins = np.tile(np.eye(3), (len(rest), 1, 1)), np.zeros_like(rest)
+    places = find_places(rest, OFFSETS, GUIDES, FOLLOWERS, turns)
+    folded = GuideMotion(rest * [1.0, 1e-3, 1.0], speeds, turns, spins)
+    x, v, _ = carried(FOLLOWERS, places, folded, OFFSETS, rest, STILL)
+    assert np.linalg.norm(v, axis=1).max() < 2.0
+    lengths = np.linalg.norm(np.diff(x.reshape(-1, SEGMENTS + 1, 3), axis=1), axis=2)
+    np.testing.assert_allclose(lengths, 7e-3, rtol=1e-9)
