@@ -1,8 +1,9 @@
 """The audit: some locks, by turns, are simulated with all their hairs, and compared with where these would be carried.
 
 It is in the run, so that what is audited feels what guides feel. It lasts as many frames as a connection must, and
-comes to each lock every `1 / audit` times; the hairs of a lock that are off by too much at its end part. What it does not see is what the guides themselves are off by: one that stands
-for many touches other guides otherwise than many hairs would.
+comes to each lock every `1 / audit` times; the hairs of a lock that are off by too much at its end part. What it does
+not see is what the guides themselves are off by: one that stands for many touches other guides otherwise than many
+hairs would.
 
 Hair that has parted is on trial likewise, beside the lock that it has left, from one audit to the next: hair by hair,
 it follows again where it is within the tolerance at the end, and there is room; or when its connections have lasted
