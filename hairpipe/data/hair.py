@@ -17,7 +17,7 @@ class LockState:
     offsets       from there, turned back to where hair was at rest [m], (F, 4, 3) float32
     bends         of followers when they began to follow, turned back likewise [m], (F, 3) float32
     disagreement  of what a follower follows, 0 for what is simulated [m], (strands,) float32
-    audited       guide that each would follow which is audited or on trial, -1: none, (strands,) int32
+    audited       guide that each followed which is audited or on trial now, -1: none, (strands,) int32
     parted        guide that each followed which is simulated by itself now, -1: none, (strands,) int32
     errors        of those whose audit ended at this frame, rms over their points, else NaN [m], (strands,) float32
     turn          number of the audit that goes on

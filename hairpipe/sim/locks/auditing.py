@@ -5,12 +5,13 @@ comes to each lock every `1 / audit` times; the hairs of a lock that are off by 
 not see is what the guides themselves are off by: one that stands for many touches other guides otherwise than many
 hairs would.
 
-Hair that has parted is on trial likewise, beside the lock that it has left, from one audit to the next: hair by hair,
-it follows again where it is within the tolerance at the end, and there is room; or when its connections have lasted
-anew. A trial says nothing of those that follow.
+Hair that has parted is on trial likewise, beside the guides that are nearest, from one audit to the next: hair by hair,
+it follows again where it is within the tolerance at the end, in the lock of the nearest that has room; or when its
+connections have lasted anew. A trial says nothing of those that follow.
 """
 
 import numpy as np
+from numba import njit
 
 
 def to_audit(leaders: np.ndarray, share: float, turn: int) -> np.ndarray:
@@ -52,20 +53,25 @@ def passed(guides: np.ndarray, errors: np.ndarray, tolerance: float) -> np.ndarr
     return good
 
 
-def back_in(leaders: np.ndarray, guides: np.ndarray, errors: np.ndarray, tolerance: float, most: int) -> np.ndarray:
+def back_in(leaders: np.ndarray, beside: np.ndarray, errors: np.ndarray, tolerance: float, most: int) -> np.ndarray:
     """Return the guide of every strand after trials, (S,) int32; pure.
 
     leaders    of every strand before, (S,) int32
-    guides     which those on trial are beside, -1 for the others, (S,); errors  of strands [m], (S,)
-    tolerance  up to which a hair follows again [m], by the numbers of strands while its lock has at most so many hairs
+    beside     guides that those on trial are beside, the nearest first, -1: no more, of the others -1, (S, n)
+    errors     of strands [m], (S,)
+    tolerance  up to which a hair follows again [m], by the numbers of strands while a lock has at most so many hairs
     """
-    good = (guides >= 0) & (errors <= tolerance)
-    good[good] = ~good[guides[good]]  # a guide that goes back itself leads nobody
-    hairs = np.flatnonzero(good)
-    hairs = hairs[np.argsort(guides[hairs], kind="stable")]
-    locks, firsts, times = np.unique(guides[hairs], return_index=True, return_counts=True)
-    rooms = most - np.bincount(leaders, minlength=len(leaders))[locks]
-    hairs = hairs[np.arange(len(hairs)) - np.repeat(firsts, times) < np.repeat(rooms, times)]
-    out = leaders.copy()
-    out[hairs] = guides[hairs]
+    out, sizes = leaders.copy(), np.bincount(leaders, minlength=len(leaders))
+    _seat(np.flatnonzero(errors <= tolerance), beside, sizes, most, out)
     return out
+
+
+@njit(cache=True)
+def _seat(hairs, beside, sizes, most, leaders):
+    """Give hairs the first guide that has room, one after the other, in place."""
+    for s in hairs:
+        for guide in beside[s]:
+            if guide >= 0 and sizes[guide] < most:
+                leaders[s] = guide
+                sizes[guide] += 1
+                break

@@ -18,11 +18,13 @@ class Deviations(NamedTuple):
     disagreement  of the guides
     pushed        by bodies
     off           from where they are themselves, of those that are audited or on trial
+    beside        guides that they follow, those of most of their points first, -1: no more, (S, FOLLOWED) int32
     """
 
     disagreement: np.ndarray
     pushed: np.ndarray
     off: np.ndarray
+    beside: np.ndarray
 
 
 class Grouping(NamedTuple):
@@ -80,8 +82,8 @@ def grouped(
         leaders[good] = leaders[known.audited[good]]
         # What the others stick to must last anew before they follow again by that.
         ages = np.where((audited & ~good)[owners].any(axis=1), 0, ages).astype(np.int32)
-        tried = np.where(compared & ~audited, leaders[known.parted], -1)
-        leaders = back_in(leaders, tried, deviations.off, locks.tolerance, locks.most)
+        beside = np.where((compared & ~audited)[:, None], deviations.beside, -1)
+        leaders = back_in(leaders, beside, deviations.off, locks.tolerance, locks.most)
     seats = np.where(audited & ~ends, leaders[known.audited], leaders)
     free = ~((compared & ~ends) | follows(leaders))[owners].any(axis=1)
     ties = joined(leaders, seats, connections.segments[free], ages[free], offsets, locks)

@@ -22,7 +22,7 @@ from hairpipe.sim.locks.carrying import GuideMotion, carried
 from hairpipe.sim.locks.grouping import Deviations, Grouping, follows, grouped, is_carried
 from hairpipe.sim.locks.guides import Guides, take_guides
 from hairpipe.sim.locks.joining import ages_of
-from hairpipe.sim.locks.places import Places, no_places, renewed
+from hairpipe.sim.locks.places import FOLLOWED, Places, guides_beside, no_places, renewed
 from hairpipe.sim.locks.standing import stand_up
 from hairpipe.sim.settings import Scene
 
@@ -123,10 +123,11 @@ def _carry(
     """
     groom, offsets = hair.groom, hair.layout.offsets
     points, velocities, (disagreement, pushed) = motion.points, motion.velocities, np.zeros((2, len(known.leaders)))
-    among = is_carried(known.leaders, known.audited)
+    beside, among = np.full((len(known.leaders), FOLLOWED), -1, np.int32), is_carried(known.leaders, known.audited)
     if among.any():
         strands = np.flatnonzero(among)
         places, roots = Places(known.points, known.offsets, known.bends), motion_of_roots(around.lead, groom)
+        beside[strands] = guides_beside(strands, places, offsets)
         x, v, disagreement[strands] = carried(strands, places, motion, offsets, groom.points, roots)
         rows = points_of_strands(strands, offsets)
         points, velocities = points.copy(), velocities.copy()
@@ -136,7 +137,7 @@ def _carry(
         pushed = _distances(outside.points, points, offsets)
         points, velocities = outside.points, outside.velocities
     off = _distances(motion.points, points, offsets)
-    return (points, velocities), Deviations(disagreement, pushed, off)
+    return (points, velocities), Deviations(disagreement, pushed, off, beside)
 
 
 def _distances(points: np.ndarray, others: np.ndarray, offsets: np.ndarray) -> np.ndarray:

@@ -93,6 +93,19 @@ def renewed(
     return out
 
 
+def guides_beside(strands: np.ndarray, places: Places, offsets: np.ndarray) -> np.ndarray:
+    """Return the guides that may lead strands which follow places, those of most of their points first; pure.
+
+    strands  ascending, (n,); offsets  of all strands, (S+1,) int32
+
+    -1 where there are no more, (n, FOLLOWED) int32. A guide has as many segments as those that it leads.
+    """
+    beside, counts = np.full((len(strands), FOLLOWED), -1, np.int32), np.diff(offsets)
+    begins, owners = np.concatenate([[0], np.cumsum(counts[strands])]), np.repeat(np.arange(len(counts)), counts)
+    _rank(places.points, owners, counts, strands, begins, beside)
+    return beside
+
+
 @inlined
 def turn_at(offsets: np.ndarray, strand: int, point: int) -> int:
     """Return the segment by whose turn a point of a strand turns: that which leads to it, of a root the first."""
@@ -112,6 +125,35 @@ def _choose(near, theirs, owners, followed):
             if not taken:
                 followed[i, chosen] = place
                 chosen += 1
+
+
+@njit(cache=True, parallel=True)
+def _rank(followed, owners, counts, strands, begins, beside):
+    """Write the owners of most places of each strand, in place; of as many, the first strand."""
+    for f in prange(len(strands)):
+        places = followed[begins[f] : begins[f + 1]].reshape(-1)
+        guides = np.sort(owners[places[places >= 0]])
+        times = np.zeros(FOLLOWED, np.int64)
+        first = 0
+        while first < len(guides):
+            guide, end = guides[first], first
+            while end < len(guides) and guides[end] == guide:
+                end += 1
+            if counts[guide] == counts[strands[f]]:
+                _insert(guide, end - first, beside[f], times)
+            first = end
+
+
+@njit(cache=True)
+def _insert(guide, count, guides, times):
+    """Insert a guide where it belongs among those of most places, in place."""
+    at = FOLLOWED
+    while at > 0 and count > times[at - 1]:
+        at -= 1
+    for k in range(FOLLOWED - 1, at, -1):
+        guides[k], times[k] = guides[k - 1], times[k - 1]
+    if at < FOLLOWED:
+        guides[at], times[at] = guide, count
 
 
 @njit(cache=True, parallel=True)

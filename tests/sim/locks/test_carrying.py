@@ -7,7 +7,7 @@ from hairpipe.data import Strands
 from hairpipe.groom.keys.key_turns import turns_since
 from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.sim.locks.carrying import GuideMotion, carried
-from hairpipe.sim.locks.places import find_places
+from hairpipe.sim.locks.places import FOLLOWED, Places, find_places, guides_beside, no_places
 
 STRANDS, SEGMENTS = 12, 9
 OFFSETS = np.arange(0, STRANDS * (SEGMENTS + 1) + 1, SEGMENTS + 1, dtype=np.int32)
@@ -113,3 +113,13 @@ def test_hair_whose_ways_have_nearly_vanished_is_not_flung():
     assert np.linalg.norm(v, axis=1).max() < 2.0
     lengths = np.linalg.norm(np.diff(x.reshape(-1, SEGMENTS + 1, 3), axis=1), axis=2)
     np.testing.assert_allclose(lengths, 7e-3, rtol=1e-9)
+
+
+def test_guides_beside_are_those_of_most_places_with_as_many_segments():
+    offsets, strands = np.array([0, 4, 8, 12, 15, 19, 23, 27], np.int32), np.array([1, 3])
+    followed = no_places(7).points
+    # Of the first, strand 2 has four places, 4 three, 0 two; 3 has other segments.
+    followed[:4] = [[0, 8, 12, 15], [9, 1, 13, 16], [10, 14, 17, -1], [11, 12, -1, -1]]
+    followed[4:, :2] = [[0, 8], [15, 19], [24, 20]]
+    places = Places(followed, *no_places(7)[1:])
+    np.testing.assert_array_equal(guides_beside(strands, places, offsets), [[2, 4, 0, -1], [-1] * FOLLOWED])
