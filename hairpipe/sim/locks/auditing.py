@@ -7,7 +7,8 @@ hairs would.
 
 Hair that has parted is on trial likewise, beside the guides that are nearest, from one audit to the next: hair by hair,
 it follows again where it is within the tolerance at the end, in the lock of the nearest that has room; or when its
-connections have lasted anew. A trial says nothing of those that follow.
+connections have lasted anew. Where there is no room, some are guides from then on, which the others are tried beside. A
+trial says nothing of those that follow.
 """
 
 import numpy as np
@@ -53,17 +54,22 @@ def passed(guides: np.ndarray, errors: np.ndarray, tolerance: float) -> np.ndarr
     return good
 
 
-def back_in(leaders: np.ndarray, beside: np.ndarray, errors: np.ndarray, tolerance: float, most: int) -> np.ndarray:
-    """Return the guide of every strand after trials, (S,) int32; pure.
+def back_in(
+    leaders: np.ndarray, beside: np.ndarray, errors: np.ndarray, tolerance: float, most: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the guide of every strand after trials, (S,) int32, and strands that shall lead others, ascending; pure.
 
     leaders    of every strand before, (S,) int32
     beside     guides that those on trial are beside, the nearest first, -1: no more, of the others -1, (S, n)
     errors     of strands [m], (S,)
     tolerance  up to which a hair follows again [m], by the numbers of strands while a lock has at most so many hairs
+
+    Of those for which there is no room, one in `most` shall lead.
     """
+    tried = (beside[:, 0] >= 0) & (errors <= tolerance)
     out, sizes = leaders.copy(), np.bincount(leaders, minlength=len(leaders))
-    _seat(np.flatnonzero(errors <= tolerance), beside, sizes, most, out)
-    return out
+    _seat(np.flatnonzero(tried), beside, sizes, most, out)
+    return out, np.flatnonzero(tried & (out == leaders))[::most]
 
 
 @njit(cache=True)

@@ -83,7 +83,8 @@ def grouped(
         # What the others stick to must last anew before they follow again by that.
         ages = np.where((audited & ~good)[owners].any(axis=1), 0, ages).astype(np.int32)
         beside = np.where((compared & ~audited)[:, None], deviations.beside, -1)
-        leaders = back_in(leaders, beside, deviations.off, locks.tolerance, locks.most)
+        leaders, leading = back_in(leaders, beside, deviations.off, locks.tolerance, locks.most)
+        parted[leading] = -1
     seats = np.where(audited & ~ends, leaders[known.audited], leaders)
     free = ~((compared & ~ends) | follows(leaders))[owners].any(axis=1)
     ties = joined(leaders, seats, connections.segments[free], ages[free], offsets, locks)

@@ -40,13 +40,18 @@ def test_a_lock_goes_on_by_the_rms_of_its_hairs():
     np.testing.assert_array_equal(passed(guides, errors, 5.0), guides >= 0)
 
 
-def test_hair_on_trial_follows_the_nearest_guide_that_has_room_where_it_is_near():
+def test_hair_on_trial_follows_the_nearest_guide_that_has_room_or_leads_where_none_has():
     leaders = np.array([0, 0, 2, 3, 4, 5, 6], np.int32)
     beside = np.full((7, 2), -1, np.int32)
     beside[2:6] = [[0, 6], [0, 6], [0, -1], [6, 0]]
     errors = np.array([np.nan, np.nan, 1.0, 9.0, 2.0, 0.5, 0.1])
-    np.testing.assert_array_equal(back_in(leaders, beside, errors, 4.0, 16), [0, 0, 0, 3, 0, 6, 6])
-    np.testing.assert_array_equal(back_in(leaders, beside, errors, 1.5, 16), [0, 0, 0, 3, 4, 6, 6])
-    np.testing.assert_array_equal(back_in(leaders, beside, errors, 4.0, 3), [0, 0, 0, 3, 4, 6, 6])
-    np.testing.assert_array_equal(back_in(leaders, beside, errors, 9.0, 2), [0, 0, 6, 3, 4, 5, 6])
-    np.testing.assert_array_equal(back_in(leaders, beside, errors, 0.2, 16), leaders)
+    for tolerance, most, then, leading in (
+        (4.0, 16, [0, 0, 0, 3, 0, 6, 6], []),
+        (1.5, 16, [0, 0, 0, 3, 4, 6, 6], []),
+        (4.0, 3, [0, 0, 0, 3, 4, 6, 6], [4]),
+        (9.0, 2, [0, 0, 6, 3, 4, 5, 6], [3, 5]),
+        (0.2, 16, leaders, []),
+    ):
+        after, guides = back_in(leaders, beside, errors, tolerance, most)
+        np.testing.assert_array_equal(after, then)
+        np.testing.assert_array_equal(guides, leading)
