@@ -1,6 +1,7 @@
 """Particles of hairs that are simulated again: about their axis, as they stand about it at rest."""
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
@@ -8,9 +9,10 @@ from numba import njit, prange
 from hairpipe.data import Strands
 from hairpipe.data.hair import HairState
 from hairpipe.groom.keys.key_turns import turned, turns_since
+from hairpipe.kernels.simd_arrays import copied
 from hairpipe.kernels.vec3 import cross, minus, mix, plus, row
 from hairpipe.sim.axis import axis_of
-from hairpipe.sim.boundary import Lead, motion_of_roots, place
+from hairpipe.sim.boundary import Lead, clamp_at, motion_of_roots
 from hairpipe.sim.hair_model import HairModel
 
 
@@ -29,38 +31,56 @@ def stand_up(
     groom, layout = hair.groom, hair.layout
     motions = motion_of_roots(lead, groom)
     turns = turns_since(groom.points, Strands(points, velocities, layout.offsets, hair.diameter), *motions)
-    x, v = (values.copy() for values in place(lead, groom, hair.rest, layout))
-    _place_beside(axis_of(layout), hair.rest, points, velocities, turns, x, v)
-    rows = np.repeat(who[layout.strands], np.diff(layout.first), axis=0)[:, None]
-    arrays = {
-        "positions": np.where(rows, x, state.positions),
-        "velocities": np.where(rows, v, state.velocities).astype(state.velocities.dtype),
-        "accelerations": np.where(rows, 0.0, state.accelerations).astype(state.accelerations.dtype),
-        "tensions": np.where(rows, 0.0, state.tensions).astype(state.tensions.dtype),
-    }
+    names = ("positions", "velocities", "accelerations", "tensions")
+    arrays = {name: copied(getattr(state, name)) for name in names}
+    standing = Standing(who, points, velocities, turns.turns, turns.spins)
+    held = clamp_at(lead, groom, hair.rest, layout)
+    _stand(axis_of(layout), hair.rest, standing, held.positions, held.velocities, *arrays.values())
     return replace(state, **arrays, fresh=state.fresh | who[layout.strands])
 
 
+class Standing(NamedTuple):
+    """Axes: who stands about them, (S,) bool, and what points and segments do, as `GuideMotion` in `carrying.py`."""
+
+    who: np.ndarray
+    points: np.ndarray
+    velocities: np.ndarray
+    turns: np.ndarray
+    spins: np.ndarray
+
+
 @njit(cache=True, parallel=True)
-def _place_beside(axis, rest, points, velocities, turns, x, v):
-    """Write the rows of particles from the root on, in place: those between two points go with the middle of these."""
+def _stand(axis, rest, standing, held_x, held_v, x, v, accelerations, tensions):
+    """Write the rows of strands that stand up, in place: those between two points go with the middle of these."""
     for block in prange(len(axis.first) - 1):
-        first, end, stride = axis.first[block] + axis.root, axis.first[block + 1], axis.stride
+        first, end = axis.first[block], axis.first[block + 1]
         for lane in range(axis.strands.shape[1]):
-            begin, last = axis.offsets[axis.strands[block, lane]], axis.offsets[axis.strands[block, lane] + 1] - 1
-            for p in range(first, end):
-                k = min((p - first) // stride, last - begin)
-                on, after = k * stride == p - first, min(begin + k + 1, last)
-                share = 0.0 if on or after == begin + k else 0.5
-                middle = mix(row(points, begin + k), row(points, after), share)
-                speed = mix(row(velocities, begin + k), row(velocities, after), share)
-                was = _of_lane(rest, first + k * stride, lane)
-                then = _of_lane(rest, first + (after - begin) * stride, lane)
-                segment = min(begin + k, last - 1)
-                way = turned(turns.turns, segment, minus(_of_lane(rest, p, lane), mix(was, then, share)))
-                at, goes = plus(middle, way), plus(speed, cross(row(turns.spins, segment), way))
-                for c in range(3):
-                    x[p, c, lane], v[p, c, lane] = at[c], goes[c]
+            if standing.who[axis.strands[block, lane]]:
+                accelerations[first:end, :, lane] = 0.0
+                tensions[first:end, :, lane] = 0.0
+                x[first : first + axis.root, :, lane] = held_x[block, : axis.root, :, lane]
+                v[first : first + axis.root, :, lane] = held_v[block, : axis.root, :, lane]
+                _place_beside(axis, rest, standing, block, lane, x, v)
+
+
+@njit(cache=True)
+def _place_beside(axis, rest, standing, block, lane, x, v):
+    """Write the rows of one strand from the root on, in place."""
+    first, end, stride = axis.first[block] + axis.root, axis.first[block + 1], axis.stride
+    begin, last = axis.offsets[axis.strands[block, lane]], axis.offsets[axis.strands[block, lane] + 1] - 1
+    for p in range(first, end):
+        k = min((p - first) // stride, last - begin)
+        on, after = k * stride == p - first, min(begin + k + 1, last)
+        share = 0.0 if on or after == begin + k else 0.5
+        middle = mix(row(standing.points, begin + k), row(standing.points, after), share)
+        speed = mix(row(standing.velocities, begin + k), row(standing.velocities, after), share)
+        was = _of_lane(rest, first + k * stride, lane)
+        then = _of_lane(rest, first + (after - begin) * stride, lane)
+        segment = min(begin + k, last - 1)
+        way = turned(standing.turns, segment, minus(_of_lane(rest, p, lane), mix(was, then, share)))
+        at, goes = plus(middle, way), plus(speed, cross(row(standing.spins, segment), way))
+        for c in range(3):
+            x[p, c, lane], v[p, c, lane] = at[c], goes[c]
 
 
 @njit(cache=True)
