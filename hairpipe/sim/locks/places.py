@@ -44,23 +44,21 @@ def no_places(points: int) -> Places:
 
 
 def find_places(
-    points: np.ndarray, offsets: np.ndarray, guides: np.ndarray, followers: np.ndarray, turns: np.ndarray
+    points: np.ndarray, offsets: np.ndarray, guides: np.ndarray, mine: np.ndarray, turns: np.ndarray
 ) -> Places:
-    """Find what strands follow that stand where they do; pure.
+    """Find what points follow from where they are; pure.
 
     points     of all strands [m], (P, 3); offsets  of the strands, (S+1,) int32
-    guides     strands that are simulated, (G,); followers  strands that begin to follow, (n,)
+    guides     strands that are simulated, (G,); mine  points of others that begin to follow, (F,)
     turns      of the segments of guides since rest, at the first point of each segment, (P, 3, 3)
     """
-    theirs, mine = points_of_strands(guides, offsets), points_of_strands(followers, offsets)
+    theirs = points_of_strands(guides, offsets)
     listed = min(_LISTED, len(theirs))
     near = KDTree(points[theirs]).query(points[mine], listed, workers=get_num_threads())[1].reshape(len(mine), listed)
     owners = np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))
-    begins = np.concatenate([[0], np.cumsum(np.diff(offsets)[followers])])
     out = no_places(len(mine))
-    followed, ways, bends = out
-    _choose(near, theirs, owners, followed)
-    _look_back(points, offsets, turns, (owners, mine, begins), followed, ways, bends)
+    _choose(near, theirs, owners, out.points)
+    _look_back(points, offsets, turns, owners, mine, out)
     return out
 
 
@@ -71,25 +69,22 @@ def renewed(
     offsets: np.ndarray,
     turns: np.ndarray,
 ) -> Places:
-    """Return what hairs follow from now on: what they did where that may be followed still, else what is near; pure.
+    """Return what hairs follow from now on: what a point did where that may be followed still, else what is near; pure.
 
     before   strands, ascending, (n,), with what they followed
     carried  who follows something from now on, (S,) bool: the others may be followed
     points, offsets, turns  as for `find_places`
     """
-    strands, places = before
-    counts, owners = np.diff(offsets), np.repeat(np.arange(len(carried)), np.diff(offsets))
-    keeps = np.zeros(len(carried), np.bool_)
-    if len(strands):
-        good = ((places.points < 0) | ~carried[owners[places.points]]).all(axis=1)
-        keeps[strands] = np.logical_and.reduceat(good, np.cumsum(counts[strands]) - counts[strands])
-    keeps &= carried
-    now, fresh = np.flatnonzero(carried), np.flatnonzero(carried & ~keeps)
-    out = no_places(int(counts[now].sum()))
-    news = find_places(points, offsets, np.flatnonzero(~carried), fresh, turns) if len(fresh) else no_places(0)
-    old, new = np.repeat(keeps[strands], counts[strands]), np.repeat(keeps[now], counts[now])
-    for whole, kept, found in zip(out, places, news, strict=True):
-        whole[new], whole[~new] = kept[old], found
+    (strands, places), mine = before, points_of_strands(np.flatnonzero(carried), offsets)
+    followed = carried[np.repeat(np.arange(len(carried)), np.diff(offsets))][places.points] & (places.points >= 0)
+    rows = np.full(len(points), -1)
+    rows[points_of_strands(strands, offsets)] = np.where(followed.any(axis=1), -1, np.arange(len(followed)))
+    rows = rows[mine]
+    kept, fresh = rows >= 0, np.flatnonzero(rows < 0)
+    out, guides = no_places(len(mine)), np.flatnonzero(~carried)
+    news = find_places(points, offsets, guides, mine[fresh], turns) if len(fresh) else no_places(0)
+    for whole, was, found in zip(out, places, news, strict=True):
+        whole[kept], whole[fresh] = was[rows[kept]], found
     return out
 
 
@@ -157,20 +152,19 @@ def _insert(guide, count, guides, times):
 
 
 @njit(cache=True, parallel=True)
-def _look_back(points, offsets, turns, whose, followed, ways, bends):
-    """Write the ways from the places and the bends, turned back, in place; whose  owners, points and first rows."""
-    owners, mine, begins = whose
-    for f in prange(len(begins) - 1):
-        for i in range(begins[f], begins[f + 1]):
-            x = row(points, mine[i])
-            for j in range(FOLLOWED):
-                place = np.int64(followed[i, j])
-                if place >= 0:
-                    turn = turn_at(offsets, owners[place], place)
-                    put(ways[:, j], i, turned_back(turns, turn, minus(x, row(points, place))))
-            if i > begins[f]:
-                bend = minus(row(points, mine[i - 1]), x)
-                if i + 1 < begins[f + 1]:
-                    bend = plus(bend, minus(row(points, mine[i + 1]), x))
-                nearest = np.int64(followed[i, 0])
-                put(bends, i, turned_back(turns, turn_at(offsets, owners[nearest], nearest), bend))
+def _look_back(points, offsets, turns, owners, mine, places):
+    """Write the ways from the places and the bends, turned back, in place."""
+    for i in prange(len(mine)):
+        p, strand = mine[i], owners[mine[i]]
+        x = row(points, p)
+        for j in range(FOLLOWED):
+            place = np.int64(places.points[i, j])
+            if place >= 0:
+                turn = turn_at(offsets, owners[place], place)
+                put(places.offsets[:, j], i, turned_back(turns, turn, minus(x, row(points, place))))
+        if p > offsets[strand]:
+            bend = minus(row(points, p - 1), x)
+            if p + 1 < offsets[strand + 1]:
+                bend = plus(bend, minus(row(points, p + 1), x))
+            nearest = np.int64(places.points[i, 0])
+            put(places.bends, i, turned_back(turns, turn_at(offsets, owners[nearest], nearest), bend))

@@ -41,7 +41,8 @@ def rigid(w, t):
 
 
 def follow(rest, now, roots):
-    places = find_places(rest, OFFSETS, GUIDES, FOLLOWERS, motion(rest, rest, np.zeros_like(rest), STILL).turns)
+    turns, mine = motion(rest, rest, np.zeros_like(rest), STILL).turns, points_of_strands(FOLLOWERS, OFFSETS)
+    places = find_places(rest, OFFSETS, GUIDES, mine, turns)
     return carried(FOLLOWERS, places, now, OFFSETS, rest, roots)
 
 
@@ -107,7 +108,7 @@ def test_hair_whose_ways_have_nearly_vanished_is_not_flung():
     speeds = np.random.default_rng(5).normal(size=rest.shape)
     speeds /= np.linalg.norm(speeds, axis=1, keepdims=True)
     turns, spins = np.tile(np.eye(3), (len(rest), 1, 1)), np.zeros_like(rest)
-    places = find_places(rest, OFFSETS, GUIDES, FOLLOWERS, turns)
+    places = find_places(rest, OFFSETS, GUIDES, points_of_strands(FOLLOWERS, OFFSETS), turns)
     folded = GuideMotion(rest * [1.0, 1e-3, 1.0], speeds, turns, spins)
     x, v, _ = carried(FOLLOWERS, places, folded, OFFSETS, rest, STILL)
     assert np.linalg.norm(v, axis=1).max() < 2.0
