@@ -35,7 +35,7 @@ def stand_up(
     arrays = {name: copied(getattr(state, name)) for name in names}
     standing = Standing(who, points, velocities, turns.turns, turns.spins)
     held = clamp_at(lead, groom, hair.rest, layout)
-    _stand(axis_of(layout), hair.rest, standing, held.positions, held.velocities, *arrays.values())
+    _stand(axis_of(layout), hair.rest, standing, (held.positions, held.velocities), tuple(arrays.values()))
     return replace(state, **arrays, fresh=state.fresh | who[layout.strands])
 
 
@@ -50,8 +50,9 @@ class Standing(NamedTuple):
 
 
 @njit(cache=True, parallel=True)
-def _stand(axis, rest, standing, held_x, held_v, x, v, accelerations, tensions):
+def _stand(axis, rest, standing, held, particles):
     """Write the rows of strands that stand up, in place: those between two points go with the middle of these."""
+    (held_x, held_v), (x, v, accelerations, tensions) = held, particles
     for block in prange(len(axis.first) - 1):
         first, end = axis.first[block], axis.first[block + 1]
         for lane in range(axis.strands.shape[1]):
