@@ -1,7 +1,8 @@
 """The cache of compiled kernels: numba detects edits of the file that defines a kernel, not of those that it calls.
 
-So each state of the sources has a folder of its own, and old machine code of an edited callee is never loaded. The
-folders lie where only this user can write, never in a store: a store may come from anywhere, and kernels are code.
+So each state of the sources has a folder of its own, and old machine code of an edited callee is never loaded; so has
+each way to compile that the environment asks for. The folders lie where only this user can write, never in a store: a
+store may come from anywhere, and kernels are code.
 """
 
 import errno
@@ -20,6 +21,15 @@ from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
 WITHOUT_KERNELS = ("api", "chart", "cli", "graph", "page", "tune")
 """Rooms without kernels: editing them invalidates no compiled kernel."""
 PRIVATE = "a folder of your own that you alone can write to (chmod go-w)"
+SETTINGS = (
+    "NUMBA_BOUNDSCHECK",
+    "NUMBA_DEBUGINFO",
+    "NUMBA_DISABLE_INTEL_SVML",
+    "NUMBA_LOOP_VECTORIZE",
+    "NUMBA_OPT",
+    "NUMBA_SLP_VECTORIZE",
+)
+"""Of the environment, by which numba compiles otherwise, though it looks a kernel up by none of them."""
 KEPT = 8
 """Number of states of the sources whose kernels are kept, for switching between versions and users' nodes."""
 
@@ -53,7 +63,8 @@ def kernel_folder(parent: Path, reader: CodeReader, nodes: Iterable[str] = ()) -
     nodes  modules of the node types that are used: they, or what they import, may have kernels that are not ours
     """
     versions = {name: version(name) for name in ALWAYS}
-    folder = parent / digest("kernels", [kernel_sources(reader, nodes), versions, "sealed"])[:24]
+    settings = {name: os.environ[name] for name in SETTINGS if name in os.environ}
+    folder = parent / digest("kernels", [kernel_sources(reader, nodes), versions, settings, "sealed"])[:24]
     with suppress(OSError):
         others = sorted(parent.iterdir(), key=lambda other: other.stat().st_mtime, reverse=True)
         for other in [other for other in others if other != folder][KEPT - 1 :]:

@@ -51,6 +51,16 @@ def test_nodes_that_compile_nothing_share_the_kernels_of_all(studio):
     assert folder_of(studio, "name_hair") == folder_of(studio)
 
 
+def test_kernels_that_are_compiled_otherwise_have_another_folder(studio, monkeypatch):
+    monkeypatch.delenv("NUMBA_OPT", raising=False)
+    first = folder_of(studio)
+    monkeypatch.setenv("NUMBA_OPT", "1")
+    assert folder_of(studio) != first
+    monkeypatch.delenv("NUMBA_OPT")
+    monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
+    assert folder_of(studio) == first
+
+
 def test_a_folder_that_is_used_is_young(studio):
     folder = folder_of(studio)
     folder.mkdir(parents=True)
