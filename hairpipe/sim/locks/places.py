@@ -1,8 +1,9 @@
 """Where a hair that follows is, among the guides: the places nearest to each of its points, and the way from them.
 
 Hairs of a lock cross and slide along each other, so what is beside a hair changes along it. Each of its points follows
-the few places of guides, of any lock, that are nearest to it when it begins to follow. Against a hair that follows its
-own guide alone, that halves the distance from where it would be by itself (`measure_locks`).
+the few places of guides, of any lock, that are nearest to it when it begins to follow; where one of these guides
+follows others itself from then on, the point begins anew, not the whole hair. Against a hair that follows its own guide
+alone, that halves the distance from where it would be by itself (`measure_locks`).
 """
 
 from typing import NamedTuple

@@ -1,7 +1,6 @@
 """Particles of hairs that are simulated again: about their axis, as they stand about it at rest."""
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit, prange
@@ -14,6 +13,7 @@ from hairpipe.kernels.vec3 import cross, minus, mix, plus, row
 from hairpipe.sim.axis import axis_of
 from hairpipe.sim.boundary import Lead, clamp_at, motion_of_roots
 from hairpipe.sim.hair_model import HairModel
+from hairpipe.sim.locks.carrying import GuideMotion
 
 
 def stand_up(
@@ -33,39 +33,30 @@ def stand_up(
     turns = turns_since(groom.points, Strands(points, velocities, layout.offsets, hair.diameter), *motions)
     names = ("positions", "velocities", "accelerations", "tensions")
     arrays = {name: copied(getattr(state, name)) for name in names}
-    standing = Standing(who, points, velocities, turns.turns, turns.spins)
-    held = clamp_at(lead, groom, hair.rest, layout)
-    _stand(axis_of(layout), hair.rest, standing, (held.positions, held.velocities), tuple(arrays.values()))
+    motion = GuideMotion(points, velocities, turns.turns, turns.spins)
+    clamp = clamp_at(lead, groom, hair.rest, layout)
+    held = clamp.positions, clamp.velocities
+    _stand(axis_of(layout), hair.rest, who, motion, held, tuple(arrays.values()))
     return replace(state, **arrays, fresh=state.fresh | who[layout.strands])
 
 
-class Standing(NamedTuple):
-    """Axes: who stands about them, (S,) bool, and what points and segments do, as `GuideMotion` in `carrying.py`."""
-
-    who: np.ndarray
-    points: np.ndarray
-    velocities: np.ndarray
-    turns: np.ndarray
-    spins: np.ndarray
-
-
 @njit(cache=True, parallel=True)
-def _stand(axis, rest, standing, held, particles):
+def _stand(axis, rest, who, motion, held, particles):
     """Write the rows of strands that stand up, in place: those between two points go with the middle of these."""
     (held_x, held_v), (x, v, accelerations, tensions) = held, particles
     for block in prange(len(axis.first) - 1):
         first, end = axis.first[block], axis.first[block + 1]
         for lane in range(axis.strands.shape[1]):
-            if standing.who[axis.strands[block, lane]]:
+            if who[axis.strands[block, lane]]:
                 accelerations[first:end, :, lane] = 0.0
                 tensions[first:end, :, lane] = 0.0
                 x[first : first + axis.root, :, lane] = held_x[block, : axis.root, :, lane]
                 v[first : first + axis.root, :, lane] = held_v[block, : axis.root, :, lane]
-                _place_beside(axis, rest, standing, block, lane, x, v)
+                _place_beside(axis, rest, motion, block, lane, x, v)
 
 
 @njit(cache=True)
-def _place_beside(axis, rest, standing, block, lane, x, v):
+def _place_beside(axis, rest, motion, block, lane, x, v):
     """Write the rows of one strand from the root on, in place."""
     first, end, stride = axis.first[block] + axis.root, axis.first[block + 1], axis.stride
     begin, last = axis.offsets[axis.strands[block, lane]], axis.offsets[axis.strands[block, lane] + 1] - 1
@@ -73,13 +64,13 @@ def _place_beside(axis, rest, standing, block, lane, x, v):
         k = min((p - first) // stride, last - begin)
         on, after = k * stride == p - first, min(begin + k + 1, last)
         share = 0.0 if on or after == begin + k else 0.5
-        middle = mix(row(standing.points, begin + k), row(standing.points, after), share)
-        speed = mix(row(standing.velocities, begin + k), row(standing.velocities, after), share)
+        middle = mix(row(motion.points, begin + k), row(motion.points, after), share)
+        speed = mix(row(motion.velocities, begin + k), row(motion.velocities, after), share)
         was = _of_lane(rest, first + k * stride, lane)
         then = _of_lane(rest, first + (after - begin) * stride, lane)
         segment = min(begin + k, last - 1)
-        way = turned(standing.turns, segment, minus(_of_lane(rest, p, lane), mix(was, then, share)))
-        at, goes = plus(middle, way), plus(speed, cross(row(standing.spins, segment), way))
+        way = turned(motion.turns, segment, minus(_of_lane(rest, p, lane), mix(was, then, share)))
+        at, goes = plus(middle, way), plus(speed, cross(row(motion.spins, segment), way))
         for c in range(3):
             x[p, c, lane], v[p, c, lane] = at[c], goes[c]
 

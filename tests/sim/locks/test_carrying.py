@@ -7,7 +7,7 @@ from hairpipe.data import Strands
 from hairpipe.groom.keys.key_turns import turns_since
 from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.sim.locks.carrying import GuideMotion, carried
-from hairpipe.sim.locks.places import FOLLOWED, Places, find_places, guides_beside, no_places
+from hairpipe.sim.locks.places import FOLLOWED, Places, find_places, guides_beside, no_places, renewed
 
 STRANDS, SEGMENTS = 12, 9
 OFFSETS = np.arange(0, STRANDS * (SEGMENTS + 1) + 1, SEGMENTS + 1, dtype=np.int32)
@@ -124,3 +124,20 @@ def test_guides_beside_are_those_of_most_places_with_as_many_segments():
     followed[4:, :2] = [[0, 8], [15, 19], [24, 20]]
     places = Places(followed, *no_places(7)[1:])
     np.testing.assert_array_equal(guides_beside(strands, places, offsets), [[2, 4, 0, -1], [-1] * FOLLOWED])
+
+
+def test_where_a_guide_begins_to_follow_only_the_points_that_followed_it_begin_anew(rest):
+    turns, mine = motion(rest, rest, np.zeros_like(rest), STILL).turns, points_of_strands(FOLLOWERS, OFFSETS)
+    owners = np.repeat(np.arange(STRANDS), np.diff(OFFSETS))
+    before, moved = find_places(rest, OFFSETS, GUIDES, mine, turns), rest + 0.01 * np.random.default_rng(4).random(3)
+    lost = ((owners[before.points] == 4) & (before.points >= 0)).any(axis=1)
+    assert 0 < lost.sum() < len(lost)
+    carried_now = np.isin(np.arange(STRANDS), [*FOLLOWERS, 4])
+    now = renewed((FOLLOWERS, before), carried_now, moved, OFFSETS, turns)
+    rows = np.isin(points_of_strands(np.flatnonzero(carried_now), OFFSETS), mine)
+    for old, new in zip(before, now, strict=True):
+        np.testing.assert_array_equal(new[rows][~lost], old[~lost])
+    anew = find_places(moved, OFFSETS, GUIDES[GUIDES != 4], mine[lost], turns)
+    for found, new in zip(anew, now, strict=True):
+        np.testing.assert_array_equal(new[rows][lost], found)
+    assert (owners[now.points[~rows]] != 4).all() and (now.points[~rows, 0] >= 0).all()
