@@ -27,7 +27,7 @@ os.environ.pop("HAIRPIPE_CACHE", None)
 # What the user has trusted and published is no business of tests, nor theirs of his.
 _OWN = tempfile.TemporaryDirectory(prefix="hairpipe-own-")
 os.environ["XDG_CONFIG_HOME"], os.environ["XDG_STATE_HOME"] = f"{_OWN.name}/config", f"{_OWN.name}/state"
-# What most tests wait for is the compiler, which takes three quarters of the time for code that is a little slower.
+# What most tests wait for is the compiler: the level below what ships takes it less time, for a little slower code.
 os.environ.setdefault("NUMBA_OPT", "2")
 # Tests, too, must never run old machine code of a helper that was edited.
 _KERNELS = Path(tempfile.gettempdir()) / f"hairpipe-kernels-{os.getuid()}"

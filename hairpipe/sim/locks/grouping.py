@@ -18,7 +18,7 @@ class Deviations(NamedTuple):
     disagreement  of the guides
     pushed        by bodies
     off           from where they are themselves, of those that are audited or on trial
-    beside        guides that they follow, those of most of their points first, -1: no more, (S, FOLLOWED) int32
+    beside        guides that those on trial are beside, the nearest first, -1: no more, (S, FOLLOWED) int32
     """
 
     disagreement: np.ndarray
@@ -82,8 +82,7 @@ def grouped(
         leaders[good] = leaders[known.audited[good]]
         # What the others stick to must last anew before they follow again by that.
         ages = np.where((audited & ~good)[owners].any(axis=1), 0, ages).astype(np.int32)
-        beside = np.where((compared & ~audited)[:, None], deviations.beside, -1)
-        leaders, leading = back_in(leaders, beside, deviations.off, locks.tolerance, locks.most)
+        leaders, leading = back_in(leaders, deviations.beside, deviations.off, locks.tolerance, locks.most)
         parted[leading] = -1
     seats = np.where(audited & ~ends, leaders[known.audited], leaders)
     free = ~((compared & ~ends) | follows(leaders))[owners].any(axis=1)

@@ -127,7 +127,9 @@ def _carry(
     if among.any():
         strands = np.flatnonzero(among)
         places, roots = Places(known.points, known.offsets, known.bends), motion_of_roots(around.lead, groom)
-        beside[strands] = guides_beside(strands, places, offsets)
+        tried = known.parted[strands] >= 0
+        on_trial = np.repeat(tried, np.diff(offsets)[strands])
+        beside[strands[tried]] = guides_beside(strands[tried], places.points[on_trial], offsets)
         x, v, disagreement[strands] = carried(strands, places, motion, offsets, groom.points, roots)
         rows = points_of_strands(strands, offsets)
         points, velocities = points.copy(), velocities.copy()

@@ -89,16 +89,17 @@ def renewed(
     return out
 
 
-def guides_beside(strands: np.ndarray, places: Places, offsets: np.ndarray) -> np.ndarray:
-    """Return the guides that may lead strands which follow places, those of most of their points first; pure.
+def guides_beside(strands: np.ndarray, followed: np.ndarray, offsets: np.ndarray) -> np.ndarray:
+    """Return the guides that may lead strands which follow points of them, those of most of these first; pure.
 
-    strands  ascending, (n,); offsets  of all strands, (S+1,) int32
+    strands   ascending, (n,); offsets  of all strands, (S+1,) int32
+    followed  points of guides that each of their points follows, as of `Places`, (F, FOLLOWED)
 
     -1 where there are no more, (n, FOLLOWED) int32. A guide has as many segments as those that it leads.
     """
     beside, counts = np.full((len(strands), FOLLOWED), -1, np.int32), np.diff(offsets)
     begins, owners = np.concatenate([[0], np.cumsum(counts[strands])]), np.repeat(np.arange(len(counts)), counts)
-    _rank(places.points, owners, counts, strands, begins, beside)
+    _rank(followed, owners, counts, strands, begins, beside)
     return beside
 
 

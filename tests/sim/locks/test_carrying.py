@@ -7,7 +7,7 @@ from hairpipe.data import Strands
 from hairpipe.groom.keys.key_turns import turns_since
 from hairpipe.groom.strand_arrays import points_of_strands
 from hairpipe.sim.locks.carrying import GuideMotion, carried
-from hairpipe.sim.locks.places import FOLLOWED, Places, find_places, guides_beside, no_places, renewed
+from hairpipe.sim.locks.places import FOLLOWED, find_places, guides_beside, no_places, renewed
 
 STRANDS, SEGMENTS = 12, 9
 OFFSETS = np.arange(0, STRANDS * (SEGMENTS + 1) + 1, SEGMENTS + 1, dtype=np.int32)
@@ -122,8 +122,7 @@ def test_guides_beside_are_those_of_most_places_with_as_many_segments():
     # Of the first, strand 2 has four places, 4 three, 0 two; 3 has other segments.
     followed[:4] = [[0, 8, 12, 15], [9, 1, 13, 16], [10, 14, 17, -1], [11, 12, -1, -1]]
     followed[4:, :2] = [[0, 8], [15, 19], [24, 20]]
-    places = Places(followed, *no_places(7)[1:])
-    np.testing.assert_array_equal(guides_beside(strands, places, offsets), [[2, 4, 0, -1], [-1] * FOLLOWED])
+    np.testing.assert_array_equal(guides_beside(strands, followed, offsets), [[2, 4, 0, -1], [-1] * FOLLOWED])
 
 
 def test_where_a_guide_begins_to_follow_only_the_points_that_followed_it_begin_anew(rest):
