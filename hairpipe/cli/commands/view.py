@@ -14,6 +14,7 @@ from hairpipe.cli import options
 @options.graph
 @options.frames
 @options.overrides
+@options.wedge
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Port; by default any that is free."
 )
