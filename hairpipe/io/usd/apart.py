@@ -1,7 +1,8 @@
 """Work on a foreign file in a process of its own, because a damaged one can crash OpenUSD.
 
 Of 1 000 crate files with one to four bytes changed thirteen ended the process with a segmentation fault, and so does a
-text file of 200 000 nested prims; others have it fill all memory there is. No check of the header foresees it.
+text file of 200 000 nested prims; others have it fill all memory there is, as 2 kB of references that double at each
+level do, or compute without an end. No check of the header foresees it, so that memory and time have a limit.
 """
 
 import importlib
@@ -13,13 +14,22 @@ import sys
 import warnings
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from hairpipe.child import command, environment
+from hairpipe.child import command, die_with_parent, environment
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.wire import pack, unpack
 
+if TYPE_CHECKING:
+    from hairpipe.io.usd.layer_files import Layers
+
 MEMORY = 4 << 30  # bytes: far more than a frame of any shot, and OpenUSD says no to a damaged count beyond it
+SECONDS, RATE = (
+    60,
+    1e6,
+)  # of processor time, and bytes of layers for each second more: ten times as long as a lint takes
+PATIENCE = 10  # times as long by the clock, for computers that do other things
+OVERDUE = (signal.SIGXCPU, signal.SIGALRM)
 Result = TypeVar("Result")
 
 
@@ -28,7 +38,7 @@ def work_apart(work: Callable[..., Result], path: Path, *arguments: Any) -> Resu
 
     work  a function of a module; its arguments and result are values that `wire` knows
 
-    Raises BadInput where the work does, or when the process dies of the file.
+    Raises BadInput where the work does, or when the process dies of the file or exceeds its limits of memory and time.
     """
     child = subprocess.run(
         command(f"from {__name__} import serve; serve()"),
@@ -37,8 +47,7 @@ def work_apart(work: Callable[..., Result], path: Path, *arguments: Any) -> Resu
         env=environment(),
     )
     if child.returncode < 0:
-        cause = signal.Signals(-child.returncode).name
-        raise BadInput(f"OpenUSD breaks down reading it ({cause})", where=path, right="a file that is not damaged")
+        raise _death(child, path)
     if child.returncode > 0:
         raise RuntimeError(f"{work.__module__}.{work.__name__} failed:\n{child.stderr.decode(errors='replace')}")
     result, warned = unpack(child.stdout)
@@ -49,31 +58,77 @@ def work_apart(work: Callable[..., Result], path: Path, *arguments: Any) -> Resu
     return result
 
 
-def limit_memory() -> int:
-    """Let this process have no more than MEMORY of its own, or less where it may not; return how much [bytes].
+def _death(child: subprocess.CompletedProcess[bytes], path: Path) -> BadInput:
+    """Return why a signal has ended a child."""
+    if -child.returncode in OVERDUE:
+        what = f"takes more than {SECONDS} s of processor time, and {1e6 / RATE:g} s per MB of its layers"
+        return BadInput(what, where=path, right="fewer nested references or instances")
+    if b"bad_alloc" in child.stderr:
+        return _too_large(path, most_memory())
+    cause = signal.Signals(-child.returncode).name
+    return BadInput(f"OpenUSD breaks down reading it ({cause})", where=path, right="a file that is not damaged")
 
-    Mapped files are not counted.
-    """
+
+def _too_large(path: Path, most: int) -> BadInput:
+    return BadInput(f"takes more than {most / 2**30:.2g} GiB of memory", where=path, right="a smaller file")
+
+
+def most_memory() -> int:
+    """Return how much memory a child may have [bytes]: MEMORY, or less where this process may not have as much."""
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
-    most = MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard)
+    return MEMORY if hard == resource.RLIM_INFINITY else min(MEMORY, hard)
+
+
+def limit_memory() -> int:
+    """Limit the memory of this process, without mapped files, to `most_memory`; return that [bytes]."""
+    most = most_memory()
     resource.setrlimit(resource.RLIMIT_DATA, (most, most))
     return most
 
 
+def limit_time(size: int, own: int) -> None:
+    """Let the system end this process after the time that layers may take.
+
+    size  of the layers [bytes]
+    own   limit of processor time that the caller has set [s], or RLIM_INFINITY
+    """
+    seconds = SECONDS + int(size / RATE)
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    limits = [
+        seconds,
+        *(limit for limit in (own, hard - 1) if limit >= 0),
+    ]  # SIGKILL comes at the hard one, and says nothing
+    resource.setrlimit(resource.RLIMIT_CPU, (min(limits), hard))
+    signal.alarm(PATIENCE * seconds)
+
+
 def serve() -> None:
     """Do the work that stands on standard input, and write what came of it to standard output."""
+    die_with_parent()
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not end up in the answer
         module, name, path, arguments = unpack(sys.stdin.buffer.read())
         work = getattr(importlib.import_module(module), name)
-        most = limit_memory()
+        most, (own, _) = limit_memory(), resource.getrlimit(resource.RLIMIT_CPU)
         with warnings.catch_warnings(record=True) as warned:
             warnings.simplefilter("always", UserWarning)
             try:
+                limit_time(0, own)
+                layers = layers_of(path)  # open until the work is done
+                limit_time(layers.bytes if layers else 0, own)
                 result = work(path, *arguments)
             except BadInput as fault:
                 result = fault
             except MemoryError:
-                what = f"takes more than {most / 2**30:.2g} GiB of memory"
-                result = BadInput(what, where=path, right="a smaller file")
+                result = _too_large(path, most)
         out.write(pack((result, [str(w.message) for w in warned if w.category is UserWarning])))
+
+
+def layers_of(path: object) -> "Layers | None":
+    """Open the layers of a stage; None for what is not a regular file with the name of one, which the work refuses."""
+    from hairpipe.io.usd.layer_files import find_layers
+    from hairpipe.io.usd.stage import SUFFIXES
+
+    if isinstance(path, Path) and path.suffix.lower() in SUFFIXES and path.is_file():
+        return find_layers(path)
+    return None

@@ -9,6 +9,7 @@ import numpy as np
 from pxr import Tf, Usd, UsdGeom
 
 from hairpipe.errors import BadInput
+from hairpipe.io.usd.layer_files import find_layers
 from hairpipe.plain_file import checked_size
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
@@ -30,11 +31,15 @@ def create_stage(path: Path, fps: float) -> Usd.Stage:
 def open_stage(path: Path) -> Usd.Stage:
     """Open the file as a stage.
 
-    Raises BadInput if it is missing, a folder, not permitted, or nothing that OpenUSD reads.
+    Raises BadInput if it is missing, a folder, not permitted, or nothing that OpenUSD reads, or if one of the layers
+    that it is composed of is not a file.
     """
     check_file(path)
     with usd_faults(path):
-        return Usd.Stage.Open(str(path))
+        layers = find_layers(path)  # open until the stage has them
+        stage = Usd.Stage.Open(str(path))
+        del layers
+    return stage
 
 
 def open_alone(path: Path) -> Usd.Stage:

@@ -9,7 +9,7 @@ import pytest
 from pxr import Sdf, Usd, UsdValidation, Vt
 
 from hairpipe.io.usd.check.lint import lint
-from hairpipe.io.usd.check.stage_rules.assets import expand
+from hairpipe.io.usd.layer_files import expand
 from hairpipe.io.usd.shot import Shot, write_clips, write_shot
 
 HAIR, BODY = "/shot/hair", "/shot/body"

@@ -1,20 +1,20 @@
 """Rules for the files that a stage refers to."""
 
-import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from pxr import Ar, Sdf, Tf, Usd, UsdVol
 
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.layer_files import clip_names
 from hairpipe.io.usd.stage import said
+from hairpipe.plain_file import special
 
 ABSOLUTE = re.compile(r"^(/|\\\\|[A-Za-z]:[/\\]|file:)")
-TEMPLATE = 100_000  # files of a template that are looked for
 CLASSES = {"levelSet": "level set", "fogVolume": "fog volume", "staggered": "staggered"}
 """Names of grid classes in USD, and in OpenVDB."""
 
@@ -55,7 +55,7 @@ def _named_by(layer: Sdf.Layer) -> Iterator[Asset]:
         spec = layer.GetObjectAtPath(path)
         if isinstance(spec, Sdf.PrimSpec):
             yield from (Asset(layer, str(path), name) for name in _composed(spec))
-            yield from (Asset(layer, str(path), name, data=True) for name in _clips(spec))
+            yield from (Asset(layer, str(path), name, data=True) for name in clip_names(spec))
         elif isinstance(spec, Sdf.AttributeSpec) and spec.typeName.scalarType == Sdf.ValueTypeNames.Asset:
             yield from _values(layer, spec)
 
@@ -64,32 +64,6 @@ def _composed(spec: Sdf.PrimSpec) -> Iterator[str]:
     """Name the files of references and payloads."""
     for arcs in (spec.referenceList, spec.payloadList):
         yield from (arc.assetPath for arc in arcs.GetAddedOrExplicitItems() if arc.assetPath)
-
-
-def _clips(spec: Sdf.PrimSpec) -> Iterator[str]:
-    """Name the files of value clips."""
-    for clips in (spec.GetInfo("clips") or {}).values():
-        if isinstance(clips, dict):
-            yield from _in_clips(clips)
-
-
-def _in_clips(clips: dict[str, Any]) -> Iterator[str]:
-    named = [*clips.get("assetPaths", ()), clips.get("manifestAssetPath")]
-    yield from (asset.path for asset in named if isinstance(asset, Sdf.AssetPath))
-    template = clips.get("templateAssetPath")
-    span = [clips.get("templateStartTime"), clips.get("templateEndTime"), clips.get("templateStride", 1.0)]
-    if isinstance(template, str) and all(isinstance(n, float) and math.isfinite(n) for n in span) and span[2] > 0:
-        yield from expand(template, *span)
-
-
-def expand(template: str, start: float, end: float, stride: float) -> Iterator[str]:
-    """Name the files of a template such as hair.####.usdc, which USD leaves out without a word if they are missing."""
-    hashes = re.search(r"(#+)(?:\.(#+))?", template)
-    if hashes:
-        whole, part = len(hashes[1]), len(hashes[2] or "")
-        width = whole + part + 1 if part else whole
-        for step in range(int(min((end - start) / stride + 1e-6, TEMPLATE)) + 1):
-            yield f"{template[: hashes.start()]}{start + step * stride:0{width}.{part}f}{template[hashes.end() :]}"
 
 
 def _values(layer: Sdf.Layer, spec: Sdf.AttributeSpec) -> Iterator[Asset]:
@@ -105,11 +79,14 @@ def missing_file(asset: Asset) -> Iterator[Fault]:
     """Find files that are not where they are said to be."""
     if not asset.file:
         yield Fault(asset.path, f"names {asset.name}, which is not there", asset.time)
+    elif kind := special(Path(asset.file.partition("[")[0])):
+        yield Fault(asset.path, f"names {asset.name}, which is {kind}", asset.time)
 
 
 def broken_layer(asset: Asset) -> Iterator[Fault]:
     """Find layers that are there but do not open."""
-    if asset.file and Sdf.FileFormat.FindByExtension(asset.file):
+    plain = asset.file and not special(Path(asset.file.partition("[")[0]))
+    if plain and Sdf.FileFormat.FindByExtension(asset.file):
         try:
             Sdf.Layer.FindOrOpen(asset.file)
         except Tf.ErrorException as error:

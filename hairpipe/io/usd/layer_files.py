@@ -1,0 +1,107 @@
+"""Files of a stage, found and checked before OpenUSD composes them: opening a pipe or a device may never return."""
+
+import math
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pxr import Ar, Sdf, Tf
+
+from hairpipe.errors import BadInput
+from hairpipe.plain_file import oddity
+
+TEMPLATE = 100_000  # files of a template that are looked for
+
+
+@dataclass(frozen=True)
+class Layers:
+    """What a stage is composed of.
+
+    open   layers; OpenUSD does not read them again while they are referred to
+    bytes  size of their files, and of those of value clips
+    """
+
+    open: list[Sdf.Layer]
+    bytes: int
+
+
+def find_layers(path: Path) -> Layers:
+    """Open all layers that a stage is composed of, and look for the files of its value clips.
+
+    Those that are missing or damaged are left to composition, which reports them.
+
+    Raises BadInput if one of them is not a regular file.
+    """
+    found, sizes, pending = list[Sdf.Layer](), dict[str, int](), [str(path)]
+    while pending:
+        file = pending.pop()
+        if file in sizes:
+            continue
+        sizes[file] = _plain_size(file, path)
+        layer = _open_layer(file)
+        if layer is not None:
+            found.append(layer)
+            pending += _files(layer, layer.GetCompositionAssetDependencies())
+            sizes |= {clip: _plain_size(clip, path) for clip in _files(layer, _clips_of(layer)) if clip not in sizes}
+    return Layers(found, sum(sizes.values()))
+
+
+def _clips_of(layer: Sdf.Layer) -> Iterator[str]:
+    paths: list[Sdf.Path] = []
+    layer.Traverse(Sdf.Path.absoluteRootPath, paths.append)
+    for path in paths:
+        spec = layer.GetObjectAtPath(path)
+        if isinstance(spec, Sdf.PrimSpec):
+            yield from clip_names(spec)
+
+
+def clip_names(spec: Sdf.PrimSpec) -> Iterator[str]:
+    """Name the files of the value clips of a prim."""
+    for clips in (spec.GetInfo("clips") or {}).values():
+        if isinstance(clips, dict):
+            yield from _in_clips(clips)
+
+
+def _in_clips(clips: dict[str, Any]) -> Iterator[str]:
+    named = [*clips.get("assetPaths", ()), clips.get("manifestAssetPath")]
+    yield from (asset.path for asset in named if isinstance(asset, Sdf.AssetPath))
+    template = clips.get("templateAssetPath")
+    span = [clips.get("templateStartTime"), clips.get("templateEndTime"), clips.get("templateStride", 1.0)]
+    if isinstance(template, str) and all(isinstance(n, float) and math.isfinite(n) for n in span) and span[2] > 0:
+        yield from expand(template, *span)
+
+
+def expand(template: str, start: float, end: float, stride: float) -> Iterator[str]:
+    """Name the files of a template such as hair.####.usdc, which USD leaves out without a word if they are missing."""
+    hashes = re.search(r"(#+)(?:\.(#+))?", template)
+    if hashes:
+        whole, part = len(hashes[1]), len(hashes[2] or "")
+        width = whole + part + 1 if part else whole
+        for step in range(int(min((end - start) / stride + 1e-6, TEMPLATE)) + 1):
+            yield f"{template[: hashes.start()]}{start + step * stride:0{width}.{part}f}{template[hashes.end() :]}"
+
+
+def _files(layer: Sdf.Layer, names: Iterable[str]) -> list[str]:
+    """Return the files of the names in a layer, packages for what is inside of them; without those that are missing."""
+    found = (Ar.GetResolver().Resolve(layer.ComputeAbsolutePath(name)).GetPathString() for name in names if name)
+    return [file.partition("[")[0] for file in found if file]
+
+
+def _plain_size(file: str, stage: Path) -> int:
+    try:
+        found = Path(file).stat()
+    except (OSError, ValueError):
+        return 0
+    if odd := oddity(found):
+        raise BadInput(f"refers to {Path(file).name}, which is {odd}", where=stage, right="layers that are files")
+    return found.st_size
+
+
+def _open_layer(file: str) -> Sdf.Layer | None:
+    """Open a layer; None where it is not one that OpenUSD reads."""
+    try:
+        return Sdf.Layer.FindOrOpen(file)
+    except (Tf.ErrorException, UnicodeDecodeError):
+        return None
