@@ -6,7 +6,6 @@ import shlex
 import shutil
 import textwrap
 import tomllib
-from pathlib import Path
 from types import SimpleNamespace
 
 import click
@@ -16,40 +15,15 @@ from hairpipe.cli.entry import commands
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.file.registry import Registry
 
-HOME = Path(__file__).resolve().parents[1]
-ROOMS = ("", "cache", "graphs", "hairpipe", "nodes", "tests")
-PAGES = [
-    HOME / "CONTRIBUTING.md",
-    *sorted(page for room in ROOMS for page in (HOME / room).glob("**/README.md" if room else "README.md")),
-]
+from .pages import FENCE, HOME, PAGES, SPAN, commands_of, name_of, prose_of
+
 MOST_LINES = 150
-FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-SPAN = re.compile(r"(?<!`)`([^`]+)`(?!`)")
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
-INDENTED = re.compile(r"(?:^|\n\n)((?: {4}.*\n)+)")
 HEAD = re.compile(r"commit (?:[0-9a-f]{7}\b[^;]*; machine [^;]+|and machine as in each row); command .+")
 MADE = re.compile(
     r"(?:hairpipe|nodes|graphs|tests|cache|\.ci)/[\w./*-]*|[\w.-]+(?:/[\w.*-]+)+\.(?:py|toml|md|bvh|webp)"
 )
 """A code span that names a path of the repository."""
-
-
-def name_of(page):
-    return page.relative_to(HOME).as_posix()
-
-
-def prose_of(page):
-    """Give a page without its fenced blocks."""
-    return FENCE.sub("", page.read_text(encoding="utf-8"))
-
-
-def commands_of(page):
-    """List the commands of a page: in code spans, and in lines of indented blocks up to two blanks."""
-    prose = prose_of(page)
-    blocks = [line.strip() for block in INDENTED.findall(prose) for line in block.splitlines()]
-    lines = [re.split(r" {2,}", line)[0] for line in blocks]
-    spans = [" ".join(span.split()) for span in SPAN.findall(INDENTED.sub("\n", prose))]
-    return [text for text in [*lines, *spans] if re.match(r"(?:hairpipe|make) ", text)]
 
 
 def paths_of(page):

@@ -1,0 +1,32 @@
+"""Reads the pages of the repository: their prose, and the commands that they name."""
+
+import re
+from pathlib import Path
+
+HOME = Path(__file__).resolve().parents[1]
+ROOMS = ("", "cache", "graphs", "hairpipe", "nodes", "tests")
+PAGES = [
+    HOME / "CONTRIBUTING.md",
+    *sorted(page for room in ROOMS for page in (HOME / room).glob("**/README.md" if room else "README.md")),
+]
+FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+SPAN = re.compile(r"(?<!`)`([^`]+)`(?!`)")
+INDENTED = re.compile(r"(?:^|\n\n)((?: {4}.*\n)+)")
+
+
+def name_of(page: Path) -> str:
+    return page.relative_to(HOME).as_posix()
+
+
+def prose_of(page: Path) -> str:
+    """Give a page without its fenced blocks."""
+    return FENCE.sub("", page.read_text(encoding="utf-8"))
+
+
+def commands_of(page: Path) -> list[str]:
+    """List the commands of a page: in code spans, and in lines of indented blocks up to two blanks."""
+    prose = prose_of(page)
+    blocks = [line.strip() for block in INDENTED.findall(prose) for line in block.splitlines()]
+    lines = [re.split(r" {2,}", line)[0] for line in blocks]
+    spans = [" ".join(span.split()) for span in SPAN.findall(INDENTED.sub("\n", prose))]
+    return [text for text in [*lines, *spans] if re.match(r"(?:hairpipe|make) ", text)]

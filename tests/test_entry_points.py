@@ -1,0 +1,147 @@
+"""Every command and every bench that a page names starts as a process, on a graph of toys or in a small size."""
+
+import http.client
+import os
+import shlex
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import click
+import pytest
+
+from hairpipe.cli.entry import commands
+
+from .page.conftest import write_shot
+from .pages import PAGES, commands_of
+
+WEDGE = '\n[wedge.feel]\naxes = { "hair.wave.height" = [0.03, 0.05] }\nshow = ["picture"]\n'
+STAGE = '#usda 1.0\n(\n    defaultPrim = "shot"\n    metersPerUnit = 1\n    upAxis = "Y"\n)\ndef Xform "shot"\n{\n}\n'
+MAIN = "from hairpipe.cli import main; main()"
+STARTED = {
+    "run": "run shot.toml -j1 -q",
+    "plan": "plan shot.toml --set hair.wave.height=0.01",
+    "report": "report shot.toml -o report",
+    "explain": "explain shot.toml hair@2",
+    "get": "get shot.toml reach@2 -o reach.csv",
+    "nodes": "nodes simulate_hair",
+    "trust": "trust nodes",
+    "usd check": "usd check stage.usda --json",
+    "cache du": "cache du",
+    "cache ls": "cache ls",
+    "cache verify": "cache verify",
+    "cache gc": "cache gc shot.toml --dry-run",
+    "wedge list": "wedge list shot.toml",
+    "wedge table": "wedge table shot.toml feel",
+    "wedge sheet": "wedge sheet shot.toml feel -o sheet.png",
+    "wedge promote": "wedge promote copy.toml feel height=0.05",
+    "tune": "tune shot.toml --node lag --tolerance 2mm",
+    "version": "version",
+    "graph": "graph shot.toml",
+    "bench core": "bench core",
+    "bench volume": "bench volume",
+    "bench picture": "bench picture",
+    "bench particles": "bench particles",
+    "bench faults": "bench faults",
+    "bench contact": "bench contact --segments 100 --between pairs",
+    "bench paper": "bench paper medium_straight --set groom.strands=24",
+    "bench promises": "bench promises --scenes 1",
+    "bench needs": "bench needs tune/short_slow --tolerance 3%",
+}
+"""The words of each command."""
+UNTUNABLE = "def tune(*_): raise it.Untunable('small')\nit.tune = tune"
+SMALL = {
+    "tune": """from hairpipe.tune import study, tuning
+def tune(*_): raise study.Interrupted
+tuning.tune = tune""",
+    "bench core": """from hairpipe.bench import core as it
+it.MODELS, it.measure_compilation = ("network",), lambda: 1.0
+it.measure_core.__defaults__ = it.Sizes(segments=4, cache=9, memory=17, triad=1 << 12, seconds=0.0),""",
+    "bench volume": """from hairpipe.bench import volume as it
+it.measure_volume.__defaults__ = it.Sizes(hairs=200, segments=6, every=2, seconds=0.0),""",
+    "bench picture": """from hairpipe.bench.pictures import picture as it
+it.measure_luminance = lambda *_: []
+it.measure_picture.__defaults__ = it.Sizes(hair=((60, 6), (30, 9)), times=2),""",
+    "bench particles": """from hairpipe.bench import particles as it
+it.measure_particles.__defaults__ = it.Sizes(counts=(150,), steps=(1, 2), settling=0, frames=1),""",
+    "bench contact": """from hairpipe.bench import contact as it
+roofs = it.measure_roofs(["float64"], [1], 1 << 12, 0.0)
+case = it.Case(100, "pairs", 200, 1.0, 1, 0.1, {"strands": 0.1}, 3)
+it.measure_contact = lambda say, sizes: it.Report(it.this_machine(), sizes, 10, roofs, [case])""",
+    "bench paper": """from hairpipe.bench import paper as it
+it.measure_scene = lambda say, name, *_: it.Row(name, 24, 1000, 1.0, 0.1, {"strands": 0.1}, 10**6, None)""",
+    "bench promises": f"from hairpipe.tune.scenes import promises as it\n{UNTUNABLE}",
+    "bench needs": f"from hairpipe.tune.scenes import needs as it\n{UNTUNABLE}",
+    "bench faults": """from hairpipe.bench import faults as it
+it.try_faults.__defaults__ = it.Trials(kills=0, damages=1, beside=0, modules=()),""",
+}
+"""Lines of Python that are carried out before, which make a command small: users have no option for it."""
+SHARED = """from contextlib import nullcontext
+from hairpipe.cli.commands import bench
+bench.kernels_of_its_own = nullcontext
+"""
+"""The same for all benches: what the tests have compiled is not compiled once more."""
+EXITS = {"tune": 130}  # it is interrupted before it measures
+
+
+def leaf_of(text: str) -> str | None:
+    """Give the words of a command without its arguments; None where only a group is named."""
+    _, *words = shlex.split(text, comments=True)
+    command, path = commands, []
+    while isinstance(command, click.Group) and words:
+        path.append(words.pop(0))
+        command = command.get_command(click.Context(command), path[-1])
+    return None if isinstance(command, click.Group) else " ".join(path)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A folder with a graph of toys that was run, a copy of it, and a USD file."""
+    folder = tmp_path_factory.mktemp("entry")
+    shot = write_shot(folder)
+    shot.write_text(shot.read_text() + WEDGE)
+    (folder / "copy.toml").write_text(shot.read_text())
+    (folder / "stage.usda").write_text(STAGE)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HAIRPIPE_TRUST", str(folder / "nodes"))
+        patch.setenv("HAIRPIPE_CACHE", str(folder / "cache"))
+        start(folder, "run shot.toml --wedge feel -j1 -q")
+        yield folder
+
+
+def start(folder: Path, words: str, before: str = "", code: int = 0) -> tuple[str, str]:
+    """Carry a command out in a process of its own, and give what it wrote to both streams."""
+    command = [sys.executable, "-c", f"{before}\n{MAIN}", *words.split()]
+    told = os.environ | {"NUMBA_NUM_THREADS": "1"}
+    done = subprocess.run(command, cwd=folder, env=told, capture_output=True, text=True)
+    assert done.returncode == code and "Traceback" not in done.stderr, done.stderr
+    return done.stdout, done.stderr
+
+
+def test_every_command_that_a_page_names_is_started():
+    named = {leaf_of(text) for page in PAGES for text in commands_of(page) if text.startswith("hairpipe ")}
+    assert named - {None} <= STARTED.keys() | {"view"}
+
+
+@pytest.mark.parametrize("path", STARTED)
+def test_it_starts_and_ends_well(path, folder):
+    before = SHARED * path.startswith("bench") + SMALL.get(path, "")
+    written = start(folder, STARTED[path], before, EXITS.get(path, 0))
+    assert any(written) or "-q" in STARTED[path]
+
+
+@pytest.mark.parametrize("wedge", ["", "--wedge feel"])
+def test_view_serves_its_page_until_it_is_interrupted(wedge, folder):
+    command = [sys.executable, "-c", MAIN, "view", "shot.toml", "--no-browser", *wedge.split()]
+    with subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        place = urlsplit(process.stdout.readline().split()[0])
+        connection = http.client.HTTPConnection(str(place.hostname), place.port, timeout=20)
+        connection.request("GET", f"{place.path}data/graph.js")
+        assert connection.getresponse().status == 200
+        connection.close()
+        process.send_signal(signal.SIGINT)
+        process.wait(20)
