@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from hairpipe.data import Mesh
+from hairpipe.graph.file.data_folder import data_folder
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.run.machine_code import claim_kernels, kernel_folder
 from hairpipe.graph.store.seal import guard_kernels
@@ -54,15 +55,13 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     items.sort(key=lambda item: places.get(item.path.relative_to(here).parts[0], len(places)))
 
 
-SHARED = Path(__file__).resolve().parents[2] / "shared" / "data"
-
-
 @pytest.fixture(scope="session")
 def shared() -> Path:
-    """Give the folder of third-party test data that lies beside the checkout and is not shipped."""
-    if not SHARED.is_dir():
-        pytest.skip("third-party test data absent: no ../shared/data beside the checkout")
-    return SHARED
+    """Give the folder of third-party data, which is not shipped; skipped where it is absent."""
+    folder = data_folder()
+    if folder is None or not folder.is_dir():
+        pytest.skip(f"third-party data absent: no {folder}; see `hairpipe data check`")
+    return folder
 
 
 def make_sphere(radius: float = 1.0, centre=(0.0, 0.0, 0.0), level: int = 4) -> Mesh:

@@ -1,7 +1,10 @@
-"""Reads the pages of the repository: their prose, and the commands that they name."""
+"""Reads pages: their prose, tables and commands; and the data that graphs name."""
 
 import re
+import tomllib
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 HOME = Path(__file__).resolve().parents[1]
 ROOMS = ("", "cache", "graphs", "hairpipe", "nodes", "tests")
@@ -30,3 +33,24 @@ def commands_of(page: Path) -> list[str]:
     lines = [re.split(r" {2,}", line)[0] for line in blocks]
     spans = [" ".join(span.split()) for span in SPAN.findall(INDENTED.sub("\n", prose))]
     return [text for text in [*lines, *spans] if re.match(r"(?:hairpipe|make) ", text)]
+
+
+def tables_of(page: Path) -> Iterator[tuple[str, list[str]]]:
+    """List the tables of a page: the paragraph before each, its rows without the head, and its first line."""
+    paragraphs = prose_of(page).split("\n\n")
+    for before, paragraph in zip(["", *paragraphs], paragraphs, strict=False):
+        if paragraph.lstrip("\n").startswith("|"):
+            yield before, paragraph.strip().splitlines()
+
+
+def data_of(graph: Path) -> set[str]:
+    """Name the third-party files that a graph file reads."""
+
+    def named(value: Any) -> Iterator[str]:
+        if isinstance(value, dict):
+            if value.keys() == {"data"} and isinstance(value["data"], str):
+                yield value["data"]
+            for inner in value.values():
+                yield from named(inner)
+
+    return set(named(tomllib.loads(graph.read_text(encoding="utf-8"))))

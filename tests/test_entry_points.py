@@ -29,6 +29,7 @@ STARTED = {
     "get": "get shot.toml reach@2 -o reach.csv",
     "nodes": "nodes simulate_hair",
     "trust": "trust nodes",
+    "data check": "data check --json",
     "usd check": "usd check stage.usda --json",
     "cache du": "cache du",
     "cache ls": "cache ls",
@@ -84,7 +85,8 @@ from hairpipe.cli.commands import bench
 bench.kernels_of_its_own = nullcontext
 """
 """The same for all benches: what the tests have compiled is not compiled once more."""
-EXITS = {"tune": 130}  # it is interrupted before it measures
+EXITS = {"tune": 130, "data check": 1}
+"""Exit codes: tuning is interrupted before it measures, and the data folder is empty."""
 
 
 def leaf_of(text: str) -> str | None:
@@ -108,6 +110,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("HAIRPIPE_TRUST", str(folder / "nodes"))
         patch.setenv("HAIRPIPE_CACHE", str(folder / "cache"))
+        patch.setenv("HAIRPIPE_DATA", str(folder / "data"))
         start(folder, "run shot.toml --wedge feel -j1 -q")
         yield folder
 

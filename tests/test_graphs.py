@@ -1,5 +1,6 @@
 """Laws for every graph file in the house."""
 
+import tomllib
 from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import replace
@@ -22,6 +23,8 @@ from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 from hairpipe.levelset.sample import Field, distance, field_of
 
+from .pages import data_of
+
 HOME = Path(__file__).resolve().parents[1]
 OUT = HOME / "out"
 GRAPHS = sorted((HOME / "graphs").rglob("*.toml"))
@@ -31,15 +34,10 @@ def name_of(path: Path) -> str:
     return path.relative_to(HOME / "graphs").as_posix()
 
 
-def is_foreign(path: Path) -> bool:
-    """Whether a graph reads third-party data."""
-    return "shared/data" in path.read_text(encoding="utf-8")
-
-
 @pytest.fixture(params=GRAPHS, ids=name_of)
 def graph(request: pytest.FixtureRequest) -> Graph:
     """Each graph in turn; those that read third-party data are left out where that is absent."""
-    if is_foreign(request.param):
+    if data_of(request.param):
         request.getfixturevalue("shared")
     return load_graph(request.param)
 
@@ -139,8 +137,8 @@ def groups() -> dict[str, list[Path]]:
     """
     alike: dict[tuple, list[Path]] = defaultdict(list)
     for path in GRAPHS:
-        graph = load_graph(path)
-        alike[path.parent, graph.frames[0], graph.fps, is_foreign(path)].append(path)
+        header = tomllib.loads(path.read_text(encoding="utf-8"))  # no file that it reads need be there
+        alike[path.parent, header["frames"][0], header["fps"], bool(data_of(path))].append(path)
     chunks = [paths[k : k + MOST] for paths in alike.values() for k in range(0, len(paths), MOST)]
     return {f"{name_of(chunk[0])} and {len(chunk) - 1} more": chunk for chunk in chunks}
 
@@ -151,7 +149,7 @@ GROUPS = groups()
 @pytest.fixture(params=GROUPS.values(), ids=list(GROUPS))
 def group(request: pytest.FixtureRequest) -> list[Path]:
     """Each group in turn; those that read third-party data are left out where that is absent."""
-    if any(map(is_foreign, request.param)):
+    if any(map(data_of, request.param)):
         request.getfixturevalue("shared")
     return request.param
 

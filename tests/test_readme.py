@@ -15,7 +15,7 @@ from hairpipe.cli.entry import commands
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.file.registry import Registry
 
-from .pages import FENCE, HOME, PAGES, SPAN, commands_of, name_of, prose_of
+from .pages import FENCE, HOME, PAGES, SPAN, commands_of, data_of, name_of, prose_of, tables_of
 
 MOST_LINES = 150
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
@@ -37,14 +37,6 @@ def anchors_of(page):
     """List the anchors of a page, as its headings make them."""
     headings = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
-
-
-def tables_of(page):
-    """List the tables of a page: the paragraph before each, its rows without the head, and its first line."""
-    paragraphs = prose_of(page).split("\n\n")
-    for before, paragraph in zip(["", *paragraphs], paragraphs, strict=False):
-        if paragraph.lstrip("\n").startswith("|"):
-            yield before, paragraph.strip().splitlines()
 
 
 def has_figures(rows):
@@ -77,7 +69,7 @@ def check_graph(params, overrides):
     target = params.get("target") or SimpleNamespace(node=None, output=None)
     named = {*params.get("to", ()), *filter(None, (params.get("node"), target.node))}
     assert named <= nodes.keys()
-    if "shared/data" not in path.read_text(encoding="utf-8"):
+    if not data_of(path):
         graph = load_graph(path, overrides)
         assert not target.output or target.output in graph.nodes[target.node].type.outputs
 

@@ -33,6 +33,7 @@ COMMANDS = (
     "cache",
     "trust",
     "usd",
+    "data",
     "bench",
     "version",
 )

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.file.data_folder import RIGHT, is_data, located
 from hairpipe.graph.file.edges import connect, read_edges
 from hairpipe.graph.file.frameset import MOST_FRAMES
 from hairpipe.graph.file.graph import FRAME_MARK, Graph, Node, project_of
@@ -131,6 +132,7 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Regis
         return f"{text.place(name, names)} {type_name}"
 
     given = {key: value for key, value in table.items() if key not in RESERVED}
+    given = located(fields_of(node_type), given, place)
     settings = check_settings(node_type, given, place)
     map_files(fields_of(node_type), settings, lambda dotted, file: check_file(text, name, node_type, dotted, file))
     edges = read_edges(table.get("in", {}), node_type, place)
@@ -142,7 +144,7 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Regis
 def check_file(text: GraphText, node: str, node_type: NodeType, dotted: str, file: str) -> None:
     """Check that a setting names a file that is there, of a format that is read."""
     path, names = text.path.parent / file, dotted.split(".")
-    field, right = field_at(node_type, names), f"a file, relative to {text.path.parent}"
+    field, right = field_at(node_type, names), RIGHT if is_data(file) else f"a file, relative to {text.path.parent}"
     try:
         kind = special(path)
         fault = f"is {kind}" if kind else None if path.is_file() else "is a folder" if path.is_dir() else "is not there"

@@ -1,0 +1,65 @@
+"""Files of the data folder, which the environment or the place of the checkout names, and no graph."""
+
+from pathlib import Path
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graph.file import data_folder as room
+from hairpipe.graph.file.load import load_graph
+
+GRAPH = """schema = 1
+frames = [1, 2]
+fps = 24
+[body]
+type = "load_body"
+file{}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A data folder with one file."""
+    monkeypatch.setenv("HAIRPIPE_DATA", str(tmp_path / "data"))
+    (tmp_path / "data" / "bodies").mkdir(parents=True)
+    (tmp_path / "data" / "bodies" / "a.obj").write_text("v 0 0 0\n")
+    return tmp_path
+
+
+def load(folder: Path, file: str):
+    (folder / "shot.toml").write_text(GRAPH.format(file))
+    return load_graph(folder / "shot.toml")
+
+
+def test_a_file_of_the_data_folder_is_found_by_its_name(folder):
+    graph = load(folder, '.data = "bodies/a.obj"')
+    assert graph.settings(graph.nodes["body"])["file"] == str(folder / "data" / "bodies" / "a.obj")
+    other = load_graph(folder / "shot.toml", {"body.file": "data/bodies/a.obj"})
+    assert other.file(other.nodes["body"].settings["file"]) == folder / "data" / "bodies" / "a.obj"
+
+
+def test_a_missing_file_points_to_the_check(folder):
+    with pytest.raises(BadInput, match=r"shot.toml:6.*b\.obj' is not there \(.*HAIRPIPE_DATA.*hairpipe data check"):
+        load(folder, '.data = "bodies/b.obj"')
+
+
+@pytest.mark.parametrize("name", ['"../a.obj"', '"/etc/a.obj"', "3", '{ data = "a.obj" }'])
+def test_a_name_that_leads_elsewhere_is_refused(folder, name):
+    with pytest.raises(BadInput, match=r"file\.data = .* leads out of the data folder"):
+        load(folder, f".data = {name}")
+
+
+def test_other_tables_are_no_files(folder):
+    with pytest.raises(BadInput, match="file = "):
+        load(folder, '= { data = "bodies/a.obj", unit = 1 }')
+
+
+def test_without_the_variable_it_lies_next_to_the_checkout(monkeypatch, tmp_path):
+    monkeypatch.delenv("HAIRPIPE_DATA", raising=False)
+    home = Path(__file__).resolve().parents[3]
+    assert room.data_folder() == home.parent / "shared" / "data"
+    installed = tmp_path / "site-packages" / "hairpipe" / "__init__.py"
+    monkeypatch.setattr(room.hairpipe, "__file__", str(installed))
+    assert room.data_folder() is None
+    with pytest.raises(BadInput, match="HAIRPIPE_DATA is not set"):
+        load(tmp_path, '.data = "bodies/a.obj"')
