@@ -13,7 +13,7 @@ import click
 
 from hairpipe.api.formatting import duration, plural, size, table
 from hairpipe.cli import options
-from hairpipe.cli.commands.promises import needs, promises
+from hairpipe.cli.promises import needs, promises
 from hairpipe.cli.stderr import say
 
 if TYPE_CHECKING:
