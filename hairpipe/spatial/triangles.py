@@ -32,7 +32,8 @@ def site_uv(mesh: Mesh, sites: Sites) -> np.ndarray:
 
 def blend_corners(corners: np.ndarray, sites: Sites) -> np.ndarray:
     """Return values at sites from those at the three corners of their triangles, (k, 3, ...) to (k, ...)."""
-    return np.einsum("kc,kc...->k...", sites.barycentrics, corners)
+    q, s, r = sites.barycentrics.T.reshape(3, -1, *[1] * (corners.ndim - 2))
+    return q * corners[:, 0] + s * corners[:, 1] + r * corners[:, 2]
 
 
 def area_vectors(mesh: Mesh) -> np.ndarray:

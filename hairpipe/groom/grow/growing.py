@@ -13,7 +13,8 @@ from hairpipe.groom.cutting import Cut, fitting
 from hairpipe.groom.grow.closing import closed
 from hairpipe.groom.grow.curling import wind
 from hairpipe.groom.grow.paint import Canvas, vertex_coat
-from hairpipe.groom.grow.seeding import Density, seed_roots
+from hairpipe.groom.grow.rounding import Density, rounded_mesh
+from hairpipe.groom.grow.seeding import seed_roots
 from hairpipe.groom.grow.strand_axis import keep_out, lay, lift_off
 from hairpipe.groom.grow.strand_layout import GAP, Layout, lay_out
 from hairpipe.groom.grow.style import Paint, Style
@@ -43,7 +44,7 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
     """
     mesh = canvas.body.mesh
     sites = seed_roots(mesh, scalp_density(canvas, density), strands, stream(canvas.seed, "roots"))
-    order = morton_order(site_points(mesh, sites))
+    order = morton_order(site_points(rounded_mesh(mesh), sites))
     sites = Sites(*(array[order] for array in sites))
     frames = root_frames(mesh.points, mesh.triangles, *sites)
     layout = lay_out(canvas, style, sites, frames)

@@ -2,10 +2,11 @@
 
 Source: G. Turk, Re-tiling polygonal surfaces, SIGGRAPH 1992: points placed by area push each other apart.
 We differ from the paper: the points follow a density, each with a reach of its own, r_i ~ (density_i)^(-1/2); and all
-move at once, so that the result does not depend on an order or on the number of threads.
+move at once, so that the result does not depend on an order or on the number of threads. Mesh and density are rounded
+first, so that it does not depend on errors of rounding either: see `rounding.py`.
 """
 
-from collections.abc import Callable
+import math
 
 import numpy as np
 
@@ -13,9 +14,8 @@ from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.groom.grow.geodesic import Terrain, survey, walk_all
 from hairpipe.groom.grow.point_repulsion import repulsion, sort_into_cells
+from hairpipe.groom.grow.rounding import Density, rounded_density, rounded_mesh
 from hairpipe.spatial.triangles import Sites, area_vectors, site_points, unit_normals
-
-Density = Callable[[Sites], np.ndarray]
 
 SAMPLES = 16  # of the density in each triangle
 HEXAGON = 2.0 / np.sqrt(3.0)  # spacing^2 x points per area of a hexagonal packing
@@ -31,37 +31,44 @@ def seed_roots(mesh: Mesh, density: Density, count: int, random: np.random.Gener
     density  relative number of roots per area at sites, (k,) >= 0; no root is placed where it is zero
     Raise BadInput where the density is zero everywhere.
     """
-    samples, weights = sample_triangles(mesh, density, random)
-    mass = weights.sum(axis=1)
-    if not mass.sum() > 0.0:
+    mesh = rounded_mesh(mesh)
+    samples = draw_sites(np.arange(len(mesh.triangles)), random)
+    density = rounded_density(density, float(density(samples).max(initial=0.0)))
+    values = density(samples).reshape(-1, SAMPLES)
+    mass = np.linalg.norm(area_vectors(mesh), axis=1) * values.sum(axis=1) / SAMPLES
+    if not mass.any():
         raise BadInput("hair grows nowhere: the density is zero everywhere", right="paint some of the scalp")
-    sites = choose(density, samples, weights, count, random)
+    sites = choose(density, samples, values, mass, count, random)
     return spread(mesh, density, sites, mass)
 
 
-def sample_triangles(mesh: Mesh, density: Density, random: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-    """Return barycentrics of random places in every triangle, (m, SAMPLES, 3), and density x area at each."""
-    areas = np.linalg.norm(area_vectors(mesh), axis=1)
-    places = random.dirichlet((1.0, 1.0, 1.0), size=(len(areas), SAMPLES))
-    triangles = np.repeat(np.arange(len(areas), dtype=np.int32), SAMPLES)
-    values = density(Sites(triangles, places.reshape(-1, 3))).reshape(-1, SAMPLES)
-    return places, values * areas[:, None] / SAMPLES
+def draw_sites(triangles: np.ndarray, random: np.random.Generator) -> Sites:
+    """Return SAMPLES random places in each of some triangles, (k,), one triangle after another, (SAMPLES k,)."""
+    across, along = random.random((2, len(triangles) * SAMPLES))
+    across = np.sqrt(across)
+    barycentrics = np.stack([1.0 - across, across * (1.0 - along), across * along], axis=1)
+    return Sites(np.repeat(triangles, SAMPLES).astype(np.int32), barycentrics)
 
 
 def choose(
-    density: Density, samples: np.ndarray, weights: np.ndarray, count: int, random: np.random.Generator
+    density: Density, samples: Sites, values: np.ndarray, mass: np.ndarray, count: int, random: np.random.Generator
 ) -> Sites:
-    """Return count sites, stratified by the cumulative weight of the triangles and at random places within them."""
-    cumulative = np.cumsum(weights.sum(axis=1))
+    """Return count sites, stratified by the cumulative mass of the triangles and at random places within them.
+
+    values  density at the samples of every triangle, (m, SAMPLES), one of which is taken where new ones find none
+    mass    density x area of every triangle, (m,)
+    """
+    cumulative = np.cumsum(mass)
     levels = (np.arange(count) + random.random(count)) / count * cumulative[-1]
-    triangles = np.searchsorted(cumulative, levels, side="right").astype(np.int32)
-    places = random.dirichlet((1.0, 1.0, 1.0), size=(count, SAMPLES))
-    values = density(Sites(np.repeat(triangles, SAMPLES), places.reshape(-1, 3))).reshape(-1, SAMPLES)
-    barren = ~values.any(axis=1)
-    places[barren], values[barren] = samples[triangles[barren]], weights[triangles[barren]]
-    shares = np.cumsum(values, axis=1)
+    triangles = np.searchsorted(cumulative, levels, side="right")
+    drawn = draw_sites(triangles, random)
+    places, known = (sites.barycentrics.reshape(-1, SAMPLES, 3) for sites in (drawn, samples))
+    found = density(drawn).reshape(-1, SAMPLES)
+    barren = ~found.any(axis=1)
+    places[barren], found[barren] = known[triangles[barren]], values[triangles[barren]]
+    shares = np.cumsum(found, axis=1)
     picks = np.sum(shares <= random.random(count)[:, None] * shares[:, -1:], axis=1)
-    return Sites(triangles, places[np.arange(count), picks])
+    return Sites(triangles.astype(np.int32), places[np.arange(count), picks])
 
 
 def spread(mesh: Mesh, density: Density, sites: Sites, mass: np.ndarray) -> Sites:
@@ -73,10 +80,11 @@ def spread(mesh: Mesh, density: Density, sites: Sites, mass: np.ndarray) -> Site
     mass  density x area of every triangle, (m,)
     """
     terrain, normals = survey(mesh, mass > 0.0), unit_normals(mesh)
-    area = np.linalg.norm(area_vectors(mesh)[mass > 0.0], axis=1).sum()
-    spacing = np.sqrt(HEXAGON * area / len(sites.triangles))
-    mean_density = mass.sum() / area
-    for mean_reach in np.linspace(WIDE, CLOSE, SWEEPS) * spacing:
+    area = math.fsum(np.linalg.norm(area_vectors(mesh)[mass > 0.0], axis=1))
+    spacing = math.sqrt(HEXAGON * area / len(sites.triangles))
+    mean_density = math.fsum(mass) / area
+    for sweep in range(SWEEPS):
+        mean_reach = spacing * (WIDE + (CLOSE - WIDE) * sweep / (SWEEPS - 1))
         reach = mean_reach * np.minimum(np.sqrt(mean_density / density(sites)), LARGEST_REACH)
         points, facing = site_points(mesh, sites), normals[sites.triangles]
         forces = repulsion(points, facing, reach, sort_into_cells(points, mean_reach, reach.max()))
