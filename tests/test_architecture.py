@@ -17,7 +17,7 @@ TESTS = sorted((HOME / "tests").rglob("*.py"))
 PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name == "__init__.py")
 
 ORDER = (
-    *("errors", "units", "plain_file", "child"),  # what everything may need
+    *("errors", "units", "plain_file", "child", "processor"),  # what everything may need
     *("kernels", "data", "spatial", "volume", "body", "levelset", "groom", "scripted_ends"),
     *("sim", "particles", "table", "measure", "studies"),
 )
@@ -36,7 +36,7 @@ WITHIN = {
     "studies": "theory accuracy integrators interpolation contact",
 }
 """The same within a room, for its folders and files: one imports from itself and from those before it."""
-BASE = {"errors", "units", "plain_file", "child", "data"}
+BASE = {"errors", "units", "plain_file", "child", "processor", "data"}
 PURE = {
     "graph.node.messages",  # names what is wrong, on one line
     "graph.file.overrides",  # edits tables of a graph file
@@ -50,7 +50,7 @@ ROOMS = {
     "render": {*BASE, "spatial", "volume", "groom"},
     "chart": BASE,
     "io": {*BASE, "spatial"},
-    "graph": {"errors", "units", "child", "plain_file"},
+    "graph": {"errors", "units", "child", "plain_file", "processor"},
     "api": {"data", "errors", "graph", "graphs", "io", "plain_file"},
     "__init__": {"api", "errors"},
     "bench": {*ORDER, "render", "graph"},
@@ -68,6 +68,7 @@ ROOMS = {
         "levelset.vdb_header",
         "page",
         "plain_file",
+        "processor",
         "tune",
         "wedge",
         "graph.File",

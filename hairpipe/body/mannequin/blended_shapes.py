@@ -117,7 +117,7 @@ def _evaluate_chunk(strokes: tuple[Stroke, ...], points: np.ndarray) -> np.ndarr
 def smooth_min(a: np.ndarray, b: np.ndarray, width: float) -> np.ndarray:
     """Return the minimum of two fields, rounded with continuous curvature where they differ by < `width` [m]."""
     overlap = np.maximum(width - np.abs(a - b), 0.0) / width
-    return np.minimum(a, b) - overlap**3 * (width / 6.0)
+    return np.minimum(a, b) - overlap * overlap * overlap * (width / 6.0)
 
 
 def smooth_max(a: np.ndarray, b: np.ndarray, width: float) -> np.ndarray:

@@ -84,8 +84,9 @@ def outputs(record: "Record", thinned: frozenset[str]) -> list[tuple[str, str, s
 def evaluated(record: "Record") -> str:
     """Write when a result was computed, in how long, and with which warnings."""
     when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.created))
+    on = f" on {record.processor_class}" if record.processor_class else ""
     return "\n".join(
-        [f"computed {when} in {duration(record.seconds)}", *(one_line(f"warning: {w}") for w in record.warnings)]
+        [f"computed {when} in {duration(record.seconds)}{on}", *(one_line(f"warning: {w}") for w in record.warnings)]
     )
 
 
@@ -102,5 +103,6 @@ def document(found: "Explanation") -> dict[str, Any]:
         else None,
         "seconds": record.seconds if record else None,
         "created": record.created if record else None,
+        "processor_class": record.processor_class if record else None,
         "warnings": list(record.warnings) if record else [],
     }

@@ -10,6 +10,7 @@ import click
 from hairpipe import __version__
 from hairpipe.api.formatting import table
 from hairpipe.cli import options
+from hairpipe.processor import processor_class
 
 DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "usd-core", "h5py": "h5py"}
 
@@ -17,10 +18,10 @@ DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "u
 @click.command()
 @options.as_json
 def version(as_json: bool) -> None:
-    """Print versions and the number of cores."""
+    """Print versions, the number of cores and the class of the processor."""
     found: dict[str, str | int | None] = {"hairpipe": __version__, "python": platform.python_version()}
     found |= {name: version_of(distribution) for name, distribution in DISTRIBUTIONS.items()}
-    found["threads"] = os.cpu_count()
+    found |= {"threads": os.cpu_count(), "class": processor_class()}
     if as_json:
         click.echo(json.dumps(found, indent=2))
     else:

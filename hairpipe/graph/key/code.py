@@ -3,7 +3,8 @@
 Imports inside functions count; comments, docstrings and layout do not. A module counts whole, with all that it imports:
 `from package import name` leads to the package, and to the module of that name where there is one; `import
 package.module` leads to both. So a package that re-exports what it gathers makes its users depend on all of it. The
-engine itself does not count: it promises not to change values.
+engine itself does not count: it promises not to change values. What does is the class of the processor, since the last
+bits of results depend on it.
 """
 
 import importlib.metadata
@@ -24,6 +25,7 @@ from hairpipe.graph.key.source import FORMAT, STAR, Source, noted_source, read_s
 from hairpipe.graph.node.import_paths import HOUSE, enter, find_spec, is_namespace, leads_to
 from hairpipe.graph.store.digest import digest, digest_bytes
 from hairpipe.graph.store.fingerprint import is_changed, is_settled, stamp_of
+from hairpipe.processor import processor_class
 
 ENGINE = ("hairpipe.graph", "hairpipe.api")
 """The engine, and the interface to it."""
@@ -71,6 +73,7 @@ class CodeReader:
         first_party, foreign = self._closure(module)
         parts = {name: source.digest for name in first_party if (source := self._source(name)) is not None}
         parts |= {f"{name} (version)": version(name) for name in sorted({*ALWAYS, *foreign})}
+        parts["processor (class)"] = processor_class()
         return Code(digest("code", parts), parts)
 
     def kernel_sources(self, module: str) -> dict[str, str]:

@@ -60,15 +60,16 @@ def frames(old: dict[int, str], new: dict[int, str]) -> str:
 
 
 def code(old: dict[str, str], new: dict[str, str]) -> Iterator[str]:
-    """Name the modules and versions that differ; only "code" where those of the old digest are unknown."""
+    """Name the modules, versions and class of processor that differ; only "code" where the old ones are unknown."""
     if not old:
         yield "code"
         return
     for name in sorted(old.keys() | new.keys()):
         if old.get(name) == new.get(name):
             continue
-        if name.endswith(" (version)"):
-            yield f"version of {name.removesuffix(' (version)')} {old.get(name)} -> {new.get(name)}"
+        what, _, kind = name.removesuffix(")").partition(" (")
+        if kind:
+            yield f"{kind} of {what} {old.get(name, 'unknown')} -> {new.get(name, 'unknown')}"
         else:
             yield f"code {name}" + (" (new)" if name not in old else " (no longer used)" if name not in new else "")
 

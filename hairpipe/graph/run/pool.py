@@ -21,6 +21,7 @@ from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.machine_code import claim_kernels, clear_kernels, kernel_folder, kernel_sources, kernels_parent
 from hairpipe.graph.store.fingerprint import is_changed
+from hairpipe.processor import class_settings, processor_class
 
 WorkerKind = Literal["serial", "parallel"]
 """A serial worker computes on one thread, next to others; the parallel one uses all threads for the critical path."""
@@ -70,7 +71,8 @@ class Member:
 class Pool:
     """Up to `jobs` serial workers, and a parallel one with `jobs` threads.
 
-    hello     first message to each worker: store, codec, folder of node types, stamps of the sources behind the keys
+    hello     first message to each worker: store, codec, folder of node types, class of the processor, stamps of the
+              sources behind the keys
     nodes     modules of the node types that they will load
     reader    of the sources
     kernels   folder for compiled kernels; None before it is needed
@@ -89,6 +91,7 @@ class Pool:
         spare: list[Member] | None = None,
     ) -> None:
         self.hello = {"store": str(store), "codec": codec, "folder": str(folder), "memory": MEMORY}
+        self.hello["processor_class"] = processor_class()
         self.hello["sources"] = reader.stamps
         self.jobs, self.nodes, self.reader, self.spare = jobs, sorted(set(nodes)), reader, spare
         self.kernels: Path | None = None
@@ -206,6 +209,10 @@ def interrupts_blocked() -> Iterator[None]:
 
 
 def environment(threads: int, kernels: Path) -> dict[str, str]:
-    """Environment of a worker: numba on these threads, linear algebra on one, since its sums depend on their number."""
+    """Environment of a worker: numba on these threads, linear algebra on one, since its sums depend on their number.
+
+    All of it is kept to the class of the processor, whose results are equal to the bit.
+    """
     single = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
-    return child.environment() | single | {"NUMBA_NUM_THREADS": str(threads), "NUMBA_CACHE_DIR": str(kernels)}
+    single |= {"NUMBA_NUM_THREADS": str(threads), "NUMBA_CACHE_DIR": str(kernels)}
+    return child.environment() | class_settings() | single

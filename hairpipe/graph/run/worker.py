@@ -34,6 +34,7 @@ from hairpipe.graph.store.record import Output, Record
 from hairpipe.graph.store.seal import guard_kernels, removed
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values, codec_named, is_full
+from hairpipe.processor import processor_class
 
 _M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4
 """Parameters of mallopt(3)."""
@@ -51,6 +52,7 @@ class Worker:
         self.values = Values(self.store, codec_named(hello["codec"]), hello["memory"])
         self.preparations = Preparations()
         self.is_orphan = is_orphan
+        self.processor_class = hello["processor_class"]
         self._unchecked: dict[str, list[int]] = hello["sources"]
         self._checked: set[str] = set()
 
@@ -65,7 +67,9 @@ class Worker:
         return reply | {"healed": len(removed())}
 
     def evaluate(self, job: Job) -> Record:
-        """Evaluate a job and add its record to the store."""
+        """Evaluate a job and add its record to the store; BadInput where the processor is of another class."""
+        if (own := processor_class()) != self.processor_class:
+            raise BadInput(f"the processor of the worker is of class {own}", right=self.processor_class)
         node_type = self.registry.find(job["type"])
         with workspace(self.store.temporary) if node_type.asks_workspace else nullcontext() as folder:
             when = Time(job["time"]["frame"], job["time"]["fps"])
@@ -96,6 +100,7 @@ class Worker:
             prepare_warnings=prepared.warnings,
             created=time.time(),
             processor=processor,
+            processor_class=self.processor_class,
         )
         if self.is_orphan():
             raise SystemExit(1)

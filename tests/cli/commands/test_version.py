@@ -7,6 +7,7 @@ import numpy as np
 
 from hairpipe import __version__
 from hairpipe.cli.commands.version import version_of
+from hairpipe.processor import processor_class
 
 
 def test_a_document_names_all_that_matters(hairpipe):
@@ -15,6 +16,7 @@ def test_a_document_names_all_that_matters(hairpipe):
     assert found["python"] == platform.python_version()
     assert found["numpy"] == np.__version__
     assert found["threads"] >= 1
+    assert found["class"] == processor_class()
     assert {"numba", "usd", "h5py"} <= found.keys()
 
 

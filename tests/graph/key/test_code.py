@@ -40,7 +40,7 @@ def code_of(module):
 
 
 def modules(name):
-    return {part for part in code_of(name).parts if not part.endswith(" (version)")}
+    return {part for part in code_of(name).parts if not part.endswith(")")}
 
 
 def test_modules_count_with_all_that_they_import(shop):
@@ -130,6 +130,12 @@ def test_versions_of_the_numeric_libraries_count(shop, monkeypatch):
     monkeypatch.setattr(code, "version", lambda name: "9.9" if name == "numba" else "1")
     assert code_of("shop.milk").digest != before
     assert {"numpy (version)", "scipy (version)", "numba (version)"} <= code_of("shop.milk").parts.keys()
+
+
+def test_the_class_of_the_processor_counts(shop, monkeypatch):
+    before = code_of("shop.milk").digest
+    monkeypatch.setattr(code, "processor_class", lambda: "z80")
+    assert code_of("shop.milk").digest != before and code_of("shop.milk").parts["processor (class)"] == "z80"
 
 
 @pytest.fixture

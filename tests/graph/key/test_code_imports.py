@@ -23,7 +23,7 @@ def write(tmp_path, monkeypatch):
 
 def modules(name="bake", folder=None):
     parts = CodeReader(lambda name, make: make(), folder).code_of(name).parts
-    return {part for part in parts if not part.endswith(" (version)")} - {name}
+    return {part for part in parts if not part.endswith(")")} - {name}
 
 
 @pytest.mark.parametrize(

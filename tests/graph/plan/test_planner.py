@@ -3,8 +3,10 @@
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.graph.key import code
 from hairpipe.graph.plan.planner import explain
 from hairpipe.graph.plan.tasks import Task
+from hairpipe.processor import processor_class
 
 
 def snapshot(folder):
@@ -111,3 +113,11 @@ def test_explain_gives_every_difference_and_the_key(shot):
 def test_a_change_that_only_its_bits_show_has_a_reason_too(shot):
     shot.run(move__step=0.0)
     assert shot.plan(move__step=-0.0)["move@1"].reason == "setting step 0.0 -> -0.0"
+
+
+def test_results_of_another_class_of_processor_are_no_hits(shot, monkeypatch):
+    shot.run()
+    before = processor_class()
+    monkeypatch.setattr(code, "processor_class", lambda: "z80")
+    planned = shot.plan()["seed"]
+    assert (planned.status, planned.reason) == ("run", f"class of processor {before} -> z80")

@@ -7,6 +7,10 @@ import sys
 
 import pytest
 
+from hairpipe.graph.plan.planner import explain
+from hairpipe.graph.plan.tasks import Task
+from hairpipe.processor import processor_class
+
 ROUNDS = """
 import resource
 from hairpipe.graph.run.worker import keep_freed
@@ -61,3 +65,16 @@ def test_processor_seconds_of_children_count(shot):
     if not parts:"""
     shot.edit("write_list.py", "    if not parts:", child)
     assert 0.5 < shot.run().processor["list"] < 5.0
+
+
+def test_a_worker_on_a_processor_of_another_class_evaluates_nothing(shot, monkeypatch):
+    monkeypatch.setattr("hairpipe.graph.run.pool.processor_class", lambda: "z80")
+    (failure,) = shot.run(to=["seed"]).failures
+    assert failure.message.startswith("the processor of the worker is of class") and "(z80)" in failure.message
+    assert not shot.tally()
+
+
+def test_a_record_names_the_class_of_the_processor(shot):
+    shot.run(to=["seed"])
+    record = explain(shot.load(), shot.store, Task("seed", None)).record
+    assert record is not None and record.processor_class == processor_class()
