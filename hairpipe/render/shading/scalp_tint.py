@@ -7,21 +7,39 @@ from hairpipe.render.shadows import CELLS, add, look_up_all
 
 REACH = 0.012
 """Edge of the cells that roots are counted in: the softness of the hairline [m]."""
+NEIGHBOURS = 4
 
 
 def hair_share(points: np.ndarray, roots: np.ndarray, axes: np.ndarray) -> np.ndarray:
-    """Say how densely roots stand on the skin, 1 where as densely as usual, 0 where there are none, (n,) float64.
+    """Return the density of roots on the skin over the usual one, at most 1, (n,) float64.
+
+    Few strands do not cover the skin: in cells of REACH each root would be a spot. Cells grow with the distance of roots,
+    and the share falls with their area.
 
     points  of the skin [m], (n, 3) float64
     roots   [m], (S, 3) float64
     axes    of the cells, rows of a rotation, (3, 3)
     """
-    shift = CELLS / 2 - axes @ roots.mean(axis=0) / REACH
-    to_cells = np.column_stack([axes / REACH, shift])
+    edge = max(REACH, spacing(roots))
+    shift = CELLS / 2 - axes @ roots.mean(axis=0) / edge
+    to_cells = np.column_stack([axes / edge, shift])
     counts = np.zeros((CELLS, CELLS, CELLS), np.float32)
     count(counts, roots @ to_cells[:, :3].T + shift)
     usual = np.median(look_up_all(counts, to_cells, roots))
-    return np.clip(look_up_all(counts, to_cells, points) / max(usual, 1e-6), 0.0, 1.0)
+    return (REACH / edge) ** 2 * np.clip(look_up_all(counts, to_cells, points) / max(usual, 1e-6), 0.0, 1.0)
+
+
+def spacing(roots: np.ndarray) -> float:
+    """Return the edge of the square that a root has for itself on the skin [m], (S, 3); infinity for a single root.
+
+    The disc around a root that reaches its k-th neighbour has the area of k such squares.
+    """
+    from scipy.spatial import KDTree  # here: a node that names this function is read without it
+
+    distances, _ = KDTree(roots).query(roots, 1 + NEIGHBOURS)
+    known = np.isfinite(distances).sum(axis=1) - 1
+    farthest = distances[np.arange(len(roots)), known]
+    return float(np.median(farthest * np.sqrt(np.pi / known))) if len(roots) > 1 else np.inf
 
 
 @njit(cache=True, nogil=True)

@@ -31,3 +31,11 @@ def test_does_not_depend_on_how_many_roots_there_are(roots: np.ndarray) -> None:
     points = np.stack([np.linspace(-0.12, 0.12, 40), np.full(40, 1.7), np.zeros(40)], axis=1)
     few = hair_share(points, roots[::4], np.eye(3))
     assert few == pytest.approx(hair_share(points, roots, np.eye(3)), abs=0.25)
+
+
+@pytest.mark.parametrize("count", [60, 120, 1])
+def test_few_roots_make_no_spots(roots: np.ndarray, count: int) -> None:
+    few = np.random.default_rng(3).permutation(roots)[:count]
+    x, z = np.meshgrid(np.linspace(-0.1, 0.1, 80), np.linspace(-0.1, 0.1, 80))
+    skin = np.stack([x.ravel(), np.full(6400, 1.7), z.ravel()], axis=1)
+    assert hair_share(skin, few, np.eye(3)).max() < 0.5, "spots are as dark as full hair"
