@@ -6,7 +6,6 @@ import os
 import signal
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from pathlib import Path
 from types import ModuleType
 
@@ -15,9 +14,7 @@ import pytest
 
 from hairpipe.data import Mesh
 from hairpipe.graph.file.data_folder import data_folder
-from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.run.machine_code import claim_kernels, kernel_folder
-from hairpipe.graph.store.seal import guard_kernels
+from hairpipe.graph.run.machine_code import share_kernels
 
 # Where tests use more threads than there are cores left, one that waits must not hold a core.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
@@ -30,16 +27,8 @@ _OWN = tempfile.TemporaryDirectory(prefix="hairpipe-own-")
 os.environ["XDG_CONFIG_HOME"], os.environ["XDG_STATE_HOME"] = f"{_OWN.name}/config", f"{_OWN.name}/state"
 # What most tests wait for is the compiler: the level below what ships takes it less time, for a little slower code.
 os.environ.setdefault("NUMBA_OPT", "2")
-# Tests, too, must never run old machine code of a helper that was edited.
-_KERNELS = Path(tempfile.gettempdir()) / f"hairpipe-kernels-{os.getuid()}"
-_FOLDER = kernel_folder(claim_kernels(_KERNELS), CodeReader(lambda name, make: make()))
-os.environ["NUMBA_CACHE_DIR"] = str(_FOLDER)
-guard_kernels()
-# Workers of graphs have a folder within: of the same sources it is the same, so that nothing is compiled twice.
-_FOLDER.mkdir(exist_ok=True)
-claim_kernels(_FOLDER / "hairpipe")
-with suppress(FileExistsError):
-    (_FOLDER / "hairpipe" / _FOLDER.name).symlink_to(_FOLDER, target_is_directory=True)
+# Tests, too, must never run old machine code of a helper that was edited; they share what runs have compiled.
+share_kernels()
 
 # Compiling makes and keeps many small objects, which the collector would go through again and again.
 gc.set_threshold(100_000, 20, 100)

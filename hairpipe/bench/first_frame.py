@@ -16,21 +16,16 @@ from hairpipe.bench.replay import Replay
 from hairpipe.child import command
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.run.machine_code import claim_kernels, kernel_folder, kernels_parent
+from hairpipe.graph.run import kernel_cache
+from hairpipe.graph.run.machine_code import claim_kernels, kernels_environment, kernels_parent
 from hairpipe.graph.run.pool import environment
-from hairpipe.graph.store import seal
 from hairpipe.graph.store.store import Store
 
 HAIR = "hair"
 """Name of the scan in our graphs."""
 PYTHON, NUMBA, IMPORTS = "start Python, import the engine", "import numba", "import other modules"
 GRAPH = "read the graph, which the coordinator does in a run"
-READING, INDEX, DIGESTS, LOADING = (
-    "read inputs",
-    "read index files of kernels",
-    "check digests of kernels",
-    "load kernels",
-)
+READING, DIGESTS, LOADING = "read inputs", "check digests of kernels", "load kernels"
 COMPUTING, SECOND, COMPILED = (
     "build the model, compute the frame",
     "the frame after it",
@@ -75,7 +70,7 @@ def measure_first_frame(graph_path: Path, overrides: Mapping[str, str], node: st
     """
     graph = load_graph(graph_path, overrides)
     modules = [node.type.module for node in graph.nodes.values()]
-    kernels = kernel_folder(claim_kernels(kernels_parent()), CodeReader(lambda name, make: make()), modules)
+    kernels = kernels_environment(claim_kernels(kernels_parent()), CodeReader(lambda name, make: make()), modules)
     with tempfile.TemporaryDirectory() as folder:
         Replay(graph, Store(Path(folder)), node).prepare(2)
         code = _BOOT.format(str(graph_path), dict(overrides), folder, node)
@@ -83,7 +78,7 @@ def measure_first_frame(graph_path: Path, overrides: Mapping[str, str], node: st
     return warm
 
 
-def measured(code: str, kernels: Path) -> dict[str, float]:
+def measured(code: str, kernels: dict[str, str]) -> dict[str, float]:
     """Return what a new process prints that carries out this code, with these kernels."""
     done = subprocess.run(command(code), env=environment(1, kernels), check=True, stdout=subprocess.PIPE)
     return json.loads(done.stdout)
@@ -93,13 +88,12 @@ def report_phases(graph_path: str, overrides: dict[str, str], store: str, node: 
     """Compute two frames in this process, which does nothing else, and print processor seconds by phase as JSON."""
     clock = Clock()
     clock.seconds[PYTHON] = time.process_time()
-    seal.is_there = clock.counted(DIGESTS, seal.is_there)
-    seal.guard_kernels()
+    kernel_cache.is_there = clock.counted(DIGESTS, kernel_cache.is_there)
+    kernel_cache.guard_kernels()
     with clock.phase(NUMBA):
         import numba  # noqa: F401
         from numba.core import caching
     caching.Cache.load_overload = clock.counted(LOADING, caching.Cache.load_overload)
-    caching.IndexDataCacheFile._load_index = clock.counted(INDEX, caching.IndexDataCacheFile._load_index)
     caching.Cache.save_overload = clock.counted(COMPILED, caching.Cache.save_overload)
     with clock.phase(GRAPH):
         replay = Replay(load_graph(Path(graph_path), overrides), Store(Path(store)), node)

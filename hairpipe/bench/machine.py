@@ -7,6 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from hairpipe import __version__
+from hairpipe.graph.run.machine_code import share_kernels
+
+__all__ = ["Machine", "share_kernels", "this_machine"]
 
 _COMPILERS = ("numpy", "numba", "llvmlite")
 

@@ -1,11 +1,8 @@
 """`hairpipe bench`: what the code costs on this machine."""
 
 import json
-import os
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,10 +47,10 @@ def core(as_json: bool) -> None:
     the machine, the lower bound they set for a solve, and the time of a prototype. Medians, with the middle half of
     all runs.
     """
-    with kernels_of_its_own():
-        from hairpipe.bench.core import measure_core
+    share_kernels()
+    from hairpipe.bench.core import measure_core
 
-        report = measure_core(say)  # lines: whatever moves on the screen would be measured, too
+    report = measure_core(say)  # lines: whatever moves on the screen would be measured, too
     tell(report, show, as_json)
 
 
@@ -69,12 +66,12 @@ def contact(segments: tuple[int, ...], between: tuple["Between", ...], moving: i
     limit and body; between hairs pairs (stiction and collisions), the same in locks, then a volume (a grid); 10 steps
     to a frame of 1/24 s. Medians over a few frames, after as many as hair takes to fall, touch, stick and be in locks.
     """
-    with kernels_of_its_own():
-        from hairpipe.bench.contact import FULL, measure_contact
+    share_kernels()
+    from hairpipe.bench.contact import FULL, measure_contact
 
-        chosen = segments or FULL.segments, between or FULL.between
-        sizes = FULL._replace(segments=chosen[0], between=chosen[1], moving=moving)
-        report = measure_contact(say, sizes)
+    chosen = segments or FULL.segments, between or FULL.between
+    sizes = FULL._replace(segments=chosen[0], between=chosen[1], moving=moving)
+    report = measure_contact(say, sizes)
     tell(report, show_contact, as_json)
 
 
@@ -85,10 +82,10 @@ def volume(as_json: bool) -> None:
 
     The motion of the roots, and bodies that hair is pushed out of, are not in it.
     """
-    with kernels_of_its_own():
-        from hairpipe.bench.volume import measure_volume
+    share_kernels()
+    from hairpipe.bench.volume import measure_volume
 
-        report = measure_volume(say)
+    report = measure_volume(say)
     tell(report, show_volume, as_json)
 
 
@@ -128,10 +125,10 @@ def particles(as_json: bool) -> None:
     median, their least, and the medians of the parts. A link pass, measured in the same minutes, is the least work on
     a link, in double precision: two particles read, a force, and both written.
     """
-    with kernels_of_its_own():
-        from hairpipe.bench.particles import measure_particles
+    share_kernels()
+    from hairpipe.bench.particles import measure_particles
 
-        report = measure_particles(say)
+    report = measure_particles(say)
     tell(report, show_particles, as_json)
 
 
@@ -143,10 +140,10 @@ def picture(as_json: bool) -> None:
     720 x 720 pixels; 4,000 and 100,000 strands of 26 points, 10,000 of 51. The least of five takes, after one that
     compiles. Then luminance of locks by `shading = "dual"` and by Cycles, where Blender is installed.
     """
-    with kernels_of_its_own():
-        from hairpipe.bench.pictures.picture import measure_picture
+    share_kernels()
+    from hairpipe.bench.pictures.picture import measure_picture
 
-        report = measure_picture(say)
+    report = measure_picture(say)
     tell(report, show_picture, as_json)
 
 
@@ -177,13 +174,13 @@ def paper(scenes: tuple[str, ...], moving: int, overrides: dict[str, str], cache
     motion; medians over the three frames after those that let it move.
     Without a SCENE, those of the paper. The inputs of the simulation are kept in the cache.
     """
-    with kernels_of_its_own():
-        from hairpipe.api.source import find_graph
-        from hairpipe.bench.paper import PRINTED, measure_paper
+    share_kernels()
+    from hairpipe.api.source import find_graph
+    from hairpipe.bench.paper import PRINTED, measure_paper
 
-        cache.mkdir(parents=True, exist_ok=True)
-        graphs = {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}
-        report = measure_paper(say, graphs, cache, overrides, moving)
+    cache.mkdir(parents=True, exist_ok=True)
+    graphs = {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}
+    report = measure_paper(say, graphs, cache, overrides, moving)
     tell(report, show_paper, as_json)
 
 
@@ -364,15 +361,11 @@ def spread(value: "Spread", unit: float) -> str:
     return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
 
 
-@contextmanager
-def kernels_of_its_own() -> Iterator[None]:
-    """Give numba an empty folder for kernels: it would run old machine code of a kernel whose helper was edited.
+def share_kernels() -> None:
+    """Load kernels that runs have compiled, and keep those of this process; called before kernels are imported."""
+    from hairpipe.bench import machine
 
-    Numba looks for the folder when it is first imported, so that has to be within.
-    """
-    with tempfile.TemporaryDirectory() as folder:
-        os.environ["NUMBA_CACHE_DIR"] = folder
-        yield
+    machine.share_kernels()
 
 
 def tell(report: Any, show: Callable[[Any], None], as_json: bool) -> None:

@@ -12,7 +12,7 @@ import json
 import pkgutil
 import sys
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.machinery import ModuleSpec
@@ -24,7 +24,7 @@ from hairpipe.graph.file.trust import doubt_about
 from hairpipe.graph.key.source import FORMAT, STAR, Source, noted_source, read_source
 from hairpipe.graph.node.import_paths import HOUSE, enter, find_spec, is_namespace, leads_to
 from hairpipe.graph.store.digest import digest, digest_bytes
-from hairpipe.graph.store.fingerprint import is_changed, is_settled, stamp_of
+from hairpipe.graph.store.fingerprint import is_settled, stamp_of
 from hairpipe.processor import processor_class
 
 ENGINE = ("hairpipe.graph", "hairpipe.api")
@@ -67,6 +67,7 @@ class CodeReader:
         self.stamps: dict[str, list[int]] = {}
         self._sources: dict[str, Source | None] = {}
         self._specs: dict[str, ModuleSpec | None] = {}
+        self._imports: dict[str, set[str]] = {}
 
     def code_of(self, module: str) -> Code:
         """Digest a module with everything first-party behind it and the versions of what is not."""
@@ -76,12 +77,12 @@ class CodeReader:
         parts["processor (class)"] = processor_class()
         return Code(digest("code", parts), parts)
 
-    def kernel_sources(self, module: str) -> dict[str, str]:
-        """Digests of the modules behind one that are not ours, by name; none where none of them imports numba."""
+    def modules_with_kernels(self, module: str) -> list[str]:
+        """Name the modules behind one that are not ours; none where none of them imports numba."""
         first_party = [name for name in self._closure(module)[0] if name.partition(".")[0] != HOUSE]
-        known = {name: source for name in first_party if (source := self._source(name)) is not None}
-        imported = {target.partition(".")[0] for source in known.values() for target, _ in source.imports}
-        return {name: source.digest for name, source in known.items()} if "numba" in imported else {}
+        known = [source for name in first_party if (source := self._source(name)) is not None]
+        imported = {target.partition(".")[0] for source in known for target, _ in source.imports}
+        return first_party if "numba" in imported else []
 
     def own_digest(self, module: str) -> str:
         """Digest a first-party module without what it imports."""
@@ -90,10 +91,12 @@ class CodeReader:
             raise ValueError(f"{module} is not first-party")
         return source.digest
 
-    def is_outdated(self, modules: Iterable[str]) -> bool:
-        """Whether the file of one of these modules has been written to since it was read."""
-        paths = {spec.origin for module in modules if (spec := self._spec(module)) is not None}
-        return any(is_changed(path, stamp) for path, stamp in self.stamps.items() if path in paths)
+    def file_of(self, module: str) -> str:
+        """Path of the file of a first-party module."""
+        spec = self._spec(module)
+        if spec is None or spec.origin is None:
+            raise ValueError(f"{module} has no file")
+        return spec.origin
 
     def _closure(self, module: str) -> tuple[list[str], set[str]]:
         """Walk the imports: first-party modules in name order, and names of foreign distributions."""
@@ -104,12 +107,12 @@ class CodeReader:
         queue = [self._own(module)]
         while queue:
             name = queue.pop()
-            if name in found or any(name == engine or name.startswith(f"{engine}.") for engine in ENGINE):
+            if name in found:
                 continue
             source = self._source(name)
             if source is not None:
                 found.add(name)
-                queue.extend(self._imported(name, source))
+                queue.extend(self._imported(name, source) - found)
             elif not is_namespace(self._spec(name)):
                 foreign |= {name.partition(".")[0]} - sys.stdlib_module_names
         return sorted(found), foreign
@@ -124,14 +127,17 @@ class CodeReader:
         return name
 
     def _imported(self, module: str, source: Source) -> set[str]:
-        """Name the modules behind the imports of a first-party module."""
+        """Name the modules behind the imports of a first-party module, without those of the engine."""
+        if module in self._imports:
+            return self._imports[module]
         found: set[str] = set()
         for target, name in source.imports:
             target = self._absolute(module, target)
             if target:  # a relative import outside of a package fails
                 found.add(target)
                 found |= self._submodules(target) if name == STAR else self._submodule(target, name)
-        return found
+        self._imports[module] = {name for name in found if not is_engine(name)}
+        return self._imports[module]
 
     def _submodule(self, module: str, name: str | None) -> set[str]:
         """Name the module that `from module import name` may lead to within a package; none where it is no module."""
@@ -196,6 +202,11 @@ class CodeReader:
             missing = bool(parent) and path is None
             self._specs[module] = None if missing else find_spec(module, path)
         return self._specs[module]
+
+
+def is_engine(module: str) -> bool:
+    """Whether a module is one of the engine's."""
+    return any(module == engine or module.startswith(f"{engine}.") for engine in ENGINE)
 
 
 def is_first_party(module: str, spec: ModuleSpec) -> bool:

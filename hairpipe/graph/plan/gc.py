@@ -113,7 +113,7 @@ def verify(store: Store, check_value: CheckValue, kernels: Path | None = None) -
     for name in store.object_names():
         path = store.object_path(name)
         found.check(f"objects/{name}", path, lambda path=path: is_whole(path, check_value), store.remove)
-    for path in kernels.glob("*/*/*.nb[ci]") if kernels else ():
+    for path in kernels.glob("*/*.nbc") if kernels else ():
         found.check(f"kernels/{path.name}", path, lambda path=path: path.is_file() and is_sealed(path), discard)
     return found
 

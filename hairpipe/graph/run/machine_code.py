@@ -1,25 +1,29 @@
-"""The cache of compiled kernels: numba detects edits of the file that defines a kernel, not of those that it calls.
+"""The folder of compiled kernels, and the table that tells processes which of them are current.
 
-So each state of the sources has a folder of its own, and old machine code of an edited callee is never loaded; so has
-each way to compile that the environment asks for. The folders lie where only this user can write, never in a store: a
-store may come from anywhere, and kernels are code.
+Machine code is compiled of the module that defines a kernel and of all that it imports: the digest of that code is part
+of the name of the folder of the module's kernels. So an edit leaves all kernels current that cannot contain it, and
+checkouts with the same code share theirs. The folder lies where only this user can write, never in a store: a store may
+come from anywhere, and kernels are code.
 """
 
 import errno
 import os
 import shutil
+import time
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
 import hairpipe
 from hairpipe.errors import BadInput
-from hairpipe.graph.key.code import ALWAYS, CodeReader, version
+from hairpipe.graph.key.code import CodeReader
+from hairpipe.graph.run.kernel_cache import FOLDER_DIGITS, TABLE, Entry, guard_kernels, write_table
 from hairpipe.graph.store.digest import digest
 from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
 
-WITHOUT_KERNELS = ("api", "chart", "cli", "graph", "page", "tune")
-"""Rooms without kernels: editing them invalidates no compiled kernel."""
+WITHOUT_KERNELS = ("api", "chart", "cli", "graph", "page", "tune", "wedge")
+"""Rooms without kernels, and without types that kernels take."""
 PRIVATE = "a folder of your own that you alone can write to (chmod go-w)"
 SETTINGS = (
     "NUMBA_BOUNDSCHECK",
@@ -30,12 +34,17 @@ SETTINGS = (
     "NUMBA_SLP_VECTORIZE",
 )
 """Of the environment, by which numba compiles otherwise, though it looks a kernel up by none of them."""
-KEPT = 8
-"""Number of states of the sources whose kernels are kept, for switching between versions and users' nodes."""
+KEPT = 16
+"""Number of states of a module whose kernels are kept: several checkouts and versions are in use in turn."""
+UNUSED = 30 * 24 * 3600.0
+"""Age since the last use at which kernels are removed [s]."""
+
+_digests: dict[tuple[tuple[str, str], ...], dict[str, str]] = {}
+"""Digests of the code behind our modules, by the digests of these alone."""
 
 
 def kernels_parent() -> Path:
-    """Name the folder for kernels of all states: where numba was told to keep its own, else in the user's cache.
+    """Name the folder of all kernels: where numba was told to keep its own, else in the user's cache.
 
     OSError where he has no home.
     """
@@ -57,34 +66,64 @@ def claim_kernels(folder: Path) -> Path:
     return folder
 
 
-def kernel_folder(parent: Path, reader: CodeReader, nodes: Iterable[str] = ()) -> Path:
-    """Give the folder, below a parent, for kernels of the sources as they are now, and remove those unused for longest.
+def kernels_environment(folder: Path, reader: CodeReader, nodes: Iterable[str] = ()) -> dict[str, str]:
+    """Environment of a process that keeps kernels in a claimed folder, for the sources as they are now.
+
+    Writes the table of digests there, and removes kernels that were not used for long.
 
     nodes  modules of the node types that are used: they, or what they import, may have kernels that are not ours
     """
-    versions = {name: version(name) for name in ALWAYS}
+    table = write_table(folder, kernel_digests(reader, nodes))
+    remove_unused(folder)
+    return {TABLE: str(table)}
+
+
+def share_kernels() -> None:
+    """Keep the kernels of this process where runs keep theirs; BadInput where others may write there, or nobody."""
+    try:
+        folder = claim_kernels(kernels_parent())
+    except OSError as error:
+        raise BadInput(f"no folder for kernels: {error}", right="NUMBA_CACHE_DIR=FOLDER") from None
+    os.environ |= kernels_environment(folder, CodeReader(lambda name, make: make()))
+    guard_kernels()
+
+
+def kernel_digests(reader: CodeReader, nodes: Iterable[str]) -> dict[str, Entry]:
+    """Digest the code behind every module that may hold kernels, or types that kernels take, by its file.
+
+    A module of ours counts with all that it imports. Those of the user count all together: what one registers with
+    numba, an overload or a model of a strand, another may call without importing it. Nodes as above.
+    """
     settings = {name: os.environ[name] for name in SETTINGS if name in os.environ}
-    folder = parent / digest("kernels", [kernel_sources(reader, nodes), versions, settings, "sealed"])[:24]
+    ours = our_digests(reader)
+    theirs = {name: reader.code_of(name).digest for node in nodes for name in reader.modules_with_kernels(node)}
+    told = ours | dict.fromkeys(theirs, digest("kernels", theirs))
+    entries = [Entry(name, code, digest("kernels", [told[name], settings])) for name, code in (ours | theirs).items()]
+    return {reader.file_of(entry.module): entry for entry in entries}
+
+
+def our_digests(reader: CodeReader) -> dict[str, str]:
+    """Digest the code behind each module of this package that may hold kernels, once a process while none changes."""
+    state = tuple((module, reader.own_digest(module)) for module in kernel_modules())
+    if state not in _digests:
+        _digests.clear()
+        _digests[state] = {module: reader.code_of(module).digest for module, _ in state}
+    return _digests[state]
+
+
+def remove_unused(folder: Path) -> None:
+    """Remove the kernels of a module whose states were used before those of `KEPT` others, or not for a month."""
+    states = defaultdict[str, list[tuple[float, Path]]](list)
     with suppress(OSError):
-        others = sorted(parent.iterdir(), key=lambda other: other.stat().st_mtime, reverse=True)
-        for other in [other for other in others if other != folder][KEPT - 1 :]:
-            shutil.rmtree(other, ignore_errors=True)
-        os.utime(folder)
-    return folder
-
-
-def kernel_sources(reader: CodeReader, nodes: Iterable[str]) -> dict[str, str]:
-    """Digests of all modules that kernels may be compiled of, by name; nodes as for `kernel_folder`."""
-    found = {module: reader.own_digest(module) for module in kernel_modules()}
-    for module in nodes:
-        found |= reader.kernel_sources(module)
-    return found
-
-
-def clear_kernels(folder: Path) -> None:
-    """Remove the kernels in a folder; the folders in it stay, since another run may be about to write there."""
-    for path in folder.rglob("*.nb[ci]"):
-        path.unlink(missing_ok=True)
+        for entry in os.scandir(folder):
+            states[entry.name[:-FOLDER_DIGITS]].append((entry.stat().st_mtime, Path(entry.path)))
+    oldest = time.time() - UNUSED
+    for found in states.values():
+        found.sort(reverse=True)
+        for place, (used, path) in enumerate(found):
+            if place >= KEPT or used < oldest:
+                with suppress(OSError):
+                    path.unlink() if path.is_file() else shutil.rmtree(path, ignore_errors=True)
 
 
 def kernel_modules() -> Iterator[str]:

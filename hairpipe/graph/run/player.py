@@ -16,7 +16,8 @@ from hairpipe.graph.plan.planner import Planner
 from hairpipe.graph.plan.preparation import Preparations
 from hairpipe.graph.plan.tasks import Source, Task, inputs_of
 from hairpipe.graph.run.events import CODEC
-from hairpipe.graph.run.machine_code import claim_kernels, kernel_folder, kernels_parent
+from hairpipe.graph.run.kernel_cache import guard_kernels
+from hairpipe.graph.run.machine_code import claim_kernels, kernels_environment, kernels_parent
 from hairpipe.graph.run.pool import environment
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values, codec_named
@@ -42,6 +43,7 @@ class Player:
     """
 
     def __init__(self, graph: Graph, store: Store, node: str) -> None:
+        guard_kernels()
         self._store, self._node = store, node
         self._values = Values(store, codec_named(CODEC), 0)
         self._stored: dict[str, Any] = {}
@@ -101,13 +103,13 @@ class Player:
 
 
 def playing_environment(graph: Graph, store: Store) -> dict[str, str]:
-    """Environment of a process that plays a graph: on one thread, kernels in the folder of the sources as they are.
+    """Environment of a process that plays a graph: on one thread, with the kernels of the sources as they are.
 
     BadInput where others may write to that folder, OSError where there can be none.
     """
     reader = CodeReader(store.remember, graph.folder)
     modules = {node.type.module for node in graph.nodes.values()}
-    return environment(1, kernel_folder(claim_kernels(kernels_parent()), reader, modules))
+    return environment(1, kernels_environment(claim_kernels(kernels_parent()), reader, modules))
 
 
 def played_nodes(graph: Graph, name: str) -> list[Node]:

@@ -19,7 +19,7 @@ from typing import Any, Literal
 from hairpipe import child
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.plan.tasks import Task
-from hairpipe.graph.run.machine_code import claim_kernels, clear_kernels, kernel_folder, kernel_sources, kernels_parent
+from hairpipe.graph.run.machine_code import claim_kernels, kernels_environment, kernels_parent
 from hairpipe.graph.store.fingerprint import is_changed
 from hairpipe.processor import class_settings, processor_class
 
@@ -75,7 +75,7 @@ class Pool:
               sources behind the keys
     nodes     modules of the node types that they will load
     reader    of the sources
-    kernels   folder for compiled kernels; None before it is needed
+    kernels   environment that names the compiled kernels; None before it is needed
     spare     idle workers of earlier pools: taken before one is started, given back at the end; None: all end
     warnings  for the user
     """
@@ -94,7 +94,7 @@ class Pool:
         self.hello["processor_class"] = processor_class()
         self.hello["sources"] = reader.stamps
         self.jobs, self.nodes, self.reader, self.spare = jobs, sorted(set(nodes)), reader, spare
-        self.kernels: Path | None = None
+        self.kernels: dict[str, str] | None = None
         self.warnings: list[str] = []
         self._passing: tempfile.TemporaryDirectory[str] | None = None
         self.members: list[Member] = []
@@ -132,34 +132,31 @@ class Pool:
 
     def close(self) -> None:
         """Kill all workers but spare ones: stored results stay, tasks in progress are evaluated again later."""
-        outdated = self.kernels is not None and self.reader.is_outdated(kernel_sources(self.reader, self.nodes))
         for member in self.members:
-            if self.spare is None or outdated or self._passing or member.task is not None:
+            if self.spare is None or self._passing or member.task is not None:
                 member.end()
             else:
                 self.spare.append(member)
         self.members.clear()
-        if self.kernels is not None and outdated:
-            clear_kernels(self.kernels)  # some may have been compiled from sources edited meanwhile
         if self._passing is not None:
             self._passing.cleanup()
 
-    def _kernel_folder(self) -> Path:
-        """Find the folder for kernels; BadInput where others may write to it."""
+    def _find_kernels(self) -> dict[str, str]:
+        """Find the folder for kernels, and which are current; BadInput where others may write to it."""
         try:
             parent = claim_kernels(kernels_parent())
         except OSError as error:
             self._passing = tempfile.TemporaryDirectory(prefix="hairpipe-")
             self.warnings.append(f"kernels are compiled for this run alone: {error} (NUMBA_CACHE_DIR=FOLDER)")
             parent = Path(self._passing.name)
-        return kernel_folder(parent, self.reader, self.nodes)
+        return kernels_environment(parent, self.reader, self.nodes)
 
     def _engage(self, kind: WorkerKind) -> Member:
         """Take a spare worker, or start one; spare ones of this kind that do not serve are killed.
 
         The new one is told of their sources, too: runs whose nodes differ, in turn, would else each end the other's.
         """
-        self.kernels = self.kernels or self._kernel_folder()
+        self.kernels = self.kernels or self._find_kernels()
         surroundings = environment(self.jobs if kind == "parallel" else 1, self.kernels)
         spare = self.spare or []
         sources: dict[str, list[int]] = {}
@@ -208,11 +205,12 @@ def interrupts_blocked() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def environment(threads: int, kernels: Path) -> dict[str, str]:
+def environment(threads: int, kernels: dict[str, str]) -> dict[str, str]:
     """Environment of a worker: numba on these threads, linear algebra on one, since its sums depend on their number.
 
     All of it is kept to the class of the processor, whose results are equal to the bit.
+
+    kernels  see `kernels_environment`
     """
     single = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
-    single |= {"NUMBA_NUM_THREADS": str(threads), "NUMBA_CACHE_DIR": str(kernels)}
-    return child.environment() | class_settings() | single
+    return child.environment() | class_settings() | single | kernels | {"NUMBA_NUM_THREADS": str(threads)}

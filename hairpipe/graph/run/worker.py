@@ -28,10 +28,11 @@ from hairpipe.graph.node.messages import recorded_warnings
 from hairpipe.graph.node.signature import Time, Workspace
 from hairpipe.graph.plan.arguments import build_arguments
 from hairpipe.graph.plan.preparation import Preparations
+from hairpipe.graph.run.kernel_cache import guard_kernels
 from hairpipe.graph.store.atomic import workspace
 from hairpipe.graph.store.fingerprint import is_changed
 from hairpipe.graph.store.record import Output, Record
-from hairpipe.graph.store.seal import guard_kernels, removed
+from hairpipe.graph.store.seal import removed
 from hairpipe.graph.store.store import Store
 from hairpipe.graph.store.values import Values, codec_named, is_full
 from hairpipe.processor import processor_class

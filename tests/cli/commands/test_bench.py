@@ -11,6 +11,7 @@ from hairpipe.bench.arithmetic.counting import Work
 from hairpipe.bench.machine import Machine
 from hairpipe.bench.repeat import Spread
 from hairpipe.bench.roofs import Roofs
+from hairpipe.graph.run.kernel_cache import TABLE
 
 REPORT = core.Report(
     Machine("A Processor", 2, {"numba": "1.2"}),
@@ -28,7 +29,7 @@ REPORT = core.Report(
 
 @pytest.fixture
 def measured(monkeypatch):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])  # the command sets it for its own process
+    monkeypatch.setenv(TABLE, os.environ[TABLE])  # the command sets it for its own process
 
     def measure(say):
         say("17 strands")
@@ -63,7 +64,7 @@ def test_an_unknown_benchmark_is_refused(hairpipe):
 
 
 def test_the_table_of_the_paper_stands_beside_ours(monkeypatch, hairpipe, tmp_path):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
+    monkeypatch.setenv(TABLE, os.environ[TABLE])
     given = {}
 
     def measure(say, scenes, cache, overrides, moving):
@@ -92,7 +93,7 @@ def test_the_table_of_the_paper_stands_beside_ours(monkeypatch, hairpipe, tmp_pa
 
 
 def test_a_table_that_is_wider_than_the_screen_is_whole(monkeypatch, hairpipe):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
+    monkeypatch.setenv(TABLE, os.environ[TABLE])
     monkeypatch.setenv("COLUMNS", "40")
     shares = {name: 10.25 for name in ("strands", "search", "stiction", "coupling", "collisions", "body", "other")}
     case = contact.Case(1_000_000, "locks", 2_040_000, 0.25, 2, 117.5, shares, 987_654)
@@ -106,7 +107,7 @@ def test_a_table_that_is_wider_than_the_screen_is_whole(monkeypatch, hairpipe):
 
 
 def test_particles_are_counted_in_link_passes(monkeypatch, hairpipe):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", os.environ["NUMBA_CACHE_DIR"])
+    monkeypatch.setenv(TABLE, os.environ[TABLE])
     case = particles.Case(2_003, 13_280, 28_000.0, 1, 14.5, 3e-3, 2.003e-3, {"search": 5e-4, "solve": 1e-3})
     report = particles.Report(REPORT.machine, particles.FULL, 4e-9, [case])
     monkeypatch.setattr(particles, "measure_particles", lambda say: report)

@@ -1,21 +1,37 @@
-"""A kernel folder stands for one state of the sources."""
+"""Which compiled kernels are current: the table for processes, and what is removed."""
 
 import os
 import sys
+import time
+from pathlib import Path
 
 import pytest
 
 from hairpipe.graph.key.code import CodeReader
-from hairpipe.graph.run.machine_code import KEPT, kernel_folder, kernel_modules
-from hairpipe.graph.run.pool import Pool
-
-READER = CodeReader(lambda name, make: make())
+from hairpipe.graph.run import machine_code
+from hairpipe.graph.run.kernel_cache import FOLDER_DIGITS
+from hairpipe.graph.run.machine_code import (
+    KEPT,
+    UNUSED,
+    WITHOUT_KERNELS,
+    kernel_digests,
+    kernel_modules,
+    kernels_environment,
+    remove_unused,
+)
 
 
 def test_kernels_are_found_where_they_stand():
     found = set(kernel_modules())
     assert {"hairpipe.kernels.banded", "hairpipe.levelset.sample"} <= found
     assert not any(name.startswith("hairpipe.graph") for name in found)
+
+
+def test_rooms_without_kernels_compile_nothing():
+    root = Path(machine_code.__file__).parents[2]
+    files = [path for room in WITHOUT_KERNELS for path in (root / room).rglob("*.py")]
+    lines = [line for path in files for line in path.read_text().splitlines()]
+    assert files and not [line for line in lines if line.startswith(("from numba", "import numba"))]
 
 
 @pytest.fixture
@@ -30,67 +46,87 @@ def studio(tmp_path, monkeypatch):
     (nodes / "double_hair.py").write_text("from studio.helper import twice\n")
     (nodes / "name_hair.py").write_text("NAME = 'hair'\n")
     monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
+    monkeypatch.setenv("HAIRPIPE_TRUST", str(nodes))
     return tmp_path
 
 
-def folder_of(studio, *nodes):
-    return kernel_folder(studio / "kernels", CodeReader(lambda name, make: make(), studio / "nodes"), nodes)
+def keys(studio, *nodes):
+    """Keys of kernels, by module."""
+    reader = CodeReader(lambda name, make: make(), studio / "nodes")
+    return {entry.module: entry.key for entry in kernel_digests(reader, nodes).values()}
 
 
-def test_an_edit_anywhere_gives_another_folder_and_an_undo_the_old_one(studio):
+def test_an_edit_of_a_library_changes_the_keys_of_its_users_alone_and_an_undo_gives_them_back(studio):
     helper = studio / "studio" / "helper.py"
-    text, first = helper.read_text(), folder_of(studio, "double_hair")
-    assert folder_of(studio, "double_hair") == first != folder_of(studio)
+    text, first = helper.read_text(), keys(studio, "double_hair")
+    assert first.keys() - keys(studio).keys() == {"double_hair", "studio.helper"}
     helper.write_text(text.replace("2 * x", "x + x"))
-    assert folder_of(studio, "double_hair") != first
+    edited = keys(studio, "double_hair")
+    assert {name for name in first if first[name] != edited[name]} == {"double_hair", "studio.helper"}
     helper.write_text("# a comment\n" + text)
-    assert folder_of(studio, "double_hair") == first
+    assert keys(studio, "double_hair") == first
 
 
 def test_nodes_that_compile_nothing_share_the_kernels_of_all(studio):
-    assert folder_of(studio, "name_hair") == folder_of(studio)
+    assert keys(studio, "name_hair") == keys(studio)
 
 
-def test_kernels_that_are_compiled_otherwise_have_another_folder(studio, monkeypatch):
+def test_an_edit_of_ours_changes_what_imports_it(studio, monkeypatch):
+    """Levels of a hierarchy: what all use, what one model of a strand is, and a solver that no level set needs."""
+
+    def changed_by(module):
+        first = keys(studio)
+        source = CodeReader._source
+
+        def edited(reader, name):
+            found = source(reader, name)
+            return type(found)("edited", found.imports) if found is not None and name == module else found
+
+        with monkeypatch.context() as patch:
+            patch.setattr(CodeReader, "_source", edited)
+            second = keys(studio)
+        return {name for name in first if first[name] != second[name]}
+
+    solver = changed_by("hairpipe.sim.solve.pcg")
+    assert "hairpipe.sim.solve.pcg" in solver and "hairpipe.sim.simulate" in solver
+    assert not solver & {"hairpipe.sim.solve.implicit_stage", "hairpipe.levelset.sample", "hairpipe.kernels.simd"}
+    lanes = changed_by("hairpipe.kernels.simd")
+    assert {"hairpipe.kernels.banded", "hairpipe.sim.strands.chain"} <= lanes
+    assert not lanes & {"hairpipe.kernels.vec3", "hairpipe.levelset.sample"}
+
+
+def test_kernels_that_are_compiled_otherwise_have_other_keys(studio, monkeypatch):
     monkeypatch.delenv("NUMBA_OPT", raising=False)
-    first = folder_of(studio)
+    first = keys(studio)
     monkeypatch.setenv("NUMBA_OPT", "1")
-    assert folder_of(studio) != first
+    assert not first.items() & keys(studio).items()
     monkeypatch.delenv("NUMBA_OPT")
     monkeypatch.setenv("NUMBA_NUM_THREADS", "1")
-    assert folder_of(studio) == first
+    assert keys(studio) == first
 
 
-def test_a_folder_that_is_used_is_young(studio):
-    folder = folder_of(studio)
-    folder.mkdir(parents=True)
-    os.utime(folder, (0, 0))
-    assert folder_of(studio) == folder and folder.stat().st_mtime > 0
+def test_a_table_of_one_state_is_one_file(studio):
+    reader = CodeReader(lambda name, make: make())
+    told = [kernels_environment(studio, reader) for _ in range(2)]
+    assert told[0] == told[1] and len([path for path in studio.iterdir() if path.name.startswith("table-")]) == 1
 
 
-def test_old_folders_go(tmp_path):
-    for age in range(10):
-        folder = tmp_path / f"state{age}"
-        folder.mkdir()
-        os.utime(folder, (age, age))
-    current = kernel_folder(tmp_path, READER)
-    current.mkdir()
-    left = {folder.name for folder in tmp_path.iterdir()}
-    assert len(left) == KEPT
-    assert left == {current.name, *(f"state{age}" for age in range(11 - KEPT, 10))}
+def make_states(folder, module, ages):
+    """Make folders of kernels of a module, last used so long ago [s]."""
+    for number, age in enumerate(ages):
+        state = folder / f"{module}-{number:0{FOLDER_DIGITS}x}"
+        state.mkdir()
+        (state / "kernel.nbc").write_text("")
+        os.utime(state, (time.time() - age,) * 2)
 
 
-@pytest.mark.parametrize(("node", "edited"), [("double_hair", False), ("double_hair", True), ("name_hair", True)])
-def test_kernels_go_that_may_be_of_code_edited_during_a_run(studio, node, edited):
-    reader = CodeReader(lambda name, make: make(), studio / "nodes")
-    reader.code_of(node)
-    pool = Pool(studio, "json", studio / "nodes", 1, [node], reader)
-    pool.kernels = studio / "kernels" / "state"
-    kernel = pool.kernels / "studio" / "helper.twice-3.py311.1.nbc"
-    kernel.parent.mkdir(parents=True)
-    kernel.write_bytes(b"machine code")
-    if edited:
-        (studio / "studio" / "helper.py").write_text("twice = float\n")
-        (studio / "nodes" / "name_hair.py").write_text("name_hair = str\n")
-    pool.close()
-    assert kernel.exists() != (edited and node == "double_hair") and kernel.parent.exists()
+def test_states_of_a_module_used_before_those_of_others_go_and_so_does_what_nobody_uses(tmp_path):
+    make_states(tmp_path, "often", range(100, 100 + KEPT + 3))
+    make_states(tmp_path, "rarely", [UNUSED - 100, UNUSED + 100])
+    os.utime(tmp_path / f"often-{KEPT + 2:0{FOLDER_DIGITS}x}")
+    remove_unused(tmp_path)
+    left = {path.name for path in tmp_path.iterdir()}
+    assert left == {
+        *(f"often-{number:0{FOLDER_DIGITS}x}" for number in [*range(KEPT - 1), KEPT + 2]),
+        f"rarely-{0:0{FOLDER_DIGITS}x}",
+    }

@@ -27,12 +27,15 @@ def double_number(number: Numeral) -> Numeral:
 """
 
 
+KEY = ("float64", "processor", "bytecode")
+
+
 @pytest.fixture
 def kernel(tmp_path):
     """A kernel as numba keeps it, of the class that the workers guard."""
     removed()
     kernel = IndexDataCacheFile(str(tmp_path), "twice-3.py311", (1.0, 2))
-    kernel.save("float64", ("machine", b"code"))
+    kernel.save(KEY, ("machine", b"code"))
     return kernel
 
 
@@ -43,40 +46,55 @@ def states(data):
     yield from (data[:-1], data[:20], b"", pickle.dumps("code of somebody else"), data + b"x")
 
 
-@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-def test_a_damaged_kernel_is_never_loaded(kernel, tmp_path, suffix):
-    (path,) = tmp_path.glob(f"*.{suffix}")
+def test_a_damaged_kernel_is_never_loaded(kernel, tmp_path):
+    (path,) = tmp_path.iterdir()
     whole = path.read_bytes()
     for damaged in states(whole):
         path.write_bytes(damaged)
-        assert kernel.load("float64") is None and removed() == [path] and not path.exists()
+        assert kernel.load(KEY) is None and removed() == [path] and not path.exists()
         path.write_bytes(whole)
-    assert kernel.load("float64") == ("machine", b"code") and removed() == []
+    assert kernel.load(KEY) == ("machine", b"code") and removed() == []
 
 
-@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
-def test_a_folder_in_place_of_a_kernel_goes(kernel, tmp_path, suffix):
-    (path,) = tmp_path.glob(f"*.{suffix}")
+def test_a_kernel_that_is_another_one_is_never_loaded(kernel, tmp_path):
+    """Of other arguments or of other code, renamed or moved: the seal is of the place, too."""
+    kernel.save(("int64", *KEY[1:]), ("other", b"code"))
+    one, other = sorted(tmp_path.iterdir())
+    swapped = [path.read_bytes() for path in (other, one)]
+    for path, data in zip((one, other), swapped, strict=True):
+        path.write_bytes(data)
+    assert kernel.load(KEY) is None and len(removed()) == 1
+    kernel.save(KEY, ("machine", b"code"))
+    (tmp_path / "elsewhere").mkdir()
+    moved = IndexDataCacheFile(str(tmp_path / "elsewhere"), "twice-3.py311", (1.0, 2))
+    for path in tmp_path.glob("*.nbc"):
+        (tmp_path / "elsewhere" / path.name).write_bytes(path.read_bytes())
+    assert kernel.load(KEY) == ("machine", b"code") and moved.load(KEY) is None and len(removed()) == 1
+
+
+def test_a_folder_in_place_of_a_kernel_goes(kernel, tmp_path):
+    (path,) = tmp_path.iterdir()
     path.unlink()
     path.mkdir()
-    assert kernel.load("float64") is None
-    kernel.save("float64", ("machine", b"code"))
-    assert kernel.load("float64") == ("machine", b"code")
+    assert kernel.load(KEY) is None
+    kernel.save(KEY, ("machine", b"code"))
+    assert kernel.load(KEY) == ("machine", b"code")
 
 
 def test_a_kernel_that_is_not_there_is_no_damage(tmp_path):
     removed()
-    assert IndexDataCacheFile(str(tmp_path), "f", 1).load("float64") is None and removed() == []
+    assert IndexDataCacheFile(str(tmp_path), "f", "stamp").load(KEY) is None and removed() == []
 
 
 def test_kernels_are_whole_whoever_writes_them_at_once(tmp_path):
-    """Several processes write one index: each file is there with its own digest at any moment."""
+    """Each file is there with its own digest at any moment, and no process undoes what another one keeps."""
 
     def write(number):
-        kernel = IndexDataCacheFile(str(tmp_path), "f", 1)
+        kernel = IndexDataCacheFile(str(tmp_path), "f", "stamp")
         for turn in range(20):
-            kernel.save((number, turn), b"code" * number)
-            kernel.load((number, turn))
+            for key in ((number, turn), (0, turn)):
+                kernel.save((key, *KEY[1:]), key)
+        assert [kernel.load(((number, turn), *KEY[1:])) for turn in range(20)] == [(number, turn) for turn in range(20)]
 
     removed()
     threads = [threading.Thread(target=write, args=[number]) for number in range(4)]
@@ -84,12 +102,13 @@ def test_kernels_are_whole_whoever_writes_them_at_once(tmp_path):
         thread.start()
     for thread in threads:
         thread.join()
-    assert removed() == [] and all(map(is_sealed, tmp_path.glob("f*.nb?")))
+    kept = list(tmp_path.iterdir())
+    assert removed() == [] and len(kept) == 80 and all(map(is_sealed, kept))
 
 
 def test_a_kernel_that_cannot_be_kept_costs_nothing_else(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
-    IndexDataCacheFile(str(tmp_path / "file"), "f", 1)._save_data("f.1.nbc", b"code")
+    IndexDataCacheFile(str(tmp_path / "file"), "f", "stamp").save(KEY, b"code")
 
 
 def test_a_run_heals_damaged_kernels_and_says_so_once(shot, monkeypatch):
@@ -105,8 +124,8 @@ def test_a_run_heals_damaged_kernels_and_says_so_once(shot, monkeypatch):
             warned.append(event.message)
 
     assert shot.run(to=["twice"], report=listen).exit_code == 0
-    files = list(folder.glob("hairpipe/*/*/*.nb?"))
-    assert len(files) == 2 and not (shot.store.root / "kernels").exists() and warned == []
+    files = list(folder.glob("hairpipe/*/*.nb?"))
+    assert len(files) == 1 and not (shot.store.root / "kernels").exists() and warned == []
     for path in files:
         whole = path.read_bytes()
         path.write_bytes(whole[:-1] + bytes([whole[-1] ^ 1]))
