@@ -3,8 +3,6 @@
 from typing import NamedTuple, get_args
 
 import numpy as np
-import pytest
-from numba.core import caching
 
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load
@@ -59,13 +57,7 @@ def forces(model, system, at, p, block, terms):
         add_spring(A, b, p, 1, linearise_spring(at, p, 1, (k, inverse_rest, 0.0 * k), terms.h, terms.hh))
 
 
-@pytest.fixture
-def unsaved(monkeypatch):
-    """Keep nothing that is compiled: other processes that read the index of a kernel do not know these types."""
-    monkeypatch.setattr(caching.Cache, "save_overload", lambda *_: None)
-
-
-def test_a_model_that_is_registered_hangs_by_its_own_springs(scene, straight, triangle, unsaved):
+def test_a_model_that_is_registered_hangs_by_its_own_springs(scene, straight, triangle):
     kind = register_model(ModelKind("beads", Beads, SHAPE, build_beads, forces, springs, constant))
     groom = scene([straight(0.05, 5, [0, -1, 0]), straight(0.08, 5, [0, -1, 0])]).hair.groom
     hair = HairModels(groom, Material(), kind).in_precision("double")
