@@ -47,7 +47,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class Suffixes:
-    """The suffixes of files that are read, in lower case: formats are told by them, before anything runs."""
+    """The suffixes of files that a setting reads, or that a node writes, in lower case: they name the format."""
 
     names: tuple[str, ...]
 

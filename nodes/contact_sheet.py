@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from hairpipe.graph import File, Frames, Time, Workspace, node
-from hairpipe.units import Ge
+from hairpipe.units import Ge, Suffixes
 
 
 @node(frames="once")
@@ -16,7 +16,7 @@ def contact_sheet(
     columns: Annotated[int, Ge(1)] = 1,
     names: tuple[str, ...] = (),
     times: bool = False,
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of pictures in rows; several films follow each other, at the same frames.
 
     frames   shown, as far as they are run; all, where none is named

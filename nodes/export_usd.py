@@ -1,10 +1,11 @@
 """The shot as USD."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.graph import File, Frames, Time, Workspace, node
+from hairpipe.units import Suffixes
 
 
 @node(frames="once")
@@ -21,7 +22,7 @@ def export_usd(
     layout: Literal["single", "clips"] = "single",
     curve: Literal["catmull_rom", "bspline"] = "catmull_rom",
     name: str = "shot",
-) -> File:
+) -> Annotated[File, Suffixes((".usd", ".usdc"))]:
     """USD of the hair as smooth curves and of the body as a mesh, with velocities, at every frame.
 
     The groom of the keys of `interpolate_hair` marks the hairs that are simulated: `primvars:groom_guide` is 1 for them

@@ -1,13 +1,16 @@
 """Level set and density of hair as an OpenVDB file."""
 
+from typing import Annotated
+
 from hairpipe.data import Density, LevelSet
 from hairpipe.graph import File, Time, Workspace, node
+from hairpipe.units import Suffixes
 
 
 @node(frames="each")
 def export_vdb(
     surface: LevelSet | None, density: Density | None, time: Time, workspace: Workspace, *, half: bool = False
-) -> File:
+) -> Annotated[File, Suffixes((".vdb",))]:
     """OpenVDB of a frame: level set `surface` and velocity `vel`, fog `density` and velocity `hair_vel`, in metres.
 
     half  keep 16 bits of every value: nearly half the size, and off by at most 1 in 2000

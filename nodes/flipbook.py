@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from hairpipe.graph import File, Frames, Time, Workspace, node
-from hairpipe.units import Interval
+from hairpipe.units import Interval, Suffixes
 
 
 @node(frames="once")
@@ -14,7 +14,7 @@ def flipbook(
     *,
     scale: Annotated[float, Interval(gt=0.0, le=1.0)] = 1.0,
     quality: Annotated[int, Interval(ge=0, le=100)] = 85,
-) -> File:
+) -> Annotated[File, Suffixes((".webp",))]:
     """Animated WebP of all frames, at the speed of the shot, over and over; browsers open it.
 
     Frames that the run leaves out are made up for: the one before them is shown for longer.

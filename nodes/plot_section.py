@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from hairpipe.data import Density
 from hairpipe.graph import File, Workspace, node
-from hairpipe.units import Interval, Metres, Pixels
+from hairpipe.units import Interval, Metres, Pixels, Suffixes
 
 
 @node(frames="each")
@@ -18,7 +18,7 @@ def plot_section(
     title: str = "",
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 600,
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of sections through densities of hair, side by side, with one scale of colours.
 
     axis    across which they are cut

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from hairpipe.data import Table
 from hairpipe.graph import File, Workspace, node
-from hairpipe.units import Interval, Pixels
+from hairpipe.units import Interval, Pixels, Suffixes
 
 Scale = Literal["linear", "log"]
 
@@ -25,7 +25,7 @@ def plot_table(
     levels: tuple[float, ...] = (),
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 750,
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of lines: columns of a table against another of its columns; several tables are laid below each other.
 
     x        column along the abscissa, numbers or texts

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from hairpipe.data import Mesh, Normals, Strands
 from hairpipe.graph import File, Time, Workspace, node
 from hairpipe.render.framing import View
-from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels
+from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels, Suffixes
 
 Place = tuple[Metres, Metres, Metres]
 
@@ -33,7 +33,7 @@ def preview(
     shadow: Literal["cube", "deep"] = "cube",
     shutter: Fraction = 0.0,
     turn: Degrees = 0.0,
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of the hair, and of the body where there is one, lit as in a studio.
 
     width          of the picture

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from hairpipe.data import Mesh
 from hairpipe.graph import File, Time, Workspace, node
-from hairpipe.units import Degrees, Fraction, Gt, Interval, Metres, Pixels
+from hairpipe.units import Degrees, Fraction, Gt, Interval, Metres, Pixels, Suffixes
 
 Place = tuple[Metres, Metres, Metres]
 
@@ -23,7 +23,7 @@ def preview_meshes(
     width: Annotated[Pixels, Interval(ge=16, le=4096)] = 480,
     height: Annotated[Pixels, Interval(ge=16, le=4096)] = 360,
     colour: tuple[Fraction, Fraction, Fraction] = (0.75, 0.45, 0.25),
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of meshes side by side, each on a floor at y = 0, lit as in a studio, with the time since frame 0.
 
     names   of the meshes, written above them

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 from hairpipe.data import Cloud, Mesh, Particles
 from hairpipe.graph import File, Workspace, node
 from hairpipe.render.framing import View
-from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels
+from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels, Suffixes
 
 if TYPE_CHECKING:
     from hairpipe.render.billboards.cloud import CloudStyle
@@ -38,7 +38,7 @@ def preview_particles(
     fov: Annotated[Degrees, Interval(ge=1.0, le=120.0)] = 24.0,
     colour: Colour = (0.37, 0.25, 0.17),
     size: Annotated[float, Interval(gt=0.0, le=10.0)] = 1.0,
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of particles as billboards with streaks of hair, and of the body where there is one, lit as in a studio.
 
     width   of the picture

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from hairpipe.data import Body
 from hairpipe.graph import File, Workspace, node
-from hairpipe.units import Interval, Pixels
+from hairpipe.units import Interval, Pixels, Suffixes
 
 
 @node(frames="once")
@@ -15,7 +15,7 @@ def preview_scalp(
     map: str = "scalp",
     width: Annotated[Pixels, Interval(ge=16, le=4096)] = 360,
     height: Annotated[Pixels, Interval(ge=16, le=4096)] = 480,
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of a body at rest from the front, the side and the back, with a map painted on it and its line of a half.
 
     map     of the body: "scalp" is where hair grows

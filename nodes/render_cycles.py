@@ -5,7 +5,7 @@ from typing import Annotated
 from hairpipe.data import Mesh, Strands
 from hairpipe.graph import File, Time, Workspace, node
 from hairpipe.render.framing import View
-from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels
+from hairpipe.units import Degrees, Fraction, Interval, Metres, Pixels, Suffixes
 
 Place = tuple[Metres, Metres, Metres]
 
@@ -30,7 +30,7 @@ def render_cycles(
     samples: Annotated[int, Interval(ge=1, le=4096)] = 8,
     denoise: bool = True,
     shutter: Fraction = 0.0,
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of the hair, and of the body where there is one, by Blender's Cycles, in the frame and studio of `preview`.
 
     Needs Blender as a Python module: `pip install 'hairpipe[cycles]'`.

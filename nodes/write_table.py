@@ -1,9 +1,10 @@
 """A table as a file."""
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from hairpipe.data import Table
 from hairpipe.graph import File, Workspace, node
+from hairpipe.units import Suffixes
 
 
 @node(frames="once")
@@ -13,7 +14,7 @@ def write_table(
     *,
     format: Literal["csv", "markdown"] = "csv",
     cases: tuple[str, ...] = (),
-) -> File:
+) -> Annotated[File, Suffixes((".csv", ".md"))]:
     """CSV or Markdown of a table, below a row of names; several tables are laid below each other.
 
     format  csv has every digit, markdown four: one is for programs, the other for people

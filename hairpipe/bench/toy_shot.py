@@ -98,13 +98,16 @@ def add_up(number: Number, previous: Total | None, time: Time) -> Added:
     total = number.value + (0.9 * previous.value if previous else 0.0)
     return Added(Number(2.0 * total), Total(total))
 ''',
-    "write_list": '''from toy_value import Number, tally
+    "write_list": '''from typing import Annotated
+
+from toy_value import Number, tally
 
 from hairpipe.graph import File, Frames, Workspace, node
+from hairpipe.units import Suffixes
 
 
 @node(frames="once")
-def write_list(numbers: Frames[Number], workspace: Workspace) -> File:
+def write_list(numbers: Frames[Number], workspace: Workspace) -> Annotated[File, Suffixes((".txt",))]:
     """A file of all numbers, and their sum in one beside it."""
     tally("write_list")
     values = [float(number.value[0]) for number in numbers.values()]

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from hairpipe.data import Table
 from hairpipe.graph import File, Workspace, node
-from hairpipe.units import Interval, Pixels
+from hairpipe.units import Interval, Pixels, Suffixes
 
 
 @node(frames="once")
@@ -26,7 +26,7 @@ def plot_front(
     title: str = "",
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1800,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of points on logarithmic scales, each with its name, the front among them as a line, failures as crosses.
 
     x       column of numbers along the abscissa

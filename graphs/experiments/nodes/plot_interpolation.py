@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from hairpipe.graph import File, Workspace, node
-from hairpipe.units import Fraction, Interval, Metres, MinLen, Pixels, Voxels
+from hairpipe.units import Fraction, Interval, Metres, MinLen, Pixels, Suffixes, Voxels
 
 
 @node(frames="once")
@@ -17,7 +17,7 @@ def plot_interpolation(
     title: str = "",
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1800,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of sections through a body that moves, a row for every way to interpolate its level sets between frames.
 
     case        one of those of measure_interpolation

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from hairpipe.data import Table
 from hairpipe.graph import File, Workspace, node
-from hairpipe.units import Ge, Gt, Interval, Pixels
+from hairpipe.units import Ge, Gt, Interval, Pixels, Suffixes
 
 Limits = tuple[Annotated[float, Gt(0.0)], Annotated[float, Gt(0.0)]]
 
@@ -24,7 +24,7 @@ def plot_map(
     title: str = "",
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 2400,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 1500,
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of maps, one a table: a coloured cell for every row, with the first letters of what failed.
 
     cases    names of the tables, in order

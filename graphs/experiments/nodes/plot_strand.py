@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from hairpipe.data import Strands
 from hairpipe.graph import File, Frames, Time, Workspace, node
-from hairpipe.units import Interval, Metres, Pixels
+from hairpipe.units import Interval, Metres, Pixels, Suffixes
 
 
 @node(frames="once")
@@ -22,7 +22,7 @@ def plot_strand(
     title: str = "",
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 750,
-) -> File:
+) -> Annotated[File, Suffixes((".png",))]:
     """PNG of poses at several frames, coloured by time; several simulations stand side by side, to one scale.
 
     poses    how many, spread evenly over all frames

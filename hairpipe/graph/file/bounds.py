@@ -1,7 +1,8 @@
 """Where a graph may publish: below the folder of its project, or one that the user names, and never over its own files
-or over code.
+or where programs look for code.
 
-A graph may come from anybody, so it must not choose paths outside of its project.
+A graph may come from anybody, so it must not choose paths outside of its project, nor have anything executed. What is
+published has a suffix of data, which its node type declares (see `File`); the rules for folders hold in addition.
 """
 
 import os
@@ -12,10 +13,12 @@ from pathlib import Path
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.node.messages import is_printed
 
 NODES = "nodes"
-KEPT = {".toml": "a graph file", ".py": "code"}
-"""Suffixes that no published file may have: such files would be read or run."""
+PACKAGES = {"site-packages", "dist-packages"}
+ENVIRONMENTS = ("pyvenv.cfg", "conda-meta")
+"""What a folder holds that is an environment of Python."""
 OPEN = "/proc/self/fd"
 FOLDER = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW
 
@@ -49,7 +52,7 @@ class Bounds:
         if found is None:
             what = f"it leads out of {' and of '.join(map(str, folders))}"
             raise BadInput(what, where=place, right="a path within, or --publish-root FOLDER")
-        kept = self.graph.role(place) or self._kind(place, place.relative_to(found).parts)
+        kept = self.graph.role(place) or self._kind(place, place.relative_to(found).parts) or python_around(place)
         if kept:
             raise BadInput(f"it is {kept}", where=place, right="a folder of its own to publish in")
         return found
@@ -60,7 +63,25 @@ class Bounds:
             return "in the store"
         if any(name.startswith(".") for name in names):
             return "hidden"
-        return "in a folder of node types" if NODES in names else KEPT.get(place.suffix.lower())
+        if any(name.startswith("-") for name in names):
+            return "a name that commands take for an option"
+        if not all(map(is_printed, "".join(names))):
+            return "a name with invisible characters"
+        return "in a folder of node types" if NODES in map(str.casefold, names) else None
+
+
+def python_around(place: Path) -> str | None:
+    """Describe the folder of Python that a path lies in; None for a path in none.
+
+    Some file systems take names that differ in case for the same.
+    """
+    for folder in place.parents:
+        if folder.name.casefold() in PACKAGES:
+            return f"in the packages of Python: {folder}"
+        mark = next((name for name in ENVIRONMENTS if os.path.lexists(folder / name)), None)
+        if mark:
+            return f"in an environment of Python: {folder} holds {mark}"
+    return None
 
 
 def check_way(place: Path) -> None:

@@ -186,7 +186,10 @@ def read_checkpoint(table: dict[str, Any], node_type: NodeType, where: str) -> i
 
 
 def check_publish(graph: Graph, text: GraphText) -> None:
-    """Refuse two nodes that publish to one place, and a publish path that is a folder or that the graph is made of."""
+    """Refuse two nodes that publish to one place, and a publish path that is a folder or that the graph is made of.
+
+    Refuse a suffix that the node type does not write, too.
+    """
     taken: dict[Path, str] = {}
     for node in graph.nodes.values():
         if node.publish is None:
@@ -194,9 +197,12 @@ def check_publish(graph: Graph, text: GraphText) -> None:
         frames = graph.all_frames if node.per_frame else [None]
         path = next(iter(graph.files.keys() & map(node.publish_path, frames)), node.publish)
         role = taken.get(path) or graph.role(path) or ("a folder" if is_folder(path) else None)
+        where = text.place(node.name, ["publish"])
         if role:
-            where, right = text.place(node.name, ["publish"]), "a path of its own"
-            raise BadInput(f"publish: {path} is {role}", where=where, right=right)
+            raise BadInput(f"publish: {path} is {role}", where=where, right="a path of its own")
+        if path.suffix.lower() not in node.type.writes:
+            what, right = f"{node.type.name} does not write '{path.suffix}' files", ", ".join(node.type.writes)
+            raise BadInput(f"publish: {path}: {what}", where=where, right=f"a name that ends in {right}")
         taken[node.publish] = f"published by '{node.name}' too"
 
 

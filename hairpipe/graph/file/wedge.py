@@ -28,6 +28,7 @@ from hairpipe.graph.node.messages import brief, nearest
 
 KEYS = ("axes", "joint", "where", "show", "measures", "stop")
 MOST_VARIANTS = 1000
+MOST_LETTERS = 100
 RELATIONS = {
     "<": operator.lt,
     "<=": operator.le,
@@ -91,7 +92,8 @@ def read_wedges(text: GraphText) -> dict[str, Wedge]:
     """Read the wedges of a graph file; BadInput for what can be wrong in them before their variants are checked."""
     given = text.tables.get(WEDGE, {})
     for name, table in given.items() if isinstance(given, dict) else [("", given)]:
-        if not isinstance(table, dict) or not name.replace("-", "").replace("_", "").isalnum():
+        plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum() and len(name) <= MOST_LETTERS
+        if not isinstance(table, dict) or not plain:
             right = "[wedge.NAME], of letters, digits, - and _; no node is called wedge"
             raise BadInput(f"wedge.{name} = {brief(table)} is no wedge", where=text.place(WEDGE, [name]), right=right)
     return {name: WedgeReader(text, name, table).read() for name, table in given.items()}

@@ -9,7 +9,8 @@ from types import SimpleNamespace
 from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.signature import Frames, Pair, Reached, Time, Workspace
+from hairpipe.graph.node.signature import DATA_SUFFIXES, File, Frames, Pair, Reached, Time, Workspace
+from hairpipe.units import Suffixes
 
 Mode = Literal["once", "each", "scan"]
 View = Literal["now", "pair", "frames", "reached"]
@@ -67,6 +68,7 @@ class NodeType:
     """All that a signature declares.
 
     returns         as declared, a NamedTuple where there are several outputs
+    writes          suffixes under which its File may be published, in lower case
     state           output that a scan receives back as `previous`
     asks_time       names of its parameters that take the time, and
     asks_workspace  a folder to write in
@@ -80,6 +82,7 @@ class NodeType:
     settings: dict[str, SettingField]
     outputs: dict[str, type]
     returns: type
+    writes: tuple[str, ...]
     state: str | None
     asks_time: tuple[str, ...]
     asks_workspace: tuple[str, ...]
@@ -140,7 +143,7 @@ def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[.
     plain = [p for p in parameters if p.name != PREPARED]
     inputs = [p for p in plain if p.kind is not p.KEYWORD_ONLY]
     special = {p.name for p in inputs if hints[p.name] in (Time, Workspace) or p.name == "previous"}
-    outputs = read_outputs(hints.get("return"), refuse)
+    outputs, writes = read_outputs(hints.get("return"), refuse)
     declared = NodeType(
         name=function.__name__,
         mode=mode,
@@ -148,7 +151,8 @@ def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[.
         sockets={p.name: read_socket(p, hints[p.name], mode, refuse) for p in inputs if p.name not in special},
         settings=read_settings(plain, hints, refuse),
         outputs=outputs,
-        returns=hints["return"],
+        returns=bare(hints["return"]),
+        writes=writes,
         state=read_state(mode, hints if "previous" in special else {}, outputs, refuse),
         asks_time=tuple(name for name in special if hints[name] is Time),
         asks_workspace=tuple(name for name in special if hints[name] is Workspace),
@@ -205,17 +209,27 @@ def read_settings(
     return settings
 
 
-def read_outputs(annotation: Any, refuse: Refusal) -> dict[str, type]:
-    """Read the output type: a class, or a NamedTuple of classes for several outputs."""
-    if not isinstance(annotation, type):
+def read_outputs(annotation: Any, refuse: Refusal) -> tuple[dict[str, type], tuple[str, ...]]:
+    """Read the output type: a class, or a NamedTuple of classes for several outputs; and the suffixes of its File."""
+    returned = bare(annotation)
+    if not isinstance(returned, type):
         refuse(f"returns {annotation}", "a class, or a NamedTuple for several outputs")
-    if not (issubclass(annotation, tuple) and hasattr(annotation, "_fields")):
-        return {SINGLE: annotation}
-    outputs = get_type_hints(annotation)
-    for name, kind in outputs.items():
+    several = issubclass(returned, tuple) and hasattr(returned, "_fields")
+    declared = get_type_hints(returned, include_extras=True) if several else {SINGLE: annotation}
+    outputs = {name: bare(kind) for name, kind in declared.items()}
+    for name, kind in outputs.items() if several else ():
         if not isinstance(kind, type) or not re.fullmatch("[a-z][a-z0-9_]*", name):
             refuse(f"output '{name}': {kind}", "a lower-case name and a class")
-    return outputs
+    named = [suffixes_of(declared[name], refuse) for name, kind in outputs.items() if kind is File]
+    return outputs, next(filter(None, named), DATA_SUFFIXES)
+
+
+def suffixes_of(annotation: Any, refuse: Refusal) -> tuple[str, ...]:
+    """Read the suffixes that an output declares; none where it declares none."""
+    given = next((item.names for item in get_args(annotation)[1:] if isinstance(item, Suffixes)), ())
+    if not isinstance(given, tuple) or not all(re.fullmatch(r"\.[a-z0-9]+", str(name)) for name in given):
+        refuse(f"writes {given!r}", 'Suffixes((".png",)): a tuple of suffixes in lower case')
+    return given
 
 
 def read_state(mode: Mode, hints: dict[str, Any], outputs: dict[str, type], refuse: Refusal) -> str | None:

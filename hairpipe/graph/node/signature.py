@@ -71,9 +71,19 @@ Workspace = NewType("Workspace", Path)
 """An empty folder of its own for one evaluation of a node; gone afterwards."""
 
 
+DATA_SUFFIXES = (
+    *(".abc", ".bvh", ".csv", ".exr", ".gif", ".h5", ".jpeg", ".jpg", ".mp4", ".npy", ".npz", ".obj", ".pdf", ".png"),
+    *(".tif", ".tiff", ".usd", ".usda", ".usdc", ".vdb", ".webp"),
+)
+"""Formats of pictures and data, which no program executes."""
+
+
 @dataclass(frozen=True)
 class File:
     """A file that a node has written in its workspace; it is stored, and published, by its bytes.
+
+    A node declares its formats as `-> Annotated[File, Suffixes((".png",))]`: it is published under such a suffix only.
+    A node that declares none may publish under those of `DATA_SUFFIXES`.
 
     path        of the file
     companions  files that must lie beside it, by the relative name under which the file refers to them

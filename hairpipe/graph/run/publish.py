@@ -8,6 +8,7 @@ from pathlib import Path
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.bounds import Bounds, check_way, entered
 from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.node.signature import DATA_SUFFIXES
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.ledger import Ledger
 from hairpipe.graph.store.atomic import open_made, replacing, sweep
@@ -58,6 +59,9 @@ class Publisher:
         """Refuse a place that this task must not write to; returns the folder below which it may publish."""
         root = self.bounds.folder_of(place)
         check_way(place)
+        writes = {*DATA_SUFFIXES, *self.bounds.graph.nodes[task.node].type.writes}
+        if place.suffix.lower() not in writes:  # that of a companion is known only now
+            raise BadInput(f"'{place.suffix}' is no suffix of data", where=place, right=", ".join(sorted(writes)))
         other, there = self.placed.get(place, (task, name))
         if other != task and there != name:
             what = f"'{other}' has published another file there"

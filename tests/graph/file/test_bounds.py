@@ -40,7 +40,7 @@ def test_a_project_is_what_holds_the_graphs(tmp_path, monkeypatch):
     assert project_of(tmp_path / "graphs" / "a.toml") == tmp_path / "graphs", "a home folder is nobody's project"
 
 
-@pytest.mark.parametrize("path", ["../list.txt", "../../home/.bashrc", "{outside}/list.txt", "out/../../list.txt"])
+@pytest.mark.parametrize("path", ["../list.txt", "../../home/.hidden.txt", "{outside}/list.txt", "out/../../list.txt"])
 def test_what_leads_out_is_refused_before_anything_runs(shot, outside, path):
     publish_to(shot, path.format(outside=outside))
     assert f"it leads out of {shot.folder} (a path within, or --publish-root FOLDER)" in refused(shot)
@@ -106,19 +106,56 @@ def test_a_name_that_somebody_foresaw_is_not_written_to(shot, outside, monkeypat
 @pytest.mark.parametrize(
     ("path", "what"),
     [
-        ("sibling.toml", "it is a graph file"),
         ("lib/nodes/hat.txt", "it is in a folder of node types"),
-        ("conftest.py", "it is code"),
-        (".git/config", "it is hidden"),
+        ("lib/NODES/hat.txt", "it is in a folder of node types"),
+        (".git/list.txt", "it is hidden"),
+        ("out/--checkpoint-action=exec.txt", "it is a name that commands take for an option"),
+        ("out/list\u202egnp.txt", "it is a name with invisible characters"),
+        ("out/a\\u001bb.txt", "it is a name with invisible characters"),
         ("cache/actions/list.txt", "it is in the store"),
+        ("lib/Site-Packages/list.txt", "it is in the packages of Python"),
+        ("dist-packages/a/list.txt", "it is in the packages of Python"),
     ],
 )
 def test_some_places_are_nobodys_to_publish_to_even_with_force(shot, path, what):
     publish_to(shot, path)
-    (shot.folder / path).parent.mkdir(parents=True, exist_ok=True)
-    (shot.folder / path).write_text(MINE)
+    place = shot.folder / path.replace("\\u001b", "\x1b")
+    place.parent.mkdir(parents=True, exist_ok=True)
+    place.write_text(MINE)
     assert what in refused(shot, force=True)
-    assert (shot.folder / path).read_text() == MINE
+    assert place.read_text() == MINE
+
+
+@pytest.mark.parametrize("mark", ["pyvenv.cfg", "conda-meta"])
+def test_an_environment_of_python_is_not_written_to(shot, tmp_path_factory, mark):
+    """Neither by its path, nor by a link, nor where the user allows a folder within."""
+    environment = tmp_path_factory.mktemp("env")
+    (environment / mark).touch()
+    publish_to(shot, "link/lib/list.txt")
+    (shot.folder / "link").symlink_to(environment)
+    assert "it is in an environment of Python" in refused(shot, root=environment, force=True)
+    assert "it is in an environment of Python" in refused(shot, root=environment / "lib", force=True)
+    assert [path.name for path in environment.iterdir()] == [mark]
+
+
+@pytest.mark.parametrize("suffix", ["pth", "so", "sh", "py", "pyc", "toml", "json", "yaml", "mk", "html", "md", "d"])
+@pytest.mark.parametrize("stem", ["out/list.", "out/list.txt."])
+def test_a_file_is_published_under_suffixes_that_its_node_writes(shot, stem, suffix):
+    publish_to(shot, stem + suffix)
+    assert f"write_list does not write '.{suffix}' files (a name that ends in .txt)" in refused(shot)
+
+
+@pytest.mark.parametrize("name", ["Makefile", "out/package", ".pth", ".txt", "list.txt.", "list.txt "])
+def test_a_file_without_a_suffix_is_not_published(shot, name):
+    publish_to(shot, name)
+    assert "write_list does not write '" in refused(shot)
+
+
+def test_companions_have_suffixes_of_data(shot):
+    shot.edit("write_list.py", "parts/sums.txt", "parts/aa.pth")
+    (failure,) = shot.run(list__parts="true").failures
+    assert failure.kind == "publish" and "'.pth' is no suffix of data" in failure.message
+    assert not list(shot.folder.rglob("*.pth"))
 
 
 def test_a_file_of_the_users_stays_unless_he_says_so(shot):

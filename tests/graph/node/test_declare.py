@@ -9,7 +9,8 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graph import File, Frames, Pair, Time, Workspace, node
 from hairpipe.graph.node.declare import Preparation
-from hairpipe.units import Gt, Metres
+from hairpipe.graph.node.signature import DATA_SUFFIXES
+from hairpipe.units import Gt, Metres, Suffixes
 
 
 class Mesh:
@@ -58,6 +59,36 @@ def test_signature_is_read_and_the_function_stays_callable():
     assert [s.default for s in found.settings.values()] == [2.0, inspect.Parameter.empty]
     mesh = Mesh()
     assert simulate(mesh, None, None, None, Time(1, 24.0), Path(), count=1).mesh is mesh
+
+
+class Drawn(NamedTuple):
+    """A value, and a file of a declared format."""
+
+    mesh: Mesh
+    picture: Annotated[File, Suffixes((".txt",))]
+
+
+@pytest.mark.parametrize(
+    ("returned", "suffixes"),
+    [(File, DATA_SUFFIXES), (Annotated[File, Suffixes((".svg", ".txt"))], (".svg", ".txt")), (Drawn, (".txt",))],
+)
+def test_suffixes_of_a_file_are_declared(returned, suffixes):
+    def draw(a: Mesh):
+        """Draw."""
+
+    draw.__annotations__["return"] = returned
+    found = node(frames="once")(draw).__node__
+    assert found.writes == suffixes and File in found.outputs.values()
+
+
+@pytest.mark.parametrize("suffixes", [".txt", ("txt",), (".TXT",), (".tar.gz",), (".",)])
+def test_suffixes_that_no_name_ends_in_are_refused(suffixes):
+    def draw(a: Mesh):
+        """Draw."""
+
+    draw.__annotations__["return"] = Annotated[File, Suffixes(suffixes)]
+    with pytest.raises(BadInput, match="writes "):
+        node(frames="once")(draw)
 
 
 def no_docstring() -> Mesh: ...

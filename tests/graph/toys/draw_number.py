@@ -1,13 +1,16 @@
 """A file per frame."""
 
+from typing import Annotated
+
 from numeral import Numeral
 from tally import tally
 
 from hairpipe.graph import File, Workspace, node
+from hairpipe.units import Suffixes
 
 
 @node(frames="each")
-def draw_number(number: Numeral, workspace: Workspace) -> File:
+def draw_number(number: Numeral, workspace: Workspace) -> Annotated[File, Suffixes((".png", ".txt"))]:
     """Draw a number as that many digits."""
     tally("draw_number")
     path = workspace / "picture"

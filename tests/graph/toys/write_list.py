@@ -1,13 +1,18 @@
 """A file of all frames."""
 
+from typing import Annotated
+
 from numeral import Numeral
 from tally import tally
 
 from hairpipe.graph import File, Frames, Workspace, node
+from hairpipe.units import Suffixes
 
 
 @node(frames="once")
-def write_list(numbers: Frames[Numeral], workspace: Workspace, *, parts: bool = False) -> File:
+def write_list(
+    numbers: Frames[Numeral], workspace: Workspace, *, parts: bool = False
+) -> Annotated[File, Suffixes((".txt",))]:
     """List all numbers, in one file or with one part beside it."""
     tally("write_list")
     path = workspace / "list.txt"
