@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from hairpipe.data import Ends, Groom
-from hairpipe.graph import Time, node
+from hairpipe.graph import Cuts, Time, node
 from hairpipe.scripted_ends.track import Track
 from hairpipe.scripted_ends.wave import Wave
 from hairpipe.units import Ge, Seconds
@@ -13,6 +13,7 @@ from hairpipe.units import Ge, Seconds
 def drive_ends(
     groom: Groom,
     time: Time,
+    cuts: Cuts,
     *,
     at: int = 1001,
     roots: Track = Track(),  # noqa: B008 (frozen)
@@ -29,5 +30,6 @@ def drive_ends(
     release  of the tips, at the last frame that is not after this time; never without
     """
     from hairpipe.scripted_ends.ends import lead
+    from hairpipe.scripted_ends.track import instant_of
 
-    return lead(groom, (time.frame - at) / time.fps, roots, wave, tips, release)
+    return lead(groom, instant_of(time.frame, at, time.fps, cuts), roots, wave, tips, release)

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from hairpipe.data import Body, Pose
-from hairpipe.graph import Time, node
+from hairpipe.graph import Cuts, Time, node
 from hairpipe.units import Ge, Gt, Metres, Seconds, Suffixes
 
 
@@ -12,6 +12,7 @@ from hairpipe.units import Ge, Gt, Metres, Seconds, Suffixes
 def load_motion(
     rest: Body,
     time: Time,
+    cuts: Cuts,
     *,
     file: Annotated[Path, Suffixes((".bvh",))],
     at: int = 1001,
@@ -44,8 +45,12 @@ def load_motion(
     from hairpipe.body.mocap.posing import Playback, pose_at
     from hairpipe.io.mocap.bvh import recall_bvh
 
+    def instant(frame: int) -> float:
+        since = (frame - at) / time.fps
+        return start + (max(since, 0.0) if settle > 0.0 else since) * speed
+
     since = (time.frame - at) / time.fps
-    seconds = start + (max(since, 0.0) if settle > 0.0 else since) * speed
+    sides = [(instant(cut - 1), instant(cut)) for cut in cuts]
     playback = Playback(up=up, reference=reference, unit=unit, skip=skip, joints=joints, floor=floor)
-    pose = pose_at(rest.skeleton, recall_bvh(file), seconds, speed, playback)
+    pose = pose_at(rest.skeleton, recall_bvh(file), instant(time.frame), speed, playback, sides)
     return approach(rest.skeleton, pose, -since, settle) if settle > 0.0 > since else pose

@@ -2,11 +2,13 @@
 
 from hairpipe.data import Ends, Groom, Mesh, Table
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time, node
+from hairpipe.graph import Cuts, Frames, Time, node
 
 
 @node(frames="once")
-def measure_roots(groom: Groom, body: Frames[Mesh] | None, ends: Frames[Ends] | None, time: Time) -> Table:
+def measure_roots(
+    groom: Groom, body: Frames[Mesh] | None, ends: Frames[Ends] | None, time: Time, cuts: Cuts
+) -> Table:
     """At every frame, how fast the roots are and how much they accelerate, on the body or as the ends are led."""
     from hairpipe.measure.roots import measure_root_motion
     from hairpipe.sim.boundary import lead_of
@@ -14,4 +16,4 @@ def measure_roots(groom: Groom, body: Frames[Mesh] | None, ends: Frames[Ends] | 
     leads = lead_of(body, ends)
     if leads is None:
         raise BadInput("nothing moves the roots", where="in", right='in.body = "node", or in.ends')
-    return measure_root_motion(groom, leads, time.fps)
+    return measure_root_motion(groom, leads, time.fps, cuts)

@@ -4,7 +4,7 @@ from typing import Annotated, NamedTuple
 
 from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh, Strands, Table
 from hairpipe.data.hair import HairState
-from hairpipe.graph import Frames, Time, flat_group, node
+from hairpipe.graph import Cuts, Frames, Time, flat_group, node
 from hairpipe.sim.settings import HairSettings
 from hairpipe.units import Ge
 
@@ -27,6 +27,7 @@ def restart_hair(
     state: Frames[HairState],
     truth: Frames[Strands],
     time: Time,
+    cuts: Cuts,
     *,
     settings: HairSettings,
     restarts: Annotated[int, Ge(1)] = 7,
@@ -48,5 +49,5 @@ def restart_hair(
 
     models = build_models(groom, settings.material, settings.model, settings.construction)
     hair = choose_precision(settings.precision, models, settings, bodies=bool(surface or parts))
-    around = Around(body, ends, surface or (), parts or ())
+    around = Around(body, ends, surface or (), parts or (), cuts)
     return Restarts(*restart_tables(hair, around, settings, (state, truth), time.dt, restarts, window))

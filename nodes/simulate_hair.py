@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hairpipe.data import BodyParts, Density, Ends, Groom, LevelSet, Mesh, Strands
 from hairpipe.data.hair import HairState
-from hairpipe.graph import Pair, Time, flat_group, node
+from hairpipe.graph import Cuts, Pair, Time, flat_group, node
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import HairSettings
 from hairpipe.sim.strands.construction import Construction
@@ -39,6 +39,7 @@ def simulate_hair(
     target: Pair[Density] | None,
     previous: HairState | None,
     time: Time,
+    cuts: Cuts,
     prepared: "HairModels",
     *,
     settings: HairSettings,
@@ -53,7 +54,7 @@ def simulate_hair(
 
     solid, leads = bool(surface or parts), lead_of(body, ends) or (None, None)
     hair = choose_precision(settings.precision, prepared, settings, bodies=solid, first=previous is None)
-    began, cut = (time.frame - 1) * time.dt, time.frame in settings.cuts
+    began, cut = (time.frame - 1) * time.dt, time.frame in cuts
     frame = Frame(leads, surface or (), parts or (), began, time.dt, cut, target)
     state = next_state(hair, previous, frame, settings)
     return Hair(strands_of(hair, state), state)

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from hairpipe.data import BodyParts, Cloud, LevelSet, Mesh, Particles
 from hairpipe.data.particles import ParticleState
-from hairpipe.graph import Pair, Time, flat_group, node
+from hairpipe.graph import Cuts, Pair, Time, flat_group, node
 from hairpipe.particles.settings import Interaction, ParticleSettings, Printed, RestTension
 
 if TYPE_CHECKING:
@@ -43,6 +43,7 @@ def simulate_particles(
     parts: tuple[Pair[BodyParts], ...] | None,
     previous: ParticleState | None,
     time: Time,
+    cuts: Cuts,
     prepared: "Prepared",
     *,
     settings: ParticleSettings,
@@ -50,7 +51,7 @@ def simulate_particles(
     """Hair as loosely connected particles after Bando, Chen, Nishita 2003; `carry_strands` makes strands of them."""
     from hairpipe.particles.simulate import ParticleFrame, cloud_of, next_state
 
-    began, cut = (time.frame - 1) * time.dt, time.frame in settings.cuts
+    began, cut = (time.frame - 1) * time.dt, time.frame in cuts
     frame = ParticleFrame(body or (None, None), surface or (), parts or (), began, time.dt, cut)
     state = next_state(particles, prepared, previous, frame, settings)
     return LooseHair(cloud_of(state), state)

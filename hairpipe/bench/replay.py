@@ -52,12 +52,12 @@ class Replay:
         """Build what the node is given at this frame, what it is prepared with included."""
         node, frames = self.graph.nodes[self.name], tuple(self.graph.all_frames)
         sources = name_inputs(node.type, inputs_of(self.graph, Task(self.name, self.frame), frames), frames, itself)
-        when = Time(self.frame, self.graph.fps)
+        moment = Time(self.frame, self.graph.fps), self.graph.cuts_of(node, self.frame, frames)
         settings = self.graph.settings(node)
         prepared = self._preparations.prepare(node.type, sources, settings, self._load)
         for message in prepared.warnings:
             warn(message, stacklevel=2)
-        return build_arguments(node.type, sources, settings, when, None, self._load) | prepared.arguments
+        return build_arguments(node.type, sources, settings, moment, None, self._load) | prepared.arguments
 
     def advance(self, arguments: dict[str, Any]) -> Any:
         """Evaluate the node at this frame with its arguments, and go on to the next."""

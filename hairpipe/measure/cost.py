@@ -30,12 +30,16 @@ COLUMNS = ("seconds per frame", "fastest frame [s]", "slowest frame [s]", "frame
 
 
 class Around(NamedTuple):
-    """The surroundings of hair, frame by frame; None or empty where there are none."""
+    """The surroundings of hair, frame by frame; None or empty where there are none.
+
+    cuts  frames at which the shot is cut
+    """
 
     body: Mapping[int, Mesh] | None
     ends: Mapping[int, Ends] | None
     surfaces: Sequence[Mapping[int, LevelSet]]
     parts: Sequence[Mapping[int, BodyParts]]
+    cuts: Sequence[int] = ()
 
     def frames(self, first: int, count: int) -> list[int]:
         """List frames, at most so many of those there are; they are counted on from the first where nothing moves.
@@ -95,7 +99,7 @@ def hair_advance(hair: HairModel, around: Around, settings: HairSettings, dt: fl
     """Return what simulates strands from frame to frame, dt [s] apart."""
 
     def advance(state: HairState | None, pair: tuple[int, int]) -> HairState:
-        after = next_state(hair, state, frame_between(around, pair, settings, dt), settings)
+        after = next_state(hair, state, frame_between(around, pair, dt), settings)
         if not np.isfinite(after.positions).all():
             raise ArithmeticError("hair is not finite")
         return after
@@ -110,17 +114,17 @@ def particle_advance(particles: Particles, around: Around, settings: ParticleSet
     def advance(state: ParticleState | None, pair: tuple[int, int]) -> ParticleState:
         leads = _at(around.body, pair) or (None, None)
         bodies = [_pair(some, pair) for some in around.surfaces], [_pair(some, pair) for some in around.parts]
-        frame = ParticleFrame(leads, *bodies, (pair[1] - 1) * dt, dt, pair[1] in settings.cuts)
+        frame = ParticleFrame(leads, *bodies, (pair[1] - 1) * dt, dt, pair[1] in around.cuts)
         return next_particles(particles, prepared, state, frame, settings)
 
     return advance
 
 
-def frame_between(around: Around, pair: tuple[int, int], settings: HairSettings, dt: float) -> Frame:
+def frame_between(around: Around, pair: tuple[int, int], dt: float) -> Frame:
     """Collect what hair is given at the second of two frames, dt [s] apart."""
     leads = lead_of(_at(around.body, pair), _at(around.ends, pair)) or (None, None)
     bodies = [_pair(some, pair) for some in around.surfaces], [_pair(some, pair) for some in around.parts]
-    return Frame(leads, *bodies, (pair[1] - 1) * dt, dt, pair[1] in settings.cuts)
+    return Frame(leads, *bodies, (pair[1] - 1) * dt, dt, pair[1] in around.cuts)
 
 
 def _pair(values: Mapping[int, object], pair: tuple[int, int]) -> tuple:

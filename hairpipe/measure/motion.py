@@ -1,6 +1,6 @@
 """Speed, stretch and height of all hair, frame by frame."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,19 +11,20 @@ from hairpipe.data.table import table_of_rows
 COLUMNS = ("time [s]", "rms speed [mm/s]", "fastest [mm/s]", "longest stretch [%]", "mean height [mm]", "moved [mm]")
 
 
-def measure_speeds(hair: Mapping[int, Strands], fps: float) -> Table:
+def measure_speeds(hair: Mapping[int, Strands], fps: float, cuts: Sequence[int] = ()) -> Table:
     """Return a row for every frame, over all points but the roots, which are led; time zero is the first frame.
 
     rms speed, fastest  of the points; half the square of the first is the kinetic energy of a kilogram
     longest stretch     of a whole strand, over its length at the first frame
     mean height         along Y
-    moved               root mean square, since the frame before
+    moved               root mean square, since the frame before; 0 at a cut of the shot
     """
     frames = list(hair)
     first = previous = hair[frames[0]]
     led, lengths, rows = first.offsets[:-1], strand_lengths(first.points, first.offsets), []
     for frame in frames:
         now = hair[frame]
+        previous = now if frame in cuts else previous
         points, before = (np.delete(strands.points.astype(float), led, axis=0) for strands in (now, previous))
         moved = np.linalg.norm(points - before, axis=1)
         rows.append(((frame - frames[0]) / fps, *row_of(now, lengths), 1e3 * np.sqrt(np.mean(moved**2))))

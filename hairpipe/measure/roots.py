@@ -1,6 +1,6 @@
 """Speed and acceleration of the roots of hair, frame by frame."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -9,14 +9,19 @@ from hairpipe.data.table import table_of_columns
 from hairpipe.sim.boundary import check_lead
 
 
-def measure_root_motion(groom: Groom, leads: Mapping[int, Mesh | Ends], fps: float) -> Table:
+def measure_root_motion(
+    groom: Groom, leads: Mapping[int, Mesh | Ends], fps: float, cuts: Sequence[int] = ()
+) -> Table:
     """Return a row for every frame: root mean square, over the strands, of speed and acceleration of the roots.
 
     leads  at the frames of the run, ascending; some may be left out
+    cuts   frames at which the shot is cut: differences are taken on one side of them
     """
     frames = list(leads)
     places = np.array([root_places(groom, leads[frame]) for frame in frames])
-    rates, accelerations = differences(places, np.array(frames))
+    takes = np.split(np.arange(len(frames)), np.searchsorted(frames, cuts))
+    found = [differences(places[take], np.array(frames)[take]) for take in takes if len(take)]
+    rates, accelerations = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return table_of_columns(
         {"frame": frames, "speed [m/s]": rms(rates * fps), "acceleration [m/s^2]": rms(accelerations * fps**2)}
     )

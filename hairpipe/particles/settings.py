@@ -93,7 +93,6 @@ class ParticleSettings:
     wind         moving air, which takes the place of `air`; without, it is still
     printed      what is to be as the paper prints it, to see how it fails: explicit `steps`, (16) `pressure` with one
                  density at rest, which attracts, (18) `friction` without bound, `links` that fade, all of them
-    cuts         frames at which a shot begins anew: particles are carried over with their roots
     """
 
     sag: Annotated[float, Interval(gt=1e-3, le=1.0)] = 0.1
@@ -107,4 +106,3 @@ class ParticleSettings:
     sag_free: RestTension | None = None
     wind: Wind | None = None
     printed: tuple[Printed, ...] = ()
-    cuts: tuple[int, ...] = ()

@@ -57,7 +57,7 @@ class ParticleFrame:
     parts     bodies in parts
     began     time of the shot at the previous frame [s]
     frame_dt  time between the two [s]
-    cut       the shot begins anew at this frame
+    cut       the shot is cut at this frame: particles are carried over with their roots
     """
 
     leads: tuple[Lead, Lead]

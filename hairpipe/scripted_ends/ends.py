@@ -20,7 +20,7 @@ def lead(groom: Groom, time: float, roots: Track, wave: Wave | None, tips: Track
     if wave:
         course = course_of_wave(wave, time)
         root = after(root, turned(course, unit(wave.axis, "axis"), first + np.array(wave.pivot)))
-    held = tips if release is None or time <= release + INSTANT else None
+    held = tips if release is None or time <= release + 3.0 * INSTANT else None
     tip = Motion(*np.full((2, *root.place.shape), np.nan)) if held is None else follow(held, last, time)
     return Ends(root.place, root.rate, tip.place, tip.rate)
 

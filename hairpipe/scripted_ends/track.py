@@ -1,5 +1,6 @@
 """Motion by keys: where to and how far turned, at given times."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -42,6 +43,17 @@ class Track:
             if keys and len(keys) != len(self.times):
                 what = f"{name} has {len(keys)} keys, times has {len(self.times)}"
                 raise BadInput(what, right="one for every time, or none at all")
+
+
+def instant_of(frame: int, at: int, fps: float, cuts: Sequence[int]) -> float:
+    """Return the time of a frame [s], an instant into its take where the shot is cut beside it; pure.
+
+    at    frame at which time is zero
+    cuts  frames at which the shot is cut
+
+    A track that jumps between the two frames around a cut has the speed of its take there, not the mean of both sides.
+    """
+    return (frame - at) / fps + 2.0 * INSTANT * ((frame in cuts) - (frame + 1 in cuts))
 
 
 def course_of(track: Track, time: float) -> Course:

@@ -274,11 +274,9 @@ class HairSettings(Scene):
     precision     of the numbers; automatic: single where that is safe, see `sim/precision.py`
     material      of the fibre; the spring constants are calibrated from it
     construction  of the network, to take apart what it consists of
-    cuts          frames at which a shot begins anew: hair is carried over with its roots, without the way there
     """
 
     model: ModelName = "network"
     precision: Literal["automatic", "double", "single"] = "automatic"
     material: Material = Material()  # noqa: RUF009 (frozen)
     construction: Construction = Construction()  # noqa: RUF009
-    cuts: tuple[int, ...] = ()

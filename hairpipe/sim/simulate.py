@@ -45,7 +45,7 @@ class Frame:
     parts     bodies in parts
     began     time of the shot at the previous frame [s]
     frame_dt  time between the two [s]
-    cut       the shot begins anew at this frame
+    cut       the shot is cut at this frame: hair is carried over with its roots
     target    densities that hair is led to, where `volume.target` says how
     """
 

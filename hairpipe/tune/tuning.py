@@ -175,10 +175,7 @@ def look_at(request: Request) -> Scene:
     total, tip = len(strands.ids), tip_of(request, strands)
     if not leads:
         return Scene(total, None, tip)
-    motion = np.array(results.value(ROOTS)["acceleration [m/s^2]"])
-    for cut in shot.nodes[request.hair].settings["cuts"]:  # nothing moves there: hair is carried over
-        motion[[place for place, frame in enumerate(shot.frames) if cut - 1 <= frame <= cut]] = 0.0
-    return Scene(total, motion, tip)
+    return Scene(total, np.array(results.value(ROOTS)["acceleration [m/s^2]"]), tip)
 
 
 def tip_of(request: Request, groom: Groom) -> float | None:

@@ -19,7 +19,7 @@ SAMPLE = "tune-sample"
 """The node that chooses strands of which a scene is tuned."""
 MEMBER = "tune-member"
 """The node that makes a member of an ensemble of all of them."""
-SHARED = ("gravity", "air", "wind", "cuts", "checkpoint")
+SHARED = ("gravity", "air", "wind", "checkpoint")
 """Settings that a simulation of particles has in common with one of strands."""
 INTERPOLATED = ("body", "ends", "surface", "parts")
 """Sockets that a simulation and an interpolation have in common."""

@@ -34,7 +34,7 @@ def test_it_takes_the_settings_of_the_simulation(node, simulation):
 
 def test_frames_are_timed_on_one_thread_and_particles_counted():
     threads = numba.get_num_threads()
-    table = time_hair(GROOM, None, None, None, None, Time(1, 24.0), warm=1, timed=3)
+    table = time_hair(GROOM, None, None, None, None, Time(1, 24.0), (), warm=1, timed=3)
     assert numba.get_num_threads() == threads
     assert 0.0 < table["fastest frame [s]"][0] <= table["seconds per frame"][0] <= table["slowest frame [s]"][0]
     assert table["frames timed"].tolist() == [3] and table["particles"].tolist() == [9 * 11]
@@ -42,7 +42,7 @@ def test_frames_are_timed_on_one_thread_and_particles_counted():
 
 def test_more_steps_cost_more():
     few, many = (
-        time_hair(GROOM, None, None, None, None, Time(1, 24.0), steps=StepControl(1 / rate), warm=1, timed=5)
+        time_hair(GROOM, None, None, None, None, Time(1, 24.0), (), steps=StepControl(1 / rate), warm=1, timed=5)
         for rate in (24, 2400)
     )
     assert many["seconds per frame"][0] > 5 * few["seconds per frame"][0]
@@ -50,14 +50,14 @@ def test_more_steps_cost_more():
 
 @pytest.mark.parametrize("collisions", [None, Collisions()])
 def test_a_run_that_diverges_ends_there_also_where_hair_touches_hair(collisions):
-    table = time_hair(GROOM, None, None, None, None, Time(1, 24.0), gravity=1e300, collisions=collisions, timed=3)
+    table = time_hair(GROOM, None, None, None, None, Time(1, 24.0), (), gravity=1e300, collisions=collisions, timed=3)
     assert np.isnan(table["seconds per frame"][0]) and table["frames timed"].tolist() == [0]
 
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_shot_of_few_frames_is_timed_as_far_as_it_goes(count):
     shot = Frames(tuple(range(5, 5 + count)), lambda frame: lead(GROOM, frame / 24, Track(), None, None, None))
-    table = time_hair(GROOM, None, None, None, shot, Time(5, 24.0), warm=4, timed=8)
+    table = time_hair(GROOM, None, None, None, shot, Time(5, 24.0), (), warm=4, timed=8)
     assert table["frames timed"].tolist() == [count - 1]
 
 
@@ -65,4 +65,4 @@ def test_frames_that_are_left_out_are_refused_where_they_would_be_timed():
     shot = Frames((5, 6, 9), lambda frame: lead(GROOM, frame / 24, Track(), None, None, None))
     assert Around(None, shot, (), ()).frames(5, 2) == [5, 6]
     with pytest.raises(BadInput, match=r"no frames between 6 and 9.*\(4 of them in a row\)"):
-        time_hair(GROOM, None, None, None, shot, Time(5, 24.0), warm=1, timed=2)
+        time_hair(GROOM, None, None, None, shot, Time(5, 24.0), (), warm=1, timed=2)

@@ -20,7 +20,7 @@ def test_what_points_do_whose_roots_are_led():
     moved = POINTS.copy()
     moved[2, 1], moved[4, 1] = -2.5, -1.0
     hair = {3: Strands(POINTS, SPEEDS, OFFSETS, 8e-5), 4: Strands(moved, 0 * SPEEDS, OFFSETS, 8e-5)}
-    table = measure_motion(Frames((3, 4), hair.__getitem__), Time(0, 24.0))
+    table = measure_motion(Frames((3, 4), hair.__getitem__), Time(0, 24.0), ())
     assert table["time [s]"].tolist() == pytest.approx([0.0, 1 / 24])
     assert table["rms speed [mm/s]"].tolist() == pytest.approx([1e3 * np.sqrt((25 + 144) / 3), 0.0])
     assert table["fastest [mm/s]"].tolist() == pytest.approx([12e3, 0.0])

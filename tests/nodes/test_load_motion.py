@@ -25,7 +25,7 @@ def yaw(pose) -> float:
 
 
 def test_the_clip_starts_at_the_first_frame_of_a_shot(bust):
-    pose = load_motion(bust, Time(1001, 24.0), file=SHAKE)
+    pose = load_motion(bust, Time(1001, 24.0), (), file=SHAKE)
     np.testing.assert_allclose(pose.transforms, bust.skeleton.rest, atol=1e-9)
     np.testing.assert_array_equal(pose.rates, 0.0)
 
@@ -42,8 +42,8 @@ def test_the_clip_starts_at_the_first_frame_of_a_shot(bust):
     ],
 )
 def test_frame_rate_start_and_speed_all_lead_to_the_same_instant(bust, frame, fps, settings):
-    pose = load_motion(bust, Time(frame, fps), file=SHAKE, **settings)
-    same = load_motion(bust, Time(1021, 24.0), file=SHAKE)
+    pose = load_motion(bust, Time(frame, fps), (), file=SHAKE, **settings)
+    same = load_motion(bust, Time(1021, 24.0), (), file=SHAKE)
     np.testing.assert_allclose(pose.transforms, same.transforms, atol=1e-9)
     np.testing.assert_allclose(pose.rates, same.rates * settings.get("speed", 1.0), atol=1e-9)
     assert abs(yaw(pose)) > 20.0
@@ -51,7 +51,7 @@ def test_frame_rate_start_and_speed_all_lead_to_the_same_instant(bust, frame, fp
 
 def test_velocities_are_those_of_neighbouring_frames(bust):
     fps = 960.0
-    before, now, after = (load_motion(bust, Time(1001 + f, fps), file=SHAKE) for f in (999, 1000, 1001))
+    before, now, after = (load_motion(bust, Time(1001 + f, fps), (), file=SHAKE) for f in (999, 1000, 1001))
     change = (after.transforms - before.transforms) * fps / 2.0
     np.testing.assert_allclose(now.rates, change, atol=0.02 * np.abs(now.rates).max())
 
@@ -72,7 +72,7 @@ UPRIGHT = {"cmu_05_06": 6.0, "cmu_61_12_scaled": 0.1, "fair1_dab": 0.1, "rokoko_
 def test_a_person_stands_where_the_performer_stands(shared, person, name):
     from hairpipe.body.skinning import skin
 
-    pose = load_motion(person, Time(1001, 24.0), file=shared / "mocap" / f"{name}.bvh", start=UPRIGHT[name])
+    pose = load_motion(person, Time(1001, 24.0), (), file=shared / "mocap" / f"{name}.bvh", start=UPRIGHT[name])
     up = {
         joint: pose.transforms[person.skeleton.names.index(joint), 1, 3]
         for joint in ("head", "root", "foot.L", "foot.R")
@@ -88,7 +88,7 @@ def test_a_cartwheel_turns_the_person_over(shared, person):
     file, head, root = shared / "mocap" / "cmu_49_08.bvh", person.skeleton.names.index("head"), 0
     heights = []
     for frame in range(0, 110, 5):
-        pose = load_motion(person, Time(1001 + frame, 24.0), file=file)
+        pose = load_motion(person, Time(1001 + frame, 24.0), (), file=file)
         heights.append(pose.transforms[head, 1, 3] - pose.transforms[root, 1, 3])
     assert max(heights) > 0.5 and min(heights) < -0.3
 
@@ -97,7 +97,7 @@ def test_a_cartwheel_turns_the_person_over(shared, person):
 def test_our_own_clip_fits_every_body(request, name):
     body = request.getfixturevalue(name)
     head = body.skeleton.names.index("head")
-    rest, pose = body.skeleton.rest[head], load_motion(body, Time(1021, 24.0), file=SHAKE).transforms[head]
+    rest, pose = body.skeleton.rest[head], load_motion(body, Time(1021, 24.0), (), file=SHAKE).transforms[head]
     turn = pose[:3, :3] @ rest[:3, :3].T
     assert 30.0 < np.degrees(np.arccos((np.trace(turn) - 1.0) / 2.0)) < 60.0
     assert np.linalg.norm(pose[:3, 3] - rest[:3, 3]) < 0.05
@@ -109,8 +109,8 @@ def test_the_body_comes_smoothly_from_rest_to_the_pose_that_the_shot_begins_with
     fps = 240.0
     count = round(settle * fps)
     kwargs = {"file": SHAKE, "start": 20.0 / 24.0}
-    poses = [load_motion(bust, Time(1001 - n, fps), settle=settle, **kwargs) for n in (count, count + 5, 1, 0)]
-    clip = load_motion(bust, Time(1001, fps), **kwargs)
+    poses = [load_motion(bust, Time(1001 - n, fps), (), settle=settle, **kwargs) for n in (count, count + 5, 1, 0)]
+    clip = load_motion(bust, Time(1001, fps), (), **kwargs)
     for pose in poses[:2]:
         np.testing.assert_allclose(pose.transforms, bust.skeleton.rest, atol=1e-12)
         assert np.abs(pose.rates).max() < 0.01
@@ -118,7 +118,7 @@ def test_the_body_comes_smoothly_from_rest_to_the_pose_that_the_shot_begins_with
     assert np.abs(clip.rates).max() > 0.5
     change = (poses[3].transforms - poses[2].transforms) * fps
     np.testing.assert_allclose(change, 0.5 * (poses[2].rates + clip.rates), atol=0.05)
-    middle = [load_motion(bust, Time(1001 - count // 2 - n, fps), settle=settle, **kwargs) for n in (-1, 0, 1)]
+    middle = [load_motion(bust, Time(1001 - count // 2 - n, fps), (), settle=settle, **kwargs) for n in (-1, 0, 1)]
     change = (middle[0].transforms - middle[2].transforms) * fps / 2
     np.testing.assert_allclose(middle[1].rates, change, atol=0.05)
     turns = middle[1].transforms[:, :3, :3]

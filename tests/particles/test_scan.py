@@ -18,13 +18,13 @@ from hairpipe.sim.air.wind import Wind
 DEFAULTS = {"sag": 0.1, "damping": 0.2, "gravity": 9.81, "interaction": Interaction(), "sag_free": None, "printed": ()}
 
 
-def frames_of(particles, bodies, **settings):
+def frames_of(particles, bodies, cuts=(), **settings):
     """Simulate a frame for every body, from the first on; return the clouds."""
     prepared, state, clouds = prepare_particles(particles, **DEFAULTS), None, []
     for frame, body in enumerate(bodies, 1):
         pair = (bodies[max(frame - 2, 0)], body)
         hair = simulate_particles(
-            particles, pair, None, None, state, Time(frame, 24.0), prepared, interaction=Interaction(), **settings
+            particles, pair, None, None, state, Time(frame, 24.0), cuts, prepared, interaction=Interaction(), **settings
         )
         clouds, state = [*clouds, hair.cloud], hair.state
     return clouds
@@ -51,7 +51,7 @@ def test_what_is_timed_is_what_is_simulated(curtain, place_plate):
     for pair in ((1, 1), (1, 2), (2, 3), (3, 4)):
         state = advance(state, pair)
     assert np.array_equal(state.points, frames_of(particles, ways)[-1].points)
-    table = time_particles(particles, shot, None, None, Time(1, 24.0), interaction=Interaction(), warm=1, timed=2)
+    table = time_particles(particles, shot, None, None, Time(1, 24.0), (), interaction=Interaction(), warm=1, timed=2)
     assert table["frames timed"].tolist() == [2] and table["particles"].tolist() == [len(particles.points)]
     assert 0.0 < table["fastest frame [s]"][0] <= table["seconds per frame"][0]
 

@@ -41,7 +41,7 @@ def hair(bust):
 def test_hair_follows_any_motion_at_any_frame_rate(shared, bust, hair, clip, fps):
     file = shared / "mocap" / f"{clip}.bvh"
     frames = range(1001, 1001 + round(fps))
-    poses = (load_motion(bust, Time(frame, fps), file=file, start=VIOLENT[clip]) for frame in frames)
+    poses = (load_motion(bust, Time(frame, fps), (), file=file, start=VIOLENT[clip]) for frame in frames)
     bodies = [pose_body(bust, pose) for pose in poses]
     scene = Scene(strain=StrainLimit())
     state = start(hair, bodies[0], scene)

@@ -155,7 +155,7 @@ def test_key_hairs_are_simulated_and_who_took_hair_takes_all_of_it(scene):
 
 def test_particles_take_the_place_of_strands_and_carry_them_under_the_same_name(scene):
     """With what both models have in common; the sample of strands that is tuned is carried by those of all hair."""
-    said = "cuts = [9]\nmaterial.diameter = 5e-5\ncontact.friction = 0.1\nwind.velocity = [1.0, 0.0, 0.0]\n"
+    said = "material.diameter = 5e-5\ncontact.friction = 0.1\nwind.velocity = [1.0, 0.0, 0.0]\n"
     picture = '[picture]\ntype = "preview"\nin = { hair = "hair.strands", body = "body" }\n'
     scene.write_text(SCENE.replace("[hair.collisions]", said + "[hair.collisions]") + picture)
     part = parts_by_axis(scene)["particles"][1]
@@ -166,7 +166,7 @@ def test_particles_take_the_place_of_strands_and_carry_them_under_the_same_name(
     assert after["hair-particles"]["in"] == {"groom": "groom"} and after["hair-particles"]["particles"] == 500
     cloud = after["hair-cloud"]
     assert cloud["in"] == {"particles": "hair-particles", "body": "body", "surface": ["surface"]}
-    assert (cloud["cuts"], cloud["contact"], cloud["fibre"]) == ([9], {"friction": 0.1}, {"diameter": 5e-5})
+    assert (cloud["contact"], cloud["fibre"]) == ({"friction": 0.1}, {"diameter": 5e-5})
     assert cloud["wind"] == {"velocity": [1.0, 0.0, 0.0]} and cloud["interaction"] == {} and "sag_free" not in cloud
     scene.write_text("schema = 1\nframes = [1, 3]\nfps = 24\n" + write_toml(changed_tables({}, after), ""))
     load_graph(scene)

@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh, Table
-from hairpipe.graph import Frames, Time, flat_group, node
+from hairpipe.graph import Cuts, Frames, Time, flat_group, node
 from hairpipe.sim.settings import HairSettings
 from hairpipe.units import Ge
 
@@ -17,6 +17,7 @@ def time_hair(
     parts: tuple[Frames[BodyParts], ...] | None,
     ends: Frames[Ends] | None,
     time: Time,
+    cuts: Cuts,
     *,
     settings: HairSettings,
     warm: Annotated[int, Ge(1)] = 4,
@@ -35,6 +36,6 @@ def time_hair(
 
     models = build_models(groom, settings.material, settings.model, settings.construction)
     hair = choose_precision(settings.precision, models, settings, bodies=bool(surface or parts))
-    around = Around(body, ends, surface or (), parts or ())
+    around = Around(body, ends, surface or (), parts or (), cuts)
     frames = around.frames(time.frame, 1 + warm + timed)
     return cost_table(hair_advance(hair, around, settings, time.dt), frames, hair.layout.particles, warm, timed)

@@ -3,7 +3,7 @@
 from typing import Annotated
 
 from hairpipe.data import BodyParts, LevelSet, Mesh, Particles, Table
-from hairpipe.graph import Frames, Time, flat_group, node
+from hairpipe.graph import Cuts, Frames, Time, flat_group, node
 from hairpipe.particles.settings import ParticleSettings
 from hairpipe.units import Ge
 
@@ -16,6 +16,7 @@ def time_particles(
     surface: tuple[Frames[LevelSet], ...] | None,
     parts: tuple[Frames[BodyParts], ...] | None,
     time: Time,
+    cuts: Cuts,
     *,
     settings: ParticleSettings,
     warm: Annotated[int, Ge(1)] = 4,
@@ -30,7 +31,7 @@ def time_particles(
     """
     from hairpipe.measure.cost import Around, cost_table, particle_advance
 
-    around = Around(body, None, surface or (), parts or ())
+    around = Around(body, None, surface or (), parts or (), cuts)
     frames = around.frames(time.frame, 1 + warm + timed)
     advance = particle_advance(particles, around, settings, time.dt)
     return cost_table(advance, frames, len(particles.points), warm, timed)

@@ -22,12 +22,12 @@ class Placement(NamedTuple):
 
 
 def place_joints(clip: Clip, frames: np.ndarray) -> Placement:
-    """Return the joints at fractional frames (k,) of a clip, held at its ends. Pure.
+    """Return the joints at fractional frames (k,) of a clip. Pure.
 
-    Between frames local rotations turn along great arcs and local positions move straight.
+    Between frames local rotations turn along great arcs and local positions move straight; beyond the ends they go on
+    as between the two frames there.
     """
-    frames = np.clip(frames, 0.0, len(clip.values) - 1)
-    before = np.minimum(frames.astype(np.int64), max(len(clip.values) - 2, 0))
+    before = np.clip(frames.astype(np.int64), 0, max(len(clip.values) - 2, 0))
     after = np.minimum(before + 1, len(clip.values) - 1)
     share = (frames - before)[:, None]
     turns = slerp(local_turns(clip, before), local_turns(clip, after), share)

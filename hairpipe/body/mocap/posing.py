@@ -1,6 +1,7 @@
 """The pose of a body at an instant of a clip, and how fast it changes."""
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,6 +9,7 @@ import numpy as np
 from hairpipe.body.mocap.floor import standing_height
 from hairpipe.body.mocap.performer import local_turns
 from hairpipe.body.mocap.retarget import Retarget, build_retarget
+from hairpipe.body.mocap.take import take_at
 from hairpipe.data import Pose, Skeleton
 from hairpipe.data.clip import Clip
 from hairpipe.errors import BadInput
@@ -29,13 +31,24 @@ class Playback:
     floor: str | None = None
 
 
-def pose_at(skeleton: Skeleton, clip: Clip, seconds: float, speed: float, playback: Playback) -> Pose:
+def pose_at(
+    skeleton: Skeleton,
+    clip: Clip,
+    seconds: float,
+    speed: float,
+    playback: Playback,
+    cuts: Sequence[tuple[float, float]] = (),
+) -> Pose:
     """Return the pose of a skeleton at an instant of a clip, counted from its first frame that is played. Pure.
+
+    cuts  of the shot: the instants of the clip at the frames before and after each [s], ascending
 
     Rates are the central difference over one sampling interval of the clip about the instant, times `speed`: a pose
     depends on the samples within one and a half intervals of it, that is on two to either side at most (and on the
-    first ones, see `leading_frames`), and on no others; on all of them with `floor` = "feet".
-    Outside the clip its end poses are held. Raises BadInput where `skip` leaves no frame.
+    first ones, see `leading_frames`), and on no others; on all of them with `floor` = "feet". At both ends of the clip
+    and at cuts the difference is one-sided, see `Take`.
+    Outside the clip its end poses are held. Raises BadInput where `skip` leaves no frame, or cuts leave none between
+    two.
     """
     retarget = build_retarget(
         skeleton, clip, up=playback.up, reference=playback.reference, unit=playback.unit, joints=playback.joints
@@ -46,10 +59,13 @@ def pose_at(skeleton: Skeleton, clip: Clip, seconds: float, speed: float, playba
     played = replace(clip, values=clip.values[skip:])
     if seconds < 0.0:
         warnings.warn("the shot begins before the clip does, whose first pose is held (see `at`)", stacklevel=2)
-    frames = seconds / clip.frame_time + np.array([-0.5, 0.0, 0.5])
-    before, now, after = retarget.transforms(played, frames)
+    at, frame_time = seconds / clip.frame_time, clip.frame_time
+    take = take_at(len(played.values), at, [(before / frame_time, after / frame_time) for before, after in cuts])
+    instants, span = take.window(at)
+    samples = replace(played, values=played.values[take.first : take.last + 1])
+    before, now, after = retarget.transforms(samples, np.array(instants) - take.first)
     now[:, 1, 3] -= lift(retarget, played, playback.floor)
-    return Pose(now, (after - before) * (speed / clip.frame_time))
+    return Pose(now, (after - before) * (speed / frame_time / span) if span > 0.0 else np.zeros_like(now))
 
 
 def lift(retarget: Retarget, clip: Clip, floor: str | None) -> float:

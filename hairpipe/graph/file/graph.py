@@ -13,6 +13,7 @@ from hairpipe.graph.node.declare import NodeType
 from hairpipe.graph.node.fields import fields_of
 from hairpipe.graph.node.messages import nearest
 from hairpipe.graph.node.settings import map_files
+from hairpipe.graph.node.signature import Cuts
 from hairpipe.graph.store.digest import digest_bytes
 
 FRAME_MARK = re.compile("#+")
@@ -65,6 +66,7 @@ class Graph:
     fps      frames per second [1/s]
     taken    outputs that some node takes; of the whole graph, also where this is a part of it
     preroll  frames before the first from which scans begin, and which nothing else sees
+    cuts     frames at which the shot is cut, ascending
     """
 
     path: Path
@@ -74,6 +76,7 @@ class Graph:
     nodes: dict[str, Node]
     taken: frozenset[Edge]
     preroll: int = 0
+    cuts: tuple[int, ...] = ()
 
     @property
     def folder(self) -> Path:
@@ -108,6 +111,17 @@ class Graph:
     def begin(self) -> int:
         """Frame that scans begin at."""
         return self.frames[0] - self.preroll
+
+    def cuts_of(self, node: Node, frame: int | None, run: tuple[int, ...]) -> Cuts:
+        """Return the cuts that a node sees at a frame, see `Cuts`.
+
+        frame  None for a `once` node
+        run    frames of the run, ascending
+        """
+        if node.type.mode == "each":
+            return Cuts(self.cuts)
+        first, last = (run[0] + 1, run[-1]) if frame is None else (frame, frame)
+        return Cuts(tuple(cut for cut in self.cuts if first <= cut <= last))
 
     @property
     def all_frames(self) -> range:

@@ -24,7 +24,7 @@ from hairpipe.graph.node.signature import File
 from hairpipe.plain_file import special
 
 SCHEMA = 1
-KEYS = ("schema", "frames", "fps", "preroll")
+KEYS = ("schema", "frames", "fps", "preroll", "cuts")
 MOST_LETTERS = 100
 NAME = f"a letter, then letters, digits, - and _, at most {MOST_LETTERS} in all"
 CHECKPOINT = 24
@@ -63,7 +63,8 @@ def make_graph(text: GraphText) -> Graph:
     frames = read_frames(text)
     taken = frozenset(edge for node in nodes.values() for edge in node.edges.values())
     ordered = {name: nodes[name] for name in sort_nodes(nodes, path)}
-    graph = Graph(path, project_of(path), frames, read_fps(text), ordered, taken, read_preroll(text))
+    preroll, cuts = read_preroll(text), read_cuts(text)
+    graph = Graph(path, project_of(path), frames, read_fps(text), ordered, taken, preroll, cuts)
     check_publish(graph, text)
     return graph
 
@@ -110,6 +111,15 @@ def read_preroll(text: GraphText) -> int:
         what, right = f"preroll = {brief(preroll)} is no number of frames", "preroll = 24; a whole number, not negative"
         raise BadInput(what, where=text.place(None, ["preroll"]), right=right)
     return preroll
+
+
+def read_cuts(text: GraphText) -> tuple[int, ...]:
+    """Read `cuts`, the frames at which the shot is cut; none where it is not given."""
+    cuts = text.tables.get("cuts", [])
+    if not isinstance(cuts, list) or any(type(cut) is not int for cut in cuts) or cuts != sorted(set(cuts)):
+        right = "cuts = [1013, 1047]: frame numbers, ascending; each is the first frame after a cut"
+        raise BadInput(f"cuts = {brief(cuts)}", where=text.place(None, ["cuts"]), right=right)
+    return tuple(cuts)
 
 
 def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Registry) -> Node:

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.signature import DATA_SUFFIXES, File, Frames, Pair, Reached, Time, Workspace
+from hairpipe.graph.node.signature import DATA_SUFFIXES, Cuts, File, Frames, Pair, Reached, Time, Workspace
 from hairpipe.units import Suffixes
 
 Mode = Literal["once", "each", "scan"]
@@ -70,7 +70,8 @@ class NodeType:
     returns         as declared, a NamedTuple where there are several outputs
     writes          suffixes under which its File may be published, in lower case
     state           output that a scan receives back as `previous`
-    asks_time       names of its parameters that take the time, and
+    asks_time       names of its parameters that take the time,
+    asks_cuts       the cuts of the shot, and
     asks_workspace  a folder to write in
     prepare         gives the value of its parameter `prepared`; None where it has none
     """
@@ -85,6 +86,7 @@ class NodeType:
     writes: tuple[str, ...]
     state: str | None
     asks_time: tuple[str, ...]
+    asks_cuts: tuple[str, ...]
     asks_workspace: tuple[str, ...]
     prepare: Preparation | None
 
@@ -142,7 +144,7 @@ def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[.
             refuse(f"parameter '{parameter.name}'", "every parameter is named and annotated")
     plain = [p for p in parameters if p.name != PREPARED]
     inputs = [p for p in plain if p.kind is not p.KEYWORD_ONLY]
-    special = {p.name for p in inputs if hints[p.name] in (Time, Workspace) or p.name == "previous"}
+    special = {p.name for p in inputs if hints[p.name] in (Time, Cuts, Workspace) or p.name == "previous"}
     outputs, writes = read_outputs(hints.get("return"), refuse)
     declared = NodeType(
         name=function.__name__,
@@ -155,6 +157,7 @@ def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[.
         writes=writes,
         state=read_state(mode, hints if "previous" in special else {}, outputs, refuse),
         asks_time=tuple(name for name in special if hints[name] is Time),
+        asks_cuts=tuple(name for name in special if hints[name] is Cuts),
         asks_workspace=tuple(name for name in special if hints[name] is Workspace),
         prepare=None,
     )

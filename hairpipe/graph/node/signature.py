@@ -32,6 +32,13 @@ class Time:
         return 1.0 / self.fps
 
 
+Cuts = NewType("Cuts", tuple[int, ...])
+"""Frames at which the shot is cut, ascending: what moves is somewhere else there, without a way from the frame before.
+
+A `once` node sees the cuts within the run, an `each` node all of them, a scan its own frame alone, where that is a cut.
+"""
+
+
 class Frames(Mapping[int, T]):
     """A value at every frame of the run, by frame number; read when asked for and not kept.
 

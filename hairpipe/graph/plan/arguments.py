@@ -5,7 +5,7 @@ from typing import Any
 
 from hairpipe.graph.node.declare import NodeType, Socket
 from hairpipe.graph.node.settings import build_settings
-from hairpipe.graph.node.signature import Frames, Pair, Reached, Time, Workspace
+from hairpipe.graph.node.signature import Cuts, Frames, Pair, Reached, Time, Workspace
 from hairpipe.graph.plan.tasks import Inputs, Source
 
 Named = dict[str, Any]
@@ -34,14 +34,22 @@ def name_inputs(node_type: NodeType, inputs: Inputs, frames: tuple[int, ...], na
 
 
 def build_arguments(
-    node_type: NodeType, named: Named, settings: dict[str, Any], time: Time, folder: Workspace | None, load: Load
+    node_type: NodeType,
+    named: Named,
+    settings: dict[str, Any],
+    moment: tuple[Time, Cuts],
+    folder: Workspace | None,
+    load: Load,
 ) -> dict[str, Any]:
     """Build the arguments of a node from the names of its inputs and plain settings.
 
+    moment  the time, and the cuts that the node sees
     folder  for a node that asks for one
     """
     arguments = build_inputs(node_type.sockets.values(), named, load)
+    time, cuts = moment
     arguments |= dict.fromkeys(node_type.asks_time, time)
+    arguments |= dict.fromkeys(node_type.asks_cuts, cuts)
     arguments |= dict.fromkeys(node_type.asks_workspace, folder)
     if node_type.state is not None:
         previous = named["previous"]

@@ -39,9 +39,8 @@ class Resolver:
     def parts(self, task: Task) -> Parts:
         """Parts of the key of a task; all that it needs must be established."""
         node = self.graph.nodes[task.node]
-        time = {"frame": self.frame_of(task), "fps": self.graph.fps} if node.type.asks_time else None
         code = self.codes[node.name].digest
-        return key_parts(node.type.name, code, self._settings[node.name], self.objects(task), time)
+        return key_parts(node.type.name, code, self._settings[node.name], self.objects(task), self._key_time(node, task))
 
     def objects(self, task: Task) -> Named:
         """Names of the objects that go into a task."""
@@ -54,6 +53,11 @@ class Resolver:
     def frame_of(self, task: Task) -> int:
         """The frame in the `Time` of a node: its own, or the first of the run."""
         return self.frames[0] if task.frame is None else task.frame
+
+    def time_of(self, task: Task) -> dict[str, Any]:
+        """Describe when a task is evaluated: its frame, the frames per second and the cuts that it sees."""
+        cuts = self.graph.cuts_of(self.graph.nodes[task.node], task.frame, self.frames)
+        return {"frame": self.frame_of(task), "fps": self.graph.fps, "cuts": list(cuts)}
 
     def find(self, task: Task, key: str) -> Record | None:
         """Find the result of a task in the store; the state of a scan may have been thinned, unless it is demanded."""
@@ -92,6 +96,12 @@ class Resolver:
                 raise BadInput(f"{file} cannot be read: {error.strerror}", where=f"[{node.name}]") from None
 
         return map_files(fields_of(node.type), node.settings, by_content)
+
+    def _key_time(self, node: Node, task: Task) -> dict[str, Any] | None:
+        """Time as it enters a key: what the node asks for; a shot without cuts has none in its keys."""
+        time = self.time_of(task)
+        asked = (["frame", "fps"] if node.type.asks_time else []) + (["cuts"] if node.type.asks_cuts else [])
+        return {name: time[name] for name in asked if time[name] != []} or None
 
     def _file_stamps(self, node: Node) -> dict[str, list[int]]:
         """Stamps of a node's input files, taken before they are digested."""

@@ -195,7 +195,7 @@ class Scheduler:
             "parts": parts,
             "settings": self.graph.settings(node),
             "inputs": parts["inputs"],
-            "time": {"frame": self.resolver.frame_of(task), "fps": self.graph.fps},
+            "time": self.resolver.time_of(task),
             "files": self.resolver.files[node.name],
         }
         self.pool.send(kind, task, job)

@@ -25,7 +25,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.node.declare import NodeType
 from hairpipe.graph.node.messages import recorded_warnings
-from hairpipe.graph.node.signature import Time, Workspace
+from hairpipe.graph.node.signature import Cuts, Time, Workspace
 from hairpipe.graph.plan.arguments import build_arguments
 from hairpipe.graph.plan.preparation import Preparations
 from hairpipe.graph.run.kernel_cache import guard_kernels
@@ -73,9 +73,9 @@ class Worker:
             raise BadInput(f"the processor of the worker is of class {own}", right=self.processor_class)
         node_type = self.registry.find(job["type"])
         with workspace(self.store.temporary) if node_type.asks_workspace else nullcontext() as folder:
-            when = Time(job["time"]["frame"], job["time"]["fps"])
+            moment = Time(job["time"]["frame"], job["time"]["fps"]), Cuts(tuple(job["time"]["cuts"]))
             arguments = build_arguments(
-                node_type, job["inputs"], job["settings"], when, folder and Workspace(folder), self.values.get
+                node_type, job["inputs"], job["settings"], moment, folder and Workspace(folder), self.values.get
             )
             begun, worked = time.perf_counter(), processor_time()
             with recorded_warnings() as warnings:

@@ -98,7 +98,7 @@ def _errors(
     for now in range(frame + 1, frame + window + 1):
         try:
             with np.errstate(all="ignore"):
-                state = next_state(hair, state, frame_between(around, (now - 1, now), settings, dt), settings)
+                state = next_state(hair, state, frame_between(around, (now - 1, now), dt), settings)
             yield deviation(strands_of(hair, state), truth[now]).whole_percent
         except ArithmeticError:
             return

@@ -69,10 +69,12 @@ def test_between_frames_rotations_go_the_shorter_way_and_positions_straight():
 
 
 @pytest.mark.parametrize("frames", [1, 2, 5])
-def test_ends_are_held(frames):
-    clip = one_joint(("Xposition",), np.arange(1.0, frames + 1.0)[:, None])
-    placed = place_joints(clip, np.array([-3.0, 0.0, frames - 1.0, frames + 7.5]))
-    np.testing.assert_allclose(placed.positions[:, 0, 0], [1.0, 1.0, frames, frames])
+def test_motion_goes_on_beyond_the_ends(frames):
+    values = np.arange(1.0, frames + 1.0)[:, None] * [1.0, 30.0]
+    placed = place_joints(one_joint(("Xposition", "Yrotation"), values), np.array([-0.4, 0.0, frames - 1.0, frames]))
+    beyond = np.array([0.6, 1.0, frames, frames + 1.0]) if frames > 1 else np.ones(4)
+    np.testing.assert_allclose(placed.positions[:, 0, 0], beyond)
+    np.testing.assert_allclose(placed.rotations[:, 0], [about("Y", 30.0 * x) for x in beyond], atol=1e-12)
 
 
 def child_clip(first: float) -> Clip:

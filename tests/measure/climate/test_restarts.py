@@ -26,7 +26,7 @@ def shot():
     found, previous = {}, None
     for frame in NUMBERS:
         hair = simulate_hair(
-            GROOM, None, None, None, None, None, previous, Time(frame, FPS), models, precision="double", steps=STEPS
+            GROOM, None, None, None, None, None, previous, Time(frame, FPS), (), models, precision="double", steps=STEPS
         )
         found[frame], previous = hair, hair.state
     return tuple(
@@ -36,7 +36,7 @@ def shot():
 
 def restarted(shot, groom=GROOM, **settings):
     settings = {"precision": "double", "steps": STEPS, "restarts": 3, **settings}
-    return restart_hair(groom, None, None, None, None, *shot, Time(1, FPS), **settings)
+    return restart_hair(groom, None, None, None, None, *shot, Time(1, FPS), (), **settings)
 
 
 def test_the_reference_goes_on_to_the_bit_as_it_went(shot):
