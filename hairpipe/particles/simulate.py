@@ -23,6 +23,7 @@ from hairpipe.particles.step import Forces, Springs, advance
 from hairpipe.sim.air.loose_fibres import LooseFibres, add_wind
 from hairpipe.sim.boundary import Lead, motion_of_roots
 from hairpipe.sim.build import bodies_of
+from hairpipe.sim.cuts import lead_before, parts_at_cut, surfaces_at_cut
 from hairpipe.sim.settings import BodyContact
 
 MOST_NAMED = 10
@@ -109,7 +110,10 @@ def next_state(
     Raises BadInput where a body swallows all of them, ArithmeticError naming hair that is not finite.
     """
     if previous is not None and frame.cut:
-        return carry_over_cut(particles, previous, frame.leads)
+        before = lead_before(frame.leads[1], particles.hair, frame.frame_dt)
+        previous = carry_over_cut(particles, previous, (frame.leads[0], before))
+        surfaces, parts = surfaces_at_cut(frame.surfaces, frame.frame_dt), parts_at_cut(frame.parts, frame.frame_dt)
+        frame = replace(frame, leads=(before, frame.leads[1]), surfaces=surfaces, parts=parts, cut=False)
     contact = settings.contact
     bodies = bodies_of(frame.surfaces, frame.parts, BodyContact(contact.friction, contact.thickness), frame.frame_dt)
     if previous is None:
@@ -295,7 +299,7 @@ def carry_over_cut(particles: Particles, state: ParticleState, leads: tuple[Lead
 
     leads  bodies before the cut and after it
 
-    As `hairpipe.sim.simulate.carry_over_cut` does with strands: places, directions, and velocities against the root
+    As `hairpipe.sim.cuts.carry_over_cut` does with strands: places, directions, and velocities against the root
     are turned and moved as the root is; tensions stay, and no time passes.
     """
     (here, rate), (there, rate_there) = (

@@ -13,14 +13,13 @@ from hairpipe.sim.boundary import (
     ClampPath,
     Lead,
     about,
-    apply_rigid,
     clamp_at,
     follow,
-    motion_of_roots,
     origin_of,
     place,
 )
 from hairpipe.sim.build import bodies_of, check_scheme, gravity_of, integrator_of, surroundings_of
+from hairpipe.sim.cuts import carry_over_cut, lead_before, parts_at_cut, surfaces_at_cut
 from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_lost, warn_of_stretch
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
@@ -63,11 +62,13 @@ def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene:
 
     Raises BadInput where there is a target and no group that says how hair is led to it, or the group alone.
     """
+    if previous is not None and frame.cut:
+        before = lead_before(frame.leads[1], hair.groom, frame.frame_dt)
+        previous = carry_over_cut(hair, previous, (frame.leads[0], before))
+        frame = _at_cut(frame, before)
     scene = _led(hair, frame, scene)
     if scene.locks is not None:
         check_locks(hair, frame.leads[1], scene)
-    if previous is not None and frame.cut:
-        return carry_over_cut(hair, previous, frame.leads)
     bodies = bodies_of(frame.surfaces, frame.parts, scene.contact, frame.frame_dt)
     if previous is None:
         state = start(hair, frame.leads[1], scene)
@@ -89,6 +90,13 @@ def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene:
     number = round(frame.began / frame.frame_dt) + 1
     warn_of_lost(hair, previous, state, number)
     return replace(state, stretched=warn_of_stretch(hair, state.positions, scene, number, previous.stretched))
+
+
+def _at_cut(frame: Frame, before: Lead) -> Frame:
+    """Return a frame whose bodies come from where the roots come from, after the cut; pure."""
+    surfaces, parts = surfaces_at_cut(frame.surfaces, frame.frame_dt), parts_at_cut(frame.parts, frame.frame_dt)
+    target = None if frame.target is None else (frame.target[1], frame.target[1])
+    return replace(frame, leads=(before, frame.leads[1]), surfaces=surfaces, parts=parts, target=target, cut=False)
 
 
 def _led(hair: HairModel, frame: Frame, scene: Scene) -> Scene:
@@ -194,37 +202,6 @@ def advance_frame(
         pace=crossings.step,
     )
     return around.remember(moved)
-
-
-def carry_over_cut(hair: HairModel, state: HairState, leads: tuple[Lead, Lead]) -> HairState:
-    """Move the hair of a body that is somewhere else, and moves otherwise, from one frame to the next; pure.
-
-    leads  what leads the roots before the cut and after it
-
-    With the rigid motion x = R X + t of a root before the cut and R_, t_ after it, Q = R_ R^T, and the velocities u and
-    u_ of what goes rigidly with the root at x before it and at x_ after it,
-
-        x_ = Q (x - t) + t_,   v_ = Q (v - u) + u_,   a_ = Q a
-
-    so that the shape of a strand and its motion relative to the root are kept. Tensions, and all else that has no
-    direction, stay. No time passes. Gravity does not turn with the roots: hair that hung falls from where it is.
-    """
-    before, after = leads
-    groom, layout = hair.groom, hair.layout
-    here, _ = motion_of_roots(before, groom)
-    there, _ = motion_of_roots(after, groom)
-    turn = there[:, :, :3] @ here[:, :, :3].transpose(0, 2, 1)
-    shift = there[:, :, 3] - np.einsum("sij,sj->si", turn, here[:, :, 3])
-    turned, moved = (np.concatenate([turn, t[:, :, None]], axis=2) for t in (np.zeros_like(shift), shift))
-    strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
-    relative = state.velocities - follow(before, groom, state.positions, layout)
-    positions = apply_rigid(moved, state.positions, strands)
-    return replace(
-        state,
-        positions=positions,
-        velocities=apply_rigid(turned, relative, strands) + follow(after, groom, positions, layout),
-        accelerations=apply_rigid(turned, state.accelerations, strands),
-    )
 
 
 def strands_of(hair: HairModel, state: HairState) -> Strands:

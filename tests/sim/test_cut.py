@@ -6,7 +6,8 @@ import pytest
 from hairpipe.data import Ends
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track
-from hairpipe.sim.simulate import carry_over_cut, start
+from hairpipe.sim.cuts import carry_over_cut
+from hairpipe.sim.simulate import start
 
 
 @pytest.fixture

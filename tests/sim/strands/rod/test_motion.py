@@ -14,7 +14,8 @@ from hairpipe.groom.helix import Helix, wound
 from hairpipe.sim.hair_model import Precision, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Collisions, Scene, Scheme, StepControl, Stiction
-from hairpipe.sim.simulate import Frame, advance_frame, carry_over_cut, next_state, start
+from hairpipe.sim.cuts import carry_over_cut
+from hairpipe.sim.simulate import Frame, advance_frame, next_state, start
 from hairpipe.sim.strands.rod.frames import TWIST
 
 FRAME = 1 / 24

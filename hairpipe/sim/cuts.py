@@ -1,0 +1,97 @@
+"""Cuts of a shot: hair goes with its roots to a body that is somewhere else, and the frame passes as any other.
+
+Where the body would have been a frame before it is at its new place is not known: it is taken to have come from there
+steadily, with the velocities that it has. Hair is carried there rigidly with its roots, and simulated from there.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hairpipe.data import BodyParts, Ends, Groom, LevelSet, Mesh
+from hairpipe.data.hair import HairState
+from hairpipe.sim.boundary import Lead, apply_rigid, follow, motion_of_roots
+from hairpipe.sim.hair_model import HairModel
+
+
+def lead_before(lead: Lead, groom: Groom, dt: float) -> Lead:
+    """Return what leads the roots, dt [s] earlier on a steady way; pure."""
+    if isinstance(lead, Mesh):
+        return replace(lead, points=lead.points - dt * lead.rates, velocities=lead.rates)
+    if isinstance(lead, Ends):
+        first, last = groom.points[groom.offsets[:-1]], groom.points[groom.offsets[1:] - 1]
+        return Ends(*steady(lead.roots, lead.roots_rate, first, dt), *steady(lead.tips, lead.tips_rate, last, dt))
+    return lead
+
+
+def surfaces_at_cut(pairs: Sequence[tuple[LevelSet, LevelSet]], dt: float) -> list[tuple[LevelSet, LevelSet]]:
+    """Return pairs of level sets whose first is the second, dt [s] earlier on a steady way, without a turn; pure."""
+    return [(_surface_before(after, dt), after) for _, after in pairs]
+
+
+def _surface_before(surface: LevelSet, dt: float) -> LevelSet:
+    samples = surface.velocity.reshape(-1, 3)
+    way = dt * samples.mean(axis=0, dtype=np.float64) if len(samples) else 0.0
+    return replace(surface, origin=surface.origin - way)
+
+
+def parts_at_cut(pairs: Sequence[tuple[BodyParts, BodyParts]], dt: float) -> list[tuple[BodyParts, BodyParts]]:
+    """Return pairs of bodies in parts whose first is the second, dt [s] earlier on a steady way; pure."""
+    return [(_parts_before(after, dt), after) for _, after in pairs]
+
+
+def _parts_before(body: BodyParts, dt: float) -> BodyParts:
+    poses, rates = steady(body.poses, body.rates, np.zeros((len(body.poses), 3)), dt)
+    return replace(body, poses=poses, rates=rates)
+
+
+def steady(motions: np.ndarray, rates: np.ndarray, points: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return rigid motions x -> R x + t, (n, 3, 4), and their rates, dt [s] earlier on a steady way; pure.
+
+    points  that went straight, before they were moved [m], (n, 3); all turn about theirs
+
+    R_ = (I + dt/2 W)^-1 (I - dt/2 W) R with W = R' R^T, which is exp(-dt W) R up to the third power of dt.
+    """
+    turns = motions[:, :, :3]
+    spin = rates[:, :, :3] @ turns.transpose(0, 2, 1)
+    spin, one = 0.5 * (spin - spin.transpose(0, 2, 1)), np.eye(3)
+    before = np.linalg.solve(one + 0.5 * dt * spin, (one - 0.5 * dt * spin) @ turns)
+    velocities = np.einsum("nij,nj->ni", rates[:, :, :3], points) + rates[:, :, 3]
+    places = np.einsum("nij,nj->ni", turns, points) + motions[:, :, 3] - dt * velocities
+    turning = spin @ before
+    return (
+        np.concatenate([before, (places - np.einsum("nij,nj->ni", before, points))[:, :, None]], axis=2),
+        np.concatenate([turning, (velocities - np.einsum("nij,nj->ni", turning, points))[:, :, None]], axis=2),
+    )
+
+
+def carry_over_cut(hair: HairModel, state: HairState, leads: tuple[Lead, Lead]) -> HairState:
+    """Move the hair of a body that is somewhere else, and moves otherwise, from one frame to the next; pure.
+
+    leads  what leads the roots before the cut and after it
+
+    With the rigid motion x = R X + t of a root before the cut and R_, t_ after it, Q = R_ R^T, and the velocities u and
+    u_ of what goes rigidly with the root at x before it and at x_ after it,
+
+        x_ = Q (x - t) + t_,   v_ = Q (v - u) + u_,   a_ = Q a
+
+    so that the shape of a strand and its motion relative to the root are kept. Tensions, and all else that has no
+    direction, stay. No time passes. Gravity does not turn with the roots: hair that hung falls from where it is.
+    """
+    before, after = leads
+    groom, layout = hair.groom, hair.layout
+    here, _ = motion_of_roots(before, groom)
+    there, _ = motion_of_roots(after, groom)
+    turn = there[:, :, :3] @ here[:, :, :3].transpose(0, 2, 1)
+    shift = there[:, :, 3] - np.einsum("sij,sj->si", turn, here[:, :, 3])
+    turned, moved = (np.concatenate([turn, t[:, :, None]], axis=2) for t in (np.zeros_like(shift), shift))
+    strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
+    relative = state.velocities - follow(before, groom, state.positions, layout)
+    positions = apply_rigid(moved, state.positions, strands)
+    return replace(
+        state,
+        positions=positions,
+        velocities=apply_rigid(turned, relative, strands) + follow(after, groom, positions, layout),
+        accelerations=apply_rigid(turned, state.accelerations, strands),
+    )

@@ -1,0 +1,167 @@
+"""A shot that is shifted in time or space, that begins later or is cut has the same hair, apart from the shift."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from hairpipe.nodes.carry_strands import carry_strands, weigh
+from hairpipe.nodes.interpolate_hair import interpolate_hair
+from hairpipe.nodes.move_levelset import move_levelset
+from hairpipe.nodes.move_mesh import move_mesh
+from hairpipe.nodes.sample_particles import sample_particles
+from hairpipe.nodes.simulate_hair import model_strands, simulate_hair
+from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
+
+from hairpipe.body.shapes import build_box
+from hairpipe.data import Groom, Mesh
+from hairpipe.graph import Pair, Time
+from hairpipe.groom.binding import root_frames
+from hairpipe.groom.keys.key_weights import weigh_keys
+from hairpipe.groom.sampling import thinned
+from hairpipe.levelset.bake.whole import bake
+from hairpipe.particles.settings import Interaction, ParticleSettings, RestTension
+from hairpipe.scripted_ends.track import Track
+from hairpipe.sim.material import Material
+from hairpipe.sim.settings import Collisions, Locks, SagFree, Stiction, StrainLimit, Volume
+from hairpipe.sim.strands.construction import Construction
+
+FPS, STILL, CUT, FRAMES = 24.0, 3, 7, 10
+SPEED = np.array([0.4, 0.0, 0.1])  # [m/s]
+SHIFT, TURN = np.array([3.0, 2.0, -4.0]), 70.0
+PLATE = Mesh(np.array([[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 0.0, 2.0]]), np.array([[0, 1, 2]], np.int32))
+BOX = build_box((0.04, 0.04, 0.04), (0.05, -0.05, 0.0))
+STILL_BOX = bake(BOX, 0.005, 4.0, "fill")
+
+
+class Take(NamedTuple):
+    """A plate that stands still and then moves steadily: from which frame on, where, and whether it leaps on the way."""
+
+    first: int = 1
+    still: int = STILL
+    place: np.ndarray = np.zeros(3)
+    leaps: bool = False
+    cut: bool = False
+
+    @property
+    def motion(self) -> Track:
+        """The way of the plate, in time since the first frame."""
+        frames = np.array([0, self.still, self.still + CUT - STILL - 1, self.still + CUT - STILL, FRAMES])
+        ways = np.maximum(frames - self.still, 0)[:, None] / FPS * SPEED
+        turns = np.array([0.0, 0.0, 0.0, TURN, TURN]) * self.leaps
+        moves = [turn_of(turn) @ way + (SHIFT if turn else 0.0) for turn, way in zip(turns, ways, strict=True)]
+        keys = {"move": tuple(map(tuple, moves + self.place)), "turn": tuple(turns), "axis": (0.0, 1.0, 0.0)}
+        return Track(tuple(frames / FPS), **keys, ease="linear")
+
+
+def turn_of(degrees: float) -> np.ndarray:
+    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+
+@pytest.fixture(scope="module")
+def groom() -> Groom:
+    """Hairs that hang from the plate in a bundle, a little bent."""
+    x, z = (1.2e-3 * grid.ravel() for grid in np.meshgrid(np.arange(5), np.arange(4)))
+    roots, down = np.stack([x, 0.0 * x, z], axis=1), np.linspace(0.0, 0.1, 7)[:, None]
+    points = roots[:, None] + np.concatenate([0.2 * down, -down, 2.0 * down**2], axis=1)
+    a, b, c = PLATE.points
+    inside = np.linalg.solve(np.stack([b - a, c - a], axis=1)[[0, 2]], (roots - a)[:, [0, 2]].T).T
+    where = np.column_stack([1.0 - inside.sum(axis=1), inside])
+    count, triangles = len(roots), np.zeros(len(roots), np.int32)
+    frames = root_frames(PLATE.points, PLATE.triangles, triangles, where)
+    offsets = np.arange(0, 7 * count + 1, 7, dtype=np.int32)
+    ids = np.arange(count, dtype=np.int32)
+    return Groom(points.reshape(-1, 3), offsets, ids, triangles, where, frames, np.zeros((count, 2), np.float32))
+
+
+def frames_of(take: Take, step) -> list:
+    """Simulate a take: the strands of every frame; `step(pair of bodies, pair of parts, state, time, cuts)`."""
+    cuts = (take.first + take.still + CUT - STILL,) if take.cut else ()
+    shown, state, before = [], None, None
+    for frame in range(take.first, take.first + take.still + FRAMES - STILL):
+        time = Time(frame, FPS)
+        body = move_mesh(PLATE, time, cuts, at=take.first, motion=take.motion)
+        parts = move_levelset(STILL_BOX, time, cuts, at=take.first, motion=take.motion)
+        whole = bake(move_mesh(BOX, time, cuts, at=take.first, motion=take.motion), 0.005, 4.0, "fill")
+        before = before or (body, parts, whole)
+        now = tuple(cut for cut in cuts if cut == frame)
+        strands, state = step(Pair(before[0], body), (Pair(before[1], parts), Pair(before[2], whole)), state, time, now)
+        shown, before = [*shown, strands], (body, parts, whole)
+    return shown
+
+
+def strands_by(groom: Groom, model: str = "network", bodies: str = "", **settings):
+    prepared = model_strands(groom, Material(), model, Construction())
+    settings = {"model": model, "precision": "double", "sag_free": SagFree("settle"), **settings}
+
+    def step(body, box, state, time, cuts):
+        parts, whole = ((pair,) if name == bodies else None for name, pair in zip(("parts", "whole"), box, strict=True))
+        return simulate_hair(groom, body, whole, parts, None, None, state, time, cuts, prepared, **settings)
+
+    return step
+
+
+def particles_by(groom: Groom):
+    particles = sample_particles(groom, particles=75)
+    settings = ParticleSettings(interaction=Interaction(), sag_free=RestTension())
+    hair = [getattr(settings, name) for name in ("sag", "damping", "gravity", "interaction", "sag_free", "printed")]
+    prepared, carriers = prepare_particles(particles, *hair), weigh(particles, groom)
+
+    def step(body, box, state, time, cuts):
+        given = {"interaction": settings.interaction, "sag_free": settings.sag_free}
+        hair = simulate_particles(particles, body, None, None, state, time, cuts, prepared, **given)
+        return carry_strands(hair.cloud, particles, groom, body.current, None, None, time, carriers), hair.state
+
+    return step
+
+
+def keys_by(groom: Groom):
+    keys = thinned(groom, 4)
+    simulate, weights = strands_by(keys), weigh_keys(keys, groom, 30.0)
+
+    def step(body, box, state, time, cuts):
+        hair, state = simulate(body, box, state, time, cuts)
+        return interpolate_hair(hair, keys, groom, body.current, None, None, None, time, weights), state
+
+    return step
+
+
+TOUCHING = {"stiction": Stiction(), "collisions": Collisions(), "strain": StrainLimit()}
+MODELS = {
+    "network": strands_by,
+    "rod": lambda groom: strands_by(groom, "rod"),
+    "whole": lambda groom: strands_by(groom, bodies="whole"),
+    "parts": lambda groom: strands_by(groom, bodies="parts"),
+    "contact": lambda groom: strands_by(groom, **TOUCHING),
+    "volume": lambda groom: strands_by(groom, volume=Volume()),
+    "locks": lambda groom: strands_by(groom, **TOUCHING, locks=Locks(after=2, tolerance=1e-3)),
+    "keys": keys_by,
+    "particles": particles_by,
+}
+
+
+@pytest.fixture(scope="module", params=MODELS)
+def shoot(request, groom):
+    """Simulate takes by a model."""
+    step = MODELS[request.param](groom)
+    return lambda **take: frames_of(Take(**take), step)
+
+
+@pytest.fixture(scope="module")
+def plain(shoot):
+    """The take that others are compared with."""
+    return shoot()
+
+
+def test_all(plain, shoot, request):
+    def worst(one, other, turn=np.eye(3), shift=0.0):
+        return max(abs(a.points @ turn.T + shift - b.points).max() for a, b in zip(one, other, strict=True)), max(abs(a.velocities @ turn.T - b.velocities).max() for a, b in zip(one, other, strict=True))
+    print()
+    print(request.node.name, "moves", max(abs(a.velocities).max() for a in plain))
+    print(" time", worst(plain, shoot(first=1001)))
+    print(" space", worst(plain, shoot(place=SHIFT), shift=SHIFT))
+    print(" later", worst(plain[STILL - 1:], shoot(still=1)))
+    c = shoot(leaps=True, cut=True)
+    print(" cut", worst(plain[:CUT], c[:CUT]), worst(plain[CUT:], c[CUT:], turn_of(TURN), SHIFT))
+    c = shoot(leaps=True)
+    print(" nocut", worst(plain[:CUT], c[:CUT]), worst(plain[CUT:], c[CUT:], turn_of(TURN), SHIFT))
