@@ -6,9 +6,7 @@ from hairpipe.graph import Cuts, Frames, Time, node
 
 
 @node(frames="once")
-def measure_roots(
-    groom: Groom, body: Frames[Mesh] | None, ends: Frames[Ends] | None, time: Time, cuts: Cuts
-) -> Table:
+def measure_roots(groom: Groom, body: Frames[Mesh] | None, ends: Frames[Ends] | None, time: Time, cuts: Cuts) -> Table:
     """At every frame, how fast the roots are and how much they accelerate, on the body or as the ends are led."""
     from hairpipe.measure.roots import measure_root_motion
     from hairpipe.sim.boundary import lead_of

@@ -21,8 +21,9 @@ An input is annotated with its type `T`, or with what the node sees of it over t
 `Frames[T]`  the values at all frames of the run, read when asked for
 `Reached[T]` the same, up to the frame at which a scan diverged; a scan that diverges raises ArithmeticError
 
-A parameter of type `Time` gives the frame and its length, one of type `Cuts` the frames at which the shot is cut, one of
-type `Workspace` an empty folder for a `File`, a value that the graph can publish. A node raises `BadInput` for input that the user can fix; its warnings are reported.
+A parameter of type `Time` gives the frame and its length, one of type `Cuts` the frames at which the shot is cut, one
+of type `Workspace` an empty folder for a `File`, a value that the graph can publish. A node raises `BadInput` for input
+that the user can fix; its warnings are reported.
 `@flat_group("settings")` makes the fields of that group settings of the node itself.
 """
 

@@ -9,9 +9,7 @@ from hairpipe.data.table import table_of_columns
 from hairpipe.sim.boundary import check_lead
 
 
-def measure_root_motion(
-    groom: Groom, leads: Mapping[int, Mesh | Ends], fps: float, cuts: Sequence[int] = ()
-) -> Table:
+def measure_root_motion(groom: Groom, leads: Mapping[int, Mesh | Ends], fps: float, cuts: Sequence[int] = ()) -> Table:
     """Return a row for every frame: root mean square, over the strands, of speed and acceleration of the roots.
 
     leads  at the frames of the run, ascending; some may be left out

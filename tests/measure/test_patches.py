@@ -86,6 +86,20 @@ def test_steps_between_frames_may_be_of_any_length(falling, frames):
     assert table["acceleration [m/s^2]"] == pytest.approx([0.0, *[4.0] * (len(frames) - 2), 0.0], abs=1e-9)
 
 
+def test_roots_do_not_move_over_a_cut(falling):
+    groom, at = falling
+
+    def leapt(frame: int) -> Ends:
+        roots = at(frame).roots.copy()
+        roots[:, 0, 3] += 8.0 * (frame >= 5)
+        return replace(at(frame), roots=roots)
+
+    cut = measure_root_motion(groom, Frames(tuple(range(1, 10)), leapt), 25.0, (5,))
+    whole = [measure_root_motion(groom, Frames(tuple(run), at), 25.0) for run in (range(1, 5), range(5, 10))]
+    for name in ("speed [m/s]", "acceleration [m/s^2]"):
+        assert cut[name] == pytest.approx(np.concatenate([table[name] for table in whole]))
+
+
 @pytest.mark.parametrize("frames", [(7,), (7, 9)])
 def test_roots_of_one_frame_stand_still_and_those_of_two_go_straight(falling, frames):
     groom, at = falling

@@ -28,13 +28,16 @@ from hairpipe.sim.strands.construction import Construction
 FPS, STILL, CUT, FRAMES = 24.0, 3, 7, 10
 SPEED = np.array([0.4, 0.0, 0.1])  # [m/s]
 SHIFT, TURN = np.array([3.0, 2.0, -4.0]), 70.0
+TURNS = [
+    np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) for c, s in ((1.0, 0.0), (0.342020143326, 0.939692620786))
+]
 PLATE = Mesh(np.array([[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 0.0, 2.0]]), np.array([[0, 1, 2]], np.int32))
-BOX = build_box((0.04, 0.04, 0.04), (0.05, -0.05, 0.0))
+BOX = build_box((0.04, 0.04, 0.04), (-0.023, -0.07, 0.0))
 STILL_BOX = bake(BOX, 0.005, 4.0, "fill")
 
 
 class Take(NamedTuple):
-    """A plate that stands still and then moves steadily: from which frame on, where, and whether it leaps on the way."""
+    """A plate that stands still and then moves steadily: from which frame on, where, whether it leaps."""
 
     first: int = 1
     still: int = STILL
@@ -48,14 +51,9 @@ class Take(NamedTuple):
         frames = np.array([0, self.still, self.still + CUT - STILL - 1, self.still + CUT - STILL, FRAMES])
         ways = np.maximum(frames - self.still, 0)[:, None] / FPS * SPEED
         turns = np.array([0.0, 0.0, 0.0, TURN, TURN]) * self.leaps
-        moves = [turn_of(turn) @ way + (SHIFT if turn else 0.0) for turn, way in zip(turns, ways, strict=True)]
+        moves = [TURNS[int(turn > 0.0)] @ way + SHIFT * (turn > 0.0) for turn, way in zip(turns, ways, strict=True)]
         keys = {"move": tuple(map(tuple, moves + self.place)), "turn": tuple(turns), "axis": (0.0, 1.0, 0.0)}
         return Track(tuple(frames / FPS), **keys, ease="linear")
-
-
-def turn_of(degrees: float) -> np.ndarray:
-    c, s = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
-    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
 
 @pytest.fixture(scope="module")
@@ -140,6 +138,17 @@ MODELS = {
 }
 
 
+FLOOR = 1e-8
+"""The rounding of places after a few frames, and two instants of a track on its way [m]."""
+FLOORS = {"volume": 5e-4, "particles": 1e-3, "whole": 1e-3}
+"""More: a grid and a level set are fixed in the world, and particles magnify a rounding 1e5 times in these frames."""
+
+
+@pytest.fixture
+def floor(request) -> float:
+    return FLOORS.get(request.node.callspec.params["shoot"], FLOOR)
+
+
 @pytest.fixture(scope="module", params=MODELS)
 def shoot(request, groom):
     """Simulate takes by a model."""
@@ -153,15 +162,37 @@ def plain(shoot):
     return shoot()
 
 
-def test_all(plain, shoot, request):
-    def worst(one, other, turn=np.eye(3), shift=0.0):
-        return max(abs(a.points @ turn.T + shift - b.points).max() for a, b in zip(one, other, strict=True)), max(abs(a.velocities @ turn.T - b.velocities).max() for a, b in zip(one, other, strict=True))
-    print()
-    print(request.node.name, "moves", max(abs(a.velocities).max() for a in plain))
-    print(" time", worst(plain, shoot(first=1001)))
-    print(" space", worst(plain, shoot(place=SHIFT), shift=SHIFT))
-    print(" later", worst(plain[STILL - 1:], shoot(still=1)))
-    c = shoot(leaps=True, cut=True)
-    print(" cut", worst(plain[:CUT], c[:CUT]), worst(plain[CUT:], c[CUT:], turn_of(TURN), SHIFT))
-    c = shoot(leaps=True)
-    print(" nocut", worst(plain[:CUT], c[:CUT]), worst(plain[CUT:], c[CUT:], turn_of(TURN), SHIFT))
+def apart(takes, others, turn=TURNS[0], shift=0.0) -> tuple[float, float]:
+    """Largest difference of points [m] and of velocities [m/s] of takes, turned and shifted, from others."""
+    found = [
+        (
+            np.abs(one.points @ turn.T + shift - other.points).max(),
+            np.abs(one.velocities @ turn.T - other.velocities).max(),
+        )
+        for one, other in zip(takes, others, strict=True)
+    ]
+    return tuple(np.max(found, axis=0))
+
+
+def test_other_frame_numbers_change_no_bit(plain, shoot):
+    for one, other in zip(plain, shoot(first=1001), strict=True):
+        assert one.points.tobytes() == other.points.tobytes()
+        assert one.velocities.tobytes() == other.velocities.tobytes()
+
+
+def test_another_place_is_a_shift(plain, shoot, floor):
+    assert apart(plain, shoot(place=SHIFT), shift=SHIFT) < (floor, 100.0 * floor)
+
+
+def test_hair_that_is_at_rest_may_begin_later(plain, shoot, request):
+    if request.node.callspec.params["shoot"] == "particles":
+        pytest.skip("particles are not at rest as groomed")
+    assert apart(plain[STILL - 1 :], shoot(still=1)) < (FLOOR, 100.0 * FLOOR)
+
+
+def test_over_a_cut_hair_goes_on(plain, shoot, floor):
+    """The plate leaps by 5 m and turns by 70 degrees; without the cut, hair leaves it at 50 m/s."""
+    leapt = shoot(leaps=True, cut=True)
+    assert apart(plain[:CUT], leapt[:CUT]) < (FLOOR, 100.0 * FLOOR)
+    assert apart(plain[CUT:], leapt[CUT:], TURNS[1], SHIFT) < (floor, 100.0 * floor)
+    assert max(np.abs(hair.velocities).max() for hair in leapt) < 1.0

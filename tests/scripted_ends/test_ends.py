@@ -12,7 +12,7 @@ from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.node.settings import check_settings
 from hairpipe.groom.strands import lay_strands
 from hairpipe.scripted_ends.ends import lead
-from hairpipe.scripted_ends.track import Track
+from hairpipe.scripted_ends.track import Track, course_of, instant_of
 from hairpipe.scripted_ends.wave import Wave
 
 GROOM = lay_strands(2, 0.3, 10, (1.0, 0.2, 0.0), (0.0, 0.0, 0.01), None, 0.0)
@@ -132,3 +132,13 @@ def test_keys_that_do_not_belong_together_are_refused():
 def test_the_group_of_an_axis_without_length_is_named(group):
     with pytest.raises(BadInput, match=rf"here: {group}: axis = \[0.0, 0.0, 0.0\] has no length"):
         check_settings(Registry().find("drive_ends"), {group: {"axis": [0.0, 0.0, 0.0]}}, lambda names: "here")
+
+
+@pytest.mark.parametrize(("frame", "speed"), [(11, 1.0), (12, 13.0), (13, 13.0), (14, 1.0)])
+def test_at_a_cut_a_track_has_the_speed_of_one_side(frame, speed):
+    """It goes at 1 m/s, but for a metre between the frames 12 and 13."""
+    times = (0.0, 11 / 24, 12 / 24, 1.0)
+    track = Track(times, tuple((time + (time > 0.47), 0.0, 0.0) for time in times), ease="linear")
+    plain, cut = (course_of(track, instant_of(frame, 1, 24.0, cuts)) for cuts in ((), (13,)))
+    assert (plain.shift_rate[0], cut.shift_rate[0]) == pytest.approx((speed, 1.0))
+    assert cut.shift == pytest.approx(plain.shift, abs=1e-8)

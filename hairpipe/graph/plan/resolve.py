@@ -40,7 +40,9 @@ class Resolver:
         """Parts of the key of a task; all that it needs must be established."""
         node = self.graph.nodes[task.node]
         code = self.codes[node.name].digest
-        return key_parts(node.type.name, code, self._settings[node.name], self.objects(task), self._key_time(node, task))
+        return key_parts(
+            node.type.name, code, self._settings[node.name], self.objects(task), self._key_time(node, task)
+        )
 
     def objects(self, task: Task) -> Named:
         """Names of the objects that go into a task."""

@@ -64,6 +64,47 @@ def test_outside_the_clip_the_body_holds_still(skeleton, make_clip, seconds, fra
     np.testing.assert_array_equal(pose.rates, 0.0)
 
 
+def running(clip, frame_time: float, leap: int | None = None):
+    """A person who runs along X at 5 m/s, and is somewhere else from one sample on; channels in metres."""
+    values = clip.values.copy()
+    values[:, 0] += 5.0 * frame_time * np.arange(len(values))
+    values[leap or len(values) :, 0] += 40.0
+    return replace(clip, values=values, frame_time=frame_time)
+
+
+@pytest.mark.parametrize("seconds", [0.0, 0.02, 0.26, 0.29])
+def test_a_clip_that_begins_and_ends_in_motion_has_its_whole_velocity_there(skeleton, make_clip, seconds):
+    pose = pose_at(skeleton, running(make_clip(30), 0.01), seconds, 1.0, replace(PLAIN, unit=1.0))
+    assert pose.rates[:, 0, 3] == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(
+    ("fps", "frame_time", "first"),  # first frame after the cut, as a sample or between two of them
+    [(24.0, 1 / 24, 12.0), (24.0, 0.0416667, 12.0), (24.0, 1 / 120, 60.0), (24.0, 1 / 30, 15.0), (60.0, 1 / 24, 4.8)],
+)
+def test_at_a_cut_poses_and_velocities_are_those_of_one_side(skeleton, make_clip, fps, frame_time, first):
+    clip = running(make_clip(200), frame_time, leap=int(np.ceil(first)))
+    frame = round(first * frame_time * fps)
+    cuts = [((frame - 1) / fps, frame / fps)]
+    there = pose_at(skeleton, clip, 0.0, 1.0, replace(PLAIN, unit=1.0)).transforms[0, 0, 3]
+    for now in range(frame - 4, frame + 4):
+        pose = pose_at(skeleton, clip, now / fps, 1.0, replace(PLAIN, unit=1.0), cuts)
+        assert pose.rates[:, 0, 3] == pytest.approx(5.0)
+        assert pose.transforms[0, 0, 3] - there == pytest.approx(5.0 * now / fps + 40.0 * (now >= frame))
+
+
+def test_a_cut_changes_no_pose_that_is_far_from_it(skeleton, make_clip):
+    clip, cuts = make_clip(60, seed=3), [(0.29, 0.3)]
+    for sample in (0, 10, 28, 31, 45):
+        one, other = (pose_at(skeleton, clip, 0.01 * sample, 1.0, PLAIN, some) for some in ((), cuts))
+        assert one.transforms.tobytes() == other.transforms.tobytes() and one.rates.tobytes() == other.rates.tobytes()
+
+
+def test_takes_without_a_sample_are_refused(skeleton, make_clip):
+    with pytest.raises(BadInput, match=r"no sample between the two cuts around its sample 4\.4"):
+        pose_at(skeleton, make_clip(20), 0.044, 1.0, PLAIN, [(0.041, 0.043), (0.046, 0.048)])
+
+
 def test_a_shot_that_begins_before_the_clip_is_told(skeleton, make_clip):
     with pytest.warns(UserWarning, match="before the clip"):
         pose_at(skeleton, make_clip(3), -1.0, 1.0, PLAIN)

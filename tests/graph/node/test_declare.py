@@ -55,7 +55,7 @@ def test_signature_is_read_and_the_function_stays_callable():
         "e": (Mesh, "pair", True, True),
     }
     assert found.outputs == {"mesh": Mesh, "state": State} and found.state == "state"
-    assert (found.asks_time, found.asks_workspace) == (("when",), ("place",))
+    assert (found.asks_time, found.asks_workspace, found.asks_cuts) == (("when",), ("place",), ())
     assert [s.default for s in found.settings.values()] == [2.0, inspect.Parameter.empty]
     mesh = Mesh()
     assert simulate(mesh, None, None, None, Time(1, 24.0), Path(), count=1).mesh is mesh

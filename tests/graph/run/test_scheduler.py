@@ -161,3 +161,18 @@ def test_scans_begin_before_the_first_frame_and_nothing_else_sees_it(shot):
     shot.path.write_text(shot.path.read_text().replace("preroll = 3", "preroll = 0"))
     shot.run()
     assert (shot.folder / "out" / "list.txt").read_text().splitlines()[0] == f"4 {3.0 + 4.0!r}"
+
+
+def test_a_cut_runs_what_depends_on_it_from_there_on(shot):
+    shot.edit("add_up.py", "import Time, node", "import Cuts, Time, node")
+    shot.edit("add_up.py", "time: Time, *", "time: Time, cuts: Cuts, *")
+    shot.edit("add_up.py", "(0.9 * previous.total if previous else 0.0)", "(0.0 if cuts or not previous else 0.9)")
+    shot.run()
+    shot.tally()
+    shot.path.write_text(shot.path.read_text().replace("fps = 24", "fps = 24\ncuts = [9, 70]"))
+    plan = shot.plan()
+    found = [plan[name] for name in ("move@9", "sum@8", "sum@9", "sum@10")]
+    assert [entry.status for entry in found] == ["cached", "cached", "run", "depends"]
+    assert found[2].reason == "cuts absent -> [9]"
+    shot.run()
+    assert shot.tally() == Counter(add_up=2, write_list=1)

@@ -96,7 +96,9 @@ def test_other_strands_and_two_leads_are_refused(groom, keys, at, shown):
     with pytest.raises(BadInput, match="both a body and driven ends"):
         shown(at(groom, groom.points), groom, groom, body, ends)
     with pytest.raises(BadInput, match="both a body and driven ends"):
-        measure_roots(groom, Frames((1,), {1: body}.__getitem__), Frames((1,), {1: ends}.__getitem__), Time(1, 24.0), ())
+        measure_roots(
+            groom, Frames((1,), {1: body}.__getitem__), Frames((1,), {1: ends}.__getitem__), Time(1, 24.0), ()
+        )
 
 
 def test_every_third_strand_keeps_its_id_and_its_points(groom):

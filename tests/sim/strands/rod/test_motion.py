@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 from hairpipe.data import Ends, Mesh
 from hairpipe.errors import BadInput
 from hairpipe.groom.helix import Helix, wound
+from hairpipe.sim.cuts import carry_over_cut
 from hairpipe.sim.hair_model import Precision, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Collisions, Scene, Scheme, StepControl, Stiction
-from hairpipe.sim.cuts import carry_over_cut
 from hairpipe.sim.simulate import Frame, advance_frame, next_state, start
 from hairpipe.sim.strands.rod.frames import TWIST
 
