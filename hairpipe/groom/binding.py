@@ -14,7 +14,7 @@ from hairpipe.errors import BadInput
 from hairpipe.kernels.vec3 import blend, cross, minus, row, unit
 from hairpipe.spatial.closest import project
 from hairpipe.spatial.triangle_tree import tree_over
-from hairpipe.spatial.triangles import Sites
+from hairpipe.spatial.triangles import Sites, in_lowest_triangle
 
 MOST_NAMED = 5
 TIPS = ("tip_triangles", "tip_barycentrics", "tip_frames")  # fields of a groom some of whose tips are held
@@ -27,7 +27,7 @@ def bind_roots(mesh: Mesh, roots: np.ndarray, reach: float, ids: np.ndarray) -> 
     A root off the surface stays where it is: it keeps its coordinates in the frame of its site, and moves with it.
     Raise BadInput naming strands by their ids, (S,), where roots lie farther than reach [m] from the mesh.
     """
-    sites, distances = project(tree_over(mesh.points[mesh.triangles]), roots)
+    sites, distances = nearest_sites(mesh, roots)
     far = distances > reach
     if far.any():
         raise BadInput(
@@ -44,13 +44,19 @@ def bind_tips(mesh: Mesh, groom: Groom, held: np.ndarray, reach: float) -> Groom
     """
     if not held.any():
         return groom
-    sites, distances = project(tree_over(mesh.points[mesh.triangles]), groom.points[groom.offsets[1:] - 1])
+    sites, distances = nearest_sites(mesh, groom.points[groom.offsets[1:] - 1])
     if len(far := groom.ids[held & (distances > reach)]):
         told = f"{len(far)} tips are held more than reach = {reach:g} m off the body, by its closest place"
         warnings.warn(f"{told}: {name_strands(far)}", stacklevel=3)
     frames = root_frames(mesh.points, mesh.triangles, *sites)
     triangles = np.where(held, sites.triangles, FREE).astype(np.int32)
     return replace(groom, tip_triangles=triangles, tip_barycentrics=sites.barycentrics, tip_frames=frames)
+
+
+def nearest_sites(mesh: Mesh, points: np.ndarray) -> tuple[Sites, np.ndarray]:
+    """Return the sites of a mesh closest to points [m], (k, 3), and their distances [m], (k,)."""
+    sites, distances = project(tree_over(mesh.points[mesh.triangles]), points)
+    return in_lowest_triangle(mesh, sites), distances
 
 
 def name_strands(ids: np.ndarray) -> str:

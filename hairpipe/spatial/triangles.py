@@ -6,6 +6,8 @@ import numpy as np
 
 from hairpipe.data import Mesh
 
+NEAR = 1e-6  # smallest barycentric of a place that is not on an edge
+
 
 class Sites(NamedTuple):
     """Points on the surface of a mesh.
@@ -21,6 +23,30 @@ class Sites(NamedTuple):
 def site_points(mesh: Mesh, sites: Sites) -> np.ndarray:
     """Return the positions of sites on a mesh [m], (k, 3) float64."""
     return blend_corners(mesh.points[mesh.triangles[sites.triangles]], sites)
+
+
+def in_lowest_triangle(mesh: Mesh, sites: Sites) -> Sites:
+    """Return sites with those on an edge or at a vertex in the lowest of the triangles that meet there; pure.
+
+    Which of them is the closest, an error of rounding decides, but their frames differ.
+    """
+    near = sites.barycentrics < NEAR
+    triangles, weights = sites.triangles.copy(), np.where(near, 0.0, sites.barycentrics)
+    weights /= weights.sum(axis=1, keepdims=True)
+    on_edge, corner = np.flatnonzero(near.sum(axis=1) == 1), np.argmax(near, axis=1)
+    twins = twin_corners(mesh.triangles)[triangles[on_edge], corner[on_edge]]
+    lower = (twins >= 0) & (twins // 3 < triangles[on_edge])
+    moved, k, (t, j) = on_edge[lower], corner[on_edge[lower]], np.divmod(twins[lower], 3)
+    ends = weights[moved, (k + 2) % 3], weights[moved, (k + 1) % 3]
+    triangles[moved], weights[moved, j] = t, 0.0
+    weights[moved, (j + 1) % 3], weights[moved, (j + 2) % 3] = ends
+    at_vertex, corner = near.sum(axis=1) == 2, np.argmin(near, axis=1)
+    vertices = mesh.triangles[triangles, corner][at_vertex]
+    lowest = np.full(len(mesh.points), len(mesh.triangles), np.int32)
+    np.minimum.at(lowest, mesh.triangles, np.arange(len(mesh.triangles), dtype=np.int32)[:, None])
+    triangles[at_vertex] = lowest[vertices]
+    weights[at_vertex] = mesh.triangles[triangles[at_vertex]] == vertices[:, None]
+    return Sites(triangles, weights)
 
 
 def site_uv(mesh: Mesh, sites: Sites) -> np.ndarray:

@@ -1,5 +1,7 @@
 """Roots follow the body."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -33,6 +35,18 @@ def test_points_above_the_body_are_bound_below_themselves(mesh, sites):
     bound = bind_roots(mesh, above, 0.005, np.arange(100))
     assert np.array_equal(bound.triangles, sites.triangles)
     assert np.allclose(bound.barycentrics, sites.barycentrics, atol=1e-9)
+
+
+@pytest.mark.parametrize("kept", [[0], [0, 1], [0, 1, 2]], ids=["vertices", "edges", "faces"])
+def test_errors_of_rounding_bind_a_root_to_no_other_triangle(mesh, kept):
+    places = mesh.points[mesh.triangles[:, kept]].mean(axis=1)
+    before, ids = bind_roots(mesh, places, 1.0, np.arange(len(places))), np.arange(len(places))
+    for seed in range(3):
+        random = np.random.default_rng(seed)
+        points, roots = (x + random.uniform(-1e-12, 1e-12, x.shape) for x in (mesh.points, places))
+        after = bind_roots(replace(mesh, points=points), roots, 1.0, ids)
+        assert np.array_equal(after.triangles, before.triangles)
+        assert np.abs(after.barycentrics - before.barycentrics).max() < 1e-9
 
 
 def test_frames_are_orthonormal_and_right_handed(mesh, sites):

@@ -3,7 +3,15 @@
 import numpy as np
 
 from hairpipe.data import Mesh
-from hairpipe.spatial.triangles import Sites, area_vectors, site_points, site_uv, twin_corners, vertex_normals
+from hairpipe.spatial.triangles import (
+    Sites,
+    area_vectors,
+    in_lowest_triangle,
+    site_points,
+    site_uv,
+    twin_corners,
+    vertex_normals,
+)
 
 
 def test_the_corner_across_an_edge_faces_it_from_the_other_side(sphere):
@@ -35,6 +43,20 @@ def test_edges_of_three_triangles_or_of_two_that_disagree_are_borders():
     assert (twin_corners(fan) == -1).all()
     turned_over = np.array([[0, 1, 2], [0, 1, 3]], np.int32)
     assert (twin_corners(turned_over) == -1).all()
+
+
+def test_sites_on_edges_and_vertices_are_in_the_lowest_triangle_that_meets_there(sphere):
+    mesh = sphere(level=2)
+    triangles = np.repeat(np.arange(len(mesh.triangles), dtype=np.int32), 7)
+    weights = np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0.3, 0.7], [0.3, 0, 0.7], [0.3, 0.7, 0], [0.2, 0.3, 0.5]])
+    sites = Sites(triangles, np.tile(weights, (len(mesh.triangles), 1)))
+    found = in_lowest_triangle(mesh, sites)
+    assert np.abs(site_points(mesh, found) - site_points(mesh, sites)).max() < 1e-15
+    assert np.array_equal(found.triangles[6::7], triangles[6::7])
+    for t, w, lowest in zip(triangles, sites.barycentrics, found.triangles, strict=True):
+        ends = mesh.triangles[t][w > 0]
+        meeting = np.flatnonzero([np.isin(ends, corners).all() for corners in mesh.triangles])
+        assert lowest == meeting.min()
 
 
 def test_sites_reproduce_linear_functions(sheet):
