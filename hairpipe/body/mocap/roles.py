@@ -1,6 +1,8 @@
 """What a joint is in a human body, read from its name in any of the usual conventions."""
 
 import re
+from collections import Counter
+from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -15,32 +17,43 @@ class Role(NamedTuple):
 
 # Names with sides, digits, case and punctuation taken away; the earlier of two names of one part is preferred.
 # CMU and Rokoko say Shoulder for the collar bone, Daz and others for the upper arm: arms are looked for first.
+# SMPL and Kinect have both Ankle and Foot, Wrist and Hand: the former is the joint that the limb ends at.
 CENTRE = {
     "head": ("head",),
     "neck": ("neck", "lowerneck", "upperneck", "necklower", "neckupper"),
     "spine": (
         *("spine", "abdomen", "abdomenlower", "abdomenupper", "lowerback", "upperback", "back", "waist", "torso"),
-        *("chest", "chestlower", "chestupper", "lowerchest", "upperchest", "thorax"),
+        *("chest", "chestlower", "chestupper", "lowerchest", "upperchest", "thorax", "spinemid", "spineshoulder"),
     ),
-    "hips": ("hips", "hip", "pelvis", "root"),
+    "hips": ("hips", "hip", "pelvis", "spinebase", "hipcenter", "root"),
 }
 SIDED = {
     "upperarm": ("arm", "uparm", "upperarm", "shldr", "shldrbend", "humerus", "shoulder"),
-    "clavicle": ("clavicle", "collar", "collarbone", "shoulder"),
+    "clavicle": ("clavicle", "clav", "collar", "collarbone", "scapula", "shoulder"),
     "forearm": ("forearm", "lowerarm", "loarm", "forearmbend", "radius", "elbow"),
-    "hand": ("hand", "wrist"),
+    "hand": ("wrist", "hand"),
     "thigh": ("upleg", "upperleg", "thigh", "thighbend", "femur", "hip"),
     "shin": ("leg", "lowerleg", "loleg", "shin", "calf", "tibia", "knee"),
-    "foot": ("foot", "ankle"),
+    "foot": ("ankle", "foot"),
 }
 CHAINS = ("spine", "neck")  # parts that several joints in a row may play
-SIDES = {"l": "left", "left": "left", "r": "right", "right": "right"}
-PREFIXES = {"bip", "character", "def", "jnt"}
+SIDES = {
+    **{word: "left" for word in ("l", "left", "lft")},
+    **{word: "right" for word in ("r", "right", "rgt", "rt")},
+    **{word: "" for word in ("c", "m")},  # VRM and others: in the middle
+}
+PREFIXES = {"bip", "character", "def", "jnt", "mixamorig"}
+SIDED_WORDS = {word for words in SIDED.values() for word in words}
+GLUED = re.compile(r"(left|right|l|r)(\w+)")
+"""A side in front of a part, without a gap: lfemur, rightarm."""
+VERTEBRA = re.compile(r"([clt])\d+", re.IGNORECASE)
+"""Of the neck, the chest, the loins: Xsens."""
+COMMON = 0.6  # share of the names that begin with a word, from which it is the name of the character
 
 
 def find_roles(names: tuple[str, ...]) -> dict[Role, list[int]]:
     """Return the joints that play every part found, in the order of the skeleton; one joint but for chains. Pure."""
-    plain = [plain_name(name) for name in names]
+    plain = plain_names(names)
     roles: dict[Role, list[int]] = {}
     taken: set[int] = set()
     for part, side, synonyms in _parts():
@@ -57,12 +70,34 @@ def _parts() -> list[tuple[str, str, tuple[str, ...]]]:
     return middle + [(part, side, synonyms) for side in ("left", "right") for part, synonyms in SIDED.items()]
 
 
-def plain_name(name: str) -> tuple[str, str]:
-    """Return the bare lower-case name of a joint and its side. Pure."""
-    words = re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", re.split(r"[:|]", name)[-1])
-    words = [word.lower() for word in words if word.lower() not in PREFIXES]
-    side = next((SIDES[word] for word in words if word in SIDES), "")
-    return "".join(word for word in words if word not in SIDES), side
+def plain_names(names: tuple[str, ...]) -> list[tuple[str, str]]:
+    """Return the bare lower-case name of every joint and its side, without the name of the character. Pure."""
+    words = [words_of(name) for name in names]
+    firsts = Counter(some[0] for some in words if len(some) > 1 and some[0] not in SIDES)
+    common = {word for word, count in firsts.items() if count > COMMON * len(names)}
+    return [plain_name(name, common) for name in names]
+
+
+def words_of(name: str) -> list[str]:
+    """Return the words of a name in lower case, without digits. Pure."""
+    return [word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", re.split(r"[:|]", name)[-1])]
+
+
+def plain_name(name: str, common: Collection[str] = ()) -> tuple[str, str]:
+    """Return the bare lower-case name of a joint and its side. Pure.
+
+    common  first word that is the name of the character
+    """
+    if vertebra := VERTEBRA.fullmatch(name):
+        return ("neck" if vertebra[1].lower() == "c" else "spine"), ""
+    words = words_of(name)
+    words = [word for word in words[len(words) > 1 and words[0] in common :] if word not in PREFIXES]
+    side = next((SIDES[word] for word in words if SIDES.get(word)), "")
+    plain = "".join(word for word in words if word not in SIDES)
+    glued = GLUED.fullmatch(plain)
+    if glued and not side and glued[2] in SIDED_WORDS:
+        return glued[2], SIDES[glued[1]]
+    return plain, side
 
 
 def match_roles(body: dict[Role, list[int]], clip: dict[Role, list[int]]) -> dict[int, int]:
