@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 from hairpipe.data import Body, Pose
 from hairpipe.graph import Cuts, Time, node
-from hairpipe.units import Ge, Gt, Metres, Seconds, Suffixes
+from hairpipe.units import Degrees, Ge, Gt, Metres, Seconds, Suffixes
 
 
 @node(frames="each")
@@ -22,6 +22,7 @@ def load_motion(
     unit: Annotated[Metres, Gt(0)] | None = None,
     up: Literal["y", "z"] | None = None,
     reference: Literal["zero", "first"] | None = None,
+    yaw: Degrees = 0.0,
     skip: Annotated[int, Ge(0)] | None = None,
     floor: Literal["clip", "feet"] | None = None,
     joints: tuple[tuple[str, str], ...] = (),
@@ -34,8 +35,9 @@ def load_motion(
     settle     before `at` the body comes from rest to its pose there, so long; see `preroll` of a graph
     speed      of playing: 0.5 is half as fast as recorded
     unit       metres in one unit of the clip; if not given legs are scaled to the body's, or 1 where they do not tell
-    up         axis of the clip that points up; inferred from its all-zero pose if not given
+    up         axis of the clip that points up; inferred from the trunk over the whole clip if not given
     reference  pose of the clip that stands for the body at rest: zero in all channels, or its first frame
+    yaw        turn of the whole motion about Y: 180 if the body is to face the other way
     skip       frames to drop at the beginning; a T pose is recognised and dropped if not given
     floor      clip: its own; feet: lowered until feet that rest stand on the body's, by a look at the whole clip, an
                edit of whose tail may move all frames; by default feet for a single pose, else clip with a warning
@@ -51,6 +53,6 @@ def load_motion(
 
     since = (time.frame - at) / time.fps
     sides = [(instant(cut - 1), instant(cut)) for cut in cuts]
-    playback = Playback(up=up, reference=reference, unit=unit, skip=skip, joints=joints, floor=floor)
+    playback = Playback(up=up, reference=reference, unit=unit, skip=skip, joints=joints, floor=floor, yaw=yaw)
     pose = pose_at(rest.skeleton, recall_bvh(file), instant(time.frame), speed, playback, sides)
     return approach(rest.skeleton, pose, -since, settle) if settle > 0.0 > since else pose

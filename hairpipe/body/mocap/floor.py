@@ -2,14 +2,13 @@
 
 import numpy as np
 
+from hairpipe.body.mocap.reference import LOOKS
 from hairpipe.body.mocap.retarget import Retarget
 from hairpipe.body.mocap.roles import Role, find_roles
 from hairpipe.body.rigid import invert
 from hairpipe.data import Skeleton
 from hairpipe.data.clip import Clip
 
-LOOKS = 100
-"""Frames of a clip that are looked at, spread evenly."""
 RESTING = 0.25  # [m/s] slower than this, the lower foot stands
 
 

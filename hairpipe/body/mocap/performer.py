@@ -15,10 +15,12 @@ class Placement(NamedTuple):
 
     rotations  joint-to-world (k, J, 3, 3)
     positions  in the units of the clip (k, J, 3)
+    local      the same in their parents (k, J, 3)
     """
 
     rotations: np.ndarray
     positions: np.ndarray
+    local: np.ndarray
 
 
 def place_joints(clip: Clip, frames: np.ndarray) -> Placement:
@@ -42,12 +44,12 @@ def place_at_zero(clip: Clip) -> Placement:
 
 def chain(parents: np.ndarray, rotations: np.ndarray, positions: np.ndarray) -> Placement:
     """Return joints in the world from rotations (k, J, 3, 3) and positions (k, J, 3) in their parents. Pure."""
-    rotations, positions = rotations.copy(), positions.copy()
+    local, rotations, positions = positions, rotations.copy(), positions.copy()
     for joint in np.flatnonzero(parents >= 0):
         parent = parents[joint]
         positions[:, joint] = positions[:, parent] + np.einsum("kij,kj->ki", rotations[:, parent], positions[:, joint])
         rotations[:, joint] = rotations[:, parent] @ rotations[:, joint]
-    return Placement(rotations, positions)
+    return Placement(rotations, positions, local)
 
 
 def local_turns(clip: Clip, frames: np.ndarray) -> np.ndarray:

@@ -29,6 +29,7 @@ class Playback:
     skip: int | None
     joints: tuple[tuple[str, str], ...]
     floor: str | None = None
+    yaw: float = 0.0
 
 
 def pose_at(
@@ -50,9 +51,8 @@ def pose_at(
     Outside the clip its end poses are held. Raises BadInput where `skip` leaves no frame, or cuts leave none between
     two.
     """
-    retarget = build_retarget(
-        skeleton, clip, up=playback.up, reference=playback.reference, unit=playback.unit, joints=playback.joints
-    )
+    read = {name: getattr(playback, name) for name in ("up", "reference", "unit", "joints", "yaw")}
+    retarget = build_retarget(skeleton, clip, **read)
     skip = leading_frames(clip) if playback.skip is None else playback.skip
     if skip >= len(clip.values):
         raise BadInput(f"skip = {skip} leaves none of the {len(clip.values)} frames", where="skip", right="less")

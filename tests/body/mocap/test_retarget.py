@@ -144,7 +144,7 @@ def test_a_clip_whose_unit_nothing_tells_is_warned_of(skeleton, make_clip):
     with pytest.warns(UserWarning, match="unit"):
         assert retarget(single, clip).scale == 1.0
     with warnings.catch_warnings():
-        warnings.simplefilter("error")
+        warnings.filterwarnings("error", message="cannot tell")
         assert retarget(single, clip, unit=0.01).scale == 0.01
         retarget(single, make_clip(2))
 

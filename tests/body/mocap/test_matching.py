@@ -1,0 +1,211 @@
+"""What a clip and a body have in common is followed, and all else is named: joints, limbs, axes, channels."""
+
+import json
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.spatial.transform import Rotation
+
+from hairpipe.body.mannequin.bust import build_skeleton
+from hairpipe.body.mocap.posing import Playback, pose_at
+from hairpipe.body.mocap.retarget import build_retarget
+from hairpipe.cli.entry import commands
+from hairpipe.data import Skeleton
+from hairpipe.data.clip import Clip
+from hairpipe.errors import BadInput
+from hairpipe.io.mocap.bvh_writing import write_bvh
+
+Y_TO_Z = Rotation.from_euler("x", 90.0, degrees=True).as_matrix()
+ASF = {"Hips": "root", "Spine": "thorax", "Neck": "lowerneck", "Head": "head"}
+BONES = {"Arm": "humerus", "ForeArm": "radius", "Hand": "hand", "UpLeg": "femur", "Leg": "tibia", "Foot": "foot"}
+ASF |= {side + bone: side[0].lower() + name for side in ("Left", "Right") for bone, name in BONES.items()}
+VRM = {"Hips": "J_Bip_C_Hips", "Spine": "J_Bip_C_Chest", "Neck": "J_Bip_C_Neck", "Head": "J_Bip_C_Head"}
+BONES = {
+    "Arm": "UpperArm",
+    "ForeArm": "LowerArm",
+    "Hand": "Hand",
+    "UpLeg": "UpperLeg",
+    "Leg": "LowerLeg",
+    "Foot": "Foot",
+}
+VRM |= {side + bone: f"J_Bip_{side[0]}_{name}" for side in ("Left", "Right") for bone, name in BONES.items()}
+
+
+def told(skeleton: Skeleton, clip: Clip, **settings):
+    """The motion of all joints in all frames, and what was warned of."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        found = build_retarget(skeleton, clip, **{"up": None, "reference": None, "unit": None, "joints": ()} | settings)
+    return found.transforms(clip, np.arange(float(len(clip.values)))), [str(warning.message) for warning in caught]
+
+
+def renamed(clip: Clip, names) -> Clip:
+    return replace(clip, names=tuple(names(name) for name in clip.names))
+
+
+def in_axes(clip: Clip, matrix: np.ndarray) -> Clip:
+    """The same motion in a file with other axes: rotations are about the new ones."""
+    channels, values, column = [], clip.values.copy(), 0
+    for names in clip.channels:
+        places = [column + i for i, name in enumerate(names) if name.endswith("position")]
+        turns = [column + i for i, name in enumerate(names) if name.endswith("rotation")]
+        if places:
+            values[:, places] = values[:, places] @ matrix.T
+        order = "".join(names[i - column][0] for i in turns)
+        matrices = matrix @ Rotation.from_euler(order, values[:, turns], degrees=True).as_matrix() @ matrix.T
+        values[:, turns] = Rotation.from_matrix(matrices).as_euler("XYZ", degrees=True)
+        channels.append((*names[: len(places)], "Xrotation", "Yrotation", "Zrotation"))
+        column += len(names)
+    turned = {"offsets": clip.offsets @ matrix.T, "ends": clip.ends @ matrix.T}
+    return replace(clip, channels=tuple(channels), values=values, **turned)
+
+
+@pytest.mark.parametrize("names", [ASF, VRM], ids=["asf", "vrm"])
+def test_names_of_other_programs_give_the_same_motion(skeleton, make_clip, names):
+    clip = make_clip(5, seed=2)
+    plain, _ = told(skeleton, clip)
+    other, said = told(skeleton, renamed(clip, names.__getitem__))
+    assert plain.tobytes() == other.tobytes() and said == []
+
+
+@pytest.mark.parametrize("names", ["mixamorig_{}", "mixamorig7:{}", "Robot_{}", "Rig|Someone_{}", "m{}"])
+def test_the_name_of_a_character_does_not_matter(skeleton, make_clip, names):
+    clip = make_clip(5, seed=2)
+    other, said = told(skeleton, renamed(clip, names.format))
+    assert told(skeleton, clip)[0].tobytes() == other.tobytes() and said == []
+
+
+@pytest.mark.parametrize("left_out", [(), ("Head",), ("Head", "Neck"), ("LeftFoot", "Head")])
+def test_z_up_is_told_by_the_trunk_that_there_is(skeleton, make_clip, left_out):
+    clip = renamed(make_clip(5, seed=2), lambda name: "x" + name if name in left_out else name)
+    plain, _ = told(skeleton, clip, up="y", reference="zero")
+    other, said = told(skeleton, in_axes(clip, Y_TO_Z), reference="zero")
+    assert other == pytest.approx(plain, abs=1e-9)
+    assert not any("points up" in message for message in said)
+
+
+def stood_along_z(clip: Clip) -> Clip:
+    """The motion of a clip in a world with Z up, on the skeleton that is drawn with Y up."""
+    values = clip.values.copy()
+    order = "".join(name[0] for name in clip.channels[0][3:])
+    turns = Y_TO_Z @ Rotation.from_euler(order, values[:, 3:6], degrees=True).as_matrix()
+    values[:, :3] = values[:, :3] @ Y_TO_Z.T
+    values[:, 3:6] = Rotation.from_matrix(turns).as_euler(order, degrees=True)
+    return replace(clip, values=values)
+
+
+def test_a_rest_pose_along_another_axis_than_the_motion_is_warned_of(skeleton, make_clip):
+    clip = make_clip(9, seed=2)
+    clip = replace(clip, values=clip.values * np.where(np.arange(clip.values.shape[1]) < 3, 1.0, 0.3))
+    plain, _ = told(skeleton, clip, reference="first")
+    other, said = told(skeleton, stood_along_z(clip))
+    assert other == pytest.approx(plain, abs=1e-9)
+    assert [message for message in said if "along Y at rest, along Z in most of the motion: Z is taken" in message]
+
+
+def test_a_performer_who_lies_is_warned_of_and_the_rest_pose_decides(skeleton, make_clip):
+    clip = make_clip(9)
+    values = clip.values.copy()
+    values[:, 3] = 90.0  # about Z
+    other, said = told(skeleton, replace(clip, values=values))
+    assert [message for message in said if "no trunk that stands" in message and "Y is taken" in message]
+    ways = other[:, skeleton.names.index("Head"), :3, 3] - other[:, 0, :3, 3]
+    assert np.abs(ways[:, 0]).min() > 0.5
+
+
+@pytest.mark.parametrize(("bone", "other"), [("Leg", "Foot"), ("UpLeg", "Leg")])
+def test_a_limb_of_which_a_bone_is_missing_does_not_follow_and_is_named(skeleton, make_clip, bone, other):
+    clip = renamed(make_clip(5, seed=2), lambda name: "Mystery" if name == "Left" + bone else name)
+    poses, said = told(skeleton, clip)
+    assert "the clip has no joints for left leg of the body" in said[0] and "joints" in said[0]
+    assert said[1].endswith("LeftUpLeg, Mystery, LeftFoot" if bone == "Leg" else "Mystery, LeftLeg, LeftFoot")
+    hips, thigh = (skeleton.names.index(name) for name in ("Hips", "LeftUpLeg"))
+    turns = poses[:, hips, :3, :3].transpose(0, 2, 1) @ poses[:, thigh, :3, :3]
+    assert turns == pytest.approx(np.broadcast_to(np.eye(3), turns.shape), abs=1e-12)
+    paired, said = told(skeleton, clip, joints=(("Left" + bone, "Mystery"),))
+    assert said == [] and paired.tobytes() == told(skeleton, make_clip(5, seed=2))[0].tobytes()
+
+
+def test_what_is_named_is_in_the_json_of_a_run(make_clip, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_bvh(tmp_path / "clip.bvh", make_clip(3, seed=1))
+    motion = 'head.type = "make_bust"\nmotion = { type = "load_motion", in.rest = "head", file = "clip.bvh", at = 1 }\n'
+    (tmp_path / "shot.toml").write_text(f"schema = 1\nframes = [1, 1]\nfps = 24\n{motion}")
+    result = CliRunner().invoke(commands, ["run", "shot.toml", "--cache", "c", "-j", "1", "--json"])
+    (warning,) = json.loads(result.stdout)["warnings"]
+    assert warning["node"] == "motion"
+    assert warning["message"].endswith("LeftUpLeg, LeftLeg, LeftFoot, RightUpLeg, RightLeg, RightFoot")
+
+
+def test_every_joint_of_a_clip_is_used_or_named(make_clip):
+    clip = make_clip(3, seed=1)
+    follows = build_retarget(build_skeleton(), clip, up=None, reference=None, unit=None, joints=()).follows
+    _, said = told(build_skeleton(), clip)
+    named = said[-1].partition(": ")[2].split(", ")
+    used = {clip.names[joint] for joint in follows} | {"Hips"}  # the hips carry the chest
+    assert used | set(named) == set(clip.names) and not used & set(named)
+
+
+def with_positions(clip: Clip, joint: str, ways: np.ndarray) -> Clip:
+    """A clip with position channels of one joint [clip units], (F, 3)."""
+    place = clip.names.index(joint)
+    column = sum(map(len, clip.channels[:place]))
+    names = ("Xposition", "Yposition", "Zposition", *clip.channels[place])
+    values = np.insert(clip.values, [column] * 3, clip.offsets[place] + ways, axis=1)
+    return replace(clip, channels=(*clip.channels[:place], names, *clip.channels[place + 1 :]), values=values)
+
+
+@pytest.mark.parametrize("joint", ["Spine", "Head", "LeftForeArm"])
+def test_what_moves_a_joint_in_its_parent_moves_the_body_too(skeleton, make_clip, joint):
+    clip, ways = make_clip(6), np.outer(np.arange(6.0), [0.01, 0.03, -0.02])
+    plain, _ = told(skeleton, clip)
+    other, _ = told(skeleton, with_positions(clip, joint, ways))
+    moved = other[:, skeleton.names.index(joint), :3, 3] - plain[:, skeleton.names.index(joint), :3, 3]
+    assert moved == pytest.approx(ways, abs=1e-12)
+    still, _ = told(skeleton, with_positions(clip, joint, 0.0 * ways + 0.1))
+    assert still.tobytes() == plain.tobytes(), "longer bones, which the body does not have"
+
+
+def test_a_joint_between_two_that_are_followed_stretches_what_is_above_it(make_clip):
+    """The bust has no joint for the performer's hips and spine but the chest: its neck moves with the neck."""
+    clip, ways = make_clip(6), np.outer(np.arange(6.0), [0.0, 0.02, 0.0])
+    bust, unit = build_skeleton(), {"unit": 1.0}
+    plain, _ = told(bust, clip, **unit)
+    other, _ = told(bust, with_positions(clip, "Neck", ways), **unit)
+    moved = (other - plain)[:, :, :3, 3]
+    for joint, name in enumerate(bust.names):
+        assert moved[:, joint] == pytest.approx(0.0 * ways if name == "chest" else ways, abs=1e-12)
+
+
+def test_yaw_turns_the_whole_motion(skeleton, make_clip):
+    clip, turn = make_clip(5, seed=2), Rotation.from_euler("y", 180.0, degrees=True).as_matrix()
+    plain, other = told(skeleton, clip)[0], told(skeleton, clip, yaw=180.0)[0]
+    assert other[..., :3, :3] == pytest.approx(turn @ plain[..., :3, :3], abs=1e-12)
+    assert other[..., :3, 3] == pytest.approx(plain[..., :3, 3] @ turn.T, abs=1e-9)
+    playback = Playback(None, None, None, None, (), yaw=90.0)
+    assert pose_at(skeleton, clip, 0.0, 1.0, playback).transforms[0, 2, 0] == pytest.approx(
+        -plain[0, 0, 0, 0], abs=1e-9
+    )
+
+
+def test_a_body_that_faces_back_follows_as_one_that_faces_ahead(skeleton, make_clip):
+    clip, turn = make_clip(5, seed=2), Rotation.from_euler("y", 180.0, degrees=True).as_matrix()
+    rest = skeleton.rest.copy()
+    rest[:, :3] = turn @ rest[:, :3]
+    plain, (other, said) = told(skeleton, clip)[0], told(replace(skeleton, rest=rest), clip)
+    assert other == pytest.approx(plain, abs=1e-9)
+    assert "faces 180 degrees from +Z" in said[0]
+
+
+def test_a_pair_may_give_the_clip_its_trunk(skeleton, make_clip):
+    clip = renamed(
+        in_axes(make_clip(5, seed=2), Y_TO_Z), lambda name: {"Hips": "Mitte", "Head": "Kopf"}.get(name, name)
+    )
+    pairs = (("Hips", "Mitte"), ("Head", "Kopf"))
+    other, said = told(skeleton, clip, joints=pairs, reference="zero")
+    assert said == [] and other == pytest.approx(told(skeleton, make_clip(5, seed=2), reference="zero")[0], abs=1e-9)
+    with pytest.raises(BadInput, match="the clip has no joint 'Kopff'"):
+        told(skeleton, clip, joints=(("Head", "Kopff"),))
