@@ -1,4 +1,4 @@
-"""What is said of a shot's hair while it is simulated: roots too deep in a body, stretched segments, lost rods."""
+"""What is said of a shot's hair while it is simulated: deep roots, stretched segments, lost and held strands."""
 
 from collections.abc import Sequence
 from warnings import warn
@@ -12,6 +12,7 @@ from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.sim.contact.body.length_projection import STRETCH
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.settings import Scene
+from hairpipe.sim.state import State
 from hairpipe.sim.strands.interface import may_be_lost
 
 SHALLOW = 2e-3
@@ -74,3 +75,29 @@ def warn_of_lost(hair: HairModel, before: HairState, after: HairState, frame: in
         who = name_strands(hair.groom.ids[np.unique(hair.layout.strands[new])])
         said = f"{np.count_nonzero(new)} strands were lost by a step at frame {frame} and did it again: {who}"
         warn(f"{said} ({steps} steps of all strands so far; a shorter steps.longest loses none)", stacklevel=3)
+
+
+def warn_of_held(hair: HairModel, now: State, mended: np.ndarray, steps: int, frame: int) -> None:
+    """Name the strands that could not be solved in some of the steps of a frame, see `integrators/lost.py`.
+
+    now     hair where the frame ends, after so many steps
+    mended  strands that were not finite where the frame began, (blocks, W) bool
+
+    Raises ArithmeticError where no step could be solved for any of them, or in single precision where there is double.
+    """
+    held = now.held
+    used = ~hair.layout.idle
+    if (mended & used).any():
+        who = name_strands(hair.groom.ids[np.sort(hair.layout.strands[mended & used])])
+        said = f"{np.count_nonzero(mended & used)} strands were not finite before frame {frame}"
+        warn(f"{said} and start anew as groomed: {who}", stacklevel=3)
+    if not held.any():
+        return
+    count, total = np.count_nonzero(held[used]), np.count_nonzero(used)
+    who = name_strands(hair.groom.ids[np.sort(hair.layout.strands[used & (held > 0)])])
+    said = f"{count} of {total} strands could not be solved in {held.max()} of {steps} steps of frame {frame}: {who}"
+    if now.failed >= steps:
+        raise ArithmeticError(f"diverged: {said}")
+    if hair.in_double is not None:
+        raise ArithmeticError(f"{said} (in single precision)")
+    warn(f"{said} (they kept their shape and moved rigidly with their roots)", stacklevel=3)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -32,6 +32,7 @@ class HairModel:
     widths    of segments, roots of the numbers of hairs that they stand for: so many times the distances of a single
               hair are kept, and the square of it shields from the wind, (P,); None: 1
     part_of   the strands of which these are some, and the number of each of their points here, -1: not, (P,)
+    in_double builds the same strands in double precision; None: these are
     """
 
     groom: Groom
@@ -41,6 +42,7 @@ class HairModel:
     diameter: float
     widths: np.ndarray | None = None
     part_of: "tuple[HairModel, np.ndarray] | None" = None
+    in_double: "Callable[[], HairModel] | None" = None
     _found: dict[Hashable, Any] = field(default_factory=dict, init=False)
 
     def once(self, key: Hashable, find: Callable[[], T]) -> T:
@@ -69,7 +71,9 @@ class HairModels:
             check_segments(self.groom)
             layout = lay_out(self.groom.offsets, self.kind.shape, DTYPES[precision])
             model, rest = self.kind.build(layout, self.groom, self.material, self.construction)
-            self._built[precision] = HairModel(self.groom, layout, model, rest, self.material.diameter)
+            finer = partial(self.in_precision, "double") if precision == "single" else None
+            built = HairModel(self.groom, layout, model, rest, self.material.diameter, in_double=finer)
+            self._built[precision] = built
         return self._built[precision]
 
     @cached_property

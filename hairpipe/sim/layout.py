@@ -130,3 +130,25 @@ def lay_out(offsets: np.ndarray, shape: Shape, dtype: DTypeLike = np.float64) ->
     first = np.concatenate([[0], np.cumsum(sizes)])
     joined = (np.concatenate(parts) for parts in (strands, idle, segments))
     return Layout(offsets, *joined, first, shape, np.dtype(dtype))
+
+
+def relaid(values: np.ndarray, here: Layout, there: Layout) -> np.ndarray:
+    """Return what particles, (rows, ..., W), or strands, (blocks, ..., W), have in another layout of a groom; pure."""
+    of_rows = len(values) != here.blocks
+    counts = [layout.first[-1] if of_rows else layout.blocks for layout in (here, there)]
+    out = np.empty((counts[1], *values.shape[1:-1], there.width), values.dtype)
+    for segments in np.unique(here.segments):
+        rows, target = (_rows_of_class(layout, segments, of_rows) for layout in (here, there))
+        blocks, others = (np.count_nonzero(layout.segments == segments) for layout in (here, there))
+        lanes = values[rows].reshape(blocks, -1, *values.shape[1:])
+        lanes = np.moveaxis(lanes, -1, 1).reshape(blocks * here.width, *lanes.shape[1:-1])
+        lanes = lanes[np.minimum(np.arange(others * there.width), len(lanes) - 1)]
+        lanes = np.moveaxis(lanes.reshape(others, there.width, *lanes.shape[1:]), 1, -1)
+        out[target] = lanes.reshape(-1, *out.shape[1:])
+    return out
+
+
+def _rows_of_class(layout: Layout, segments: int, of_rows: bool) -> slice:
+    """Return where the rows, or the blocks, of the strands of so many segments are."""
+    blocks = np.flatnonzero(layout.segments == segments)
+    return slice(layout.first[blocks[0]], layout.first[blocks[-1] + 1]) if of_rows else slice(blocks[0], blocks[-1] + 1)

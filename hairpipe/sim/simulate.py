@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from warnings import warn
 
 import numpy as np
 
@@ -20,12 +21,13 @@ from hairpipe.sim.boundary import (
 )
 from hairpipe.sim.build import bodies_of, check_scheme, gravity_of, integrator_of, surroundings_of
 from hairpipe.sim.cuts import carry_over_cut, lead_before, parts_at_cut, surfaces_at_cut
-from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_lost, warn_of_stretch
+from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_held, warn_of_lost, warn_of_stretch
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
 from hairpipe.sim.interactions import with_interactions
 from hairpipe.sim.locks.guides import Guides
 from hairpipe.sim.locks.locked_frame import Around, advance_locked, check_locks
+from hairpipe.sim.restoration import converted, restored
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.statics.sag_free import stand
@@ -60,8 +62,23 @@ class Frame:
 def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene: Scene) -> HairState:
     """Return the hair at a frame from that at the previous one; there is none at the first. Pure.
 
-    Raises BadInput where there is a target and no group that says how hair is led to it, or the group alone.
+    A frame in which single precision loses strands is computed again in double.
+
+    Raises BadInput where there is a target and no group that says how hair is led to it, or the group alone, and
+    ArithmeticError as `advance_frame` does.
     """
+    try:
+        return _next_state(hair, previous, frame, scene)
+    except ArithmeticError as lost:
+        if hair.in_double is None or previous is None:
+            raise
+        warn(f"{lost}: computed again in double precision", stacklevel=2)
+    finer = hair.in_double()
+    return converted(_next_state(finer, converted(previous, hair, finer), frame, scene), finer, hair)
+
+
+def _next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene: Scene) -> HairState:
+    """Return the next state in the precision of the strands, see `next_state`."""
     if previous is not None and frame.cut:
         before = lead_before(frame.leads[1], hair.groom, frame.frame_dt)
         previous = carry_over_cut(hair, previous, (frame.leads[0], before))
@@ -167,9 +184,13 @@ def advance_frame(
     watch     is called after every step with the state, about the middle of the roots, and the times at which the step
               began and ended, since the previous frame [s]
 
-    Raises ArithmeticError naming strands that are not finite, where strands that touch are, and where a frame takes
-    too many steps.
+    Strands that no step can be solved for are held, and warned of, see `integrators/lost.py`; those that are not finite
+    where the frame begins start as groomed.
+
+    Raises ArithmeticError where no step can be solved for any strand, where the roots of some are not finite, where a
+    frame takes too many steps, and where strands are held that there are in double precision, too.
     """
+    state, mended = restored(hair, state, leads[0])
     origin, model = origin_of(state.positions, hair.layout), hair.model
     if state.inverse_lengths is not None:
         model = model._replace(inverse_lengths=state.inverse_lengths)
@@ -178,11 +199,12 @@ def advance_frame(
     around = surroundings_of(hair, model, state, bodies, scene, began, origin)
     integrator, crossings = integrator_of(scene), crossing_limit(scene.steps, state.pace)
     limits = [*limits_of(scene.steps, model, around), crossings]
-    time, left = 0.0, scene.steps.most
+    time, left, frame = 0.0, scene.steps.most, round(began / frame_dt) + 1
     while time < frame_dt * (1 - 1e-9):
         try:
             dt = next_step(limits, now, path, time, left)
-            integrator.advance(model, now, Step(path, time, dt), around)
+            with np.errstate(over="ignore", invalid="ignore"):  # strands that a step loses are found after it
+                integrator.advance(model, now, Step(path, time, dt), around)
         except LostPoints as lost:
             raise _lost(hair, lost.points) from None
         except TooManySteps as many:
@@ -192,6 +214,7 @@ def advance_frame(
         if watch is not None:
             watch(now, time, time + dt)
         time += dt
+    warn_of_held(hair, now, mended, scene.steps.most - left, frame)
     moved = replace(
         state,
         positions=origin[:, None] + now.x,

@@ -1,6 +1,6 @@
 """Hair on its way through a frame, and the steps of time that advance it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -16,6 +16,9 @@ class State:
     a      accelerations of the last stage [m/s^2], (rows, 3, W)
     T      tensions of the springs as the last solve found them [N], (rows, springs, W)
     fresh  strands whose forces have jumped since, so that their accelerations do not count, (blocks, W) bool
+    held   steps since the last frame in which each strand could not be solved, see `integrators/lost.py`, (blocks, W)
+           int64
+    failed steps since then in which none could be solved
     """
 
     x: np.ndarray
@@ -23,6 +26,11 @@ class State:
     a: np.ndarray
     T: np.ndarray
     fresh: np.ndarray
+    held: np.ndarray = field(init=False)
+    failed: int = field(default=0, init=False)
+
+    def __post_init__(self) -> None:
+        self.held = np.zeros(self.fresh.shape, np.int64)
 
     @classmethod
     def begin(cls, state: HairState, x: np.ndarray) -> "State":

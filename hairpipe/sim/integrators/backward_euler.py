@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from hairpipe.sim.integrators.integrator import everywhere
-from hairpipe.sim.integrators.lost import begin, do_again, find_lost
+from hairpipe.sim.integrators.lost import begin, hold_broken, recover, strain_of_loss
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
-from hairpipe.sim.strands.interface import StrandModel, may_be_lost
+from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
 
@@ -36,8 +36,7 @@ class BackwardEuler:
         stage = Stage(before, v0, before, v0, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
         kick = around.solve(state.x, state.v, state.T, stage, self.rule)
         np.divide(state.v - v0 - kick, step.dt, out=state.a)
-        lost = find_lost(model, state) if may_be_lost(model) else None
-        if lost is not None:
-            do_again(self.rule, model, state, began, lost, step, around)
+        recover(self.rule, model, state, began, step, around, (kick,), strain_of_loss(model))
         state.fresh[:] = False
         around.end(state, before, step)
+        hold_broken(model, state, began, step)

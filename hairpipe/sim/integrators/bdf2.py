@@ -13,12 +13,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hairpipe.sim.integrators.integrator import everywhere, rows_of
-from hairpipe.sim.integrators.lost import begin, do_again, find_lost
-from hairpipe.sim.integrators.restart import restart_fresh, take_over_change
+from hairpipe.sim.integrators.lost import begin, hold_broken, recover, strain_of_loss
+from hairpipe.sim.integrators.restart import restart_fresh
 from hairpipe.sim.integrators.tr_bdf2 import TrBdf2
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
-from hairpipe.sim.strands.interface import StrandModel, may_be_lost
+from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.surroundings import Surroundings
 
 
@@ -45,9 +45,8 @@ class Bdf2:
             stage = Stage(xh, vh, x0, state.v, step.ends(1.0), step.held, weights, step.time + step.dt, step.dt)
             kick = around.solve(state.x, state.v, state.T, stage, self.rule)
             np.divide(state.v - vh - kick, rows_of(model, weights), out=state.a)
-            lost = find_lost(model, state) if may_be_lost(model) else None
-            if lost is not None:
-                take_over_change(model, kick, do_again(self.rule, model, state, began, lost, step, around), lost)
+            recover(self.rule, model, state, began, step, around, (kick,), strain_of_loss(model))
             kick = kick + around.end(state, x0, step)
+            hold_broken(model, state, began, step)
         state.fresh[:] = around.discontinuous(state.x) != 0.0
         self._before = x0, v0 + kick, step.dt

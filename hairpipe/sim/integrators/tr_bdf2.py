@@ -22,13 +22,12 @@ import numpy as np
 
 from hairpipe.kernels.simd_arrays import combine_all, copied
 from hairpipe.sim.integrators.integrator import everywhere
-from hairpipe.sim.integrators.lost import begin, do_again, find_lost
+from hairpipe.sim.integrators.lost import begin, hold_broken, recover
 from hairpipe.sim.integrators.restart import (
     ContactChange,
     add_change,
     restart_fresh,
     sum_changes,
-    take_over_change,
 )
 from hairpipe.sim.solve.stage import Rule, Stage
 from hairpipe.sim.state import State, Step
@@ -71,11 +70,8 @@ class TrBdf2:
         second = around.solve(x, v, T, stage, self.rule)
         combine_all(state.a, 1 / h, v, -1 / h, vh)
         add_change(state.a, -1 / h, second)
-        lost = find_lost(model, state)
-        if lost is not None:
-            kick = do_again(self.rule, model, state, began, lost, step, around)
-            take_over_change(model, first, 0.0, lost)
-            take_over_change(model, second, kick, lost)
+        recover(self.rule, model, state, began, step, around, (first, second))
         changed = around.end(state, x0, step)
+        hold_broken(model, state, began, step)
         state.fresh[:] = around.discontinuous(x) != 0.0
         return sum_changes(sum_changes(first, second), changed)

@@ -84,7 +84,7 @@ def take_guides(whole: HairModel, leaders: np.ndarray) -> Guides:
     widths = np.repeat(np.sqrt(hairs), np.diff(some.offsets))
     model = _model_of(whole, part, strands)
     rest = _taken(whole.rest, layout, part, strands)
-    guides = HairModel(some, part, model, rest, whole.diameter, widths, (whole, numbers))
+    guides = HairModel(some, part, model, rest, whole.diameter, widths, (whole, numbers), whole.in_double)
     latest[:] = [Guides(whole, guides, leaders, strands, points, numbers)]
     return latest[0]
 

@@ -4,24 +4,26 @@ import numpy as np
 from numba import njit, prange
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd import either, load, select, sqrt, store
+from hairpipe.kernels.simd import both, either, load, select, sqrt, store
 from hairpipe.sim.strands.forces.spring import tension
 from hairpipe.sim.strands.interface import shape_of, spring_constant, springs_from
 
 
 @inlined
 def overstrained(model, x, block, limit):
-    """Lanes with an axis edge whose strain is beyond +-limit."""
+    """Lanes with an axis edge whose strain is beyond +-limit, or with a particle on it that is not finite."""
     first, stride = model.first[block], shape_of(model).stride
-    worst = load(x, (0, 0)) < load(x, (0, 0))
+    within = load(x, (0, 0)) <= load(x, (0, 0))
     for p in range(shape_of(model).before, x.shape[0] - stride - shape_of(model).after, stride):
         dx = load(x, (p + stride, 0)) - load(x, (p, 0))
         dy = load(x, (p + stride, 1)) - load(x, (p, 1))
         dz = load(x, (p + stride, 2)) - load(x, (p, 2))
         inverse_rest = load(model.inverse_lengths, (first + p, stride - 1))
         strain = sqrt(dx * dx + dy * dy + dz * dz) * inverse_rest - 1.0
-        worst = either(worst, either(strain > limit, strain < -limit))
-    return worst
+        # What is not a number is beyond every limit: no comparison with it holds.
+        within = both(within, both(strain <= limit, -strain <= limit))
+    zero = 0.0 * load(model.mass, (first,))
+    return select(within, zero, zero + 1.0) > zero
 
 
 @njit(cache=True, error_model="numpy")

@@ -9,7 +9,7 @@ and a turned scene has the same twists. Twist has no inertia of its own: it is w
 """
 
 from hairpipe.kernels.compile import inlined
-from hairpipe.kernels.simd import load, maximum, minimum, sqrt, store
+from hairpipe.kernels.simd import any_lane, load, maximum, minimum, select, sqrt, store
 from hairpipe.kernels.simd_arrays import difference
 from hairpipe.kernels.vec3 import cross, dot, minus, plus, scaled
 
@@ -24,6 +24,8 @@ BENDING, TWISTING = 4, 5
 """Places of the two stiffnesses of a vertex in what a rod has at rest."""
 MOST = 6.2
 """Twist of a vertex beyond which its frame turns no further [rad]."""
+FOLDED = 0.02
+"""1 + te . tf below which a vertex is folded, beyond 168 degrees: its inverse, which has no bound, grows no further."""
 _SMALLEST = 1e-30
 
 
@@ -35,9 +37,21 @@ def unit_of(a):
 
 
 @inlined
+def across(q, t):
+    """Unit director that points to q, across a unit tangent."""
+    return unit_of(minus(q, scaled(dot(q, t), t)))[0]
+
+
+@inlined
 def carried(m, te, tf):
-    """Carry a vector across te to tf without twist."""
-    return minus(m, scaled(dot(tf, m) / (1.0 + dot(te, tf)), plus(te, tf)))
+    """Carry a vector across te to tf without twist; across a fold to the nearest unit vector that is across tf."""
+    chi = 1.0 + dot(te, tf)
+    over = minus(m, scaled(dot(tf, m) / maximum(chi, FOLDED), plus(te, tf)))
+    folded = chi < FOLDED
+    if any_lane(folded):
+        unit = across(over, tf)
+        over = select(folded, unit[0], over[0]), select(folded, unit[1], over[1]), select(folded, unit[2], over[2])
+    return over
 
 
 @inlined
@@ -68,12 +82,6 @@ def sine_cosine(psi):
     for _ in range(2):
         s, c = 2.0 * s * c, c * c - s * s
     return s, c
-
-
-@inlined
-def across(q, t):
-    """Unit director that points to q, across a unit tangent."""
-    return unit_of(minus(q, scaled(dot(q, t), t)))[0]
 
 
 @inlined

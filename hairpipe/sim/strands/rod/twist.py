@@ -7,7 +7,7 @@ from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import any_lane, either, load, maximum, select, store
 from hairpipe.kernels.simd_arrays import difference
 from hairpipe.kernels.vec3 import cross, dot, plus, scaled
-from hairpipe.sim.strands.rod.frames import BEFORE, GHOST, SPAN, TWIST, across, carried, carry_frame, unit_of
+from hairpipe.sim.strands.rod.frames import BEFORE, FOLDED, GHOST, SPAN, TWIST, across, carried, carry_frame, unit_of
 
 _SHORTEST = 1e-30
 
@@ -39,7 +39,7 @@ def follow_solve(model, block, at, dx, b, h):
         te, ie = unit_of(difference(x, p, p + 1))
         tf, jf = unit_of(difference(x, p + 1, p + 2))
         over = plus(scaled(ie, difference(dx, p, p + 1)), scaled(jf, difference(dx, p + 1, p + 2)))
-        writhed = dot(cross(te, tf), over) / (1.0 + dot(te, tf))
+        writhed = dot(cross(te, tf), over) / maximum(1.0 + dot(te, tf), FOLDED)
         turned = s * (load(b, (p + 1, 3)) - load(b, (p, 3)))
         store(T, (p + 1, TWIST), load(T, (p + 1, TWIST)) + (writhed + turned))
 

@@ -24,7 +24,9 @@ from typing import Any, NamedTuple
 
 from hairpipe.kernels import sym3
 from hairpipe.kernels.compile import inlined
+from hairpipe.kernels.simd import maximum
 from hairpipe.kernels.vec3 import cross, dot, minus, plus, scaled
+from hairpipe.sim.strands.rod.frames import FOLDED
 
 
 class Tangent(NamedTuple):
@@ -75,7 +77,7 @@ class Bend(NamedTuple):
 def bend(te, tf, ie, jf, m1e, m1f):
     """Measure a vertex between unit tangents te and tf with directors m1e and m1f; ie, jf  1 / lengths [1/m]."""
     m2e, m2f = cross(te, m1e), cross(tf, m1f)
-    inverse = 1.0 / (1.0 + dot(te, tf))
+    inverse = 1.0 / maximum(1.0 + dot(te, tf), FOLDED)
     kb = scaled(2.0 * inverse, cross(te, tf))
     m1, m2 = plus(m1e, m1f), plus(m2e, m2f)
     k1, k2 = 0.5 * dot(m2, kb), -0.5 * dot(m1, kb)
