@@ -20,6 +20,23 @@ def axes_of(groom: Groom) -> np.ndarray:
     return axes
 
 
+def curls_of(groom: Groom) -> np.ndarray:
+    """Return the strands that are curls of one turn or more, (n,) int64; pure.
+
+    They turn by as much from segment to segment, all in all, and wind about an axis.
+    """
+    ways = np.diff(groom.points, axis=0)
+    units = ways / np.maximum(np.linalg.norm(ways, axis=1, keepdims=True), np.finfo(float).tiny)
+    angles = np.arccos(np.clip(np.sum(units[1:] * units[:-1], axis=1), -1.0, 1.0))
+    inner = np.ones(len(groom.points), bool)
+    inner[groom.offsets[:-1]] = inner[groom.offsets[1:] - 1] = False
+    strands = np.repeat(np.arange(len(groom.ids)), np.diff(groom.offsets))[1:-1]
+    bends = np.bincount(strands, np.where(inner[1:-1], angles, 0.0), len(groom.ids))
+    ends = [(k, groom.offsets[k], groom.offsets[k + 1]) for k in np.flatnonzero(bends >= 2.0 * np.pi)]
+    found = [k for k, begin, end in ends if 2.0 < turn_of(groom.points[begin:end]) <= end - begin - 1]
+    return np.array(found, np.int64)
+
+
 def _axis_of(points: np.ndarray, turn: float) -> np.ndarray:
     """Return the axis of a curl, (n, 3), of so many segments a turn."""
     centres, middle = centres_of(points, turn)

@@ -23,6 +23,13 @@ _FREE = 0.1  # taken as the limit where a scene has none
 _EXACT = 0.005
 
 
+def warn_of_sweep(scene: Scene) -> None:
+    """Warn where the published solver of contact is chosen, which gives energy to hairs that touch."""
+    if scene.collisions is not None and scene.collisions.solver == "sweep":
+        said = 'collisions.solver = "sweep" gives energy to hairs that rest on each other without friction'
+        warn(f'{said}: two crossing hairs of 3 and 4.5 cm move at 1.8 m/s after 2 s (solver = "coupled")', stacklevel=3)
+
+
 def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[Collider]) -> None:
     """Name the strands whose roots are so deep inside bodies, as these are now, that their first segments end inside.
 

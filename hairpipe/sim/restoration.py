@@ -40,8 +40,6 @@ def converted(state: HairState, here: HairModel, there: HairModel) -> HairState:
     """Return a state of strands in one precision as one of the same strands in another; pure."""
     names = ("velocities", "accelerations", "tensions", "inverse_lengths")
     kept = {name: getattr(state, name) for name in names if getattr(state, name) is not None}
-    cast = {
-        name: relaid(values, here.layout, there.layout).astype(there.layout.dtype) for name, values in kept.items()
-    }
+    cast = {name: relaid(values, here.layout, there.layout).astype(there.layout.dtype) for name, values in kept.items()}
     positions, fresh = (relaid(values, here.layout, there.layout) for values in (state.positions, state.fresh))
     return replace(state, positions=positions, fresh=fresh, **cast)

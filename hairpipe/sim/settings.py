@@ -76,7 +76,7 @@ class Collisions:
     friction   Coulomb coefficient
     stiffness  of two hairs that are pressed together; softer is faster, and gives way under tens of hairs
     solver     coupled: in one system with the strands, which stacks need; sweep: impulses pair by pair, as published,
-               in schemes other than the nine steps once, on the velocities that a step ends with
+               in schemes other than the nine steps once, on the velocities that a step ends with: it adds energy
     sweeps     over all pairs, of the published solver
     attempts   to resolve the crossings of a step
     """

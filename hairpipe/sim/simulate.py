@@ -21,7 +21,7 @@ from hairpipe.sim.boundary import (
 )
 from hairpipe.sim.build import bodies_of, check_scheme, gravity_of, integrator_of, surroundings_of
 from hairpipe.sim.cuts import carry_over_cut, lead_before, parts_at_cut, surfaces_at_cut
-from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_held, warn_of_lost, warn_of_stretch
+from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_held, warn_of_lost, warn_of_stretch, warn_of_sweep
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
 from hairpipe.sim.interactions import with_interactions
@@ -90,6 +90,7 @@ def _next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene
     if previous is None:
         state = start(hair, frame.leads[1], scene)
         warn_of_deep_roots(hair, state.positions, bodies)
+        warn_of_sweep(scene)
         return state
 
     def advance(strands: HairModel, before: HairState, leads: tuple[Lead, Lead]) -> HairState:

@@ -104,7 +104,7 @@ def test_a_strand_does_not_depend_on_its_neighbours_or_on_threads(scene, straigh
 @pytest.mark.parametrize("touching", [{}, {"collisions": Collisions()}])
 def test_a_strand_that_is_not_finite_starts_as_groomed_and_spares_the_others(scene, straight, touching):
     """Those are 10 cm apart; the last of them is bent, and goes on as it is."""
-    strands = [straight(0.1, 10, [1, 0, 0]) + [0.0, 0.0, 0.1 * k] for k in range(3)]
+    strands = [straight(0.1, 10, [1, 0, 0]) + np.array([0.0, 0.0, 0.1 * k]) for k in range(3)]
     shots = [scene(strands).run(1 / 24) for _ in range(2)]
     for shot in shots:
         shot.scene = replace(shot.scene, **touching)

@@ -10,6 +10,7 @@ from hairpipe.data import Groom
 from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
 from hairpipe.groom.binding import name_strands
+from hairpipe.groom.curl_axis import curls_of
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import load
 from hairpipe.sim.layout import Layout, Shape
@@ -72,6 +73,24 @@ def warn_of_softening(groom: Groom, material: Material) -> None:
         said = f"{np.count_nonzero(less)} of {len(less)} strands have segments too short for it and are softened less"
         worst = f"by {found.min():.3g} at least: {name_strands(groom.ids[less])}"
         warn(f"material.softening = {material.softening:g}: {said}, {worst}", stacklevel=3)
+
+
+def warn_of_curls(groom: Groom) -> None:
+    """Warn which strands are curls, which a network holds up less well than a rod does: those of one turn or more.
+
+    Figures: `graphs/experiments/README.md`, against rod theory.
+    """
+    curls = curls_of(groom)
+    if len(curls):
+        said = f"{len(curls)} of {len(groom.ids)} strands are curls: {name_strands(groom.ids[curls])}"
+        off = "a network's sag under their weight is up to 13 % off, a rod's 3 %"
+        warn(f'model = "network": {said}; {off} (model = "rod")', stacklevel=3)
+
+
+def warn_of_network(groom: Groom, material: Material) -> None:
+    """Warn of what a network does not take over of a material, and of a shape."""
+    warn_of_softening(groom, material)
+    warn_of_curls(groom)
 
 
 def mean_segments(groom: Groom) -> np.ndarray:
@@ -173,5 +192,5 @@ def _add_forces(model, system, at, p, block, terms):
 
 
 NETWORK = register_model(
-    ModelKind("network", Network, SHAPE, build_of_groom, _add_forces, _springs, _constant, warn=warn_of_softening)
+    ModelKind("network", Network, SHAPE, build_of_groom, _add_forces, _springs, _constant, warn=warn_of_network)
 )
