@@ -28,8 +28,8 @@ WITHIN = {
         vdb_read vdb_grids""",
     "sim": """material layout axis strands.construction strands.forces strands boundary state air.wind settings
         contact.hair.couplings interactions air hair_model cuts contact.contact_points contact.body contact.ccd
-        contact.hair filters volume_filter volume_target solve surroundings integrators build diagnostics restoration
-        statics precision locks simulate elastic""",
+        contact.hair filters volume_filter volume_target solve surroundings integrators build diagnostics statics
+        precision locks simulate elastic""",
     "io": """text polygons mocap makehuman obj usd usd.check.finding usd.check.snapshot usd.check.track usd.check.scene
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules
         usd.check.body_rules usd.check.lint body csv hdf5 npz image picture panels table tfx value""",

@@ -23,11 +23,11 @@ from hairpipe.sim.build import bodies_of, check_scheme, gravity_of, integrator_o
 from hairpipe.sim.cuts import carry_over_cut, lead_before, parts_at_cut, surfaces_at_cut
 from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_held, warn_of_lost, warn_of_stretch, warn_of_sweep
 from hairpipe.sim.hair_model import HairModel
+from hairpipe.sim.integrators.restoration import converted, restored
 from hairpipe.sim.integrators.step_size import TooManySteps, crossing_limit, limits_of, next_step
 from hairpipe.sim.interactions import with_interactions
 from hairpipe.sim.locks.guides import Guides
 from hairpipe.sim.locks.locked_frame import Around, advance_locked, check_locks
-from hairpipe.sim.restoration import converted, restored
 from hairpipe.sim.settings import Scene
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.statics.sag_free import stand
