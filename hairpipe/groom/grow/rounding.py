@@ -1,9 +1,9 @@
 """What roots are placed by: the mesh and the density, rounded so coarsely that errors of rounding change neither.
 
 Placing roots is chaotic. A root that is drawn in another triangle moves all others, so that an error of 1e-16 in one
-vertex (another processor, another version of numpy) would give another groom. Of numbers that are rounded to steps of
-size s first, an error e changes a share of 2 e / s: for the bust 1e-9 of all grooms at e = 1e-16 m. Where none changes,
-roots have the same triangles and barycentrics to the bit, since what follows adds, multiplies, divides and takes square
+vertex (another processor, another version of numpy) would give another groom. Rounded to coarse steps, the mesh is the
+same: errors of 1e-12 m change a number of the bust in 4 of 10,000 cases, those of 1e-16 m in 4 of 100 million. Roots
+then have the same triangles and barycentrics to the bit, since what follows adds, multiplies, divides and takes square
 roots alone, which are exactly rounded everywhere, in an order that is written down.
 """
 
@@ -23,7 +23,7 @@ POINT_STEPS, DENSITY_STEPS = 64, 256  # in the side of a triangle, and in the la
 
 
 def rounded_mesh(mesh: Mesh) -> Mesh:
-    """Return the mesh with its points moved by up to a 100th of the side of its median triangle; pure."""
+    """Return the mesh with its points moved by up to a 70th of the side of its median triangle; pure."""
     areas = np.linalg.norm(area_vectors(mesh), axis=1)
     side = math.sqrt(2.0 * float(np.median(areas[areas > 0.0]))) if areas.any() else 1.0
     return Mesh(rounded(mesh.points, power_of_two(side) / POINT_STEPS), mesh.triangles)
