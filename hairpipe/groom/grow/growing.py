@@ -13,7 +13,7 @@ from hairpipe.groom.cutting import Cut, fitting
 from hairpipe.groom.grow.closing import closed
 from hairpipe.groom.grow.curling import wind
 from hairpipe.groom.grow.paint import Canvas, vertex_coat
-from hairpipe.groom.grow.rounding import Density, rounded_mesh
+from hairpipe.groom.grow.rounding import Density
 from hairpipe.groom.grow.seeding import seed_roots
 from hairpipe.groom.grow.strand_axis import keep_out, lay, lift_off
 from hairpipe.groom.grow.strand_layout import GAP, Layout, lay_out
@@ -23,9 +23,8 @@ from hairpipe.groom.random_streams import stream
 from hairpipe.groom.resampling import put, stride_on
 from hairpipe.groom.strand_arrays import offsets_of
 from hairpipe.kernels.vec3 import row
-from hairpipe.spatial.morton import morton_order
 from hairpipe.spatial.triangle_tree import Tree
-from hairpipe.spatial.triangles import Sites, site_points, site_uv
+from hairpipe.spatial.triangles import Sites, site_uv
 
 LONGEST_STEP = 0.0025  # along the axis of a strand, which is fine enough for ears and shoulders [m]
 STEPS_A_TURN, STEPS_A_SEGMENT = 24, 3
@@ -44,8 +43,6 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
     """
     mesh = canvas.body.mesh
     sites = seed_roots(mesh, scalp_density(canvas, density), strands, stream(canvas.seed, "roots"))
-    order = morton_order(site_points(rounded_mesh(mesh), sites))
-    sites = Sites(*(array[order] for array in sites))
     frames = root_frames(mesh.points, mesh.triangles, *sites)
     layout = lay_out(canvas, style, sites, frames)
     ids = np.flatnonzero(layout.lengths >= cut.shortest).astype(np.int32)

@@ -22,9 +22,12 @@ SHIFT = 0.381966  # of the steps, by which no round number, binary or decimal, l
 POINT_STEPS, DENSITY_STEPS = 64, 256  # in the side of a triangle, and in the largest density
 
 
-def rounded_mesh(mesh: Mesh) -> Mesh:
-    """Return the mesh with its points moved by up to a 70th of the side of its median triangle; pure."""
-    areas = np.linalg.norm(area_vectors(mesh), axis=1)
+def rounded_mesh(mesh: Mesh, bearing: np.ndarray) -> Mesh:
+    """Return the mesh with its points moved by up to a 70th of the side of a triangle that bears hair; pure.
+
+    bearing  whether a triangle does, (m,) bool; what counts is the median of their areas
+    """
+    areas = np.linalg.norm(area_vectors(mesh)[bearing], axis=1)
     side = math.sqrt(2.0 * float(np.median(areas[areas > 0.0]))) if areas.any() else 1.0
     return Mesh(rounded(mesh.points, power_of_two(side) / POINT_STEPS), mesh.triangles)
 

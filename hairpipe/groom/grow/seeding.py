@@ -15,6 +15,7 @@ from hairpipe.errors import BadInput
 from hairpipe.groom.grow.geodesic import Terrain, survey, walk_all
 from hairpipe.groom.grow.point_repulsion import repulsion, sort_into_cells
 from hairpipe.groom.grow.rounding import Density, rounded_density, rounded_mesh
+from hairpipe.spatial.morton import morton_order
 from hairpipe.spatial.triangles import Sites, area_vectors, site_points, unit_normals
 
 SAMPLES = 16  # of the density in each triangle
@@ -26,20 +27,21 @@ STEP, LONGEST = 0.35, 0.25  # of a push, and in units of the reach, that a point
 
 
 def seed_roots(mesh: Mesh, density: Density, count: int, random: np.random.Generator) -> Sites:
-    """Place count points on a mesh, evenly and in proportion to a density.
+    """Place count points on a mesh, evenly and in proportion to a density; in Morton order.
 
     density  relative number of roots per area at sites, (k,) >= 0; no root is placed where it is zero
     Raise BadInput where the density is zero everywhere.
     """
-    mesh = rounded_mesh(mesh)
     samples = draw_sites(np.arange(len(mesh.triangles)), random)
     density = rounded_density(density, float(density(samples).max(initial=0.0)))
     values = density(samples).reshape(-1, SAMPLES)
+    mesh = rounded_mesh(mesh, values.any(axis=1))
     mass = np.linalg.norm(area_vectors(mesh), axis=1) * values.sum(axis=1) / SAMPLES
     if not mass.any():
         raise BadInput("hair grows nowhere: the density is zero everywhere", right="paint some of the scalp")
-    sites = choose(density, samples, values, mass, count, random)
-    return spread(mesh, density, sites, mass)
+    sites = spread(mesh, density, choose(density, samples, values, mass, count, random), mass)
+    order = morton_order(site_points(mesh, sites))
+    return Sites(*(array[order] for array in sites))
 
 
 def draw_sites(triangles: np.ndarray, random: np.random.Generator) -> Sites:

@@ -83,9 +83,21 @@ def test_nor_do_those_of_a_person_of_another_maker(shared):
 
 
 def test_a_rounded_mesh_keeps_the_side_that_its_triangles_face(bust):
-    before, after = unit_normals(bust.mesh), unit_normals(rounded_mesh(bust.mesh))
-    assert np.sum(before * after, axis=1).min() > 0.9
-    assert np.abs(rounded_mesh(bust.mesh).points - bust.mesh.points).max() < 1e-4
+    coarse = rounded_mesh(bust.mesh, bust.maps["scalp"][bust.mesh.triangles].any(axis=1))
+    assert np.sum(unit_normals(bust.mesh) * unit_normals(coarse), axis=1).min() > 0.9
+    assert 1e-5 < np.abs(coarse.points - bust.mesh.points).max() < 1e-4
+
+
+def test_triangles_without_hair_do_not_coarsen_the_scalp(sphere, ball):
+    """A scalp of small triangles and a floor of more and larger ones: the scalp is rounded as if alone."""
+    fine, floor = ball.mesh, sphere(50.0, centre=(0.0, -60.0, 0.0), level=6)
+    points, triangles = (
+        np.concatenate([fine.points, floor.points]),
+        (fine.triangles, floor.triangles + len(fine.points)),
+    )
+    bearing = np.arange(sum(map(len, triangles))) < len(fine.triangles)
+    coarse = rounded_mesh(Mesh(points, np.concatenate(triangles)), bearing)
+    assert np.array_equal(coarse.points[: len(fine.points)], rounded_mesh(fine, bearing[bearing]).points)
 
 
 def test_numbers_that_people_write_are_not_where_two_steps_meet():
