@@ -42,6 +42,7 @@ PURE = {
     "graph.file.overrides",  # edits tables of a graph file
     "graph.store.digest",  # digests plain values
     "graph.store.atomic",  # writes files whole or not at all
+    "graph.run.threading_layer",  # chooses a setting of numba
 }
 """What tools may use of the engine besides `hairpipe.api`: it neither loads, plans nor runs anything."""
 ASKED = {"graph.file.trust"}  # before anything is loaded, a person is asked whether code is trusted
@@ -50,7 +51,7 @@ ROOMS = {
     "render": {*BASE, "spatial", "volume", "groom"},
     "chart": BASE,
     "io": {*BASE, "spatial"},
-    "graph": {"errors", "units", "child", "plain_file", "processor"},
+    "graph": {"errors", "units", "child", "plain_file", "processor", "kernels.call_cost"},
     "api": {"data", "errors", "graph", "graphs", "io", "plain_file"},
     "__init__": {"api", "errors"},
     "bench": {*ORDER, "render", "graph"},

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from hairpipe import __version__
 from hairpipe.graph.run.machine_code import share_kernels
+from hairpipe.graph.run.threading_layer import choose_layer
 
 __all__ = ["Machine", "share_kernels", "this_machine"]
 
@@ -19,7 +20,7 @@ class Machine(NamedTuple):
 
     processor  its model
     cores      that the system counts
-    versions   by name
+    versions   by name; the threading layer of numba is one of them
     """
 
     processor: str
@@ -30,6 +31,7 @@ class Machine(NamedTuple):
 def this_machine() -> Machine:
     """Describe the machine at hand."""
     versions = {"hairpipe": __version__, "python": platform.python_version()}
+    versions["threading layer"] = choose_layer().name
     versions |= {name: importlib.metadata.version(name) for name in _COMPILERS}
     return Machine(_processor(), os.cpu_count() or 1, versions)
 

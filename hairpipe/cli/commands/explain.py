@@ -85,6 +85,7 @@ def evaluated(record: "Record") -> str:
     """Write when a result was computed, in how long, and with which warnings."""
     when = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.created))
     on = f" on {record.processor_class}" if record.processor_class else ""
+    on += f", threads by {record.threading_layer}" if record.threading_layer else ""
     return "\n".join(
         [f"computed {when} in {duration(record.seconds)}{on}", *(one_line(f"warning: {w}") for w in record.warnings)]
     )
@@ -104,5 +105,6 @@ def document(found: "Explanation") -> dict[str, Any]:
         "seconds": record.seconds if record else None,
         "created": record.created if record else None,
         "processor_class": record.processor_class if record else None,
+        "threading_layer": record.threading_layer if record else None,
         "warnings": list(record.warnings) if record else [],
     }

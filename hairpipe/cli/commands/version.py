@@ -10,6 +10,7 @@ import click
 from hairpipe import __version__
 from hairpipe.api.formatting import table
 from hairpipe.cli import options
+from hairpipe.graph.run.threading_layer import choose_layer
 from hairpipe.processor import processor_class
 
 DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "usd-core", "h5py": "h5py"}
@@ -18,10 +19,10 @@ DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "u
 @click.command()
 @options.as_json
 def version(as_json: bool) -> None:
-    """Print versions, the number of cores and the class of the processor."""
+    """Print versions, the number of cores, the class of the processor and the threading layer of numba."""
     found: dict[str, str | int | None] = {"hairpipe": __version__, "python": platform.python_version()}
     found |= {name: version_of(distribution) for name, distribution in DISTRIBUTIONS.items()}
-    found |= {"threads": os.cpu_count(), "class": processor_class()}
+    found |= {"threads": os.cpu_count(), "class": processor_class(), "threading layer": choose_layer().name}
     if as_json:
         click.echo(json.dumps(found, indent=2))
     else:

@@ -19,6 +19,7 @@ import hairpipe
 from hairpipe.errors import BadInput
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.run.kernel_cache import FOLDER_DIGITS, TABLE, Entry, guard_kernels, write_table
+from hairpipe.graph.run.threading_layer import choose_layer
 from hairpipe.graph.store.digest import digest
 from hairpipe.graph.store.ownership import fault_of, make_own, own_folder
 
@@ -79,12 +80,15 @@ def kernels_environment(folder: Path, reader: CodeReader, nodes: Iterable[str] =
 
 
 def share_kernels() -> None:
-    """Keep the kernels of this process where runs keep theirs; BadInput where others may write there, or nobody."""
+    """Prepare this process to compute, before it imports kernels: they lie where those of runs do.
+
+    The threading layer is that of runs, too. BadInput where others may write to the folder, or nobody.
+    """
     try:
         folder = claim_kernels(kernels_parent())
     except OSError as error:
         raise BadInput(f"no folder for kernels: {error}", right="NUMBA_CACHE_DIR=FOLDER") from None
-    os.environ |= kernels_environment(folder, CodeReader(lambda name, make: make()))
+    os.environ |= kernels_environment(folder, CodeReader(lambda name, make: make())) | choose_layer().settings
     guard_kernels()
 
 

@@ -20,6 +20,7 @@ from hairpipe import child
 from hairpipe.graph.key.code import CodeReader
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.machine_code import claim_kernels, kernels_environment, kernels_parent
+from hairpipe.graph.run.threading_layer import choose_layer
 from hairpipe.graph.store.fingerprint import is_changed
 from hairpipe.processor import class_settings, processor_class
 
@@ -149,6 +150,8 @@ class Pool:
             self._passing = tempfile.TemporaryDirectory(prefix="hairpipe-")
             self.warnings.append(f"kernels are compiled for this run alone: {error} (NUMBA_CACHE_DIR=FOLDER)")
             parent = Path(self._passing.name)
+        if warning := choose_layer().warning:
+            self.warnings.append(warning)
         return kernels_environment(parent, self.reader, self.nodes)
 
     def _engage(self, kind: WorkerKind) -> Member:
@@ -213,4 +216,5 @@ def environment(threads: int, kernels: dict[str, str]) -> dict[str, str]:
     kernels  see `kernels_environment`
     """
     single = dict.fromkeys(("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS"), "1")
-    return child.environment() | class_settings() | single | kernels | {"NUMBA_NUM_THREADS": str(threads)}
+    single |= {"NUMBA_NUM_THREADS": str(threads)}
+    return child.environment() | class_settings() | choose_layer().settings | single | kernels

@@ -29,6 +29,7 @@ from hairpipe.graph.node.signature import Cuts, Time, Workspace
 from hairpipe.graph.plan.arguments import build_arguments
 from hairpipe.graph.plan.preparation import Preparations
 from hairpipe.graph.run.kernel_cache import guard_kernels
+from hairpipe.graph.run.threading_layer import layer_in_use
 from hairpipe.graph.store.atomic import workspace
 from hairpipe.graph.store.fingerprint import is_changed
 from hairpipe.graph.store.record import Output, Record
@@ -102,6 +103,7 @@ class Worker:
             created=time.time(),
             processor=processor,
             processor_class=self.processor_class,
+            threading_layer=layer_in_use(),
         )
         if self.is_orphan():
             raise SystemExit(1)

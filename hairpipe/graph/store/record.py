@@ -30,6 +30,7 @@ class Record:
     processor  seconds of all its threads and children, which a busy machine changes less [s]; None in older records
     prepare_warnings  of the function that prepared the node: the same at every frame
     processor_class  of the processor that evaluated it; None in older records
+    threading_layer  of numba in that process; None where nothing was computed in parallel, and in older records
     """
 
     key: str
@@ -44,6 +45,7 @@ class Record:
     processor: float | None = None
     prepare_warnings: tuple[str, ...] = ()
     processor_class: str | None = None
+    threading_layer: str | None = None
 
     @property
     def size(self) -> int:
@@ -102,6 +104,7 @@ def is_sound(record: Record) -> bool:
         and all(is_object(name) and type(size) is int and size >= 0 for name, size in record.objects())
         and (record.state is None or record.state in record.outputs)
         and isinstance(record.processor_class, str | None)
+        and isinstance(record.threading_layer, str | None)
         and all(isinstance(number, int | float) and math.isfinite(number) for number in numbers)
         and all(isinstance(text, str) for text in (*record.warnings, *record.prepare_warnings))
     )

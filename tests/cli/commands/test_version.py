@@ -7,6 +7,7 @@ import numpy as np
 
 from hairpipe import __version__
 from hairpipe.cli.commands.version import version_of
+from hairpipe.graph.run.threading_layer import choose_layer
 from hairpipe.processor import processor_class
 
 
@@ -17,11 +18,12 @@ def test_a_document_names_all_that_matters(hairpipe):
     assert found["numpy"] == np.__version__
     assert found["threads"] >= 1
     assert found["class"] == processor_class()
+    assert found["threading layer"] == choose_layer().name
     assert {"numba", "usd", "h5py"} <= found.keys()
 
 
 def test_the_text_says_the_same(hairpipe):
-    assert f"numpy     {np.__version__}\n" in hairpipe("version").stdout
+    assert f"numpy            {np.__version__}\n" in hairpipe("version").stdout
 
 
 def test_what_is_not_installed_has_no_version():
