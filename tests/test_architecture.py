@@ -43,6 +43,7 @@ PURE = {
     "graph.store.digest",  # digests plain values
     "graph.store.atomic",  # writes files whole or not at all
     "graph.run.threading_layer",  # chooses a setting of numba
+    "graph.store.ownership",  # names the folders of a user
 }
 """What tools may use of the engine besides `hairpipe.api`: it neither loads, plans nor runs anything."""
 ASKED = {"graph.file.trust"}  # before anything is loaded, a person is asked whether code is trusted

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from hairpipe import __version__
 from hairpipe.api.node_types import document as type_document
 from hairpipe.api.reports import Fate, Plan, Run, Task
-from hairpipe.api.selection import FrameSet
+from hairpipe.api.selection import FrameSet, fold_frames
 from hairpipe.api.shot import Node, Record, Shot
 from hairpipe.api.wedge_shot import WedgeShot
 from hairpipe.page.values import kinds_of
@@ -85,11 +85,11 @@ def state_document(shot: Shot, found: Plan, suffix: Suffix, told: Told = NOTHING
 
     found  plan of the shot
     """
-    return {"nodes": nodes_document(shot, found, suffix, told), "verdict": verdict(shot, found)}
+    return {"nodes": nodes_document(shot, found, suffix, told), "verdict": verdict(shot, found), "wedge": False}
 
 
 def wedge_document(wedge: WedgeShot, found: Plan, suffix: Suffix, told: Told, frames: FrameSet) -> dict[str, Any]:
-    """Describe the variants of a wedge: settings and measures of each, and the state of its results.
+    """Describe the variants of a wedge: settings and measures of each, the state of its results, and a verdict on all.
 
     found   plan of the wedge
     frames  of the run that has computed it
@@ -103,6 +103,7 @@ def wedge_document(wedge: WedgeShot, found: Plan, suffix: Suffix, told: Told, fr
         "show": wedge.definition.show or [list(wedge.original.nodes)[-1]],
         "variants": [{"name": row.pop("variant"), **row} for row in rows],
         "states": [{name: nodes[other] for name, other in v.names.items()} for v in wedge.variants.values()],
+        "verdict": verdict(wedge, found, f" --wedge {wedge.definition.name}"),
     }
 
 
@@ -150,13 +151,14 @@ def short(found: Any) -> str:
 
 
 def verdict(shot: Shot, found: Plan, options: str = "") -> dict[str, Any]:
-    """Sum up: results in the cache and to compute, seconds, bytes, failures and warnings, versions, the command.
+    """Sum up: frames, results in the cache and to compute, seconds, bytes, failures, warnings, versions, the command.
 
     options  of the command
     """
     records = found.records.values()
     warnings = {(record.node, text) for record in records for text in (*record.warnings, *record.prepare_warnings)}
     return {
+        "frames": fold_frames(frames_of(shot, found)),
         "cached": sum(entry.status == "cached" for entry in found),
         "missing": sum(entry.status != "cached" for entry in found),
         "seconds": sum(record.seconds for record in records),
@@ -167,6 +169,15 @@ def verdict(shot: Shot, found: Plan, options: str = "") -> dict[str, Any]:
         "versions": {"hairpipe": __version__, "python": platform.python_version()},
         "command": f"hairpipe run {shot.path.name}{options}",
     }
+
+
+def frames_of(shot: Shot, found: Plan) -> set[int]:
+    """Find the frames of the range at which all nodes are planned: a simulation is planned from its first frame on."""
+    frames: dict[str, set[int]] = {}
+    for entry in found:
+        if entry.task.frame is not None:
+            frames.setdefault(entry.task.node, set()).add(entry.task.frame)
+    return set(shot.graph.all_frames).intersection(*frames.values()) if frames else set()
 
 
 def ending(run: Run) -> dict[str, Any]:

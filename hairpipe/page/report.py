@@ -14,7 +14,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.store.atomic import write_text
 from hairpipe.io.picture import reduced
 from hairpipe.page.assets import LICENCES, SCRIPTS, STYLES, VENDOR, asset, page_html, page_in_one
-from hairpipe.page.documents import ending, graph_document, state_document, told_by, verdict, wedge_document
+from hairpipe.page.documents import ending, graph_document, state_document, told_by, wedge_document
 from hairpipe.page.packing import script
 from hairpipe.page.shelf import Shelf
 
@@ -112,17 +112,20 @@ def plain_documents(
     shelf: Shelf, shot: Shot, frames: FrameSet, wedge: WedgeShot | None, run: Run | None
 ) -> dict[str, Any]:
     """Describe graph, state and wedge, and take their results in."""
-    found, told = shot.plan(frames), told_by(run)
+    found, told, ended = shot.plan(frames), told_by(run), {} if run is None else ending(run)
     shelf.take(shot, found)
-    state = state_document(shot, found, shelf.suffix, told)
-    documents = {"graph": graph_document(shot), "state": state}
-    if wedge is not None:
-        variants = wedge.plan(frames)
-        shelf.take(wedge, variants)
-        state |= {"wedge": True, "verdict": verdict(wedge, variants, f" --wedge {wedge.definition.name}")}
-        documents["wedge"] = wedge_document(wedge, variants, shelf.suffix, told, frames)
-    state["verdict"] |= {} if run is None else ending(run)
-    return documents
+    if wedge is None:
+        state = state_document(shot, found, shelf.suffix, told)
+        return {"graph": graph_document(shot), "state": state | {"verdict": state["verdict"] | ended}}
+    variants = wedge.plan(frames)
+    shelf.take(wedge, variants)
+    state = state_document(shot, found, shelf.suffix) | {"wedge": True}  # what was run is the wedge
+    described = wedge_document(wedge, variants, shelf.suffix, told, frames)
+    return {
+        "graph": graph_document(shot),
+        "state": state,
+        "wedge": described | {"verdict": described["verdict"] | ended},
+    }
 
 
 def collect(shelf: Shelf, documents: dict[str, Any], most_bytes: float, progress: Progress) -> Contents:

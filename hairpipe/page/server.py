@@ -5,23 +5,29 @@ The address holds a random token. Requests for other hosts are refused, which a 
 files of the page, and what the shot has made, by the names that the cache gives its objects.
 """
 
+import asyncio
+import json
 import secrets
 import socket
-from collections.abc import Awaitable, Callable
+from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import uvicorn
 from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import MutableHeaders
 from starlette.middleware import Middleware
-from starlette.middleware.base import BaseHTTPMiddleware
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.requests import Request
-from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
+from starlette.responses import JSONResponse, PlainTextResponse, Response
 from starlette.routing import Mount, Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from hairpipe.errors import BadInput
 from hairpipe.page.assets import asset, page_html
 from hairpipe.page.packing import script
+from hairpipe.page.playing import Playing
 from hairpipe.page.session import Session
 from hairpipe.page.values import TYPES
 
@@ -37,7 +43,10 @@ GUARD = {
     "X-Content-Type-Options": "nosniff",
 }
 KINDS = {".js": "text/javascript", ".css": "text/css", ".txt": "text/plain"}
-Next = Callable[[Request], Awaitable[Response]]
+MOST_DIGITS, MOST_BYTES = 18, 1 << 20
+"""Of a number that a page sends, and of the body of a request."""
+PATIENCE = 1
+"""After which requests that are still answered are given up at the end [s]."""
 
 
 class Server:
@@ -63,9 +72,13 @@ class Server:
         self.origin = f"http://{HOST}:{self._socket.getsockname()[1]}"
         self.address = f"{self.origin}/{token}/"
         config = uvicorn.Config(
-            application(session, token, self.origin), log_level="error", lifespan="off", access_log=False
+            application(session, token, self.origin),
+            log_level="critical",  # of requests that are given up at the end it would write tracebacks
+            lifespan="off",
+            access_log=False,
+            timeout_graceful_shutdown=PATIENCE,
         )
-        self._server = uvicorn.Server(config)
+        self._server = Closing(config, session)
 
     def serve(self) -> None:
         """Serve until it is stopped, or interrupted."""
@@ -77,6 +90,19 @@ class Server:
     def stop(self) -> None:
         """End `serve`."""
         self._server.should_exit = True
+
+
+class Closing(uvicorn.Server):
+    """A server that closes its session first of all at the end: requests that wait for news are answered then."""
+
+    def __init__(self, config: uvicorn.Config, session: Session) -> None:
+        super().__init__(config)
+        self._session = session
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """End all that the session has begun, and answer what is asked."""
+        await run_in_threadpool(self._session.close)
+        await super().shutdown(sockets)
 
 
 def application(session: Session, token: str, origin: str) -> Starlette:
@@ -92,22 +118,81 @@ def application(session: Session, token: str, origin: str) -> Starlette:
         Route("/play/{node}", handler.play),
         Route("/{deed}", handler.act, methods=["POST"]),
     ]
-
-    async def guarded(request: Request, call_next: Next) -> Response:
-        foreign = request.headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none")
-        if foreign or request.headers.get("origin", origin) != origin:
-            return PlainTextResponse("from another page", 403)
-        if request.method == "POST" and request.headers.get("origin") != origin:
-            return PlainTextResponse("from no page", 403)
-        response = await call_next(request)
-        response.headers.update(GUARD)
-        return response
-
-    middleware = [
-        Middleware(TrustedHostMiddleware, allowed_hosts=[HOST]),
-        Middleware(BaseHTTPMiddleware, dispatch=guarded),
-    ]
+    middleware = [Middleware(TrustedHostMiddleware, allowed_hosts=[HOST]), Middleware(Guard, origin=origin)]
     return Starlette(routes=[Mount(f"/{token}", routes=routes)], middleware=middleware)
+
+
+class Guard:
+    """Refuses requests of other pages, and adds headers to every answer."""
+
+    def __init__(self, inner: ASGIApp, origin: str) -> None:
+        self._inner, self._origin = inner, origin
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request, or hand it on."""
+
+        async def guarded(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message).update(GUARD)
+            await send(message)
+
+        fault = self._fault(Request(scope)) if scope["type"] == "http" else None
+        await (PlainTextResponse(fault, 403) if fault else self._inner)(scope, receive, guarded)
+
+    def _fault(self, request: Request) -> str | None:
+        """Say why a request is refused; None for one of the page itself, or of a person who opens the page."""
+        headers = request.headers
+        opens = request.method == "GET" and headers.get("sec-fetch-mode") == "navigate"
+        opens = opens and headers.get("sec-fetch-dest") == "document"  # by the file of `redirect.py`, too
+        foreign = headers.get("sec-fetch-site", "same-origin") not in ("same-origin", "none")
+        if (foreign and not opens) or headers.get("origin", self._origin) != self._origin:
+            return "from another page"
+        return "from no page" if request.method == "POST" and "origin" not in headers else None
+
+
+class Played(Response):
+    """Frames of a player as they are made, for as long as the page listens: it ends with the connection."""
+
+    media_type = "application/octet-stream"
+
+    def __init__(self, player: Playing) -> None:
+        super().__init__()
+        self._player = player
+        del self.headers["content-length"]
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send what the player writes until it or the page has ended."""
+        await send({"type": "http.response.start", "status": 200, "headers": self.raw_headers})
+        sending = asyncio.ensure_future(self._send(send))
+        leaving = asyncio.ensure_future(left(receive))
+        try:
+            await asyncio.wait([sending, leaving], return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            self._player.close()  # which also ends the thread that reads
+            leaving.cancel()
+            with suppress(OSError):  # of a connection that is closed
+                await sending
+
+    async def _send(self, send: Send) -> None:
+        while part := await run_in_threadpool(self._player.read):
+            await send({"type": "http.response.body", "body": part, "more_body": True})
+        await send({"type": "http.response.body", "body": b"", "more_body": False})
+
+
+async def left(receive: Receive) -> None:
+    """Wait until the other end of a connection is closed."""
+    while (await receive())["type"] != "http.disconnect":
+        pass
+
+
+async def body_of(request: Request) -> bytes:
+    """Read the body of a request; ValueError for one that is longer than any that the page sends."""
+    body = b""
+    async for part in request.stream():
+        body += part
+        if len(body) > MOST_BYTES:
+            raise ValueError(f"more than {MOST_BYTES} bytes")
+    return body
 
 
 class Handler:
@@ -150,7 +235,9 @@ class Handler:
     def wait(self, request: Request) -> Response:
         """The latest revision, once it is newer than the one that was seen."""
         seen = request.query_params.get("seen", "0")
-        return JSONResponse({"revision": self._session.wait(int(seen) if seen.isdecimal() else 0, LONGEST_WAIT)})
+        if not seen.isdecimal() or len(seen) > MOST_DIGITS:
+            return PlainTextResponse("seen: not the number of a revision", 400)
+        return JSONResponse({"revision": self._session.wait(int(seen), LONGEST_WAIT)})
 
     def explain(self, request: Request) -> Response:
         """What a result is made of."""
@@ -162,14 +249,14 @@ class Handler:
         return PlainTextResponse(text)
 
     def play(self, request: Request) -> Response:
-        """Frames of a node as they are made, for as long as the page listens."""
-        frames = self._session.play(request.path_params["node"], request.query_params.get("output", ""))
-        return StreamingResponse(frames, media_type="application/octet-stream")
+        """Frames of a node as they are made."""
+        try:
+            return Played(self._session.play(request.path_params["node"], request.query_params.get("output", "")))
+        except BadInput as fault:
+            return PlainTextResponse(str(fault), 409)
 
     async def act(self, request: Request) -> Response:
         """Carry out a deed; what is wrong with it is the answer."""
-        from starlette.concurrency import run_in_threadpool
-
         deeds: dict[str, Callable[[dict[str, Any]], None]] = {
             "edit": lambda given: self._session.edit(str(given["target"]), str(given["text"])),
             "revert": lambda given: self._session.revert(),
@@ -178,9 +265,9 @@ class Handler:
             "stop": lambda given: self._session.stop(),
         }
         try:
-            given = await request.json()
+            given = json.loads(await body_of(request))
             await run_in_threadpool(deeds[request.path_params["deed"]], given)
-        except (KeyError, TypeError, ValueError):
+        except (KeyError, TypeError, ValueError, RecursionError):
             return JSONResponse({"fault": "no such deed"}, 400)
         except BadInput as fault:
             return JSONResponse({"fault": str(fault)}, 409)

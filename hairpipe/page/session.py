@@ -6,8 +6,7 @@ import signal
 import subprocess
 import threading
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,9 @@ from hairpipe.api.selection import FrameSet, read_frames
 from hairpipe.api.shot import Shot
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import parse_value
-from hairpipe.page.documents import Told, graph_document, state_document, verdict, wedge_document
+from hairpipe.page.documents import Told, graph_document, state_document, wedge_document
 from hairpipe.page.packing import Packed
+from hairpipe.page.playing import Playing
 from hairpipe.page.runner import Job
 from hairpipe.page.shelf import Shelf
 from hairpipe.page.stream import Show, playable
@@ -50,7 +50,7 @@ class Session:
         self._fates: dict[Task, Fate] = {}
         self._ended: Said = {}
         self._stopped = False
-        self._players: list[subprocess.Popen[bytes]] = []
+        self._players: list[Playing] = []
         self._note = ""
         self._seen: Any = None
         self.revision = 0
@@ -64,12 +64,17 @@ class Session:
         self._open = False
         self.stop()
         for player in self._players:
-            player.kill()
+            player.close()
+        with self._changed:
+            self._changed.notify_all()
 
     def wait(self, seen: int, most: float) -> int:
-        """Wait until there is something newer than a revision, at most so long [s]; returns the latest revision."""
+        """Wait until there is something newer than a revision, at most so long [s]; returns the latest revision.
+
+        It does not wait once the session is closed.
+        """
         with self._changed:
-            self._changed.wait_for(lambda: self.revision > seen, most)
+            self._changed.wait_for(lambda: self.revision > seen or not self._open, most)
             return self.revision
 
     def document(self, name: str) -> Packed:
@@ -135,31 +140,17 @@ class Session:
                 # One that has said nothing yet has no workers, and may not listen to an interrupt yet.
                 self._run.send_signal(signal.SIGINT if self._fates else signal.SIGTERM)
 
-    def play(self, node: str, output: str) -> Iterator[bytes]:
-        """Play a node until the iteration ends, with the settings as they are edited meanwhile, see `stream.py`.
+    def play(self, node: str, output: str) -> Playing:
+        """Begin to play a node, with the settings as they are edited from now on; whoever reads it closes it.
 
         BadInput where kernels have no safe place.
         """
         with self._lock:
             settings = {target: parse_value(text) for target, text in self._edits.items()}
             show = Show(self._base.given, settings, str(self._base.cache), node, output, MOST_STRANDS)
-            process = subprocess.Popen(
-                child.command("from hairpipe.page.stream import main; main()"),
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                env=self._shot.playing_environment(),
-            )
-            self._players.append(process)
-        try:
-            tell(process, vars(show))
-            assert process.stdout is not None
-            while part := process.stdout.read1(1 << 20):  # type: ignore[union-attr]
-                yield part
-        finally:
-            process.kill()
-            process.wait()
-            with self._lock:
-                self._players.remove(process)
+            player = Playing(show, self._shot.playing_environment())
+            self._players = [*(other for other in self._players if not other.ended), player]
+            return player
 
     def explain(self, node: str, frame: int | None) -> str:
         """Say what a result is made of, and how that differs from the latest one; BadInput for an unknown one."""
@@ -176,13 +167,10 @@ class Session:
         return self._base.given == str(self._base.path) and os.access(self._base.path, os.W_OK)
 
     def _state(self) -> dict[str, Any]:
+        if self._wedge is not None:  # what is run is the wedge
+            return state_document(self._shot, self._plan, self._shelf.suffix) | {"wedge": True}
         document = state_document(self._shot, self._plan, self._shelf.suffix, Told(self._fates, {}))
-        if self._wedge is not None:
-            wedge = self._shot.wedge(self._wedge)
-            document["verdict"] = verdict(wedge, wedge.plan(self.frames), f" --wedge {self._wedge}")
-        ended = {name: value for name, value in self._ended.items() if name != "kind"}
-        running = {"running": self._run is not None, "note": self._note}
-        return document | {"verdict": document["verdict"] | ended | running, "wedge": self._wedge is not None}
+        return {"nodes": document["nodes"], "verdict": document["verdict"] | self._running(), "wedge": False}
 
     def _variants(self) -> dict[str, Any]:
         """Describe the wedge, as it is with the edits."""
@@ -190,7 +178,13 @@ class Session:
         wedge = self._shot.wedge(self._wedge)
         found = wedge.plan(self.frames)
         self._shelf.take(wedge, found)
-        return wedge_document(wedge, found, self._shelf.suffix, Told(self._fates, {}), self.frames)
+        document = wedge_document(wedge, found, self._shelf.suffix, Told(self._fates, {}), self.frames)
+        return document | {"verdict": document["verdict"] | self._running()}
+
+    def _running(self) -> dict[str, Any]:
+        """Describe the run that goes on, or how the last one ended."""
+        ended = {name: value for name, value in self._ended.items() if name != "kind"}
+        return ended | {"running": self._run is not None, "note": self._note}
 
     def _take(self, base: Shot, edits: Mapping[str, str]) -> None:
         """Plan a shot with edits, and show it from now on; BadInput changes nothing."""
@@ -198,7 +192,7 @@ class Session:
         plan = shot.plan(self.frames)
         self._base, self._edits, self._shot, self._plan = base, dict(edits), shot, plan
         for player in self._players:
-            tell(player, {target: parse_value(text) for target, text in edits.items()})
+            player.take({target: parse_value(text) for target, text in edits.items()})
         self._shelf.take(shot, plan)
         self._advance()
 
@@ -250,14 +244,6 @@ class Session:
             self._run = None
             self._fates = {task: fate for task, fate in self._fates.items() if fate != "running"}
             self._reload()
-
-
-def tell(process: "subprocess.Popen[bytes]", document: dict[str, Any]) -> None:
-    """Write a line to a process; nothing where it has ended."""
-    with suppress(OSError):
-        assert process.stdin is not None
-        process.stdin.write(json.dumps(document).encode() + b"\n")
-        process.stdin.flush()
 
 
 def stamp(path: Path) -> tuple[int, int]:

@@ -2,20 +2,26 @@
 
 import http.client
 import threading
-from urllib.parse import urlsplit
+import time
+import webbrowser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.page.redirect import opened
 from hairpipe.page.server import Server
 from hairpipe.page.session import Session
 
 
 @pytest.fixture
 def served(shot):
-    server = Server(Session(shot), 0)
+    session = Session(shot)
+    server = Server(session, 0)
     thread = threading.Thread(target=server.serve)
     thread.start()
+    server.session = session
     yield server
     server.stop()
     thread.join(20)
@@ -104,3 +110,72 @@ def test_a_port_that_is_taken_is_a_message(served, shot):
 def test_the_address_is_a_secret(shot):
     addresses = {Server(Session(shot), 0).address for _ in range(3)}
     assert len(addresses) == 3 and all(len(urlsplit(a).path) > 30 for a in addresses)
+
+
+def until(true, most=60.0):
+    end = time.monotonic() + most
+    while not true():
+        assert time.monotonic() < end
+        time.sleep(0.02)
+
+
+def test_a_player_ends_with_its_page(served):
+    """Whether the page reads what it is sent, or has stopped to."""
+    place = urlsplit(served.address)
+    for read in (True, False):
+        connection = http.client.HTTPConnection(place.hostname, place.port, timeout=60)
+        connection.request("GET", f"{place.path}play/lag")
+        answer = connection.getresponse()
+        assert answer.status == 200 and (not read or len(answer.read(100)) == 100)
+        player = served.session._players[-1]
+        assert not player.ended
+        answer.close()
+        connection.close()
+        until(lambda player=player: player.ended)
+
+
+def test_the_end_waits_for_no_page(served):
+    """Neither for one that waits for news, up to 20 s, nor for one that plays."""
+    waiting = [threading.Thread(target=ask, args=(served, path)) for path in ("wait?seen=999", "play/lag")]
+    for thread in waiting:
+        thread.start()
+    until(lambda: served.session._players)
+    time.sleep(0.2)
+    begun = time.monotonic()
+    served.stop()
+    for thread in waiting:
+        thread.join(10)
+        assert not thread.is_alive()
+    assert time.monotonic() - begun < 10 and served.session._players[-1].ended
+
+
+@pytest.mark.parametrize("seen", ["9" * 5000, "-1", "", "x", "1e3"])
+def test_a_number_that_no_page_sends_is_refused(served, seen):
+    status, text, _ = ask(served, f"wait?seen={seen}")
+    assert status == 400 and text == "seen: not the number of a revision"
+
+
+@pytest.mark.parametrize("body", ["[" * 100_000, '{"a":' * 100_000, "9" * 5000, '{"to": ["' + "x" * (2 << 20) + '"]}'])
+def test_a_body_that_no_page_sends_is_refused(served, body):
+    status, text, _ = ask(served, "run", "POST", body, Origin=served.origin)
+    assert status == 400 and text == '{"fault":"no such deed"}'
+
+
+def test_only_a_person_opens_the_page_from_elsewhere(served):
+    opening = {"Sec-Fetch-Site": "cross-site", "Sec-Fetch-Mode": "navigate", "Sec-Fetch-Dest": "document"}
+    assert ask(served, "", **opening)[0] == 200
+    assert ask(served, "revert", "POST", "{}", **opening)[0] == 403
+    assert ask(served, "", **opening | {"Sec-Fetch-Dest": "iframe"})[0] == 403
+    assert ask(served, "", **opening | {"Sec-Fetch-Mode": "no-cors"})[0] == 403
+
+
+def test_the_secret_is_in_no_command_line(monkeypatch, tmp_path):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    asked = []
+    monkeypatch.setattr(webbrowser, "open", asked.append)
+    with opened("http://127.0.0.1:1/0123abcd/"):
+        (address,) = asked
+        path = Path(unquote(address.removeprefix("file://")))
+        assert "0123abcd" not in address and "url=http://127.0.0.1:1/0123abcd/" in path.read_text()
+        assert path.stat().st_mode & 0o077 == 0 and path.is_relative_to(tmp_path)
+    assert not path.exists() and not list((tmp_path / "hairpipe" / "pages").iterdir())

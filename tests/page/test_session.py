@@ -127,13 +127,15 @@ def test_it_plays_with_settings_as_they_are_edited(session, shot):
     messages.close()
 
 
-def read_messages(parts):
+def read_messages(player):
     """Take messages apart, as the page does."""
     held = bytearray()
 
     def take(count):
         while len(held) < count:
-            held.extend(next(parts))
+            part = player.read()
+            assert part, "it has ended"
+            held.extend(part)
         taken = bytes(held[:count])
         del held[:count]
         return taken
@@ -143,7 +145,7 @@ def read_messages(parts):
             head, body = np.frombuffer(take(8), "<u4")
             yield json.loads(take(int(head))), np.frombuffer(take(int(body)), "<u2").astype(float)
     finally:
-        parts.close()
+        player.close()
 
 
 def test_a_result_is_explained(session):

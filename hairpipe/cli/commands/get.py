@@ -59,8 +59,9 @@ def get(
 
 def copy(file: "File", output: Path) -> None:
     """Copy a file with its companions."""
-    from hairpipe.graph.store.atomic import replacing
+    from hairpipe.graph.store.atomic import keep_mode, replacing
 
     for target, source in {output: file.path, **{output.parent / n: p for n, p in file.companions.items()}}.items():
         with replacing(target) as temporary:
             shutil.copyfile(source, temporary)
+            keep_mode(temporary, target)

@@ -1,7 +1,7 @@
 """`hairpipe view`: the graph and what it made, in a browser, while it is edited and runs."""
 
 import sys
-import webbrowser
+from contextlib import nullcontext
 from pathlib import Path
 
 import click
@@ -40,6 +40,7 @@ def view(
     The page is served to this machine alone, at an address with a secret in it. Ctrl-C ends it.
     """
     from hairpipe.cli.commands.trust import asking
+    from hairpipe.page.redirect import opened
     from hairpipe.page.server import Server
     from hairpipe.page.session import Session
 
@@ -50,6 +51,5 @@ def view(
     server = Server(session, port)
     click.echo(f"{server.address}  (Ctrl-C ends it)")
     sys.stdout.flush()
-    if not no_browser:
-        webbrowser.open(server.address)
-    server.serve()
+    with nullcontext() if no_browser else opened(server.address):
+        server.serve()

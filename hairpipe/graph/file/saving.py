@@ -1,5 +1,6 @@
 """Writes settings into the text of a graph file: those values change, every other character stays as it is."""
 
+import os
 import re
 import tomllib
 from collections.abc import Mapping, MutableMapping, Sequence
@@ -14,16 +15,21 @@ from tomlkit.items import InlineTable
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import put
 from hairpipe.graph.file.read import read_graph_text
-from hairpipe.graph.store.atomic import write_text
+from hairpipe.graph.store.atomic import overwrite, write_text
 
 BOM = "\ufeff"
 TABLE = re.compile(r"\s*\[([^\[\]]+)\]\s*(?:#.*)?")
 
 
 def save_settings(path: Path, settings: Mapping[str, Any]) -> None:
-    """Write settings into a graph file, in place of it; BadInput as for `with_settings`."""
+    """Write settings into a graph file, whose permissions, owner and links stay; BadInput as for `with_settings`."""
     mark = BOM if path.read_bytes().startswith(BOM.encode()) else ""
-    write_text(path.resolve(), mark + with_settings(read_graph_text(path).text, settings))
+    text, target = mark + with_settings(read_graph_text(path).text, settings), path.resolve()
+    found = target.stat()
+    if found.st_nlink > 1 or found.st_uid != os.geteuid():  # a new file would have one name, and be ours
+        overwrite(target, text.encode("utf-8"))
+    else:
+        write_text(target, text)
 
 
 def with_settings(text: str, settings: Mapping[str, Any]) -> str:

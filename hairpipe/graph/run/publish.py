@@ -11,7 +11,7 @@ from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.node.signature import DATA_SUFFIXES
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.run.ledger import Ledger
-from hairpipe.graph.store.atomic import open_made, replacing, sweep
+from hairpipe.graph.store.atomic import keep_mode, open_made, replacing, sweep
 from hairpipe.graph.store.digest import hasher
 from hairpipe.graph.store.fingerprint import CHUNK, fingerprint
 from hairpipe.graph.store.listing import read_listing
@@ -134,3 +134,4 @@ def copy_object(store: Store, name: str, path: Path) -> None:
         if state.hexdigest() + ".bin" != name:
             store.remove(source)
             raise LostObject(name)
+        keep_mode(temporary, path)

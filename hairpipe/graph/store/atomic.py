@@ -7,10 +7,12 @@ of one host name count their own. Names are random, and files are created, never
 
 import errno
 import fcntl
+import io
 import os
 import re
 import secrets
 import shutil
+import stat
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -107,11 +109,43 @@ def flush(path: Path) -> None:
         os.close(handle)
 
 
+def keep_mode(temporary: Path, path: Path) -> None:
+    """Give a file in the making the permissions of the file that it replaces; nothing where there is none."""
+    with suppress(OSError):
+        found = path.lstat()
+        if stat.S_ISREG(found.st_mode):
+            temporary.chmod(found.st_mode & 0o777)
+
+
+def overwrite(path: Path, data: bytes) -> None:
+    """Write other bytes into a file that is there, whose links and owner stay; what was there is put back on an error.
+
+    It is not atomic: a crash of the machine may leave the file damaged.
+    """
+    with path.open("r+b", buffering=0) as file:
+        before = file.read()
+        try:
+            _fill(file, data)
+        except OSError:
+            _fill(file, before)
+            raise
+
+
+def _fill(file: io.FileIO, data: bytes) -> None:
+    file.seek(0)
+    written = 0
+    while written < len(data):
+        written += file.write(data[written:])
+    file.truncate()
+    os.fsync(file.fileno())
+
+
 def write_text(path: Path, text: str, folder: Path | None = None, *, lasting: bool = True) -> None:
     """Write a text file atomically; see `replacing`."""
     with replacing(path, folder, lasting=lasting) as temporary, open_made(temporary) as file:
         file.write(text.encode("utf-8"))
         file.flush()
+        keep_mode(temporary, path)
 
 
 def sweep(folder: Path, *, ours_alone: bool = False) -> int:

@@ -37,8 +37,7 @@ function sayControls(text) {
 }
 
 function drawControls() {
-  const { running } = app.state.verdict, edits = Object.entries(app.graph.edits ?? {});
-  const missing = app.state.verdict.missing;
+  const { running, missing } = (app.wedge ?? app.base).verdict, edits = Object.entries(app.graph.edits ?? {});
   const button = (/** @type {string} */ text, /** @type {boolean} */ can, /** @type {string} */ deed, /** @type {any} */ given = {}) => {
     const made = element("button", { id: `do-${text.split(" ")[0]}`, onclick: async () => sayControls(await act(deed, given)) }, text);
     if (!can) made.setAttribute("disabled", "");

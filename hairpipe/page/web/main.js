@@ -13,7 +13,8 @@ function fault(message) {
 /** Take new documents of the graph and its state in. */
 async function refresh() {
   const [graph, base] = await Promise.all([hairpipe.plain("graph"), hairpipe.plain("state")]);
-  const wedge = base.wedge ? await hairpipe.plain("wedge") : null, variant = wedge?.variants[app.variant] ? app.variant : -1;
+  const wedge = base.wedge ? await hairpipe.plain("wedge") : null, chosen = app.graph ? app.variant : 0; // a wedge begins with its first variant
+  const variant = wedge?.variants[chosen] ? chosen : -1;
   Object.assign(app, { base, wedge });
   const state = stateOf(variant);
   const frame = app.frame >= graph.frames[0] && app.frame <= graph.frames[1] ? app.frame : frameToShow(graph, state);

@@ -5,10 +5,12 @@ function drawVerdict() {
   const { verdict } = app.state, { graph } = app;
   const [first, last] = graph.frames;
   const good = !verdict.failures.length && !verdict.missing;
-  const word = verdict.failures.length ? `${verdict.failures.length} failed` : verdict.missing ? `${verdict.missing.toLocaleString("en")} to compute` : "complete";
+  const all = first === last ? `${first}` : `${first}-${last}`, part = verdict.frames && verdict.frames !== all;
+  const done = part ? "complete at these frames" : "complete";
+  const word = verdict.failures.length ? `${verdict.failures.length} failed` : verdict.missing ? `${verdict.missing.toLocaleString("en")} to compute` : done;
   const counted = verdict.computed === undefined ? `${verdict.cached.toLocaleString("en")} results in the cache`
     : `${verdict.computed.toLocaleString("en")} computed, ${verdict.reused.toLocaleString("en")} cached, in ${timeText(verdict.took)}`;
-  const parts = [`frames ${first}-${last} at ${graph.fps} fps`, counted, `${timeText(verdict.seconds)} of work, ${timeText(verdict.processor)} of processor`,
+  const parts = [`frames ${part ? `${verdict.frames} of ${all}` : all} at ${graph.fps} fps`, counted, `${timeText(verdict.seconds)} of work, ${timeText(verdict.processor)} of processor`,
     sizeText(verdict.bytes), ...Object.entries(verdict.versions).map(([name, version]) => `${name} ${version}`)];
   const warnings = verdict.warnings.length ? [element("details", {}, element("summary", {}, `${verdict.warnings.length} warning${verdict.warnings.length > 1 ? "s" : ""}`), ...verdict.warnings.map((/** @type {string} */ w) => element("p", {}, w)))] : [];
   document.getElementById("verdict")?.replaceChildren(

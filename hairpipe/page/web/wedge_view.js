@@ -8,9 +8,9 @@ function selectVariant(variant) {
   app.set({ variant, state: stateOf(variant) });
 }
 
-/** State of the results of a variant. @param {number} variant */
+/** State of the results of a variant; the verdict is on all variants, which are run together. @param {number} variant */
 function stateOf(variant) {
-  return variant < 0 || !app.wedge ? app.base : { ...app.base, nodes: app.wedge.states[variant] };
+  return variant < 0 || !app.wedge ? app.base : { ...app.base, nodes: app.wedge.states[variant], verdict: app.wedge.verdict };
 }
 
 function drawWedge() {

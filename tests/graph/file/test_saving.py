@@ -1,6 +1,8 @@
 """Settings written into a graph file: a difference of lines shows what else changed."""
 
 import difflib
+import errno
+import os
 import tomllib
 from pathlib import Path
 
@@ -95,3 +97,31 @@ def test_what_is_written_says_what_was_wanted_or_a_person_is_asked(text):
         assert tomllib.loads(with_settings(text, {"hair.wind.drag": 1.0}))["hair"]["wind"] == {"drag": 1.0}
     except BadInput as fault:
         assert str(fault).startswith("hair.wind.drag = 1.0 cannot be written")
+
+
+def test_permissions_and_links_of_a_file_stay(tmp_path):
+    path, other, link = tmp_path / "a.toml", tmp_path / "b.toml", tmp_path / "c.toml"
+    path.write_text(TEXT)
+    path.chmod(0o640)
+    save_settings(path, {"hair.air.drag": 3.0})
+    assert path.stat().st_mode & 0o777 == 0o640
+    other.hardlink_to(path)
+    link.symlink_to(other)
+    save_settings(link, {"hair.air.drag": 4.5})
+    assert link.is_symlink() and path.samefile(other) and path.stat().st_mode & 0o777 == 0o640
+    assert path.read_text() == TEXT.replace("drag = 2.0", "drag = 4.5")
+
+
+def test_a_file_of_several_names_survives_a_full_disk(tmp_path, monkeypatch):
+    path = tmp_path / "a.toml"
+    path.write_text(TEXT)
+    (tmp_path / "b.toml").hardlink_to(path)
+
+    def full(file):
+        monkeypatch.undo()
+        raise OSError(errno.ENOSPC, "full")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="full"):
+        save_settings(path, {"hair.air.drag": 4.5})
+    assert path.read_text() == TEXT

@@ -31,6 +31,13 @@ def test_only_what_differs_is_written(shot):
     assert shot.tally()["write_list"] == 1
 
 
+def test_a_file_that_is_published_again_keeps_its_permissions(shot):
+    shot.run()
+    path = shot.folder / "out" / "list.txt"
+    path.chmod(0o600)
+    assert len(shot.run(seed__value=4).published) == 1 and path.stat().st_mode & 0o777 == 0o600
+
+
 def test_companions_lie_beside_their_file(shot):
     shot.run(list__parts="true")
     assert (shot.folder / "out" / "parts" / "sums.txt").read_text() == SUM

@@ -1,0 +1,54 @@
+"""A process that plays hair for one page: it ends with the connection of that page."""
+
+import json
+import subprocess
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from hairpipe import child
+from hairpipe.page.stream import Show
+
+MOST_BYTES = 1 << 20
+"""Of a part that is read."""
+
+
+class Playing:
+    """A process of `stream.py`; any thread may call it, and one reads."""
+
+    def __init__(self, show: Show, environment: Mapping[str, str]) -> None:
+        # A session of its own: Ctrl-C is for the server, which ends its players.
+        self._process = subprocess.Popen(
+            child.command("from hairpipe.page.stream import main; main()"),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env=environment,
+            start_new_session=True,
+        )
+        self._write(vars(show))
+
+    @property
+    def ended(self) -> bool:
+        """Whether the process has ended."""
+        return self._process.poll() is not None
+
+    def take(self, settings: Mapping[str, Any]) -> None:
+        """Play with these settings from now on."""
+        self._write(settings)
+
+    def read(self) -> bytes:
+        """Wait for more bytes of its messages; none once it has ended."""
+        assert self._process.stdout is not None
+        return self._process.stdout.read1(MOST_BYTES)  # type: ignore[union-attr]
+
+    def close(self) -> None:
+        """End the process; whoever reads is told that it has ended."""
+        self._process.kill()
+        self._process.wait()
+
+    def _write(self, document: Mapping[str, Any]) -> None:
+        """Write a line; nothing where the process has ended."""
+        with suppress(OSError):
+            assert self._process.stdin is not None
+            self._process.stdin.write(json.dumps(document).encode() + b"\n")
+            self._process.stdin.flush()
