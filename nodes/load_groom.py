@@ -16,6 +16,7 @@ def load_groom(
     file: Annotated[Path, Suffixes((".usd", ".usda", ".usdc", ".usdz", ".tfx"))],
     unit: Annotated[Metres, Gt(0.0)] = 1.0,
     up: Literal["y", "z"] = "y",
+    time_code: float | None = None,
     segments: Annotated[int, Interval(ge=1, le=10_000)] | None = None,
     segment_length: Annotated[Metres, Gt(0.0)] | None = None,
     shortest: Annotated[Metres, Gt(0.0)] = SHORTEST,
@@ -32,6 +33,7 @@ def load_groom(
     file            the hair; curves of purpose guide are read where a stage has no others
     unit            of a .tfx file, which does not state it; a USD file does
     up              axis of a .tfx file
+    time_code       of a USD file; that of the body, or the first at which all of the file has samples, unless given
     segments        of equal length, of every strand; as many as it has unless given
     segment_length  of the longest segment, in place of their number: strands of unlike length have unlike numbers
     shortest        segment: strands have fewer where theirs are shorter, and shorter strands are left out
@@ -51,7 +53,8 @@ def load_groom(
         right = f"{', '.join(USD_SUFFIXES)} or .tfx"
         raise BadInput(f"hair is not read from {suffix or 'such'} files", where=file, right=right)
     cut = Cut(segments, segment_length, shortest)
-    curves = read_tfx(file, unit, up) if suffix == ".tfx" else read_curves(file)
+    time = scalp.time if time_code is None else time_code
+    curves = read_tfx(file, unit, up) if suffix == ".tfx" else read_curves(file, time=time)
     try:
         return adopt(scalp, curves, cut=cut, strands=strands, reach=reach, tips=tips)
     except BadInput as fault:

@@ -32,6 +32,7 @@ class Body:
     joints    indices of the k joints a vertex follows, (n, k) int32
     weights   their weights, each row sums to 1, (n, k) float64
     maps      painted vertex values by name, each (n,) float64 in 0..1; "scalp" is where hair may grow
+    time      code at which a file that moves it was read: hair is read from files at the same time
     """
 
     mesh: Mesh
@@ -39,6 +40,7 @@ class Body:
     joints: np.ndarray
     weights: np.ndarray
     maps: dict[str, np.ndarray] = field(default_factory=dict)
+    time: float | None = None
 
 
 @dataclass(frozen=True, eq=False)

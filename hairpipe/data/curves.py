@@ -16,6 +16,7 @@ class Curves:
     spare    points at either end of a strand beyond where the file says that the curve ends, (S,) int64
     rest     of all points in the rest shape that the file has besides [m], (p, 3) float64
     widths   of the strands at all points [m], (p,) float64
+    time     code at which a file that moves them was read
     """
 
     points: np.ndarray
@@ -25,3 +26,4 @@ class Curves:
     spare: np.ndarray
     rest: np.ndarray | None = None
     widths: np.ndarray | None = None
+    time: float | None = None

@@ -11,29 +11,32 @@ from numba import njit, prange
 
 from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.errors import BadInput
+from hairpipe.groom.misfit import cause_of_misfit
 from hairpipe.kernels.vec3 import blend, cross, minus, row, unit
 from hairpipe.spatial.closest import project
 from hairpipe.spatial.triangle_tree import tree_over
 from hairpipe.spatial.triangles import Sites, in_lowest_triangle
 
 MOST_NAMED = 5
+SOME = 0.1  # share of roots far off a body that have one cause
 TIPS = ("tip_triangles", "tip_barycentrics", "tip_frames")  # fields of a groom some of whose tips are held
 FREE = -1  # triangle of a tip that nothing holds
 
 
-def bind_roots(mesh: Mesh, roots: np.ndarray, reach: float, ids: np.ndarray) -> Sites:
+def bind_roots(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: float, ids: np.ndarray) -> Sites:
     """Return the sites of a mesh closest to the roots [m], (S, 3).
 
     A root off the surface stays where it is: it keeps its coordinates in the frame of its site, and moves with it.
-    Raise BadInput naming strands by their ids, (S,), where roots lie farther than reach [m] from the mesh.
+    Raise BadInput naming strands by their ids, (S,), where roots lie farther than reach [m] from the mesh, and why
+    where that is known from the roots and the tips [m], (S, 3).
     """
     sites, distances = nearest_sites(mesh, roots)
     far = distances > reach
     if far.any():
-        raise BadInput(
-            f"roots up to {distances.max():.3g} m off the body: {name_strands(ids[far])}",
-            right=f"every root within reach = {reach:g} m of the body; look at the unit and the up axis",
-        )
+        what = f"roots up to {distances.max():.3g} m off the body: {name_strands(ids[far])}"
+        cause = cause_of_misfit(mesh, roots, tips, reach) if far.mean() > SOME else None
+        within = f"every root within reach = {reach:g} m of the body"
+        raise BadInput(f"{what}; {cause.what}" if cause else what, right=cause.right if cause else within)
     return sites
 
 

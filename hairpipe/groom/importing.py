@@ -1,6 +1,8 @@
 """Strands made elsewhere become a groom: thinned, cut into equal segments, bound to the body."""
 
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Literal
 
@@ -29,15 +31,18 @@ def adopt(body: Body, curves: Curves, *, cut: Cut, strands: int | None, reach: f
     strands  how many to keep, evenly spread over their order; all where None
     reach    farthest a root may lie from the body [m]
     tips     held by the body, free, or what the file says
-    Raise BadInput naming strands that are no curves or whose roots are too far off; warn of roots in one place, of
-    strands that segments are too few for, of those that are too short for theirs, or for any, and of tips far off.
+    Raise BadInput naming strands whose roots are too far off, and why; warn of roots in one place, of strands that
+    segments are too few for, of those that are left out since a point is not finite or they are too short, and of tips
+    far off.
     """
     chosen = choose_strands(len(curves.ids), strands)
     known, held = curves.ids[chosen], told(tips, curves.held)[chosen]
     shape = placed(body.mesh, taken(curves, chosen))
+    finite = drop_broken(shape.points, shape.offsets, known)
+    known, held, shape = known[finite], held[finite], taken(shape, finite)
     points, offsets, widths = shape.points, shape.offsets, shape.widths
-    refuse_points(points, offsets, known)
-    bound = bind_roots(body.mesh, points[offsets[:-1]], reach, known)
+    with told_times(body, curves):
+        bound = bind_roots(body.mesh, points[offsets[:-1]], points[offsets[1:] - 1], reach, known)
     long, given = drop_short(points, offsets, known, cut.shortest), (points, offsets)
     points, offsets = cut_up(*take_strands(points, offsets, long), known[long], cut)
     kept = drop_short(points, offsets, known[long], cut.shortest)
@@ -65,7 +70,7 @@ def taken(curves: Curves, strands: np.ndarray) -> Curves:
         None if values is None else take_strands(values, curves.offsets, strands)[0]
         for values in (curves.rest, curves.widths)
     )
-    return Curves(points, offsets, ids, held, spare, rest, widths)
+    return Curves(points, offsets, ids, held, spare, rest, widths, curves.time)
 
 
 def spread_along(
@@ -90,14 +95,34 @@ def choose_strands(total: int, wanted: int | None) -> np.ndarray:
     return (np.arange(kept, dtype=np.int64) * total // max(kept, 1)).astype(np.int32)
 
 
-def refuse_points(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> None:
-    """Raise BadInput where there are no strands, or some are not of finite points."""
+def drop_broken(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray) -> np.ndarray:
+    """Return which strands are of finite points, (n,) int64; warn of the others by their ids.
+
+    Raise BadInput where none is.
+    """
     if len(ids) == 0:
         raise BadInput("there are no strands", right="at least one")
     strand = np.repeat(np.arange(len(ids)), np.diff(offsets))
     broken = np.bincount(strand, ~np.isfinite(points).all(axis=1), len(ids)) > 0
+    if broken.all():
+        raise BadInput(f"{name_strands(ids)} have points that are not finite", right="finite coordinates")
     if broken.any():
-        raise BadInput(f"{name_strands(ids[broken])} have points that are not finite", right="finite coordinates")
+        told = f"{broken.sum()} strands are left out, with points that are not finite: {name_strands(ids[broken])}"
+        warnings.warn(told, stacklevel=3)
+    return np.flatnonzero(~broken)
+
+
+@contextmanager
+def told_times(body: Body, curves: Curves) -> Iterator[None]:
+    """State in a BadInput of this block at which times body and hair were read, where these differ."""
+    try:
+        yield
+    except BadInput as fault:
+        if body.time == curves.time or curves.time is None:
+            raise
+        when = "at rest" if body.time is None else f"at time code {body.time:g}"
+        what = f"{fault.what}; the body is read {when}, the moving hair at time code {curves.time:g}"
+        raise BadInput(what, where=fault.where, right=f"{fault.right}, at one time_code") from None
 
 
 def drop_short(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray, shortest: float) -> np.ndarray:

@@ -13,12 +13,18 @@ USD_SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
 
 def read_body(
-    path: Path, *, group: str | None = None, skeleton: Path | None = None, weights: Path | None = None
+    path: Path,
+    *,
+    group: str | None = None,
+    skeleton: Path | None = None,
+    weights: Path | None = None,
+    time: float | None = None,
 ) -> Body:
     """Read mesh, skeleton, weights and painted maps; an OBJ file without a skeleton gives a body without joints.
 
     group              to read: a group or object of an OBJ file, the path of a prim of a USD file; None for all
     skeleton, weights  files of a MakeHuman rig, for an OBJ file whose vertices they count
+    time               code at which a USD file is read, see `hairpipe.io.usd.read.read_body`
 
     Raises BadInput where a file cannot be read, the suffix is unknown, or settings do not go together.
     """
@@ -31,9 +37,11 @@ def read_body(
             raise BadInput("USD files carry their own skeleton", where="skeleton", right="no skeleton and weights")
         from hairpipe.io.usd.read import read_body as read_usd_body
 
-        return read_usd_body(path, group)
+        return read_usd_body(path, group, time)
     if path.suffix.lower() != ".obj":
         raise BadInput(f"bodies are not read from {path.suffix or 'such'} files", where=path, right=".obj or USD")
+    if time is not None:
+        raise BadInput("an OBJ file has no time", where="time_code", right="no time_code, or a USD file")
     mesh = read_obj(path, group)
     if skeleton is None or weights is None:
         nobody = Skeleton((), np.zeros(0, np.int32), np.zeros((0, 4, 4)), np.zeros((0, 3)))

@@ -1,5 +1,7 @@
 """Wavefront files (.obj): polygons with texture coordinates and groups, as text."""
 
+import warnings
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -11,6 +13,8 @@ from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.io.polygons import triangulate
 from hairpipe.io.text import parse_number, read_text
+
+NAMED = 8  # kinds of statements in a message
 
 
 def read_obj(path: Path, group: str | None = None) -> Mesh:
@@ -41,6 +45,7 @@ class _Obj:
     groups: tuple[str, ...] = ()
     object: tuple[str, ...] = ()
     line: int = 0
+    unread: Counter[str] = field(default_factory=Counter)
 
     def read(self) -> None:
         for line, words in _statements(read_text(self.path)):
@@ -56,8 +61,10 @@ class _Obj:
                     self.groups = tuple(words[1:])
                 case "o":
                     self.object = (" ".join(words[1:]),)
-                case _:
-                    pass  # normals, materials and curves do not concern us
+                case "vn" | "s" | "usemtl" | "mtllib":
+                    pass  # normals and materials are made anew
+                case other:
+                    self.unread[other] += 1
 
     def numbers(self, words: list[str], least: int, most: int) -> list[float]:
         values = [value for word in words[:most] if (value := parse_number(word)) is not None]
@@ -103,9 +110,20 @@ class _Obj:
         if not real.any():
             what = "there is no triangle between three different vertices"
             raise BadInput(what, where=f"{self.path}, line {faces[0].line}", right="faces of three corners or more")
+        self.warn_of_unread(faces)
         texture = [corner for face in faces for corner in face.texture if corner is not None]
         uv = None if len(texture) < len(corners) else np.array(self.coordinates, np.float32)[texture][chosen][real]
         return Mesh(points, triangles[real], uv=uv)
+
+    def warn_of_unread(self, faces: list[_Face]) -> None:
+        """Warn of statements that are not read, and of texture coordinates that only some corners have."""
+        if self.unread:
+            named = ", ".join(f"{count} {word[:20]}" for word, count in sorted(self.unread.items())[:NAMED])
+            warnings.warn(f"{self.path}: statements that are not read: {named}", stacklevel=4)
+        bare = sum(None in face.texture for face in faces)
+        if 0 < bare < len(faces):
+            told = f"{bare} of {len(faces)} faces have no texture coordinates: those of the others are not used"
+            warnings.warn(f"{self.path}: {told}", stacklevel=4)
 
     def missing(self, group: str | None) -> BadInput:
         names = sorted({name for face in self.faces for name in face.groups if name})

@@ -10,6 +10,7 @@ gives the first no unit, and roots have those of the body.
 """
 
 import struct
+import warnings
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -37,6 +38,8 @@ class Format(NamedTuple):
 
 FORMATS = {3.0: Format(296, 144, 3), 4.0: Format(160, 12, 4)}
 BOTH_ENDS = 16
+UNREAD = {"coordinates of strands": 16, "coordinates of points": 20, "thickness": 24, "colours": 28}
+"""Arrays of version 4, and the byte that says where each begins, 0 where it is absent."""
 
 
 def read_tfx(path: Path, unit: float = 1.0, up: Literal["y", "z"] = "y") -> Curves:
@@ -44,25 +47,29 @@ def read_tfx(path: Path, unit: float = 1.0, up: Literal["y", "z"] = "y") -> Curv
 
     unit  of the file's coordinates, which it does not say [m]
     up    axis of the file
-    Raise BadInput where the file cannot be read, its header contradicts its size, or a position is not finite.
+    Raise BadInput where the file cannot be read or its header contradicts its size; warn of arrays that are not read.
     """
     data = content(path, "a .tfx file")
     form, strands, count, start = read_header(data, path)
     table = np.frombuffer(data, "<f4", form.width * strands * count, start).reshape(-1, form.width)
-    bad = np.flatnonzero(~np.isfinite(table[:, :3]).all(axis=1))
-    if len(bad):
-        byte = start + 4 * form.width * bad[0]
-        where = f"{path}, byte {byte}, strand {bad[0] // count}, point {bad[0] % count}"
-        raise BadInput("a position is not finite", where=where, right="finite coordinates")
     x, y, z = table[:, :3].astype(np.float64).T * unit
     points = np.stack((x, y, z) if up == "y" else (x, z, -y), axis=1)
     offsets = np.arange(strands + 1, dtype=np.int32) * np.int32(count)
+    warn_of_unread(data, form, path)
     if form.width == 4:
         free = table[:, 3].reshape(strands, count) != 0.0
         held = ~free[:, -1] & free.any(axis=1)
     else:
         held = np.full(strands, struct.unpack_from("<I", data, BOTH_ENDS)[0] != 0)
     return Curves(points, offsets, np.arange(strands, dtype=np.int32), held, np.zeros(strands, np.int64))
+
+
+def warn_of_unread(data: bytes, form: Format, path: Path) -> None:
+    """Warn of the arrays that a file of version 4 has and that are not read."""
+    if form == FORMATS[4.0]:
+        found = [name for name, byte in UNREAD.items() if struct.unpack_from("<I", data, byte)[0]]
+        if found:
+            warnings.warn(f"{path}: arrays that are not read: {', '.join(found)}", stacklevel=3)
 
 
 def read_header(data: bytes, path: Path) -> tuple[Format, int, int, int]:

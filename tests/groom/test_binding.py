@@ -32,7 +32,7 @@ def carried(mesh, points, sites, roots):
 
 def test_points_above_the_body_are_bound_below_themselves(mesh, sites):
     above = site_points(mesh, sites) + 0.004 * unit_normals(mesh)[sites.triangles]
-    bound = bind_roots(mesh, above, 0.005, np.arange(100))
+    bound = bind_roots(mesh, above, above, 0.005, np.arange(100))
     assert np.array_equal(bound.triangles, sites.triangles)
     assert np.allclose(bound.barycentrics, sites.barycentrics, atol=1e-9)
 
@@ -79,7 +79,7 @@ def test_an_affine_motion_carries_points_on_the_skin_exactly(mesh, sites):
 
 def test_at_rest_roots_off_the_skin_stay_where_they_are(mesh, sites):
     roots = site_points(mesh, sites) * 1.04
-    bound = bind_roots(mesh, roots, 0.005, np.arange(100))
+    bound = bind_roots(mesh, roots, roots, 0.005, np.arange(100))
     assert np.allclose(carried(mesh, mesh.points, bound, roots), roots, atol=1e-15)
 
 
@@ -91,7 +91,7 @@ def test_roots_out_of_reach_are_named(mesh, sites):
     roots = site_points(mesh, sites)
     roots[[4, 17]] *= 1.3
     with pytest.raises(BadInput, match=r"off the body: strands 104, 117 .*reach = 0.02 m"):
-        bind_roots(mesh, roots, 0.02, 100 + np.arange(100))
+        bind_roots(mesh, roots, roots, 0.02, 100 + np.arange(100))
     assert name_strands(np.arange(8)) == "strands 0, 1, 2, 3, 4 and 3 more"
 
 

@@ -75,8 +75,11 @@ def test_strands_that_are_no_curves_are_named(ball, strands):
     points, offsets = strands
     broken = points.copy()
     broken[offsets[3] + 1, 2] = np.nan
-    with pytest.raises(BadInput, match="strands 3 have points that are not finite"):
-        adopted(ball, (broken, offsets))
+    with pytest.warns(UserWarning, match="1 strands are left out, with points that are not finite: strands 3$"):
+        groom = adopted(ball, (broken, offsets))
+    assert np.array_equal(groom.ids, np.delete(np.arange(20), 3))
+    with pytest.raises(BadInput, match="strands 0, 1, 2, 3, 4 and 15 more have points that are not finite"):
+        adopted(ball, (points * np.nan, offsets))
     with pytest.raises(BadInput, match="no strands"):
         adopted(ball, (np.zeros((0, 3)), np.zeros(1, np.int32)))
 

@@ -60,8 +60,14 @@ def test_a_group_keeps_its_faces_and_all_vertices(tmp_path, group, count):
 @pytest.mark.parametrize("corner", ["{0}", "{0}//1"])
 def test_texture_coordinates_that_are_missing_somewhere_are_left_out(tmp_path, corner):
     text = SQUARE.replace("f 1/1 2/2 5/3", "f " + " ".join(corner.format(i) for i in (1, 2, 5)))
-    assert read_text_as_obj(tmp_path, text).uv is None
+    with pytest.warns(UserWarning, match="1 of 2 faces have no texture coordinates: those of the others are not used"):
+        assert read_text_as_obj(tmp_path, text).uv is None
     assert read_text_as_obj(tmp_path, text, "quad").uv is not None
+
+
+def test_statements_that_are_not_read_are_named(tmp_path):
+    with pytest.warns(UserWarning, match="statements that are not read: 1 cstype, 2 l$"):
+        read_text_as_obj(tmp_path, SQUARE + "l 1 2\nl 2 3\ncstype bezier\nvn 0 1 0\n")
 
 
 def test_triangles_of_one_corner_twice_are_dropped(tmp_path):

@@ -1,19 +1,22 @@
 """What curves of a stage carry besides their points: ids, a rest shape, widths."""
 
 import warnings
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import UsdGeom
 
-from hairpipe.io.usd.stage import location, numbers
+from hairpipe.io.usd.stage import location, shaped, time_of
 
 IDS = ("hairId", "groom_id", "id")
 """Primvars that number strands: ours, Unreal's, Houdini's."""
 REST = ("pref", "rest")
 """Primvars of the rest shape: of many renderers, Houdini's."""
+DRAWN = ("displayColor", "displayOpacity", "st", "skinprim", "skinprimuv", "groom_guide", "lockId")
+"""Primvars of how others draw curves, and of what is found anew here: places of roots, guides, locks."""
 LARGEST = np.iinfo(np.int32).max
+NONE = np.iinfo(np.int64).min
+"""The id of a curve that has none."""
 
 
 def rest_points(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray | None:
@@ -27,58 +30,90 @@ def rest_points(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray | None:
     return None
 
 
-def strand_ids(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray | None:
-    """Return the ids of so many curves, (count,) int64; None where there are none that fit."""
+def strand_ids(curves: UsdGeom.BasisCurves, count: int) -> np.ndarray:
+    """Return the ids of so many curves, (count,) int64; NONE where a curve has none that fits."""
     for name in IDS:
         values = _primvar(curves, name, 1)
-        if values is None:
-            continue
-        if len(values) == count and (values == np.rint(values)).all() and (np.abs(values) <= LARGEST).all():
-            return values.astype(np.int64)
-        _warn(curves, f"primvars:{name} is not a whole number for each of {count} curves")
-    return None
+        if values is not None and len(values) == count:
+            whole = (values == np.rint(values)) & (np.abs(values) <= LARGEST)
+            return np.where(whole, values, NONE).astype(np.int64)
+        if values is not None:
+            _warn(curves, f"primvars:{name} is not a whole number for each of {count} curves")
+    return np.full(count, NONE)
 
 
-def widths(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> np.ndarray:
-    """Return the widths at all points in units of the curves, (p,) float64; NaN where there are none that fit.
+def widths(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> list[np.ndarray]:
+    """Return the widths along each curve in units of the curves, (n,) float64; NaN where one is not known.
+
+    A curve has one width, as many as points, or as many as ends of spans (varying).
 
     counts  of the points of each curve, (S,)
     """
     values = _primvar(curves, "widths", 1)
     if values is None and curves.GetWidthsAttr().HasValue():
-        values = numbers(curves.GetWidthsAttr())
-    total = int(counts.sum())
+        attribute = curves.GetWidthsAttr()
+        values = shaped(attribute.Get(time_of(curves.GetPrim())), attribute)
     if values is None:
-        return np.full(total, np.nan)
-    if len(values) not in (1, len(counts), total) or not (values > 0.0).all():
-        _warn(curves, f"widths are not positive numbers, 1, {len(counts)} or {total} of them")
-        return np.full(total, np.nan)
-    if len(values) == len(counts) and len(counts) != total:
-        return np.repeat(values, counts)
-    return np.broadcast_to(values, total)
+        return [np.full(1, np.nan)] * len(counts)
+    varying = span_ends(curves, counts)
+    layouts = {1: None, len(counts): np.ones(len(counts), int), counts.sum(): counts, varying.sum(): varying}
+    if len(values) not in layouts:
+        told = " or ".join(map(str, sorted(layouts)))
+        _warn(curves, f"widths are {len(values)} values for {len(counts)} curves of {counts.sum()} points, not {told}")
+        return [np.full(1, np.nan)] * len(counts)
+    bad = ~(np.isfinite(values) & (values >= 0.0))
+    if bad.any():
+        what = f"widths: {bad.sum()} of {len(values)} are negative or not finite"
+        warnings.warn(f"{location(curves.GetPrim())}: {what}: replaced by those beside them", stacklevel=3)
+    values, layout = np.where(bad, np.nan, values), layouts[len(values)]
+    return [values] * len(counts) if layout is None else np.split(values, np.cumsum(layout)[:-1])
 
 
-def own_ids(parts: Sequence[np.ndarray | None], count: int, path: Path) -> np.ndarray:
-    """Return the ids of the curves of all prims, (count,) int32: their places where not all have ids, or ids repeat."""
-    given = [ids for ids in parts if ids is not None]
-    together = np.concatenate(given) if given else np.zeros(0, np.int64)
-    if len(together) == count and len(np.unique(together)) == count:
-        return together.astype(np.int32)
-    if given:
-        warnings.warn(f"{path}: ids of curves are missing or repeat: not used, curves are counted", stacklevel=2)
-    return np.arange(count, dtype=np.int32)
+def span_ends(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> np.ndarray:
+    """Return how many varying values curves of so many points have, (S,): one at each end of a span."""
+    if curves.GetTypeAttr().Get() != UsdGeom.Tokens.cubic:
+        return counts
+    if curves.GetBasisAttr().Get() == UsdGeom.Tokens.bezier:
+        return np.maximum(counts - 1, 0) // 3 + 1
+    return counts if curves.GetWrapAttr().Get() == UsdGeom.Tokens.pinned else np.maximum(counts - 2, 0)
+
+
+def own_ids(ids: np.ndarray, path: Path) -> np.ndarray:
+    """Return an id for each of the curves of all prims, (S,) int32.
+
+    Those that have none, and all but the first of those that share one, get the lowest numbers that are free.
+
+    ids  as the prims have them, (S,), NONE where there is none
+    """
+    _, first = np.unique(ids, return_index=True)
+    kept = np.zeros(len(ids), bool)
+    kept[first] = True
+    kept &= ids != NONE
+    free = np.setdiff1d(np.arange(len(ids)), ids[kept])
+    if kept.any() and not kept.all():
+        told = f"ids of {(~kept).sum()} of {len(ids)} curves are missing or repeat: these are numbered anew"
+        warnings.warn(f"{path}: {told}", stacklevel=2)
+    found = ids.copy()
+    found[~kept] = free[: (~kept).sum()]
+    return found.astype(np.int32)
+
+
+def unused_primvars(curves: UsdGeom.BasisCurves) -> list[str]:
+    """Name the primvars of curves that nothing here reads."""
+    given = [p.GetPrimvarName() for p in UsdGeom.PrimvarsAPI(curves).GetPrimvarsWithValues()]
+    return sorted({name for name in given if name not in (*IDS, *REST, *DRAWN, "widths")})
 
 
 def _primvar(curves: UsdGeom.BasisCurves, name: str, columns: int) -> np.ndarray | None:
-    """Return the values of a primvar at the earliest time, one by one; None where it has none that are finite."""
+    """Return the values of a primvar at the time of the stage, one by one; None where it has none that are numbers."""
     primvar = UsdGeom.PrimvarsAPI(curves).GetPrimvar(name)
     if not primvar.HasValue():
         return None
-    values = np.array(primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()))
-    shaped = values.ndim == (1 if columns == 1 else 2) and values.shape[1:] in ((), (columns,))
-    if shaped and values.dtype.kind in "iuf" and np.isfinite(values).all():
+    values = np.array(primvar.ComputeFlattened(time_of(curves.GetPrim())))
+    shape = values.ndim == (1 if columns == 1 else 2) and values.shape[1:] in ((), (columns,))
+    if shape and values.dtype.kind in "iuf":
         return values.astype(np.float64)
-    _warn(curves, f"primvars:{name} is not an array of finite numbers, {columns} each")
+    _warn(curves, f"primvars:{name} is not an array of numbers, {columns} each")
     return None
 
 

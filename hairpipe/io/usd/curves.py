@@ -1,5 +1,6 @@
 """Curves of a stage as polylines in metres."""
 
+import warnings
 from pathlib import Path
 from typing import NamedTuple
 
@@ -8,55 +9,72 @@ from pxr import UsdGeom
 
 from hairpipe.data.curves import Curves
 from hairpipe.errors import BadInput
-from hairpipe.io.usd.attributes import own_ids, rest_points, strand_ids, widths
-from hairpipe.io.usd.stage import location, move, numbers, open_alone, place, shown, usd_faults
+from hairpipe.io.usd.attributes import own_ids, rest_points, strand_ids, unused_primvars, widths
+from hairpipe.io.usd.stage import (
+    location,
+    move,
+    numbers,
+    open_alone,
+    place,
+    read_time,
+    shaped,
+    shown,
+    time_of,
+    usd_faults,
+)
 
 STEPS = 8  # chords per span of a cubic that does not pass through its points: off the curve by 1/64 of its sagitta
+NAMED = 5  # curves in a message
 BEYOND = {UsdGeom.Tokens.catmullRom: 1, UsdGeom.Tokens.bspline: STEPS}
 """Points at either end of a pinned curve that it does not reach without its pins."""
 BSPLINE = np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]]) / 6
 BEZIER = np.array([[1, 0, 0, 0], [-3, 3, 0, 0], [3, -6, 3, 0], [-1, 3, -3, 1.0]])
 
 
-def read(path: Path, prim: str | None) -> Curves:
+def read(path: Path, prim: str | None, time: float | None = None) -> Curves:
     """Read the visible curves at or under a prim; see `hairpipe.io.usd.read.read_curves`."""
     with usd_faults(path):
-        stage = open_alone(path)
+        stage = open_alone(path, time)
         prims = [UsdGeom.BasisCurves(p) for p in shown(stage, UsdGeom.BasisCurves, prim, guides=True)]
         parts = [_read_part(curves) for curves in prims]
+        time = read_time([curves.GetPrim() for curves in prims], time)
+        unused = sorted({name for curves in prims for name in unused_primvars(curves)})
+    if unused:
+        warnings.warn(f"{path}: primvars that are not used: {', '.join(unused)}", stacklevel=2)
     lines = [line for part in parts for line in part.lines]
     if not lines:
         raise BadInput("the curves have no points", where=path, right="at least one curve")
     columns, offsets = np.concatenate(lines), np.cumsum([0] + [len(line) for line in lines]).astype(np.int32)
-    parts = [part for part in parts if part.lines]
     return Curves(
         np.ascontiguousarray(columns[:, :3]),
         offsets,
-        own_ids([part.ids for part in parts], len(lines), path),
+        own_ids(np.concatenate([part.ids for part in parts]), path),
         np.zeros(len(lines), bool),
         np.concatenate([part.spare for part in parts]),
         np.ascontiguousarray(columns[:, 3:6]) if any(part.rested for part in parts) else None,
-        np.ascontiguousarray(columns[:, 6]) if not np.isnan(columns[:, 6]).any() else None,
+        _known_widths(columns[:, 6], offsets, path),
+        time,
     )
 
 
 class _Part(NamedTuple):
     """The curves of one prim.
 
-    lines   points on each, with the rest shape and the width beside them, (n, 7) float64
+    lines   points on each, with the rest shape and the width beside them, (n, 7) float64; NaN where it has no width
     spare   points at either end of each that lie beyond where it ends, (S,) int64
-    ids     of its own, (S,) int64, or None
+    ids     of its own, (S,) int64, NONE where a curve has none
     rested  whether it has a rest shape of its own
     """
 
     lines: list[np.ndarray]
     spare: np.ndarray
-    ids: np.ndarray | None
+    ids: np.ndarray
     rested: bool
 
 
 def _read_part(curves: UsdGeom.BasisCurves) -> _Part:
-    points = numbers(curves.GetPointsAttr(), 3)
+    attribute = curves.GetPointsAttr()
+    points = shaped(attribute.Get(time_of(curves.GetPrim())), attribute, 3)
     counts = numbers(curves.GetCurveVertexCountsAttr(), kind=np.int64)
     where = location(curves.GetPrim())
     if counts.sum() != len(points) or (counts < 0).any():
@@ -64,13 +82,69 @@ def _read_part(curves: UsdGeom.BasisCurves) -> _Part:
         raise BadInput(f"curveVertexCounts sum to {counts.sum()}", where=where, right=right)
     matrix = place(curves.GetPrim())
     rest = rest_points(curves, len(points))
-    shapes = (move(matrix, points), move(matrix, points if rest is None else rest))
-    scale = np.cbrt(abs(np.linalg.det(matrix[:3, :3])))
-    columns = np.column_stack([*shapes, scale * widths(curves, counts)])
+    columns = np.column_stack([move(matrix, points), move(matrix, points if rest is None else rest)])
     strands = np.split(columns, np.cumsum(counts)[:-1]) if len(counts) else []
-    drawn = [_polyline(curves, strand, f"{where} curve {i}") for i, strand in enumerate(strands)]
-    spare = np.array([spare for _, spare in drawn], np.int64)
-    return _Part([line for line, _ in drawn], spare, strand_ids(curves, len(counts)), rest is not None)
+    scale = np.cbrt(abs(np.linalg.det(matrix[:3, :3])))
+    given, ids = widths(curves, counts), strand_ids(curves, len(counts))
+    lines, spare, faults = list[np.ndarray](), list[int](), dict[int, BadInput]()
+    for i, strand in enumerate(strands):
+        try:
+            line, beyond = _polyline(
+                curves, np.column_stack([strand, _at_points(given[i], len(strand))]), f"{where} curve {i}"
+            )
+        except BadInput as fault:
+            faults[i] = fault
+            continue
+        if len(given[i]) != len(strand):
+            line[:, 6] = _between(given[i], len(line), beyond)
+        line[:, 6] *= scale
+        lines.append(line)
+        spare.append(beyond)
+    _report(faults, len(strands), where)
+    kept = np.delete(np.arange(len(strands)), list(faults))
+    return _Part(lines, np.array(spare, np.int64), ids[kept], rest is not None)
+
+
+def _report(faults: dict[int, BadInput], total: int, where: str) -> None:
+    """Warn of curves that are left out, by their places; raise the first fault where no curve is left."""
+    if faults and len(faults) == total:
+        raise next(iter(faults.values()))
+    if faults:
+        named = ", ".join(map(str, list(faults)[:NAMED])) + (f" and {len(faults) - NAMED} more" * (len(faults) > NAMED))
+        why = next(iter(faults.values())).what
+        warnings.warn(f"{where}: {len(faults)} of {total} curves are left out: {named}: {why}", stacklevel=3)
+
+
+def _at_points(values: np.ndarray, count: int) -> np.ndarray:
+    """Return widths at so many points, (count,); unknown ones are between the known ones beside them.
+
+    All are NaN where none is known, or where they are not those of the points.
+    """
+    known = np.isfinite(values)
+    if len(values) != count or not known.any():
+        return np.full(count, np.nan)
+    return np.interp(np.arange(count), np.flatnonzero(known), values[known])
+
+
+def _between(values: np.ndarray, rows: int, beyond: int) -> np.ndarray:
+    """Return widths along a line of so many points, (rows,), from those at its ends of spans, at equal steps.
+
+    beyond  points of the line before the curve begins
+    """
+    filled = _at_points(values, len(values))
+    return np.interp(np.arange(rows), np.linspace(beyond, rows - 1 - beyond, len(values)), filled)
+
+
+def _known_widths(widths: np.ndarray, offsets: np.ndarray, path: Path) -> np.ndarray | None:
+    """Return the widths of all lines, (p,); their median where a line has none; None where no line has any."""
+    known = ~np.isnan(widths)
+    if not known.any():
+        return None
+    if not known.all():
+        bare = (~np.logical_and.reduceat(known, offsets[:-1])).sum()
+        told = f"{bare} of {len(offsets) - 1} curves have no widths that are used: they get the median of the others"
+        warnings.warn(f"{path}: {told}", stacklevel=3)
+    return np.where(known, widths, np.median(widths[known]))
 
 
 def _polyline(curves: UsdGeom.BasisCurves, points: np.ndarray, where: str) -> tuple[np.ndarray, int]:

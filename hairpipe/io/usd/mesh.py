@@ -4,15 +4,16 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, UsdGeom
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
 from hairpipe.io.polygons import triangulate
-from hairpipe.io.usd.stage import checked, location, move, numbers
+from hairpipe.io.usd.stage import checked, location, move, numbers, time_of
 
 PER_VERTEX = (UsdGeom.Tokens.vertex, UsdGeom.Tokens.varying)
 SKINNING = "skel:"  # what the names of joint indices and weights begin with
+KNOWN = ("st", "displayColor", "displayOpacity")
 SCALARS = (Sdf.ValueTypeNames.FloatArray, Sdf.ValueTypeNames.DoubleArray, Sdf.ValueTypeNames.HalfArray)
 
 
@@ -43,7 +44,19 @@ def read_mesh(prim: UsdGeom.Mesh, points: np.ndarray, matrix: np.ndarray) -> Pai
         corners = corners[:, ::-1]
     triangles = np.ascontiguousarray(vertices[corners], np.int32)
     mesh = Mesh(points, triangles, uv=None if uv is None else np.ascontiguousarray(uv[kept][corners]))
-    return Painted(mesh, _read_maps(prim, len(points)))
+    maps = _read_maps(prim, len(points))
+    _warn_of_unused(prim, maps)
+    return Painted(mesh, maps)
+
+
+def _warn_of_unused(prim: UsdGeom.Mesh, maps: dict[str, np.ndarray]) -> None:
+    """Name the primvars that are neither maps, nor texture coordinates, skinning or colours."""
+    names = [primvar.GetPrimvarName() for primvar in UsdGeom.PrimvarsAPI(prim).GetPrimvarsWithValues()]
+    unused = [name for name in names if name not in (*maps, *KNOWN) and not name.startswith(SKINNING)]
+    if unused:
+        warnings.warn(
+            f"{location(prim.GetPrim())}: primvars that are not used: {', '.join(sorted(unused))}", stacklevel=2
+        )
 
 
 def _check_faces(prim: UsdGeom.Mesh, counts: np.ndarray, vertices: np.ndarray, n: int) -> None:
@@ -102,7 +115,7 @@ def _read_map(primvar: UsdGeom.Primvar, n: int) -> np.ndarray:
 
 
 def _flat(primvar: UsdGeom.Primvar, columns: int) -> np.ndarray:
-    return checked(primvar.ComputeFlattened(Usd.TimeCode.EarliestTime()), primvar.GetAttr(), columns)
+    return checked(primvar.ComputeFlattened(time_of(primvar.GetAttr().GetPrim())), primvar.GetAttr(), columns)
 
 
 def _check_count(primvar: UsdGeom.Primvar, values: np.ndarray, right: int) -> None:

@@ -8,22 +8,24 @@ from hairpipe.io.usd import curves, skinned_meshes
 from hairpipe.io.usd.apart import work_apart
 
 
-def read_body(path: Path, prim: str | None = None) -> Body:
+def read_body(path: Path, prim: str | None = None, time: float | None = None) -> Body:
     """Read the meshes of a stage as one body at rest, with the UsdSkel skeletons that move them.
 
     Polygons become triangles. Float primvars on vertices become maps, `st` texture coordinates; invisible meshes and
     those of purpose proxy or guide are left out. Bound meshes stand in the rest pose of their skeleton, others where
-    they are at the earliest time; without any skeleton the body has no joints.
+    they are at one time; without any skeleton the body has no joints.
 
     prim  path of a mesh or of what contains the meshes; the whole stage if not given
+    time  code at which all is read; the first at which all meshes and curves have samples if not given, with a warning
+          where the body moves
 
     Raises BadInput if the file, or what it says, cannot be used; the message names the prim.
     """
-    return work_apart(skinned_meshes.read, path, prim)
+    return work_apart(skinned_meshes.read, path, prim, time)
 
 
-def read_curves(path: Path, prim: str | None = None) -> Curves:
-    """Read all BasisCurves of a stage at the earliest time as strands, root first.
+def read_curves(path: Path, prim: str | None = None, time: float | None = None) -> Curves:
+    """Read all BasisCurves of a stage at one time as strands, root first.
 
     Invisible curves and those of purpose proxy are left out; those of purpose guide, too, where there are others.
     Linear and Catmull-Rom curves pass through their points, which are returned as they are; B-spline and Bezier
@@ -31,7 +33,8 @@ def read_curves(path: Path, prim: str | None = None) -> Curves:
     rest shape is that of primvar `pref` or `rest`, ids are those of `hairId`, `groom_id` or `id`.
 
     prim  path of curves or of what contains them; the whole stage if not given
+    time  as of `read_body`
 
     Raises BadInput if the file, or what it says, cannot be used; the message names the prim and the curve.
     """
-    return work_apart(curves.read, path, prim)
+    return work_apart(curves.read, path, prim, time)

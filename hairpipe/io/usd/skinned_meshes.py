@@ -20,7 +20,7 @@ from hairpipe.io.usd.skeleton import (
     read_rig,
     skin_at_rest,
 )
-from hairpipe.io.usd.stage import numbers, open_alone, place, shown, usd_faults
+from hairpipe.io.usd.stage import numbers, open_alone, place, read_time, shown, usd_faults
 
 
 @dataclass(frozen=True)
@@ -36,18 +36,19 @@ class Piece:
     weights: np.ndarray
 
 
-def read(path: Path, prim: str | None) -> Body:
+def read(path: Path, prim: str | None, time: float | None = None) -> Body:
     """Read the visible meshes at or under a prim as one body; see `hairpipe.io.usd.read.read_body`."""
     with usd_faults(path):
-        stage = open_alone(path)
+        stage = open_alone(path, time)
         meshes = [UsdGeom.Mesh(p) for p in shown(stage, UsdGeom.Mesh, prim)]
         bindings = find_bindings(stage)
         rigs = _read_rigs([bindings[mesh.GetPath()] for mesh in meshes if mesh.GetPath() in bindings])
         pieces = [_read_piece(mesh, bindings.get(mesh.GetPath()), rigs) for mesh in meshes]
+        time = read_time([mesh.GetPrim() for mesh in meshes if mesh.GetPath() not in bindings], time)
     mesh = _merge_meshes([piece.painted.mesh for piece in pieces])
     joints, weights = _stack([piece.joints for piece in pieces]), _stack([piece.weights for piece in pieces])
     maps = _merge_maps([piece.painted for piece in pieces])
-    return Body(mesh, join_rigs(list(rigs.values())), joints, weights, maps)
+    return Body(mesh, join_rigs(list(rigs.values())), joints, weights, maps, time)
 
 
 def _read_rigs(bindings: Sequence[Binding]) -> dict[Sdf.Path, Rig]:

@@ -1,7 +1,8 @@
 """Stages: creating ours, opening a foreign one with clear messages, and its space turned into ours."""
 
 import re
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from hairpipe.io.usd.layer_files import find_layers
 from hairpipe.plain_file import checked_size
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
+NAMED = 5  # shapes in a message
 LINE = 160  # characters of a message of OpenUSD that are shown
 RENDERED = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)  # purposes
 Z_UP_TO_Y_UP = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])
@@ -42,8 +44,10 @@ def open_stage(path: Path) -> Usd.Stage:
     return stage
 
 
-def open_alone(path: Path) -> Usd.Stage:
+def open_alone(path: Path, time: float | None = None) -> Usd.Stage:
     """Open the file as a stage that is all in it: what it is composed of elsewhere could change without its doing so.
+
+    time  code at which all of it is read, see `time_of`; that of `common_time` unless given
 
     Raises BadInput as `open_stage` does, and if there are other files.
     """
@@ -53,7 +57,40 @@ def open_alone(path: Path) -> Usd.Stage:
     if others:
         what = f"it is composed of other files, among them {others[0]}, whose changes nothing would notice"
         raise BadInput(what, where=path, right="one file, as usdcat --flatten makes it")
+    stage.GetSessionLayer().startTimeCode = (common_time(stage) or 0.0) if time is None else time
     return stage
+
+
+def time_of(prim: Usd.Prim) -> Usd.TimeCode:
+    """Return the time at which a stage is read: that at which it begins."""
+    return Usd.TimeCode(prim.GetStage().GetStartTimeCode())
+
+
+def common_time(stage: Usd.Stage) -> float | None:
+    """Return the first time code at which all meshes and curves have samples; None where none of them has any."""
+    prims = [p for p in stage.Traverse(Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.PointBased)]
+    firsts = [times[0] for p in prims for times in _samples(p) if times]
+    return max(firsts, default=None)
+
+
+def read_time(prims: Sequence[Usd.Prim], time: float | None) -> float | None:
+    """Return the time code at which shapes are read, None where none of them moves; warn where nobody has stated it."""
+    if not any(len(times) > 1 for prim in prims for times in _samples(prim)):
+        return None
+    stage = prims[0].GetStage()
+    if time is None:
+        why = "the first at which all meshes and curves have samples"
+        told = f"{stage_path(stage)} is read at time code {stage.GetStartTimeCode():g}, {why}"
+        warnings.warn(f"{told}: time_code states another", stacklevel=2)
+    return stage.GetStartTimeCode()
+
+
+def _samples(prim: Usd.Prim) -> Iterator[list[float]]:
+    """Give the time codes of the points of a shape, and of each transform above it."""
+    yield UsdGeom.PointBased(prim).GetPointsAttr().GetTimeSamples()
+    while prim.IsA(UsdGeom.Xformable):
+        yield UsdGeom.Xformable(prim).GetTimeSamples()
+        prim = prim.GetParent()
 
 
 def check_file(path: Path) -> None:
@@ -100,8 +137,8 @@ def to_metres(stage: Usd.Stage) -> np.ndarray:
 
 
 def place(prim: Usd.Prim) -> np.ndarray:
-    """Return the matrix from the prim to metres with Y up at the earliest time, column vectors, (4, 4) float64."""
-    world = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(Usd.TimeCode.EarliestTime())
+    """Return the matrix from the prim to metres with Y up at the time of the stage, column vectors, (4, 4) float64."""
+    world = UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(time_of(prim))
     matrix = to_metres(prim.GetStage()) @ columns(world)
     if not np.isfinite(matrix).all():
         raise BadInput("the transform is not finite", where=location(prim), right="finite numbers")
@@ -134,8 +171,38 @@ def shown(stage: Usd.Stage, schema: type, prim: str | None, *, guides: bool = Fa
     if not found:
         under = "" if prim is None else f" at or under {prim}"
         right = f"a prim of the type {schema.__name__} and the purpose {' or '.join(RENDERED)}"
-        raise BadInput(f"no visible {schema.__name__}{under}", where=stage_path(stage), right=right)
+        raise BadInput(f"no visible {schema.__name__}{under}{_instead(root)}", where=stage_path(stage), right=right)
+    shapes = Usd.PrimRange(root, Usd.TraverseInstanceProxies())
+    if left := [p for p in shapes if _is_rival(p, schema) and p not in found]:
+        named = ", ".join(f"{p.GetPath()} ({_why_left(p, schema)})" for p in left[:NAMED])
+        more = f" and {len(left) - NAMED} more" if len(left) > NAMED else ""
+        warnings.warn(f"{stage_path(stage)}: shapes that are not read: {named}{more}", stacklevel=2)
     return found
+
+
+def _is_rival(prim: Usd.Prim, schema: type) -> bool:
+    """Return whether a prim is one of the shapes that a reader of a schema could take: curves, or else surfaces."""
+    curves = prim.IsA(UsdGeom.Curves)
+    return (
+        curves if issubclass(schema, UsdGeom.Curves) else prim.IsA(UsdGeom.Gprim) and not curves and not _is_cloud(prim)
+    )
+
+
+def _is_cloud(prim: Usd.Prim) -> bool:
+    return prim.GetTypeName() in ("Points", "Volume")
+
+
+def _why_left(prim: Usd.Prim, schema: type) -> str:
+    if not prim.IsA(schema):
+        return f"a {prim.GetTypeName()}"
+    return f"purpose {_purpose(prim)}" if _is_visible(prim) else "invisible"
+
+
+def _instead(root: Usd.Prim) -> str:
+    """Name the curves of another type that there are."""
+    types = {p.GetTypeName() for p in Usd.PrimRange(root, Usd.TraverseInstanceProxies()) if p.IsA(UsdGeom.Curves)}
+    others = sorted(types - {"BasisCurves"})
+    return f", but {' and '.join(others)}, which are not read" if others else ""
 
 
 def _prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
@@ -147,7 +214,7 @@ def _prim_at(stage: Usd.Stage, path: str) -> Usd.Prim:
 
 
 def _is_visible(prim: Usd.Prim) -> bool:
-    return UsdGeom.Imageable(prim).ComputeVisibility(Usd.TimeCode.EarliestTime()) != UsdGeom.Tokens.invisible
+    return UsdGeom.Imageable(prim).ComputeVisibility(time_of(prim)) != UsdGeom.Tokens.invisible
 
 
 def _purpose(prim: Usd.Prim) -> str:
@@ -155,11 +222,11 @@ def _purpose(prim: Usd.Prim) -> str:
 
 
 def numbers(attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:
-    """Return an array attribute at the earliest time, (n,) or (n, columns); empty where it has no value.
+    """Return an array attribute at the time of the stage, (n,) or (n, columns); empty where it has no value.
 
     Raises BadInput if it holds something else, or numbers that are not finite.
     """
-    return checked(attribute.Get(Usd.TimeCode.EarliestTime()), attribute, columns, kind)
+    return checked(attribute.Get(time_of(attribute.GetPrim())), attribute, columns, kind)
 
 
 def checked(value: object, attribute: Usd.Attribute, columns: int = 1, kind: type = np.float64) -> np.ndarray:
@@ -167,16 +234,26 @@ def checked(value: object, attribute: Usd.Attribute, columns: int = 1, kind: typ
 
     Raises BadInput if it is something else, or holds numbers that are not finite.
     """
+    array = shaped(value, attribute, columns)
+    if not np.isfinite(array).all():
+        row = int(np.argmin(np.isfinite(array.reshape(len(array), -1)).all(axis=1)))
+        where = f"{location(attribute.GetPrim())}.{attribute.GetName()}"
+        raise BadInput(f"element {row} is not finite", where=where, right="finite numbers")
+    return array.astype(kind)
+
+
+def shaped(value: object, attribute: Usd.Attribute, columns: int = 1) -> np.ndarray:
+    """Return a value of an attribute as an array (n,) or (n, columns) float64; no value is an empty one.
+
+    Raises BadInput if it is something else.
+    """
     shape = (0,) if columns == 1 else (0, columns)
-    array = np.empty(shape, kind) if value is None else np.array(value)
+    array = np.empty(shape) if value is None else np.array(value)
     where = f"{location(attribute.GetPrim())}.{attribute.GetName()}"
     if array.dtype.kind not in "iuf" or array.shape[1:] != shape[1:] or array.ndim != len(shape):
         right = "an array of numbers" if columns == 1 else f"an array of {columns} numbers each"
         raise BadInput(f"holds a {type(value).__name__}", where=where, right=right)
-    if not np.isfinite(array).all():
-        row = int(np.argmin(np.isfinite(array.reshape(len(array), -1)).all(axis=1)))
-        raise BadInput(f"element {row} is not finite", where=where, right="finite numbers")
-    return array.astype(kind)
+    return array.astype(np.float64)
 
 
 def location(prim: Usd.Prim) -> str:

@@ -12,8 +12,9 @@ from hairpipe.errors import BadInput
 from hairpipe.io.usd.curves import STEPS
 from hairpipe.io.usd.curves import read as read_file
 from hairpipe.io.usd.read import read_curves
+from hairpipe.io.usd.skinned_meshes import read as read_body
 
-TOKENS = UsdGeom.Tokens
+TOKENS, NAN = UsdGeom.Tokens, float("nan")
 
 
 def read(path: Path, prim: str | None) -> tuple[np.ndarray, np.ndarray]:
@@ -141,13 +142,21 @@ def test_ids_of_the_file_are_taken_over(new_stage, saved, name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "ids"), [("IntArray", [4, 4]), ("IntArray", [1]), ("StringArray", ["a", "b"]), ("FloatArray", [0.5, 1.0])]
+    ("kind", "ids", "kept"),
+    [
+        ("IntArray", [4, 4], [4, 0]),
+        ("IntArray", [1], [0, 1]),
+        ("StringArray", ["a", "b"], [0, 1]),
+        ("FloatArray", [0.5, 0.0], [1, 0]),
+    ],
 )
-def test_ids_that_number_nothing_are_told_of_and_not_taken(new_stage, saved, kind: str, ids: list) -> None:
+def test_curves_without_an_id_of_their_own_are_numbered_anew(
+    new_stage, saved, kind: str, ids: list, kept: list[int]
+) -> None:
     stage = new_stage()
     primvar(curves(stage, wild(4, 4)), "hairId", getattr(Sdf.ValueTypeNames, kind), TOKENS.uniform, ids)
-    with pytest.warns(UserWarning, match=r"ids of curves .* repeat: not used|hairId is not .*: not used"):
-        assert read_file(saved(stage), None).ids.tolist() == [0, 1]
+    with pytest.warns(UserWarning, match=r"ids of 1 of 2 curves|hairId is not .*: not used"):
+        assert read_file(saved(stage), None).ids.tolist() == kept
 
 
 @pytest.mark.parametrize("name", ["pref", "rest"])
@@ -175,11 +184,98 @@ def test_widths_are_those_of_the_points_in_metres(new_stage, saved, count: int, 
     np.testing.assert_allclose(read_file(saved(stage), None).widths, 0.01 * np.array(expected))
 
 
-def test_widths_that_are_none_are_told_of(new_stage, saved) -> None:
+def test_widths_of_another_number_are_told_of(new_stage, saved) -> None:
     stage = new_stage()
-    curves(stage, wild(4, 5)).CreateWidthsAttr([1.0, 0.0])
-    with pytest.warns(UserWarning, match="widths are not positive numbers, 1, 2 or 9 of them: not used"):
+    curves(stage, wild(4, 5)).CreateWidthsAttr([1.0, 0.0, 1.0])
+    with pytest.warns(UserWarning, match="widths are 3 values for 2 curves of 9 points, not 1 or 2 or 9: not used"):
         assert read_file(saved(stage), None).widths is None
+
+
+def test_widths_of_0_at_the_tip_are_kept(new_stage, saved) -> None:
+    stage = new_stage()
+    curves(stage, wild(4)).CreateWidthsAttr([3.0, 2.0, 1.0, 0.0])
+    np.testing.assert_allclose(read_file(saved(stage), None).widths, [3, 2, 1, 0])
+
+
+def test_bad_widths_become_those_beside_them(new_stage, saved) -> None:
+    stage = new_stage()
+    curves(stage, wild(4, 3, 2)).CreateWidthsAttr([3.0, NAN, 1.0, -1.0, 5.0, 5.0, 5.0, NAN, NAN])
+    with pytest.warns(UserWarning) as told:
+        found = read_file(saved(stage), None).widths
+    np.testing.assert_allclose(found, [3, 2, 1, 1, 5, 5, 5, 3, 3])
+    assert ["4 of 9 are negative or not finite" in str(told[0].message), "1 of 3 curves" in str(told[1].message)]
+
+
+@pytest.mark.parametrize(
+    ("basis", "wrap", "count", "ends"),
+    [
+        (TOKENS.bspline, TOKENS.nonperiodic, 9, range(STEPS, 7 * STEPS + 1, STEPS)),
+        (TOKENS.bezier, TOKENS.nonperiodic, 10, range(0, 3 * STEPS + 1, STEPS)),
+        (TOKENS.catmullRom, TOKENS.nonperiodic, 6, range(1, 5)),
+    ],
+)
+def test_varying_widths_lie_at_the_ends_of_spans(
+    new_stage, saved, basis: str, wrap: str, count: int, ends: range
+) -> None:
+    stage = new_stage()
+    prim = curves(stage, wild(count), basis, wrap)
+    values = 1.0 + np.arange(prim.ComputeVaryingDataSize(0)) ** 2
+    prim.CreateWidthsAttr(values)
+    prim.SetWidthsInterpolation(TOKENS.varying)
+    found = read_file(saved(stage), None).widths
+    np.testing.assert_allclose(found[list(ends)], values)
+    half = found[ends[0] : ends[-1] + 1]
+    np.testing.assert_allclose(half, np.interp(np.arange(len(half)), np.array(ends) - ends[0], values))
+
+
+@pytest.mark.parametrize("bad", [1, 3])
+def test_a_curve_that_is_none_does_not_take_the_others_along(new_stage, saved, bad: int) -> None:
+    stage, strands = new_stage(), wild(4, 7)
+    prim = curves(stage, [strands[0], *wild(bad), strands[1]], wrap=TOKENS.nonperiodic)
+    primvar(prim, "hairId", Sdf.ValueTypeNames.IntArray, TOKENS.uniform, [5, 6, 7])
+    with pytest.warns(UserWarning, match=rf"hair: 1 of 3 curves are left out: 1: .* {bad} points"):
+        found = read_file(saved(stage), None)
+    assert found.ids.tolist() == [5, 7] and len(found.points) == 11
+
+
+def test_what_is_not_read_is_named(new_stage, saved) -> None:
+    stage = new_stage()
+    prim = curves(stage, wild(4))
+    primvar(prim, "clump", Sdf.ValueTypeNames.FloatArray, TOKENS.uniform, [0.5])
+    curves(stage, wild(4), path="/groom/hidden").CreateVisibilityAttr("invisible")
+    UsdGeom.NurbsCurves.Define(stage, "/groom/nurbs")
+    with pytest.warns(UserWarning) as told:
+        read_file(saved(stage), None)
+    messages = " ".join(str(warning.message) for warning in told)
+    assert "primvars that are not used: clump" in messages
+    assert "shapes that are not read: /groom/hidden (invisible), /groom/nurbs (a NurbsCurves)" in messages
+
+
+def test_curves_of_another_type_are_named(new_stage, saved) -> None:
+    stage = new_stage()
+    UsdGeom.NurbsCurves.Define(stage, "/groom/nurbs")
+    with pytest.raises(BadInput, match="no visible BasisCurves, but NurbsCurves, which are not read"):
+        read_file(saved(stage), None)
+
+
+def test_body_and_hair_are_read_at_one_time(new_stage, saved) -> None:
+    stage = new_stage()
+    points = curves(stage, wild(4)).GetPointsAttr()
+    mesh = UsdGeom.Mesh.Define(stage, "/body")
+    mesh.CreateFaceVertexCountsAttr([3])
+    mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+    corners = np.eye(3, dtype=np.float32)
+    for time in range(1000, 1006):
+        mesh.GetPointsAttr().Set(Vt.Vec3fArray.FromNumpy(corners + time), time)
+    for time in range(1002, 1006):
+        points.Set(Vt.Vec3fArray(4, Gf.Vec3f(time)), time)
+    path = saved(stage)
+    with pytest.warns(UserWarning, match="read at time code 1002, the first at which all"):
+        hair, body = read_file(path, None), read_body(path, None)
+    assert hair.time == body.time == 1002.0
+    assert (hair.points == 1002).all() and np.array_equal(body.mesh.points, corners + 1002)
+    hair, body = read_file(path, None, 1004.0), read_body(path, None, 1004.0)
+    assert (hair.points == 1004).all() and np.array_equal(body.mesh.points, corners + 1004)
 
 
 def test_takes_the_earliest_time(new_stage, saved) -> None:
@@ -209,12 +305,11 @@ BROKEN: dict[str, tuple[Callable[[Usd.Stage], object], str]] = {
     "no counts": (lambda s: UsdGeom.BasisCurves.Define(s, "/groom/hair"), "the curves have no points"),
     "counts": (lambda s: curves(s, wild(4)).CreateCurveVertexCountsAttr([5]), "curveVertexCounts sum to 5"),
     "negative": (lambda s: curves(s, wild(4)).CreateCurveVertexCountsAttr([-1, 5]), "curveVertexCounts sum to 4"),
-    "NaN": (lambda s: curves(s, [np.full((4, 3), np.nan)]), "points: element 0 is not finite"),
-    "one point": (lambda s: curves(s, wild(4, 1)), "curve 1: the curve has 1 points"),
+    "one point": (lambda s: curves(s, wild(1, 1)), "curve 0: the curve has 1 points"),
     "closed": (lambda s: curves(s, wild(4), wrap=TOKENS.periodic), "the curve is closed"),
     "short": (lambda s: curves(s, wild(3), wrap=TOKENS.nonperiodic), "the Catmull-Rom curve has 3 points"),
     "short bspline": (lambda s: curves(s, wild(3), TOKENS.bspline, TOKENS.nonperiodic), "the B-spline has 3 points"),
-    "short bezier": (lambda s: curves(s, wild(4, 6), TOKENS.bezier), "curve 1: the Bezier curve has 6 points"),
+    "short bezier": (lambda s: curves(s, wild(6), TOKENS.bezier), "curve 0: the Bezier curve has 6 points"),
     "basis": (lambda s: curves(s, wild(4), "hermite"), "the basis is hermite"),
 }
 
