@@ -40,11 +40,11 @@ def test_points_above_the_body_are_bound_below_themselves(mesh, sites):
 @pytest.mark.parametrize("kept", [[0], [0, 1], [0, 1, 2]], ids=["vertices", "edges", "faces"])
 def test_errors_of_rounding_bind_a_root_to_no_other_triangle(mesh, kept):
     places = mesh.points[mesh.triangles[:, kept]].mean(axis=1)
-    before, ids = bind_roots(mesh, places, 1.0, np.arange(len(places))), np.arange(len(places))
+    before, ids = bind_roots(mesh, places, places, 1.0, np.arange(len(places))), np.arange(len(places))
     for seed in range(3):
         random = np.random.default_rng(seed)
         points, roots = (x + random.uniform(-1e-12, 1e-12, x.shape) for x in (mesh.points, places))
-        after = bind_roots(replace(mesh, points=points), roots, 1.0, ids)
+        after = bind_roots(replace(mesh, points=points), roots, roots, 1.0, ids)
         assert np.array_equal(after.triangles, before.triangles)
         assert np.abs(after.barycentrics - before.barycentrics).max() < 1e-9
 
