@@ -6,21 +6,29 @@ INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-compile -
 # neither all of Blender nor the tests of libraries.
 COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nodes graphs
 
-.PHONY: menu demo test check clean
+.PHONY: menu demo test quick cases check clean
 
 menu:
-	@echo "make demo    simulate hair on our bust and draw it: results in out/demo"
+	@echo "make demo    simulate hair on our bust and draw it: results in out/demo; FRAMES=1001-1010 for its first pictures"
+	@echo "make quick   run the tests that need no compiled kernels"
 	@echo "make test    run all tests"
+	@echo "make cases   run the inputs in ../shared/cases, where they are"
 	@echo "make check   lint, format and types"
 	@echo "make clean   remove the environment and the results, not the cache"
 
 demo: $(VENV)/installed
-	$(VENV)/bin/hairpipe run graphs/demo.toml
+	$(VENV)/bin/hairpipe run graphs/demo.toml $(if $(FRAMES),--frames $(FRAMES))
+
+quick: $(VENV)/tested
+	$(RUN) pytest -n auto --dist worksteal -p tests.quick
 
 # Each process begins with a stretch of files that follow one another: tests of a file need the same kernels.
 test: $(VENV)/tested
 	$(RUN) pytest -n auto --dist worksteal -k 'not interrupt and not ctrl_c'
 	$(RUN) pytest -k 'interrupt or ctrl_c' $$(grep -rlE 'def test.*(interrupt|ctrl_c)' tests)
+
+cases: $(VENV)/tested
+	$(RUN) pytest tests/test_cases.py
 
 check: $(VENV)/tested
 	$(RUN) ruff check

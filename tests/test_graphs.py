@@ -12,6 +12,7 @@ import pytest
 
 import hairpipe
 from hairpipe.data import Strands
+from hairpipe.graph.file.data_folder import data_folder
 from hairpipe.graph.file.graph import Edge, Graph
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.plan.planner import plan
@@ -23,6 +24,7 @@ from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 from hairpipe.levelset.sample import Field, distance, field_of
 
+from .graph_cover import cover
 from .pages import data_of
 
 HOME = Path(__file__).resolve().parents[1]
@@ -90,68 +92,44 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "render_cycles": {"width": 64, "height": 64, "samples": 1},
 }
 """Settings by node type with which every graph runs in a moment."""
-SOME = {
-    "experiments/calibrate_models.toml": ["pairs_0", "particles_shown_0"],
-    "experiments/climate_paper.toml": ["alone_cost"],
-    "experiments/climate_patch.toml": ["step_240_climate", "no_collisions_restarts"],
-    "experiments/climate_tuft.toml": ["keys_cost"],
-    "experiments/clips.toml": ["dab_whole_depth"],
-    "experiments/curl.toml": ["numbers_e1", "difference_rod_25"],
-    "experiments/curls.toml": ["motion_nine_steps", "curl_folds"],
-    "experiments/integrators.toml": ["swing_nine_printed", "shake_authors_code", "shake_30_error", "swing_10_cost"],
-    "experiments/interpolation.toml": ["travel", "analytic_chart"],
-    "experiments/precision.toml": ["alone_single_error", "alone_single_cost"],
-    "experiments/sag_free.toml": ["sum_curl_free", "numbers_out_rod", "settled_free", "stands"],
-    "experiments/shoulder.toml": ["motion_sweep", "tuft_coupled", "near"],
-    "experiments/speed_accuracy_hair.toml": ["hair_error", "hair_cost"],
-    "experiments/speed_accuracy_head.toml": ["hair_error", "hair_cost"],
-    "experiments/speed_accuracy_tuft.toml": ["hair_error", "hair_cost"],
-    "experiments/squeeze.toml": ["motion_fine", "depth_fine", "chart_inside"],
-    "experiments/stability_contact.toml": ["all", "nine", "converged"],
-    "experiments/stability_models.toml": ["volume", "locks", "particles"],
-    "experiments/three_models.toml": ["keys_pairs_shown_0", "cloud_shown_0", "cloud_cost"],
-    "locks/scenes.toml": ["wind_locks"],
-    "particles/drop.toml": ["few_error", "true_picture", "billboards"],
-    "particles/printed.toml": ["explicit_8_table", "printed_24_table"],
-    "particles/shake.toml": ["few_error", "stiff_error", "billboards"],
-    "volume/head.toml": ["shake_both_packing"],
-    "volume/shell.toml": ["front_kajiya", "vdb", "moving", "table"],
-}
-"""Of graphs that do the same many times, or measure what has not begun, the nodes that are computed."""
-if find_spec("bpy") is None:  # there is no Blender for this Python
-    SOME["beauty.toml"] = ["hair"]
 FIRST = 2
 """Frames of every graph that are computed."""
 DEEPEST = 1e-3
 """How far inside a point may be after them, of a strand that began outside: others come out softly [m]."""
 
 
-MOST = 20
-"""Graphs that are run as one."""
+@pytest.fixture(scope="session")
+def chosen() -> dict[Path, list[str]]:
+    """Nodes that are computed, by graph: with all they depend on they are of every kind that there is.
+
+    Third-party data is read only for what nothing else shows.
+    """
+    folder = data_folder()
+    there = folder is not None and folder.is_dir()
+    ours = {path: shorten(path) for path in GRAPHS if not data_of(path)}
+    return cover(ours, {path: shorten(path) for path in GRAPHS if there and data_of(path)})
 
 
-def groups() -> dict[str, list[Path]]:
+def sections() -> dict[str, list[Path]]:
     """Part the graphs into those that can be run as one: most of the time of each alone workers need to begin.
 
-    Those of one group share their folder, by which files are found, their first frame and their frame rate.
+    Those of one section share their folder, by which files are found, their first frame and their frame rate.
     """
     alike: dict[tuple, list[Path]] = defaultdict(list)
     for path in GRAPHS:
         header = tomllib.loads(path.read_text(encoding="utf-8"))  # no file that it reads need be there
         alike[path.parent, header["frames"][0], header["fps"], bool(data_of(path))].append(path)
-    chunks = [paths[k : k + MOST] for paths in alike.values() for k in range(0, len(paths), MOST)]
-    return {f"{name_of(chunk[0])} and {len(chunk) - 1} more": chunk for chunk in chunks}
+    return {f"{name_of(paths[0])} and {len(paths) - 1} more": paths for paths in alike.values()}
 
 
-GROUPS = groups()
+SECTIONS = sections()
 
 
-@pytest.fixture(params=GROUPS.values(), ids=list(GROUPS))
-def group(request: pytest.FixtureRequest) -> list[Path]:
-    """Each group in turn; those that read third-party data are left out where that is absent."""
-    if any(map(data_of, request.param)):
-        request.getfixturevalue("shared")
-    return request.param
+@pytest.fixture(params=SECTIONS.values(), ids=list(SECTIONS))
+def section(request: pytest.FixtureRequest, chosen: dict[Path, list[str]]) -> list[Graph]:
+    """Each section in turn, of its graphs what was chosen."""
+    graphs = [shorten(path).upto(chosen[path]) for path in request.param if path in chosen]
+    return graphs or pytest.skip("others show all that these graphs do")
 
 
 @pytest.fixture(scope="session")
@@ -182,15 +160,24 @@ def merged(graphs: list[Graph]) -> Graph:
     return replace(graphs[0], frames=(first, first + FIRST - 1), nodes=nodes, taken=frozenset(taken))
 
 
-def shorten(graph: Graph, folder: Path) -> Graph:
-    """A graph with less to do in every frame, which publishes into a folder of its own."""
+def shorten(path: Path) -> Graph:
+    """Load a graph with less to do in every frame, without nodes that this Python has no library for."""
+    graph = load_graph(path)
     less = {f"{n.name}.{key}": str(few) for n in graph.nodes.values() for key, few in FEW.get(n.type.name, {}).items()}
-    short = load_graph(graph.path, less)
-    short = short.upto(SOME.get(name_of(graph.path), list(short.nodes)))
+    graph = load_graph(path, less)
+    lost: set[str] = set()
+    for node in graph.nodes.values() if find_spec("bpy") is None else ():  # after those it depends on
+        if node.type.name == "render_cycles" or any(edge.node in lost for edge in node.edges.values()):
+            lost.add(node.name)
+    return graph.upto(graph.nodes.keys() - lost)
+
+
+def moved(graph: Graph, folder: Path) -> Graph:
+    """A graph that publishes into a folder of its own."""
     nodes = {
-        n.name: replace(n, publish=n.publish and folder / n.publish.relative_to(OUT)) for n in short.nodes.values()
+        n.name: replace(n, publish=n.publish and folder / n.publish.relative_to(OUT)) for n in graph.nodes.values()
     }
-    return replace(short, project=folder, nodes=nodes)
+    return replace(graph, project=folder, nodes=nodes)
 
 
 def depths(strands: Strands, surface: Field) -> np.ndarray:
@@ -200,8 +187,9 @@ def depths(strands: Strands, surface: Field) -> np.ndarray:
     return np.array([-min(distance(surface, *point) for point in points[begin + 1 : end]) for begin, end in shots])
 
 
-def test_they_run_and_no_hair_is_in_the_body(group, store, spare, tmp_path):
-    short = merged([shorten(load_graph(path), tmp_path) for path in group])
+@pytest.mark.kernels
+def test_they_run_and_no_hair_is_in_the_body(section, store, spare, tmp_path):
+    short = merged([moved(graph, tmp_path) for graph in section])
     frames = short.all_frames
     outcome = run(short, store, frames, Options(jobs=1, keep_going=True, spare=spare))
     assert not outcome.failures and outcome.exit_code == 0
