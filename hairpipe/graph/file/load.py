@@ -143,6 +143,10 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Regis
 
     given = {key: value for key, value in table.items() if key not in RESERVED}
     given = located(fields_of(node_type), given, place)
+    for key in sorted(given.keys() & set(KEYS) - {field.name for field in fields_of(node_type)}):
+        raise BadInput(
+            f"unknown setting '{key}'", where=place([key]), right=f"{key} above all tables, for the whole graph"
+        )
     settings = check_settings(node_type, given, place)
     map_files(fields_of(node_type), settings, lambda dotted, file: check_file(text, name, node_type, dotted, file))
     edges = read_edges(table.get("in", {}), node_type, place)

@@ -34,6 +34,7 @@ BAD = {
     "frames float": (SEED.replace("[1, 10]", "[1.0, 10]"), ":2: frames = [1.0, 10]", "whole numbers"),
     "preroll back": (SEED.replace("fps = 24", "fps = 24\npreroll = -1"), "preroll = -1", "not negative"),
     "preroll float": (SEED.replace("fps = 24", "fps = 24\npreroll = 1.5"), "preroll = 1.5", "a whole number"),
+    "cuts of a node": (SEED + "cuts = [5]\n", ":6: [seed] make_seed: unknown setting 'cuts'", "above all tables"),
     "cuts number": (SEED.replace("fps = 24", "fps = 24\ncuts = 5"), ":4: cuts = 5", "ascending"),
     "cuts back": (SEED.replace("fps = 24", "fps = 24\ncuts = [7, 5]"), "cuts = [7, 5]", "frame numbers"),
     "cuts float": (SEED.replace("fps = 24", "fps = 24\ncuts = [7.0]"), "cuts = [7.0]", "frame numbers"),
