@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.data.hair import HairState
-from hairpipe.graph import File, Frames, Time, Workspace, node
+from hairpipe.graph import Cuts, File, Frames, Time, Workspace, node
 from hairpipe.units import Suffixes
 
 
@@ -17,6 +17,7 @@ def export_usd(
     keys: Groom | None,
     states: Frames[HairState] | None,
     time: Time,
+    cuts: Cuts,
     workspace: Workspace,
     *,
     layout: Literal["single", "clips"] = "single",
@@ -49,5 +50,6 @@ def export_usd(
     if keys is not None and groom is None:
         raise BadInput("keys without the groom", right="in.groom: that of all hair")
     simulated = None if keys is None or groom is None else keys_among(groom, keys) >= 0
-    path, shot = workspace / f"{name}.usdc", Shot(hair, body, groom, time.fps, name, files, states, simulated, curve)
+    path = workspace / f"{name}.usdc"
+    shot = Shot(hair, body, groom, time.fps, name, files, states, simulated, curve, cuts)
     return File(path, (write_clips if layout == "clips" else write_shot)(path, shot))

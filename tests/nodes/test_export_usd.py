@@ -32,7 +32,7 @@ def export(folder: Path, layout: Literal["single", "clips"], volume: Frames[File
     folder.mkdir()
     frames = Frames(NUMBERS, hair), Frames(NUMBERS, body)
     return export_usd(
-        *frames, None, volume, None, None, Time(1001, 30.0), Workspace(folder), layout=layout, name="shake"
+        *frames, None, volume, None, None, Time(1001, 30.0), (), Workspace(folder), layout=layout, name="shake"
     )
 
 
@@ -44,7 +44,7 @@ def test_simulated_hair_is_told_from_interpolated(tmp_path):
         return Groom(points.astype(float), offsets, np.array(ids, np.int32), *sites, uv)
 
     whole, keys = groom([3, 7], hair(1001).points), groom([7], hair(1001).points[4:])
-    settings = Time(1001, 30.0), Workspace(tmp_path)
+    settings = Time(1001, 30.0), (), Workspace(tmp_path)
     file = export_usd(Frames(NUMBERS, hair), None, whole, None, keys, None, *settings)
     stage = Usd.Stage.Open(str(file.path))
     primvar = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/shot/hair")).GetPrimvar("groom_guide")
@@ -119,5 +119,5 @@ def test_the_same_input_gives_the_same_bytes(tmp_path: Path, layout: Literal["si
 def test_refuses_a_name_that_usd_does_not_know(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="'a/b' cannot name a prim"):
         export_usd(
-            Frames(NUMBERS, hair), None, None, None, None, None, Time(1001, 30.0), Workspace(tmp_path), name="a/b"
+            Frames(NUMBERS, hair), None, None, None, None, None, Time(1001, 30.0), (), Workspace(tmp_path), name="a/b"
         )

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from pxr import Kind, Sdf, Tf, Usd, UsdGeom
+from pxr import Kind, Sdf, Tf, Usd, UsdGeom, Vt
 
 from hairpipe import __version__
 from hairpipe.data import Groom, Mesh, Strands
@@ -39,6 +39,7 @@ class Shot:
     states  of the simulation at the same frames, of hair in locks: which hair each follows is written
     simulated  hairs that are not interpolated between those that are, (S,) bool; None: all of them, and none is marked
     curve  through the points of the hair, or with them as control hull
+    cuts  frames at which the shot is cut, noted for the lint
     """
 
     hair: Mapping[int, Strands]
@@ -50,6 +51,7 @@ class Shot:
     states: Mapping[int, HairState] | None = None
     simulated: np.ndarray | None = None
     curve: Literal["catmull_rom", "bspline"] = "catmull_rom"
+    cuts: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -157,7 +159,8 @@ def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     frames = list(shot.hair)
     stage.SetStartTimeCode(frames[0])
     stage.SetEndTimeCode(frames[-1])
-    stage.GetRootLayer().customLayerData = {"hairpipe": {"version": __version__}}
+    noted = {"cuts": Vt.IntArray(shot.cuts)} if shot.cuts else {}
+    stage.GetRootLayer().customLayerData = {"hairpipe": {"version": __version__, **noted}}
     model = Usd.ModelAPI(stage.GetDefaultPrim())
     model.SetKind(Kind.Tokens.component)
     model.SetAssetName(shot.name)

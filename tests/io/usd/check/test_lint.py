@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdValidation, Vt
 
+from hairpipe.data import Strands
 from hairpipe.io.usd.check.lint import lint
 from hairpipe.io.usd.layer_files import expand
 from hairpipe.io.usd.shot import Shot, write_clips, write_shot
@@ -24,6 +25,20 @@ def test_silent_on_a_good_stage(stage: Usd.Stage, found: Callable) -> None:
 def test_silent_on_what_we_write(tmp_path: Path, shot: Shot, write: Callable, change: dict) -> None:
     write(tmp_path / "shot.usdc", dataclasses.replace(shot, **change))
     assert lint(tmp_path / "shot.usdc") == []
+
+
+@pytest.mark.parametrize("write", [write_shot, write_clips])
+def test_silent_on_a_cut_that_the_stage_notes(tmp_path: Path, shot: Shot, write: Callable) -> None:
+    def leapt(frame: int) -> Strands:
+        hair = shot.hair[frame]
+        return dataclasses.replace(hair, points=hair.points + np.float32(2.0 * (frame >= 1003)))
+
+    hair = {frame: leapt(frame) for frame in shot.hair}
+    leap = dataclasses.replace(shot, hair=hair, body=None, groom=None)
+    write(tmp_path / "cut.usdc", dataclasses.replace(leap, cuts=(1003,)))
+    write(tmp_path / "torn.usdc", dataclasses.replace(leap, name="torn"))
+    assert [finding.rule for finding in lint(tmp_path / "cut.usdc")] == []
+    assert "velocity-match" in [finding.rule for finding in lint(tmp_path / "torn.usdc")]
 
 
 @pytest.mark.parametrize("write", [write_shot, write_clips])
