@@ -6,10 +6,10 @@ from typing import Any
 
 from pxr import Tf, Usd, UsdGeom
 
-from hairpipe.io.usd.check.body_rules import body_rules, skin
+from hairpipe.io.usd.check.body_rules import body_rules, holes, skin
 from hairpipe.io.usd.check.finding import Fault, Finding, Rule
 from hairpipe.io.usd.check.hair_rules import curve_rules, drawn, shapes, size, strands
-from hairpipe.io.usd.check.motion_rules import clips, motion, velocity
+from hairpipe.io.usd.check.motion_rules import clips, motion, strand_motion, velocity, volume_motion
 from hairpipe.io.usd.check.scene import find_scene
 from hairpipe.io.usd.check.stage_rules import assets, layers, looks, prims, stage_metrics, transforms
 from hairpipe.io.usd.check.track import Track
@@ -33,7 +33,10 @@ SCENE = (
     *strands.RULES,
     *skin.RULES,
     *body_rules.RULES,
+    *holes.RULES,
     *velocity.RULES,
+    *strand_motion.RULES,
+    *volume_motion.RULES,
     *looks.RULES,
 )
 Found = Iterator[tuple[Rule, Fault]]

@@ -12,6 +12,7 @@ from hairpipe.io.usd.check.track import Track
 
 OFF = 0.01  # of a strand's length, that a bound root may be off the skin
 LOOSE = 0.1  # of a strand's length, that the root of hair that says no face may be off it, or slide
+FAR = 20.0  # times that, from which on a single root counts
 MOST = 0.5  # of the strands, that stand on the mesh they stand on
 PROBED = 64  # strands of which the nearest place is searched
 
@@ -43,6 +44,10 @@ class Roots:
         """Return how far the roots, or tips, of hair are from the skin at a time, (s,) [scene units]."""
         ends = (hair.tips if tips else hair.roots)[self.strands]
         return np.linalg.norm(hair.placed[ends] - self.on_skin(time), axis=1)
+
+    def far(self, hair: Snapshot, time: float | None) -> np.ndarray:
+        """Return which roots are so far off the skin that the file names for them that one is a fault, (s,) bool."""
+        return self.told & (self.misses(hair, time) > FAR * self.reach)
 
     @cached_property
     def reach(self) -> float:

@@ -101,6 +101,14 @@ class Snapshot:
         """Reduce values of the segments, (n - c,), to one for every curve, (c,)."""
         return reduce.reduceat(values, self.roots - np.arange(len(self.counts)))
 
+    def per_strand_of_points(self, values: np.ndarray) -> np.ndarray:
+        """Return the sums of values of the points, (n,), over every curve, (c,)."""
+        return np.add.reduceat(values, self.roots)
+
+    def nearest_of_points(self, values: np.ndarray) -> np.ndarray:
+        """Return the least of the values of the points, (n,), of every curve, (c,)."""
+        return np.minimum.reduceat(values, self.roots)
+
     def size(self, interpolation: str) -> int:
         """Return how many values an interpolation asks for."""
         if interpolation == TOKENS.constant:

@@ -44,10 +44,10 @@ def roots_on_skin(scene: Scene) -> Iterator[Fault]:
         first = track.first
         off = roots.misses(first, first.code) > roots.reach
         upside = off & (roots.misses(first, first.code, tips=True) <= roots.reach)
-        if upside.mean() > SOME:
+        if upside.mean() > SOME or (upside & roots.far(first, first.code)).any():
             message = f"strand {roots.strands[np.argmax(upside)]} has its tip on the skin, not its root"
             yield Fault(track.path("points"), f"{message}; {upside.sum()} such, the root comes first", first.code)
-        elif off.mean() > SOME:
+        elif off.mean() > SOME or roots.far(first, first.code).any():
             far = roots.misses(first, first.code)
             message = f"{off.sum()} of {len(off)} roots are off {roots.mesh.prim.GetPath()}, by up to {far.max():.3g}"
             yield Fault(track.path("points"), f"{message}; a root is a point of the skin", first.code)
@@ -64,7 +64,7 @@ def _goes_along(roots: Roots) -> Iterator[Fault]:
             continue
         drift = roots.misses(hair, time) - (0 if roots.told else still)
         off = np.abs(drift) > roots.reach
-        if off.mean() > SOME:
+        if off.mean() > SOME or roots.far(hair, time).any():
             message = f"{off.sum()} of {len(off)} roots are off {roots.mesh.prim.GetPath()}, by up to {drift.max():.3g}"
             yield Fault(roots.hair.path("points"), f"{message}{_late(roots, hair, time)}", time)
             return

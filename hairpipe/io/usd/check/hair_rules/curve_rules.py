@@ -12,6 +12,7 @@ from hairpipe.io.usd.check.snapshot import Snapshot
 TOKENS = UsdGeom.Tokens
 IDS = re.compile(r"(?i)(^|[:_])((hair|strand|curve|groom)?_?ids?|[a-z]+Id)$")
 """Names of ids of strands in other programs."""
+FAT = 20.0  # times the median, a strand that is too thick
 THICK = 1.5  # times the root, a tip that is too thick
 SMALLEST = {TOKENS.nonperiodic: 4, TOKENS.periodic: 3, TOKENS.pinned: 2}
 """Fewest points of a cubic curve by its wrap mode."""
@@ -88,6 +89,24 @@ def taper(curves: Snapshot) -> Iterator[Fault]:
         yield Fault(curves.path("widths"), message, curves.code)
 
 
+def uneven_widths(curves: Snapshot) -> Iterator[Fault]:
+    """Find strands that vanish between root and tip, and strands that are far thicker than the others."""
+    values = curves.array("widths")
+    if values is None or not curves.sound or len(values) != len(curves.points) or not np.isfinite(values).all():
+        return
+    inner = np.ones(len(values), bool)
+    inner[curves.tips] = False
+    gone = np.logical_or.reduceat(inner & (values == 0), curves.roots)
+    thick = np.maximum.reduceat(values, curves.roots)
+    fat = thick > FAT * np.median(thick)
+    if (values > 0).any() and gone.any():
+        message = f"of strand {np.argmax(gone)} are 0 before its tip; {gone.sum()} such strands, drawn in parts"
+        yield Fault(curves.path("widths"), message, curves.code)
+    elif fat.any():
+        message = f"of strand {np.argmax(fat)} are {thick[np.argmax(fat)]:.3g}, others {np.median(thick):.3g}"
+        yield Fault(curves.path("widths"), f"{message}; {fat.sum()} such strands", curves.code)
+
+
 def two_of_one(curves: Snapshot) -> Iterator[Fault]:
     """Find primvars that replace, in some clients, the attribute of the same name."""
     for name in ("points", "widths", "velocities", "normals", "accelerations"):
@@ -129,6 +148,7 @@ RULES = (
     Rule("hair-basis", "warning", hair_basis),
     Rule("widths", "error", widths),
     Rule("taper", "warning", taper),
+    Rule("widths-uneven", "warning", uneven_widths),
     Rule("two-of-one", "error", two_of_one),
     Rule("hair-ids", "error", hair_ids),
 )

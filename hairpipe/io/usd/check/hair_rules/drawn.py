@@ -26,6 +26,19 @@ def hair_drawn(stage: Usd.Stage) -> Iterator[Fault]:
             yield Fault(str(prim.GetPath()), f"{message}; none of this hair is drawn", time)
 
 
+def hair_selected(stage: Usd.Stage) -> Iterator[Fault]:
+    """Find hair in a variant that is not selected, where what is selected has none."""
+    drawn = any(prim.IsA(UsdGeom.BasisCurves) for prim in stage.Traverse(Usd.TraverseInstanceProxies()))
+    for prim in stage.TraverseAll():
+        for name in prim.GetVariantSets().GetNames():
+            chosen = prim.GetVariantSet(name).GetVariantSelection()
+            sets = [spec.variantSets[name] for spec in prim.GetPrimStack() if name in spec.variantSets]
+            hairy = {v.name for s in sets for v in s.variants.values() if _curves_under(v.primSpec)}
+            if hairy and chosen not in hairy and (not chosen or not drawn):
+                what = f"selects {chosen!r}" if chosen else "selects nothing"
+                yield Fault(str(prim.GetPath()), f"{what} of {name}, but the hair is in {', '.join(sorted(hairy))}")
+
+
 def _holds_hair(prim: Usd.Prim) -> bool:
     if prim.IsActive() and prim.IsLoaded():
         if prim.IsA(UsdGeom.BasisCurves) or not prim.HasAttribute("curveVertexCounts"):
@@ -125,7 +138,7 @@ def _share(these: np.ndarray, those: np.ndarray) -> float:
     return shared / min(len(these), len(those))
 
 
-STAGE_RULES = (Rule("hair-drawn", "error", hair_drawn),)
+STAGE_RULES = (Rule("hair-drawn", "error", hair_drawn), Rule("hair-drawn", "error", hair_selected))
 RULES = (
     Rule("default-prim", "error", hair_in_default),
     Rule("instanced-hair", "warning", instanced),

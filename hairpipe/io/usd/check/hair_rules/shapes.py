@@ -82,12 +82,9 @@ def hair_interpolation(shape: Snapshot) -> Iterator[Fault]:
 
 
 def extent(shape: Snapshot) -> Iterator[Fault]:
-    """Find a missing box, one that cuts the shape off, and one that is far too large."""
-    if not (shape.consistent and len(shape.points) and np.isfinite(shape.points).all()):
-        return
+    """Find a box that cuts the shape off, and one that is far too large."""
     box = shape.array("extent", 3)
-    if box is None or len(box) != 2:
-        yield Fault(shape.path("extent"), "has no value; clients have to read all points", shape.code)
+    if not (shape.consistent and len(shape.points) and np.isfinite(shape.points).all()) or box is None or len(box) != 2:
         return
     thick = _half_width(shape)
     lower, upper = shape.points.min(axis=0) - thick, shape.points.max(axis=0) + thick
@@ -97,6 +94,13 @@ def extent(shape: Snapshot) -> Iterator[Fault]:
         yield Fault(shape.path("extent"), f"leaves out {outside:.3g} of the shape and its half width", shape.code)
     elif np.maximum(lower - box[0], box[1] - upper).max() > SLACK * size + 4 * thick:
         yield Fault(shape.path("extent"), "is much larger than the shape", shape.code)
+
+
+def extent_missing(shape: Snapshot) -> Iterator[Fault]:
+    """Find shapes without a box."""
+    box = shape.array("extent", 3)
+    if len(shape.points) and (box is None or len(box) != 2):
+        yield Fault(shape.path("extent"), "has no value; clients have to read all points", shape.code)
 
 
 def defaults(shape: Snapshot) -> Iterator[Fault]:
@@ -125,5 +129,6 @@ RULES = (
     Rule("element-count", "error", element_count),
     Rule("hair-interpolation", "warning", hair_interpolation),
     Rule("extent", "error", extent),
+    Rule("extent", "warning", extent_missing),
     Rule("defaults", "error", defaults),
 )

@@ -6,6 +6,7 @@ import numpy as np
 from pxr import UsdGeom
 
 from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.roots import told_roots
 from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
 from hairpipe.io.usd.check.track import REST, Track
@@ -14,13 +15,16 @@ COLLAPSED = 0.01  # of the median length
 COINCIDENT = 1e-3  # of a strand's mean segment
 OTHER = (0.5, 2.0)  # of one strand over its rest, beyond which that is another strand's
 STRETCH = (0.8, 1.25)  # lengths of all strands over time
+APART = 8.0  # of one segment over time, from which on a single strand counts
 TORN = (0.2, 2.0)  # of one segment over time
-SPIKE = 8.0  # times the other segments of a strand
+SPIKE, ALONE = 8.0, 40.0  # times the other segments of a strand, and from which on a single strand counts
 LEAST = 3  # points of a strand of which one segment can be odd
 SOME = 0.01  # share of strands that a rule minds
 SHORT = 0.2  # of the median, below which a segment is not minded
 MUCH = 4.0  # times better, by which tips have to fit where roots should
 ROUGH = 0.01  # of a segment, a lattice that points are seen to jump on
+OTHERS, PARTED = 0.05, 3.0  # share of strands that are elsewhere among the others, which are so many times as far away
+MANY = 500  # roots whose neighbours are found
 FEW = 8  # places that say nothing of a lattice
 ON_LATTICE = 0.02  # of its step, by which single precision may miss a lattice
 TINY = np.finfo(np.float64).tiny
@@ -60,7 +64,7 @@ def spikes(track: Track, hair: Snapshot) -> Iterator[Fault]:
     longest = hair.per_strand(np.maximum, hair.segments)
     others = (hair.lengths - longest) / np.maximum(hair.counts - 2, 1)
     spiked = (hair.counts > LEAST) & (longest > SPIKE * others) & ~_short(hair)
-    if spiked.mean() > SOME:
+    if spiked.mean() > SOME or (spiked & (longest > ALONE * others)).any():
         message = f"strand {np.argmax(spiked)} has a segment {SPIKE:g} times as long as its others"
         yield Fault(track.path("points"), f"{message}; {spiked.sum()} such strands", hair.code)
 
@@ -78,7 +82,9 @@ def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
     parts = hair.segments / np.maximum(before.segments, TINY)
     minded = before.segments > SHORT * np.median(before.segments)
     torn = kept & hair.per_strand(np.logical_or, minded & ((parts < TORN[0]) | (parts > TORN[1])))
-    if torn.mean() > SOME:
+    apart = kept & hair.per_strand(np.logical_or, minded & (parts > APART))
+    if torn.mean() > SOME or apart.any():
+        torn = torn if torn.mean() > SOME else apart
         worst = hair.per_strand(np.maximum, np.where(minded, parts, 0))[np.argmax(torn)]
         message = f"stretch a segment of strand {np.argmax(torn)} to {worst:.2g} times its length"
         yield Fault(track.path("points"), f"{message}; {torn.sum()} such strands", hair.code)
@@ -123,6 +129,7 @@ def rest(scene: Scene) -> Iterator[Fault]:
     """Find a rest pose in another unit than the hair, or of other strands."""
     for track in scene.hair:
         if track.still is None or not np.median(track.first.lengths):
+            yield from _without_rest(track)
             continue
         ratio = float(np.median(track.growth))
         apart = ((track.growth < OTHER[0]) | (track.growth > OTHER[1])) & ~_short(track.first)
@@ -134,6 +141,42 @@ def rest(scene: Scene) -> Iterator[Fault]:
             yield Fault(track.path("primvars:pref"), f"{message}; {apart.sum()} such strands, are they others?")
         elif _is_reversed(track.first, track.still):
             yield Fault(track.path("primvars:pref"), "has its tips where points has its roots; the root comes first")
+        elif _is_mirrored(track.first, track.still) and stands(scene, track):
+            yield Fault(track.path("primvars:pref"), "is a mirror image of points; mirror it back")
+        elif (others := _scrambled(track.first, track.still)) > OTHERS:
+            message = f"{others:.0%} of strands have other neighbours there than in points: those of other strands"
+            yield Fault(track.path("primvars:pref"), message)
+
+
+def stands(scene: Scene, track: Track) -> bool:
+    """Return whether hair stands on a skin at its first time, or on none that is known."""
+    roots = told_roots(scene, track)
+    return roots is None or bool(np.median(roots.misses(track.first, track.first.code)) <= roots.reach)
+
+
+def _without_rest(track: Track) -> Iterator[Fault]:
+    bound, rested = (
+        any(track.prim.GetAttribute(f"primvars:{name}").HasAuthoredValue() for name in names)
+        for names in (("skinprim", "skinprimuv"), ("pref", "Pref", "rest"))
+    )
+    if bound and not rested:
+        yield Fault(track.path("primvars:pref"), "has no value; hair that is bound to a skin needs its rest pose")
+
+
+def _scrambled(hair: Snapshot, still: Snapshot) -> float:
+    """Return the share of strands whose nearest neighbour at the root is far from it at rest, 0 where there are few.
+
+    A skin that deforms takes neighbours along; strands in another order have others.
+    """
+    if len(hair.counts) < FEW:
+        return 0.0
+    some = np.unique(np.linspace(0, len(hair.counts) - 1, MANY).astype(np.int64))
+    roots, rests = hair.points[hair.roots[some]].astype(np.float64), still.points[still.roots[some]].astype(np.float64)
+    apart = np.linalg.norm(roots[:, None] - roots, axis=2)
+    np.fill_diagonal(apart, np.inf)
+    nearest = apart.argmin(axis=1)
+    now, then = apart[np.arange(len(some)), nearest], np.linalg.norm(rests - rests[nearest], axis=1)
+    return float((then > PARTED * now + ROUGH * np.ptp(rests, axis=0).max()).mean())
 
 
 def _is_reversed(hair: Snapshot, still: Snapshot) -> bool:
@@ -142,6 +185,12 @@ def _is_reversed(hair: Snapshot, still: Snapshot) -> bool:
         return False
     here = hair.points[hair.roots]
     return _unlike(here, still.points[still.tips]) < _unlike(here, still.points[still.roots]) / MUCH
+
+
+def _is_mirrored(hair: Snapshot, still: Snapshot) -> bool:
+    """Return whether the roots are laid out as in a mirror image of those at rest, and not as those are."""
+    here, there = hair.points[hair.roots], still.points[still.roots]
+    return len(here) >= FEW and _unlike(here, there * np.float32([-1, 1, 1])) < _unlike(here, there) / MUCH
 
 
 def _unlike(these: np.ndarray, those: np.ndarray) -> float:

@@ -6,6 +6,9 @@ from pxr import Sdf, Usd
 
 from hairpipe.io.usd.check.finding import Fault, Rule
 
+METRICS = ("timeCodesPerSecond", "framesPerSecond", "metersPerUnit", "upAxis")
+"""What layers state and no clip converts."""
+
 
 def clip_manifest(prim: Usd.Prim) -> Iterator[Fault]:
     """Find clips without a manifest, all of which have to be opened before the first value is known."""
@@ -63,6 +66,21 @@ def clip_times(prim: Usd.Prim) -> Iterator[Fault]:
         yield from _unsampled(prim, played, dict(api.GetClipTimes(name) or []))
 
 
+def clip_rates(prim: Usd.Prim) -> Iterator[Fault]:
+    """Find clips of another rate, unit or up axis than the stage: nothing converts one into the other."""
+    api, root = Usd.ClipsAPI(prim), prim.GetStage().GetRootLayer().pseudoRoot
+    for name in prim.GetMetadata("clips") or {}:
+        unlike: dict[str, list[str]] = {}
+        for asset in api.ComputeClipAssetPaths(name):
+            clip = _open(prim, asset)
+            for field in METRICS if clip else ():
+                own = clip.pseudoRoot.GetInfo(field) if clip.pseudoRoot.HasInfo(field) else None
+                if own is not None and root.HasInfo(field) and own != root.GetInfo(field):
+                    unlike.setdefault(f"{field} {own}, the stage {root.GetInfo(field)}", []).append(asset.path)
+        for what, files in unlike.items():
+            yield Fault(str(prim.GetPath()), f"{files[0]} has {what}; {len(files)} such clips")
+
+
 def _unsampled(
     prim: Usd.Prim, played: Sequence[tuple[float, Sdf.AssetPath]], times: Mapping[float, float]
 ) -> Iterator[Fault]:
@@ -97,4 +115,5 @@ RULES = (
     Rule("clip-values", "error", clip_values),
     Rule("clip-undeclared", "error", clip_undeclared),
     Rule("clip-times", "error", clip_times),
+    Rule("clip-rates", "error", clip_rates),
 )

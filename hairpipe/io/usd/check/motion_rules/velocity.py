@@ -7,6 +7,7 @@ import numpy as np
 from pxr import Vt
 
 from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.motion_rules.strand_motion import velocities_of_strands
 from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
 from hairpipe.io.usd.check.track import Track
@@ -54,8 +55,10 @@ def velocity_match(scene: Scene) -> Iterator[Fault]:
             message = next(_overall(track), "")
             if message:
                 yield Fault(track.path("velocities"), f"{message}; units per second are right", track.first.code)
-            else:
-                yield from _step_by_step(track)
+            elif steps := list(_step_by_step(track)):
+                yield from steps
+            elif track.first.curves:
+                yield from velocities_of_strands(track)
 
 
 def _overall(track: Track) -> Iterator[str]:

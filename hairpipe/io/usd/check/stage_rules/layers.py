@@ -35,7 +35,7 @@ def layer_units(stage: Usd.Stage) -> Iterator[Fault]:
     """Find layers of another unit or up axis, which nothing converts, and of another rate, which nothing expects."""
     unit, up, rate = UsdGeom.GetStageMetersPerUnit(stage), UsdGeom.GetStageUpAxis(stage), stage.GetTimeCodesPerSecond()
     mended = _mended_layers(stage)
-    for layer in stage.GetUsedLayers(includeClipLayers=True):
+    for layer in stage.GetUsedLayers(includeClipLayers=False):
         if layer.anonymous or layer == stage.GetRootLayer():
             continue
         facts = layer.pseudoRoot.GetInfo
