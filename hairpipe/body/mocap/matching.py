@@ -78,12 +78,12 @@ def warn_of_losses(clip: Clip, body: Roles, follows: np.ndarray) -> None:
     """Warn of limbs of the body that follow nothing, and of joints of the clip that move nothing."""
     lost = [_name_of(role) for role in lost_limbs(body, follows)]
     if lost:
-        message = f"the clip has no joints for {', '.join(lost)} of the body: they follow the joints above them"
+        message = f"no joint of the clip matches these parts of the body, which keep their rest pose: {', '.join(lost)}"
         warnings.warn(f"{message} (`joints` pairs a joint of the body with one of the clip)", stacklevel=3)
     unused = [name for name, used in zip(clip.names, used_joints(clip, follows), strict=True) if not used]
     if unused:
-        message = f"{len(unused)} of {len(clip.names)} joints of the clip move no joint of the body"
-        warnings.warn(f"{message}: {', '.join(unused)}", stacklevel=3)
+        message = f"{len(unused)} of {len(clip.names)} joints of the clip are not used: {', '.join(unused)}"
+        warnings.warn(message, stacklevel=3)
 
 
 def used_joints(clip: Clip, follows: np.ndarray) -> np.ndarray:

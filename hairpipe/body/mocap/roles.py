@@ -2,7 +2,6 @@
 
 import re
 from collections import Counter
-from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ class Role(NamedTuple):
 # SMPL and Kinect have both Ankle and Foot, Wrist and Hand: the former is the joint that the limb ends at.
 CENTRE = {
     "head": ("head",),
-    "neck": ("neck", "lowerneck", "upperneck", "necklower", "neckupper"),
+    "neck": ("neck", "lowerneck", "upperneck", "necklower", "neckupper", "necktwist"),
     "spine": (
         *("spine", "abdomen", "abdomenlower", "abdomenupper", "lowerback", "upperback", "back", "waist", "torso"),
         *("chest", "chestlower", "chestupper", "lowerchest", "upperchest", "thorax", "spinemid", "spineshoulder"),
@@ -44,6 +43,7 @@ SIDES = {
 }
 PREFIXES = {"bip", "character", "def", "jnt", "mixamorig"}
 SIDED_WORDS = {word for words in SIDED.values() for word in words}
+KNOWN = {*SIDES, *SIDED_WORDS, *(word for words in CENTRE.values() for word in words)}
 GLUED = re.compile(r"(left|right|l|r)(\w+)")
 """A side in front of a part, without a gap: lfemur, rightarm."""
 VERTEBRA = re.compile(r"([clt])\d+", re.IGNORECASE)
@@ -71,11 +71,22 @@ def _parts() -> list[tuple[str, str, tuple[str, ...]]]:
 
 
 def plain_names(names: tuple[str, ...]) -> list[tuple[str, str]]:
-    """Return the bare lower-case name of every joint and its side, without the name of the character. Pure."""
+    """Return the bare lower-case name of every joint and its side, without what most names begin or end with. Pure.
+
+    That is the name of the character, or a word for a joint.
+    """
     words = [words_of(name) for name in names]
-    firsts = Counter(some[0] for some in words if len(some) > 1 and some[0] not in SIDES)
-    common = {word for word, count in firsts.items() if count > COMMON * len(names)}
-    return [plain_name(name, common) for name in names]
+    for end in (0, -1):
+        while common := _common_word(words, end):
+            words = [some[1 + end : len(some) + end] if some[end:][:1] == [common] else some for some in words]
+    return [_vertebra(name) or plain_words(some) for name, some in zip(names, words, strict=True)]
+
+
+def _common_word(words: list[list[str]], end: int) -> str | None:
+    """Find the word that most of these begin with, or end with, in front of or behind others; None without one."""
+    found = Counter(some[end] for some in words if len(some) > 1 and some[end] not in KNOWN)
+    word, count = max(found.items(), key=lambda item: item[1], default=("", 0))
+    return word if count > COMMON * len(words) else None
 
 
 def words_of(name: str) -> list[str]:
@@ -83,15 +94,19 @@ def words_of(name: str) -> list[str]:
     return [word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])", re.split(r"[:|]", name)[-1])]
 
 
-def plain_name(name: str, common: Collection[str] = ()) -> tuple[str, str]:
-    """Return the bare lower-case name of a joint and its side. Pure.
+def plain_name(name: str) -> tuple[str, str]:
+    """Return the bare lower-case name of a joint and its side. Pure."""
+    return _vertebra(name) or plain_words(words_of(name))
 
-    common  first word that is the name of the character
-    """
-    if vertebra := VERTEBRA.fullmatch(name):
-        return ("neck" if vertebra[1].lower() == "c" else "spine"), ""
-    words = words_of(name)
-    words = [word for word in words[len(words) > 1 and words[0] in common :] if word not in PREFIXES]
+
+def _vertebra(name: str) -> tuple[str, str] | None:
+    found = VERTEBRA.fullmatch(name)
+    return None if found is None else ("neck" if found[1].lower() == "c" else "spine", "")
+
+
+def plain_words(words: list[str]) -> tuple[str, str]:
+    """Return the bare name that the words of a joint make, and its side. Pure."""
+    words = [word for word in words if word not in PREFIXES]
     side = next((SIDES[word] for word in words if SIDES.get(word)), "")
     plain = "".join(word for word in words if word not in SIDES)
     glued = GLUED.fullmatch(plain)
