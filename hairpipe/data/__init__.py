@@ -7,10 +7,9 @@ from hairpipe.data.ends import Ends
 from hairpipe.data.groom import Groom, Strands
 from hairpipe.data.levelset import LevelSet
 from hairpipe.data.mesh import Mesh
-from hairpipe.data.normals import Normals
 from hairpipe.data.particles import Cloud, Particles
 from hairpipe.data.parts import BodyParts
-from hairpipe.data.point_values import PointValues
+from hairpipe.data.point_values import Normals, PointValues
 from hairpipe.data.table import Table
 
 __all__ = [

@@ -1,13 +1,14 @@
 """A body at rest, and the pose that moves it."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from hairpipe.data.mesh import Mesh
+from hairpipe.data.value import value
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Skeleton:
     """Joints of a body at rest; a parent stands before its children.
 
@@ -23,7 +24,7 @@ class Skeleton:
     tips: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Body:
     """A mesh at rest that a skeleton moves by linear blend skinning, with maps painted on its vertices.
 
@@ -43,7 +44,7 @@ class Body:
     time: float | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Pose:
     """Where the joints of a body's skeleton are at one frame, and how they move.
 

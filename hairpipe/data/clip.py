@@ -1,11 +1,11 @@
 """A motion capture clip as recorded: a skeleton and the channels of its joints, in the units of its file."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hairpipe.data.value import value
 
-@dataclass(frozen=True, eq=False)
+
+@value
 class Clip:
     """The joints of a performer and their channels over time; a parent stands before its children.
 

@@ -1,11 +1,11 @@
 """Strands as a file has them, before they are bound to a body."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hairpipe.data.value import value
 
-@dataclass(frozen=True, eq=False)
+
+@value
 class Curves:
     """Strands of a file, root first.
 

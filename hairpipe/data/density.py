@@ -1,11 +1,11 @@
 """How much hair there is, and how it moves."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hairpipe.data.value import value
 
-@dataclass(frozen=True, eq=False)
+
+@value
 class Density:
     """Hair on a box of nodes; node (i, j, k) lies at cell * (low + (i, j, k)). Beyond the box there is none.
 

@@ -1,11 +1,11 @@
 """Bodies of springs: a solid of tetrahedra and a shell of triangles at rest, and the state of either while it moves."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hairpipe.data.value import value
 
-@dataclass(frozen=True, eq=False)
+
+@value
 class Solid:
     """Tetrahedra at rest.
 
@@ -17,7 +17,7 @@ class Solid:
     tetrahedra: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Shell:
     """Triangles at rest, bent or flat.
 
@@ -31,7 +31,7 @@ class Shell:
     pinned: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class ElasticState:
     """Everything the next frame needs.
 

@@ -1,11 +1,11 @@
 """Where the ends of strands are led at one frame."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hairpipe.data.value import value
 
-@dataclass(frozen=True, eq=False)
+
+@value
 class Ends:
     """Both ends of every strand at one frame, as rigid motions from where the groom put them: x -> R x + t.
 

@@ -1,11 +1,11 @@
 """Hair at rest, and hair at one frame."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hairpipe.data.value import value
 
-@dataclass(frozen=True, eq=False)
+
+@value
 class Groom:
     """Strands on the body at rest, root first, each cut into segments of equal length and bound to the body.
 
@@ -35,7 +35,7 @@ class Groom:
     widths: np.ndarray | None = None
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Strands:
     """Hair at one frame: what is drawn and exported; strands, order and counts are those of the groom.
 

@@ -1,11 +1,11 @@
 """The full state of a hair simulation between two frames."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hairpipe.data.value import value
 
-@dataclass(frozen=True, eq=False)
+
+@value
 class LockState:
     """Which hairs are simulated, and what the others follow (`sim/locks`).
 
@@ -37,7 +37,7 @@ class LockState:
     since: int
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class HairState:
     """Everything the next frame needs, in the simulation's own layout: particles in rows, strands in the last axis.
 

@@ -1,11 +1,11 @@
 """The signed distance of a body and its velocity, in a narrow band around the surface."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hairpipe.data.value import value
 
-@dataclass(frozen=True, eq=False)
+
+@value
 class LevelSet:
     """Cubic bricks of 8 voxels a side that cover the narrow band; everything else is far inside or far outside.
 

@@ -1,11 +1,11 @@
 """A triangle mesh at one instant."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hairpipe.data.value import value
 
-@dataclass(frozen=True, eq=False)
+
+@value
 class Mesh:
     """Triangles in space, with the velocity of every vertex when they move.
 

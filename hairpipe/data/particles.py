@@ -1,13 +1,12 @@
 """Hair as loosely connected particles, after Bando, Chen, Nishita 2003: at rest, at one frame, between two frames."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from hairpipe.data.groom import Groom
+from hairpipe.data.value import value
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Particles:
     """Particles that stand for hair at rest, and the links between them; those below the skin come first.
 
@@ -35,7 +34,7 @@ class Particles:
     range: float
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Cloud:
     """Particles at one frame; order and count are those at rest.
 
@@ -49,7 +48,7 @@ class Cloud:
     directions: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class ParticleState:
     """Everything the next frame of particles needs.
 

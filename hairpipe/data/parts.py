@@ -1,11 +1,11 @@
 """A body as a few level sets, one for each group of bones, each in a frame that moves with its bones."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hairpipe.data.value import value
 
-@dataclass(frozen=True, eq=False)
+
+@value
 class BodyParts:
     """The parts of a body at one frame; the body is all of them together.
 

@@ -1,11 +1,11 @@
-"""What is measured at every point of hair."""
-
-from dataclasses import dataclass
+"""Values at every point of hair: what is measured there, and the directions in which hair faces."""
 
 import numpy as np
 
+from hairpipe.data.value import value
 
-@dataclass(frozen=True, eq=False)
+
+@value
 class PointValues:
     """Values at the points of strands, to look at; a name carries its unit, as in "depth [mm]".
 
@@ -17,3 +17,13 @@ class PointValues:
     names: tuple[str, ...]
     values: np.ndarray
     offsets: np.ndarray
+
+
+@value
+class Normals:
+    """Normals of hair as one body at the points of its strands, to shade it with.
+
+    vectors  unit; 0 where there is none, (p, 3) float32
+    """
+
+    vectors: np.ndarray

@@ -1,16 +1,17 @@
 """A table: named columns of equal length."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from hairpipe.data.value import value
 
 Column = np.ndarray | tuple[str, ...]
 """Numbers, (rows,) float64 or int64, or texts."""
 
 
-@dataclass(frozen=True, eq=False)
+@value
 class Table:
     """Columns in their order; a name carries its unit, as in "time [s]".
 
