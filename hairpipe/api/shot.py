@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from hairpipe.api.cache import open_store
+from hairpipe.api.explanation import Explanation
 from hairpipe.api.reports import Plan, Recorder, Run
 from hairpipe.api.selection import FrameSet, Names, Target, read_frames, read_names, read_target
 from hairpipe.api.source import Given, Source, plain, read_source
@@ -18,7 +19,7 @@ from hairpipe.graph.file.bounds import Bounds
 from hairpipe.graph.file.graph import Graph, Node
 from hairpipe.graph.file.wedge import Wedge
 from hairpipe.graph.node.signature import File
-from hairpipe.graph.plan.planner import Explanation, Planner
+from hairpipe.graph.plan.planner import Planner
 from hairpipe.graph.plan.planner import explain as explain_task
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result, read_value
@@ -82,8 +83,7 @@ class Shot:
 
     def __repr__(self) -> str:
         """Write path, number of nodes, and frames."""
-        first, last = self.graph.frames
-        return f"<Shot {self.path}: {len(self.nodes)} nodes, frames {first}-{last} at {self.fps:g} fps>"
+        return repr(self.graph).replace("<Graph", "<Shot", 1)
 
     @property
     def path(self) -> Path:
@@ -294,7 +294,7 @@ class Shot:
         """Report what a result is made of, and every difference to the latest one; BadInput for an unknown target."""
         node, output, frame = read_target(target) if isinstance(target, str) else target
         self.graph.output(node, output)
-        return explain_task(self.graph, self._store, Task(node, frame), read_frames(frames))
+        return Explanation(**vars(explain_task(self.graph, self._store, Task(node, frame), read_frames(frames))))
 
     def _of(self, source: Source) -> Self:
         return type(self)(source, self._store, self._spare)

@@ -22,6 +22,20 @@ def test_ten_lines_of_a_notebook(shot):
     assert loaded.changed({"seed.value": 5}).explain("seed").reasons == ("setting value 4.0 -> 5.0",)
 
 
+def test_what_a_notebook_prints_of_a_shot_is_short(computed):
+    loaded = hairpipe.load(computed)
+    assert repr(loaded.nodes["sum"]) == "<Node sum: add_up, number from move>"
+    assert repr(loaded.nodes["sum"].type) == "<NodeType add_up(number: Numeral) -> number: Numeral, state: Sum>"
+    assert repr(loaded.graph).startswith("<Graph ") and repr(loaded.graph).endswith("at 24 fps>")
+    assert repr(loaded.results(to="seed")).startswith("{'seed': <Record seed: make_seed, ")
+
+
+def test_an_explanation_prints_a_table(computed):
+    text = repr(hairpipe.load(computed).explain("sum@4"))
+    assert text.startswith("sum@4: cached\n\ntype") and "Explanation(" not in text
+    assert "\nsetting  warn      0\n" in text
+
+
 def test_settings_of_a_run_are_those_of_its_report(shot):
     loaded = hairpipe.load(shot)
     report = loaded.run(to=["seed"], set={"seed.value": 7}, jobs=1)

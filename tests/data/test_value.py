@@ -14,8 +14,6 @@ from hairpipe.data.value import units_of, value
 
 NAMES = [module.name for module in pkgutil.iter_modules(hairpipe.data.__path__)]
 MODULES = [importlib.import_module(f"hairpipe.data.{name}") for name in NAMES]
-    importlib.import_module(f"hairpipe.data.{module.name}") for module in pkgutil.iter_modules(hairpipe.data.__path__)
-]
 TYPES = [
     item
     for module in MODULES

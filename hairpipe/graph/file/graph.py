@@ -27,7 +27,7 @@ class Edge(NamedTuple):
     output: str
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Node:
     """A node of a graph.
 
@@ -44,6 +44,11 @@ class Node:
     publish: Path | None
     checkpoint: int
 
+    def __repr__(self) -> str:
+        """Write name, type and edges."""
+        edges = ", ".join(f"{plug} from {'.'.join(filter(None, edge))}" for plug, edge in self.edges.items())
+        return f"<Node {self.name}: {self.type.name}{edges and f', {edges}'}>"
+
     @property
     def per_frame(self) -> bool:
         """Whether it has one result per frame."""
@@ -57,7 +62,7 @@ class Node:
         return self.publish.with_name(name)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Graph:
     """Nodes in dependency order: a node stands after those it depends on.
 
@@ -77,6 +82,11 @@ class Graph:
     taken: frozenset[Edge]
     preroll: int = 0
     cuts: tuple[int, ...] = ()
+
+    def __repr__(self) -> str:
+        """Write path, number of nodes, and frames."""
+        first, last = self.frames
+        return f"<Graph {self.path}: {len(self.nodes)} nodes, frames {first}-{last} at {self.fps:g} fps>"
 
     @property
     def folder(self) -> Path:

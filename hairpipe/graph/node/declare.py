@@ -63,7 +63,7 @@ class Preparation:
     settings: tuple[str, ...]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class NodeType:
     """All that a signature declares.
 
@@ -89,6 +89,12 @@ class NodeType:
     asks_cuts: tuple[str, ...]
     asks_workspace: tuple[str, ...]
     prepare: Preparation | None
+
+    def __repr__(self) -> str:
+        """Write name, inputs and outputs with their types."""
+        inputs = ", ".join(f"{socket.name}: {socket.type.__name__}" for socket in self.sockets.values())
+        outputs = ", ".join(f"{name}: {kind.__name__}".removeprefix(": ") for name, kind in self.outputs.items())
+        return f"<NodeType {self.name}({inputs}) -> {outputs}>"
 
     def socket(self, plug: str) -> Socket:
         """Find the socket that an edge is plugged into."""

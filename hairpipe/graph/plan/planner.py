@@ -49,6 +49,18 @@ class Explanation:
     thinned: frozenset[str] = frozenset()
 
 
+def check_task(graph: Graph, task: Task) -> None:
+    """Raise BadInput where a graph has no such task: for a frame too many, too few, or out of its range."""
+    per_frame, (first, last) = graph.node(task.node).per_frame, graph.frames
+    if not per_frame and task.frame is not None:
+        raise BadInput(f"'{task.node}' has one value for the shot", where=graph.path, right=task.node)
+    if per_frame and task.frame is None:
+        raise BadInput(f"'{task.node}' has a value per frame", where=graph.path, right=f"{task.node}@{first}")
+    if task.frame is not None and not graph.begin <= task.frame <= last:
+        what = f"'{task}': frame {task.frame} is outside the graph"
+        raise BadInput(what, where=graph.path, right=f"frames {first}-{last}")
+
+
 def plan(graph: Graph, store: Store, frames: Iterable[int] | None = None) -> list[Entry]:
     """Say for every node and frame what a run would do, each after those it needs; BadInput as a run would."""
     return Planner(graph, store, frames).entries()
@@ -56,12 +68,7 @@ def plan(graph: Graph, store: Store, frames: Iterable[int] | None = None) -> lis
 
 def explain(graph: Graph, store: Store, task: Task, frames: Iterable[int] | None = None) -> Explanation:
     """Say what the key of a task is made of, and how that differs from its latest result."""
-    node = graph.node(task.node)
-    if node.per_frame != (task.frame is not None) or (
-        task.frame is not None and not graph.begin <= task.frame <= graph.frames[1]
-    ):
-        right = f"{task.node}@{graph.frames[0]}" if node.per_frame else task.node
-        raise BadInput(f"'{task}' is no task of the graph", where=graph.path, right=right)
+    check_task(graph, task)
     planner = Planner(graph.upto([task.node]), store, frames)
     entry = next((entry for entry in planner.entries() if entry.task == task), None)
     if entry is None:

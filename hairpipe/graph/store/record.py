@@ -20,7 +20,7 @@ class Output(NamedTuple):
     parts: tuple[tuple[str, int], ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Record:
     """One evaluation, as the store remembers it.
 
@@ -46,6 +46,11 @@ class Record:
     prepare_warnings: tuple[str, ...] = ()
     processor_class: str | None = None
     threading_layer: str | None = None
+
+    def __repr__(self) -> str:
+        """Write node, frame, type, seconds and size."""
+        frame = "" if self.frame is None else f"@{self.frame}"
+        return f"<Record {self.node}{frame}: {self.parts['type']}, {self.seconds:.3g} s, {self.size:,} bytes>"
 
     @property
     def size(self) -> int:

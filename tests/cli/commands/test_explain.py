@@ -28,10 +28,10 @@ def test_a_document(computed, hairpipe):
 
 
 def test_a_frame_too_many_or_too_few_is_refused(shot, hairpipe):
-    assert "'sum' is no task of the graph (sum@1)" in hairpipe("explain shot.toml sum").stderr
-    assert "'seed@1' is no task of the graph (seed)" in hairpipe("explain shot.toml seed@1").stderr
+    assert "'sum' has a value per frame (sum@1)" in hairpipe("explain shot.toml sum").stderr
+    assert "'seed' has one value for the shot (seed)" in hairpipe("explain shot.toml seed@1").stderr
     assert "'sum' has no output 'stat' (did you mean 'state'?)" in hairpipe("explain shot.toml sum.stat@2").stderr
-    assert "'sum@99' is no task" in hairpipe("explain shot.toml sum@99").stderr
+    assert "frame 99 is outside the graph (frames 1-6)" in hairpipe("explain shot.toml sum@99").stderr
     result = hairpipe("explain shot.toml sum@x")
     assert result.exit_code == 2 and "'sum@x' names no result" in result.stderr
 
