@@ -68,7 +68,7 @@ def test_edges_are_known_by_their_place(shot):
         ('["s1", "s99"]', ":39: [all] gather: in.numbers.1: no node 's99'", "did you mean 's9'?"),
         ('["s1", "s2.x"]', "in.numbers.1: 's2' has no output 'x'", ""),
         ('["all"]', "a cycle: all -> all", ""),
-        ('["s1"]\n[m]\ntype = "move_seed"\nin.seed = ["s1"]', "in.seed = ['s1']", '"node" or "node.output")'),
+        ('["s1"]\n[m]\ntype = "move_seed"\nin.seed = ["s1"]', "in.seed = ['s1']", '"node" or "node.output", one edge)'),
         ('["m"]\n[m]\ntype = "move_seed"\nin.seed = "s1"', "in.numbers.0: 'm' gives a value per frame", "Frames["),
     ],
 )

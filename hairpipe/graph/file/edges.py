@@ -1,15 +1,18 @@
 """The edges of a graph: which output goes into which socket, and whether the types and frames fit."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Edge, Node
-from hairpipe.graph.node.declare import SINGLE, NodeType
-from hairpipe.graph.node.messages import brief, nearest
+from hairpipe.graph.file.registry import Registry
+from hairpipe.graph.node.declare import SINGLE, NodeType, Socket
+from hairpipe.graph.node.messages import brief, closest, listed, nearest
 
 Place = Callable[[Sequence[str]], str]
+MOST_GIVERS = 4
+"""Nodes that a message suggests."""
 
 
 def read_edges(given: Any, node_type: NodeType, place: Place) -> dict[str, Edge]:
@@ -20,34 +23,69 @@ def read_edges(given: Any, node_type: NodeType, place: Place) -> dict[str, Edge]
     for name, value in given.items():
         where = place(["in", name])
         if name not in node_type.sockets:
-            raise BadInput(f"no socket '{name[:60]}'", where=where, right=nearest(name, list(node_type.sockets)))
+            raise BadInput(f"no socket '{name[:60]}'", where=where, right=meant(name, node_type.sockets.values()))
         socket = node_type.sockets[name]
         sources = value if socket.many and isinstance(value, list) else [value]
         if not sources or not all(isinstance(source, str) for source in sources):
-            right = '"node" or "node.output"' + ", or a list of those" * socket.many
+            right = '"node" or "node.output"' + (", or a list of those" if socket.many else ", one edge")
             raise BadInput(f"in.{name} = {brief(value)}", where=where, right=right)
         plugs = [f"{name}.{number}" for number in range(len(sources))] if socket.many else [name]
         edges |= {plug: Edge(*source.partition(".")[::2]) for plug, source in zip(plugs, sources, strict=True)}
-    for socket in node_type.sockets.values():
-        if socket.name not in given and not socket.optional:
-            right = f'in.{socket.name} = "a node that gives {socket.type.__name__}"'
-            raise BadInput(f"socket '{socket.name}' is not connected", where=place(["in"]), right=right)
     return edges
 
 
-def connect(nodes: dict[str, Node], place: Callable[[str, Sequence[str]], str]) -> dict[str, Node]:
+def meant(name: str, sockets: Collection[Socket]) -> str:
+    """Suggest the socket closest to a name that there is not, or those of a type of that name; and list all."""
+    types = {socket.name: socket.type.__name__ for socket in sockets}
+    plain = name.lower().replace("_", "")
+    near = [socket for socket, kind in types.items() if kind.lower() == plain] or [closest(name, list(types))]
+    hint = " or ".join(f"'{socket}'" for socket in near if socket)
+    listing = listed([f"{socket} ({kind})" for socket, kind in types.items()])
+    return (f"did you mean {hint}? " if hint else "") + (f"sockets: {listing}" if types else "there are none")
+
+
+def connect(nodes: dict[str, Node], place: Callable[[str, Sequence[str]], str], registry: Registry) -> dict[str, Node]:
     """Check that every edge comes from a node that gives what the socket takes, and name its output."""
     connected = {}
     for node in nodes.values():
+        plugged = {plug.partition(".")[0] for plug in node.edges}
+        for socket in node.type.sockets.values():
+            if not socket.optional and socket.name not in plugged:
+                what = f"socket '{socket.name}' is not connected, it takes {socket.type.__name__}"
+                where, right = f"{place(node.name, ['in'])} {node.type.name}", givers(socket, node, nodes, registry)
+                raise BadInput(what, where=where, right=f"in.{socket.name} = {right}")
         edges = {}
         for plug, edge in node.edges.items():
             where = f"{place(node.name, ['in', node.type.socket(plug).name])} {node.type.name}"
             if edge.node not in nodes:
                 right = nearest(edge.node, list(nodes))
                 raise BadInput(f"in.{plug}: no node '{edge.node[:60]}'", where=where, right=right)
-            edges[plug] = check_edge(node, plug, edge, nodes[edge.node], where)
+            try:
+                edges[plug] = check_edge(node, plug, edge, nodes[edge.node], where)
+            except WrongType as fault:
+                right = givers(node.type.socket(plug), node, nodes, registry)
+                raise BadInput(fault.what, where=where, right=right) from None
         connected[node.name] = replace(node, edges=edges)
     return connected
+
+
+class WrongType(BadInput):
+    """An edge from a node that does not give what the socket takes."""
+
+
+def givers(socket: Socket, node: Node, nodes: dict[str, Node], registry: Registry) -> str:
+    """Name the other nodes of a graph that give what a socket takes; where there is none, the node types that do."""
+    kind = socket.type.__name__
+    edges = [edge for other in nodes.values() if other is not node for edge in edges_giving(socket.type, other)]
+    if edges:
+        return f"{' or '.join(edges[:MOST_GIVERS])}, which gives {kind}"
+    return f"a node that gives {kind}: {listed(registry.giving(socket.type)) or 'no type does'}"
+
+
+def edges_giving(kind: type, node: Node) -> list[str]:
+    """Write the edges from a node that carry a type; an output is named where several do."""
+    outputs = [name for name, given in node.type.outputs.items() if given is kind]
+    return [f'"{node.name}"'] if len(outputs) == 1 else [f'"{node.name}.{name}"' for name in outputs]
 
 
 def check_edge(node: Node, plug: str, edge: Edge, source: Node, where: str) -> Edge:
@@ -58,19 +96,21 @@ def check_edge(node: Node, plug: str, edge: Edge, source: Node, where: str) -> E
     socket = node.type.socket(plug)
     fitting = [output for output, kind in source.type.outputs.items() if kind is socket.type]
     if edge.output and edge.output not in source.type.outputs:
-        right = nearest(edge.output, [output for output in source.type.outputs if output != SINGLE])
+        named = [output for output in source.type.outputs if output != SINGLE]
+        right = nearest(edge.output, named) if named else f'"{source.name}", it has one output without a name'
         raise BadInput(f"in.{plug}: '{source.name}' has no output '{edge.output[:60]}'", where=where, right=right)
     if not fitting or (edge.output and edge.output not in fitting):
         given = source.type.outputs.get(edge.output)
         what = given.__name__ if given else ", ".join(kind.__name__ for kind in source.type.outputs.values())
-        right = f"a node that gives {socket.type.__name__}"
-        raise BadInput(f"in.{plug}: '{source.name}' gives {what}", where=where, right=right)
+        raise WrongType(f"in.{plug} takes {socket.type.__name__}, '{source.name}' gives {what}")
     if not edge.output and len(fitting) > 1:
         right = "one of " + ", ".join(f'"{source.name}.{output}"' for output in fitting)
         raise BadInput(f"in.{plug}: several outputs of '{source.name}' fit", where=where, right=right)
     if source.per_frame and not node.per_frame and socket.view not in ("frames", "reached"):
         what = f"in.{plug}: '{source.name}' gives a value per frame, '{node.name}' takes one for the shot"
-        raise BadInput(what, where=where, right=f"{node.type.name} would have to take Frames[{socket.type.__name__}]")
+        kind = socket.type.__name__
+        right = f"a node that gives one {kind} for the shot, or a type that takes Frames[{kind}]"
+        raise BadInput(what, where=where, right=right)
     if source.per_frame and node.type.prepare and socket.name in node.type.prepare.sockets:
         what = f"in.{plug}: '{source.name}' gives a value per frame, '{node.name}' is prepared with it for all frames"
         raise BadInput(what, where=where, right=f"a node that gives one {socket.type.__name__} for the shot")

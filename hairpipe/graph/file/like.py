@@ -34,8 +34,8 @@ def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
         order = list(TopologicalSorter(bases).static_order())
     except CycleError as error:
         circle = error.args[1]
-        where, right = text.place(circle[-1], ["like"]), "one of them written out"
-        raise BadInput(f"like each other: {' -> '.join(reversed(circle))}", where=where, right=right) from None
+        where, right = text.place(circle[-1], ["like"]), "one of them without `like`"
+        raise BadInput(f"circular `like`: {' -> '.join(reversed(circle))}", where=where, right=right) from None
     written: dict[str, Table] = {}
     for name in order:
         if not bases[name] and "without" in tables[name]:

@@ -59,7 +59,7 @@ def make_graph(text: GraphText) -> Graph:
     nodes = {name: nodes[name] for name in tables}
     if not nodes:
         raise BadInput("no nodes", where=path, right='a table such as [head] with type = "make_bust"')
-    nodes = connect(nodes, text.place)
+    nodes = connect(nodes, text.place, registry)
     frames = read_frames(text)
     taken = frozenset(edge for node in nodes.values() for edge in node.edges.values())
     ordered = {name: nodes[name] for name in sort_nodes(nodes, path)}

@@ -7,7 +7,7 @@ import tomllib
 from typing import Any
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.messages import nearest
+from hairpipe.graph.node.messages import listed, nearest
 
 Tables = dict[str, Any]
 WEDGE = "wedge"
@@ -24,7 +24,7 @@ def put(tables: Tables, target: str, value: Any) -> None:
     node, *names = target.split(".")
     nodes = list(nodes_of(tables))
     if node not in nodes or not names or not all(names):
-        known = nearest(node, nodes) if node not in nodes else "node.setting=value"
+        known = nearest(node, nodes) if node not in nodes and names else f"NODE.SETTING of a node: {listed(nodes)}"
         raise BadInput(f"cannot set '{target}'", where="--set", right=known)
     table = tables[node]
     for name in names[:-1]:

@@ -8,7 +8,7 @@ import importlib.metadata
 import importlib.util
 import pkgutil
 import sys
-from contextlib import redirect_stdout
+from contextlib import redirect_stdout, suppress
 from functools import cache, cached_property
 from pathlib import Path
 from types import ModuleType
@@ -50,6 +50,14 @@ class Registry:
         if name not in self._known:
             self._known[name] = declared_in(self._load(name), name)
         return self._known[name]
+
+    def giving(self, kind: type) -> list[str]:
+        """List the node types with an output of a type, among those that can be imported."""
+        found = []
+        for name in self.names():
+            with suppress(BadInput):
+                found += [name] if kind in self.find(name).outputs.values() else []
+        return found
 
     def _load(self, name: str) -> ModuleType:
         try:

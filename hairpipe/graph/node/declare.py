@@ -4,7 +4,7 @@ import inspect
 import re
 import types
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, is_dataclass, replace
 from types import SimpleNamespace
 from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
@@ -19,6 +19,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 RESERVED = frozenset({"type", "in", "publish", "checkpoint", "like", "without"})
 SINGLE = ""
 """Name of the output of a node that has only one."""
+VALUES = "a frozen dataclass of arrays, such as a Table, or a File"
+"""What travels along edges."""
 PREPARED = "prepared"
 """Parameter of a node that takes what its `prepare` function returns."""
 
@@ -140,14 +142,17 @@ def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[.
         refuse(f"frames={mode!r}", "once, each or scan")
     if not (function.__doc__ or "").strip():
         refuse("no docstring", "its first line is the help of the node type")
-    hints = hints_of(function, PREPARED)
+    try:
+        hints = hints_of(function, PREPARED)
+    except NameError as error:
+        refuse(f"an annotation names '{error.name}', which this module does not have", "an import of it")
     parameters = inspect.signature(function).parameters.values()
     for parameter in parameters:
         if parameter.name not in function.__annotations__ or parameter.kind in (
             parameter.VAR_POSITIONAL,
             parameter.VAR_KEYWORD,
         ):
-            refuse(f"parameter '{parameter.name}'", "every parameter is named and annotated")
+            refuse(f"parameter '{parameter.name}' without a type", "every parameter is named and annotated")
     plain = [p for p in parameters if p.name != PREPARED]
     inputs = [p for p in plain if p.kind is not p.KEYWORD_ONLY]
     special = {p.name for p in inputs if hints[p.name] in (Time, Cuts, Workspace) or p.name == "previous"}
@@ -200,7 +205,10 @@ def read_socket(parameter: inspect.Parameter, annotation: Any, mode: Mode, refus
     view: View = {Pair: "pair", Frames: "frames", Reached: "reached"}.get(get_origin(inner), "now")  # type: ignore[assignment]
     (value_type,) = get_args(inner) if view != "now" else (inner,)
     if not isinstance(value_type, type) or value_type in (Pair, Frames, Reached, Time, Workspace):
-        refuse(f"socket '{name}': {annotation}", "T, Pair[T], Frames[T] or a tuple[..., ...] of one, possibly | None")
+        right = "T, Pair[T], Frames[T] or a tuple[..., ...] of one, possibly | None"
+        refuse(f"socket '{name}': {text_of(annotation)}", right)
+    if not is_dataclass(value_type):
+        refuse(f"socket '{name}': {text_of(value_type)}", f"{VALUES}; a setting follows after *")
     if view == "pair" and mode == "once":
         refuse(f"socket '{name}': a `once` node has no previous frame", "T or Frames[T]")
     if parameter.default not in (parameter.empty, None) or (parameter.default is None and not optional):
@@ -213,6 +221,10 @@ def read_settings(
 ) -> dict[str, SettingField]:
     """Collect the keyword-only parameters."""
     settings = {p.name: SettingField(p.name, hints[p.name], p.default) for p in parameters if p.kind is p.KEYWORD_ONLY}
+    for name, field in settings.items():
+        if field.default is None and not without_none(field.annotation)[1]:
+            right = f"{name}: {text_of(bare(field.annotation))} | None = None"
+            refuse(f"setting '{name}' has the default None, which its type is not", right)
     for name in RESERVED & settings.keys():
         refuse(f"setting '{name}'", f"a graph file reserves {', '.join(sorted(RESERVED))}")
     return settings
@@ -220,15 +232,17 @@ def read_settings(
 
 def read_outputs(annotation: Any, refuse: Refusal) -> tuple[dict[str, type], tuple[str, ...]]:
     """Read the output type: a class, or a NamedTuple of classes for several outputs; and the suffixes of its File."""
+    if annotation is None:
+        refuse("no type of what it returns", f"-> {VALUES}, or a NamedTuple for several outputs")
     returned = bare(annotation)
-    if not isinstance(returned, type):
-        refuse(f"returns {annotation}", "a class, or a NamedTuple for several outputs")
-    several = issubclass(returned, tuple) and hasattr(returned, "_fields")
+    several = isinstance(returned, type) and issubclass(returned, tuple) and hasattr(returned, "_fields")
+    if not several and not is_dataclass(returned):
+        refuse(f"returns {text_of(annotation)}", f"{VALUES}, or a NamedTuple for several outputs")
     declared = get_type_hints(returned, include_extras=True) if several else {SINGLE: annotation}
     outputs = {name: bare(kind) for name, kind in declared.items()}
     for name, kind in outputs.items() if several else ():
-        if not isinstance(kind, type) or not re.fullmatch("[a-z][a-z0-9_]*", name):
-            refuse(f"output '{name}': {kind}", "a lower-case name and a class")
+        if not is_dataclass(kind) or not re.fullmatch("[a-z][a-z0-9_]*", name):
+            refuse(f"output '{name}': {text_of(kind)}", f"a lower-case name and {VALUES}")
     named = [suffixes_of(declared[name], refuse) for name, kind in outputs.items() if kind is File]
     return outputs, next(filter(None, named), DATA_SUFFIXES)
 
@@ -252,7 +266,7 @@ def read_state(mode: Mode, hints: dict[str, Any], outputs: dict[str, type], refu
     kind, optional = without_none(hints["previous"])
     found = [name for name, output in outputs.items() if output is kind]
     if not optional or len(found) != 1:
-        refuse(f"previous: {hints['previous']}", "T | None, where exactly one output is of type T")
+        refuse(f"previous: {text_of(hints['previous'])}", "T | None, where exactly one output is of type T")
     return found[0]
 
 
@@ -269,7 +283,11 @@ def read_preparation(node_type: NodeType, function: Callable[..., Any] | None, r
         refuse(f"prepare={function.__name__}", 'frames="scan" or "each": a `once` node is called once anyway')
     if taken is None or taken.kind is taken.KEYWORD_ONLY:
         refuse(f"prepare={function.__name__}", f"a parameter `{PREPARED}` before the settings takes the result")
-    asked, returned = text_of(taken.annotation), text_of(function.__annotations__.get("return") or "nothing")
+    if "return" not in function.__annotations__:
+        refuse(f"prepare={function.__name__} without the type that it returns", f"def {function.__name__}(...) -> T")
+    asked, returned = text_of(taken.annotation), text_of(function.__annotations__["return"])
+    if taken.annotation is taken.empty:
+        refuse(f"parameter '{PREPARED}' without a type", f"{PREPARED}: {returned}, as {function.__name__} returns it")
     if asked != returned:
         refuse(f"{PREPARED}: {asked}", f"what {function.__name__} returns: {returned}")
     names = inspect.signature(function).parameters
@@ -299,5 +317,6 @@ def bare(annotation: Any) -> Any:
 
 
 def text_of(annotation: Any) -> str:
-    """Write an annotation, a class by its name alone."""
-    return annotation.__name__ if isinstance(annotation, type) else str(annotation)
+    """Write an annotation, classes by their names alone."""
+    bare_class = isinstance(annotation, type) and not get_args(annotation)
+    return annotation.__name__ if bare_class else re.sub(r"(?:\w+\.)+(?=\w)", "", str(annotation))

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from annotated_types import Ge, GroupedMetadata, Gt, Le, Lt, MaxLen, MinLen
 
-from hairpipe.graph.node.declare import NodeType, without_none
+from hairpipe.graph.node.declare import NodeType, text_of, without_none
 from hairpipe.units import Suffixes, Unit
 
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text", Path: "a file"}
@@ -111,7 +111,7 @@ def read_field(name: str, annotation: Any, default: Any, document: str) -> Field
     if isinstance(found.base, type) and dataclasses.is_dataclass(found.base):
         return dataclasses.replace(found, group=group_fields(found.base))
     if not is_value(found.base):
-        raise TypeError(f"setting '{name}': {annotation} is neither a value nor a frozen dataclass of values")
+        raise TypeError(f"setting '{name}': {text_of(annotation)} is neither a value nor a frozen dataclass of values")
     return found
 
 

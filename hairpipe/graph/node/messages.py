@@ -9,6 +9,8 @@ from contextlib import contextmanager
 from typing import Any
 
 MOST_SHOWN = 60
+MOST_NAMES = 12
+"""Of those that are known, in a message."""
 MOST_WARNINGS = 20
 LONG_WORD, LONG_LINE = 300, 2000
 """Number of characters in a word, and in all, beyond which a message is shortened; a path is rarely as long."""
@@ -16,10 +18,21 @@ LONG_WORD, LONG_LINE = 300, 2000
 
 def nearest(name: str, known: Sequence[str]) -> str:
     """Suggest the known name closest to a misspelt one, else all of them."""
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    close = closest(name, known)
     if close:
-        return f"did you mean '{close[0]}'?"
-    return "known: " + ", ".join(sorted(known)) if known else "there are none"
+        return f"did you mean '{close}'?"
+    return f"known: {listed(sorted(known))}" if known else "there are none"
+
+
+def closest(name: str, known: Sequence[str]) -> str | None:
+    """Find the known name closest to a misspelt one; None where none is close."""
+    return next(iter(difflib.get_close_matches(name, known, n=1, cutoff=0.5)), None)
+
+
+def listed(names: Sequence[str]) -> str:
+    """List names, the first of them where there are many."""
+    rest = f", ... {len(names)} in all" if len(names) > MOST_NAMES else ""
+    return ", ".join(names[:MOST_NAMES]) + rest
 
 
 def brief(value: Any) -> str:

@@ -68,19 +68,29 @@ BAD = {
     "NUL": (SEED + 'file = "a\\u0000b"\n', ":6: [seed]: file", "a file"),
     "in": (MOVE.replace("in.seed =", "in ="), "[move] move_seed: in = 'seed' is no table", "in.body"),
     "socket": (MOVE.replace("in.seed", "in.sead"), ":8: [move] move_seed: no socket 'sead'", "'seed'?"),
+    "socket by its type": (
+        LIST.replace("in.numbers", "in.numeral"),
+        "[list] write_list: no socket 'numeral'",
+        "did you mean 'numbers'? sockets: numbers (Numeral)",
+    ),
     "unconnected": (
         MOVE.replace('in.seed = "seed"', ""),
-        "[move] move_seed: socket 'seed' is not connected",
-        "Numeral",
+        "[move] move_seed: socket 'seed' is not connected, it takes Numeral",
+        'in.seed = "seed", which gives Numeral',
     ),
+    "output of one": (MOVE.replace('= "seed"', '= "seed.number"'), "'seed' has no output 'number'", "without a name"),
     "edge 3": (MOVE.replace('in.seed = "seed"', "in.seed = 3"), ":8: [move] move_seed: in.seed = 3", '"node"'),
     "no such node": (MOVE.replace('= "seed"', '= "sead"'), ":8: [move] move_seed: in.seed: no node 'sead'", "'seed'?"),
     "output": (LIST.replace('"sum"', '"sum.numbr"'), "no output 'numbr'", "'number'?"),
-    "edge type": (LIST.replace('"sum"', '"sum.state"'), "'sum' gives Sum", "a node that gives Numeral"),
+    "edge type": (
+        LIST.replace('"sum"', '"sum.state"'),
+        "in.numbers takes Numeral, 'sum' gives Sum",
+        '"seed" or "move" or "sum", which gives Numeral',
+    ),
     "once": (
         MOVE.replace('in.seed = "seed"', 'in.seed = "list"') + LIST[len(MOVE) :],
-        "in.seed: 'list' gives File",
-        "a node that gives Numeral",
+        "in.seed takes Numeral, 'list' gives File",
+        "which gives Numeral",
     ),
     "itself": (MOVE.replace('= "seed"', '= "move"'), "a cycle: move -> move", "without a cycle"),
     "publish nothing": (SEED + 'publish = "a"\n', ":6: [seed] make_seed: make_seed has no file", "a File"),
@@ -154,7 +164,7 @@ def test_a_value_of_a_derived_type_does_not_go_into_a_socket(shot):
         '@node(frames="once")\ndef count_seed() -> Counted:\n    """Count."""\n'
     )
     text = '[count]\ntype = "count_seed"\n' + MOVE[len(SEED) :].replace('= "seed"', '= "count"')
-    with pytest.raises(BadInput, match=r"'count' gives Counted \(a node that gives Numeral\)"):
+    with pytest.raises(BadInput, match=r"'count' gives Counted \(a node that gives Numeral: add_up, "):
         load_graph(write(shot, HEAD + text))
 
 

@@ -1,6 +1,8 @@
 """Declarations: the signature says everything, and what it cannot say is refused where it stands."""
 
 import inspect
+import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
@@ -13,10 +15,12 @@ from hairpipe.graph.node.signature import DATA_SUFFIXES
 from hairpipe.units import Gt, Metres, Suffixes
 
 
+@dataclass(frozen=True)
 class Mesh:
     """A value."""
 
 
+@dataclass(frozen=True)
 class State:
     """Another value."""
 
@@ -104,7 +108,7 @@ def stars(*a: Mesh) -> Mesh:
     """D."""
 
 
-def default(a: Mesh = Mesh()) -> Mesh:  # noqa: B008
+def default(a: Mesh = Mesh()) -> Mesh:
     """D."""
 
 
@@ -172,6 +176,40 @@ def test_what_is_no_declaration_is_refused_at_its_line(function, frames):
         node(frames=frames)(function)
 
 
+def number(a: Mesh) -> float:
+    """D."""
+
+
+def number_in(a: float) -> Mesh:
+    """D."""
+
+
+def no_default(a: Mesh, *, size: float = None) -> Mesh:  # noqa: RUF013
+    """D."""
+
+
+def unknown(a: "Missing") -> Mesh:  # noqa: F821
+    """D."""
+
+
+@pytest.mark.parametrize(
+    ("function", "said"),
+    [
+        (no_return, r"no type of what it returns \(-> a frozen dataclass"),
+        (no_annotation, "parameter 'a' without a type"),
+        (union, "socket 'a': Mesh | State "),
+        (number, "returns float .a frozen dataclass of arrays, such as a Table"),
+        (number_in, "socket 'a': float .*a setting follows after"),
+        (no_default, r"setting 'size' has the default None.* \(size: float | None = None\)"),
+        (unknown, "names 'Missing', which this module does not have"),
+    ],
+)  # fmt: skip
+def test_what_is_no_declaration_is_told_in_the_words_of_its_author(function, said):
+    with pytest.raises(BadInput, match=said) as caught:
+        node(frames="each")(function)
+    assert not re.search(r"_empty|<class|NoneType|typing\.", str(caught.value))
+
+
 def made(a: Mesh, size: float) -> State:
     """Make a state."""
 
@@ -190,7 +228,7 @@ def result_unknown(a: Mesh): ...
         (a_pair, "a_pair: parameter 'b'"),
         (another_type, "another_type: parameter 'a' .a: Mesh"),
         (another_result, "prepared: State .what another_result returns: Mesh"),
-        (result_unknown, "prepared: State .what result_unknown returns: nothing"),
+        (result_unknown, "prepare=result_unknown without the type that it returns"),
         (len, "prepare=<built-in"),
         (None, "asks for `prepared`"),
     ],
@@ -216,6 +254,14 @@ def test_a_prepared_value_is_taken_before_the_settings_at_each_frame():
             node(frames="each", prepare=made)(function)
     with pytest.raises(BadInput, match="a `once` node is called once anyway"):
         node(frames="once", prepare=made)(without)
+
+
+def test_a_prepared_parameter_without_a_type_is_told_which():
+    def simulate(a: Mesh, prepared, *, size: float = 2.0) -> Mesh:
+        """Simulate."""
+
+    with pytest.raises(BadInput, match=r"'prepared' without a type \(prepared: State, as made returns it\)"):
+        node(frames="each", prepare=made)(simulate)
 
 
 def test_frames_read_when_asked_and_not_before():

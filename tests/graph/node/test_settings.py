@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph import node
+from hairpipe.graph import File, node
 from hairpipe.graph.node.fields import fields_of, help_line
 from hairpipe.graph.node.settings import build_settings, check_settings, map_files
 from hairpipe.units import Fraction, Ge, Gt, Interval, Metres, Voxels
@@ -42,7 +42,7 @@ def grow(
     curl: Curl | None = None,
     wave: Curl = Curl(radius=5),
     name: str = "x",
-) -> Path:
+) -> File:
     """Grow.
 
     voxel  spacing of the samples
@@ -151,11 +151,11 @@ def test_help_goes_on_over_lines_that_begin_below_it():
 
 def test_settings_of_other_kinds_are_refused():
     @node(frames="once")
-    def odd(*, table: dict[str, int]) -> Path:
+    def odd(*, table: dict[str, int]) -> File:
         """Odd."""
 
     @node(frames="once")
-    def files(*, pictures: tuple[Path, ...]) -> Path:
+    def files(*, pictures: tuple[Path, ...]) -> File:
         """Files, of which a key would hold the names alone."""
 
     for declared in (odd, files):
@@ -167,7 +167,7 @@ def test_tuples_in_tuples_are_tuples_too():
     @node(frames="once")
     def pairs(
         *, given: tuple[tuple[str, float], ...] = (("a", 1.0),), axes: tuple[tuple[Metres, Metres], int] = ((0, 1), 2)
-    ) -> Path:
+    ) -> File:
         """Pairs."""
 
     plain = check_settings(pairs.__node__, {"given": [["b", 2], ["c", 3]]}, lambda names: "here")

@@ -1,6 +1,7 @@
 """What a node is prepared with: once a worker, from values for the shot and settings, and nowhere stored."""
 
 from collections import Counter
+from dataclasses import dataclass
 
 import pytest
 
@@ -88,13 +89,18 @@ def test_values_per_frame_prepare_nothing(prepared):
         prepared.load()
 
 
-def double(seed: list, power: int) -> list:
+@dataclass(frozen=True)
+class Items:
+    """A value, for which a list stands in."""
+
+
+def double(seed: Items, power: int) -> Items:
     """Give a list."""
     return [*seed, power]
 
 
 @node(frames="each", prepare=double)
-def plain(seed: list, prepared: list, time: Time, *, power: int = 2, offset: float = 0.0) -> list:
+def plain(seed: Items, prepared: Items, time: Time, *, power: int = 2, offset: float = 0.0) -> Items:
     """Return what it was given."""
     return prepared
 
