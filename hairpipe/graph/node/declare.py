@@ -147,13 +147,11 @@ def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[.
     except NameError as error:
         refuse(f"an annotation names '{error.name}', which this module does not have", "an import of it")
     parameters = inspect.signature(function).parameters.values()
-    for parameter in parameters:
-        if parameter.name not in function.__annotations__ or parameter.kind in (
-            parameter.VAR_POSITIONAL,
-            parameter.VAR_KEYWORD,
-        ):
-            refuse(f"parameter '{parameter.name}' without a type", "every parameter is named and annotated")
     plain = [p for p in parameters if p.name != PREPARED]
+    for parameter in plain:
+        named = parameter.kind not in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
+        if parameter.annotation is parameter.empty or not named:
+            refuse(f"parameter '{parameter.name}' without a type", "every parameter is named and annotated")
     inputs = [p for p in plain if p.kind is not p.KEYWORD_ONLY]
     special = {p.name for p in inputs if hints[p.name] in (Time, Cuts, Workspace) or p.name == "previous"}
     outputs, writes = read_outputs(hints.get("return"), refuse)

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph import File, Frames, Pair, Time, Workspace, node
+from hairpipe.graph import File, Frames, Pair, Time, Workspace, flat_group, node
 from hairpipe.graph.node.declare import Preparation
 from hairpipe.graph.node.signature import DATA_SUFFIXES
 from hairpipe.units import Gt, Metres, Suffixes
@@ -256,12 +256,27 @@ def test_a_prepared_value_is_taken_before_the_settings_at_each_frame():
         node(frames="once", prepare=made)(without)
 
 
-def test_a_prepared_parameter_without_a_type_is_told_which():
-    def simulate(a: Mesh, prepared, *, size: float = 2.0) -> Mesh:
+@dataclass(frozen=True)
+class Shared:
+    """Settings that several nodes share.
+
+    size  of all
+    """
+
+    size: float = 2.0
+
+
+def test_a_parameter_without_a_type_is_told_which_also_beside_a_flat_group():
+    def simulate(a: Mesh, prepared, *, settings: Shared) -> Mesh:
+        """Simulate."""
+
+    def bare(a, *, settings: Shared) -> Mesh:
         """Simulate."""
 
     with pytest.raises(BadInput, match=r"'prepared' without a type \(prepared: State, as made returns it\)"):
-        node(frames="each", prepare=made)(simulate)
+        node(frames="each", prepare=made)(flat_group("settings")(simulate))
+    with pytest.raises(BadInput, match=r"parameter 'a' without a type"):
+        node(frames="each")(flat_group("settings")(bare))
 
 
 def test_frames_read_when_asked_and_not_before():
