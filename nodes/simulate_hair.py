@@ -28,7 +28,7 @@ def model_strands(groom: Groom, material: Material, model: ModelName, constructi
     return build_models(groom, material, model, construction)
 
 
-@node(frames="scan", prepare=model_strands)
+@node(frames="scan", prepare=model_strands, tuning="hairpipe.sim.strands.tuning")
 @flat_group("settings")
 def simulate_hair(
     groom: Groom,

@@ -17,7 +17,7 @@ TESTS = sorted((HOME / "tests").rglob("*.py"))
 PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name == "__init__.py")
 
 ORDER = (
-    *("errors", "units", "plain_file", "child", "processor"),  # what everything may need
+    *("errors", "units", "simplification", "plain_file", "child", "processor"),  # what everything may need
     *("kernels", "data", "spatial", "volume", "body", "levelset", "groom", "scripted_ends"),
     *("sim", "particles", "table", "measure", "studies"),
 )
@@ -36,7 +36,7 @@ WITHIN = {
     "studies": "theory accuracy integrators interpolation contact",
 }
 """The same within a room, for its folders and files: one imports from itself and from those before it."""
-BASE = {"errors", "units", "plain_file", "child", "processor", "data"}
+BASE = {"errors", "units", "simplification", "plain_file", "child", "processor", "data"}
 PURE = {
     "graph.node.messages",  # names what is wrong, on one line
     "graph.file.overrides",  # edits tables of a graph file

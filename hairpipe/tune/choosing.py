@@ -8,8 +8,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
 
+from hairpipe.simplification import Simplification
 from hairpipe.tune.measured import Measured
-from hairpipe.tune.simplifications import Simplification
 
 WORTH = 0.97
 """Largest ratio of times at which a simplification counts as a saving: times are measured no more accurately."""

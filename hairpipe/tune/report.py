@@ -10,6 +10,7 @@ from hairpipe.tune.choosing import Choice, Combination, Trial, names, saves
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.sampling import Sample
+from hairpipe.tune.study import AS_IT_IS
 from hairpipe.tune.tuning import Tuned, described
 
 HEADINGS = ("model", "tips [mm]", "[% of L]", "bound", "whole [mm]", "s/frame", "saves", "")
@@ -36,6 +37,8 @@ def reference_line(steps: str, found: Measured | Chaos, tolerance: Tolerance) ->
         if not found.chaotic:
             return f"{members}; not chaotic: they are at most {apart} apart"
         return f"{members}; chaotic: {apart} apart after frame {found.frame}, floor {length(found.floor, tolerance)}"
+    if steps == AS_IT_IS:
+        return f"reference: {steps}, which takes no steps in time"
     if found.fault:
         return f"reference: {steps}; twice as long ones: {found.fault}"
     return (
@@ -54,7 +57,7 @@ def rows(tuned: Tuned) -> list[tuple[str, ...]]:
     """Lay out the measurements: the full model, then each simplification on its own, with the verdict."""
     full = tuned.full
     reason = "" if full.keeps(tuned.tolerance.value) else f"may be beyond {tuned.tolerance}"
-    found = [HEADINGS, row("the graph as it is", full, full, tuned.tolerance, reason)]
+    found = [HEADINGS, row(AS_IT_IS, full, full, tuned.tolerance, reason)]
     for part, measured in tuned.singles.items():
         found.append(row(part.text, measured, full, tuned.tolerance, why(tuned, Combination([part]), measured)))
     return found

@@ -1,11 +1,21 @@
-"""Simplifications of a simulation of hair, as data: settings of the graph with less physics, or coarser."""
+"""Simplifications that `tune` tries: those that a model of hair lists, and those that all models have in common.
 
+A model is a node with a value per frame from the frame before, which takes a Groom at `groom` and gives Strands at
+`strands`. What else it may take has one name in all: bodies at `body`, ends of strands at `ends`, level sets anywhere;
+the settings of its steps in a group `steps`, with the longest one as `longest` [s]. No model is named here:
+`hairpipe/simplification.py` says how one lists its own.
+"""
+
+import importlib
+import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 from hairpipe.api.shot import Graph, Node
+from hairpipe.data import BodyParts, Groom, LevelSet, Strands
 from hairpipe.errors import BadInput
+from hairpipe.simplification import Puts, Simplification
 
 SEGMENTS = (0.75, 0.5, 0.33)
 """Shares of the segments."""
@@ -19,79 +29,59 @@ FARTHEST = 1e3
 VOXELS = (1.5, 2.0, 3.0)
 """Factors on the spacing of level sets."""
 LARGEST_VOXEL = 0.1  # [m]
-PAIRS = (("collisions", "no collisions between hairs"), ("stiction", "no stiction"))
-"""Groups of settings for which pairs of hairs are looked at."""
-GROUPS = (*PAIRS, ("volume", "no volume of hair"))
-"""Groups of settings whose physics can be left out, by which hair acts on hair."""
-CELL = 0.006
-"""Of the grid that takes the place of pairs [m]."""
-LOCKS = (4, 16)
-"""Hairs in a lock, at most."""
-LOCKED_BESIDE = ("model", "precision", "segments", "steps", "voxels", "collisions", "keys")
-"""Axes beside which hair can be in locks, for which it must stick pair by pair."""
 KEYS = (4, 8)
 """So many strands one is simulated, the others are interpolated."""
-PARTICLES = (2000, 500)
-"""So many particles are simulated in place of at least as many strands."""
-LED = ("ends", "target")
-"""Sockets of the simulation that lead strands, and do not lead particles."""
-BODIES = ("surface", "parts")
-"""Sockets of the simulation that take level sets."""
-TYPE = "simulate_hair"
-
-
-@dataclass(frozen=True)
-class Simplification:
-    """One part of the physics left out, or one discretisation made coarser.
-
-    axis       what it is about; of each axis one simplification at most can be taken
-    level      how far it goes on this axis: a higher one leaves out more
-    text       what it does, in words
-    puts       settings by target `node.setting`, with their values
-    drops      targets of groups that are taken out
-    keys       one in how many strands is simulated; 1: all
-    particles  simulated in place of strands; 0: strands are
-    beside     axes of which something can be left out beside it; None: of all
-    """
-
-    axis: str
-    level: int
-    text: str
-    puts: tuple[tuple[str, Any], ...] = ()
-    drops: tuple[str, ...] = ()
-    keys: int = 1
-    particles: int = 0
-    beside: tuple[str, ...] | None = None
+BODIES = (LevelSet, BodyParts)
+"""Types of sockets that take level sets."""
+OUTPUT = "strands"
+ORDER = ("model", "precision", "segments", "steps", "voxels", "*", "keys", "particles")
+"""Axes in the order in which they are tried; those that are not named, in the place of the star."""
 
 
 def simplifications(graph: Graph, name: str) -> list[Simplification]:
     """List what can be left out of a simulation, axis by axis; BadInput where the node is none."""
     node = graph.node(name)
-    if node.type.name != TYPE:
-        known = ", ".join(f"--node {other.name}" for other in graph.nodes.values() if other.type.name == TYPE)
-        what = f"'{name}' is a {node.type.name}, which has nothing to leave out"
-        raise BadInput(what, where=graph.path, right=known or f"a graph with a node of type {TYPE}")
-    shortened = [*of_segments(graph, node), *of_steps(graph, node), *of_voxels(graph, node)]
-    others = [*of_groups(node), *of_pairs(node), *of_locks(node), *of_keys(node), *of_particles(graph, node)]
-    return [*of_model(node), *of_precision(node), *shortened, *others]
+    if not is_model(node):
+        known = ", ".join(f"--node {other.name}" for other in graph.nodes.values() if is_model(other))
+        what = f"'{name}' is a {node.type.name}, which does not simulate hair"
+        right = f"a graph with a node that takes a Groom and gives Strands and a state, at `{OUTPUT}` and `state`"
+        raise BadInput(what, where=graph.path, right=known or right)
+    found = [*of_segments(graph, node), *of_steps(graph, node), *of_voxels(graph, node), *of_keys(node)]
+    return sorted([*of_node(graph, node), *found], key=lambda part: place_of(part.axis))
+
+
+def is_model(node: Node) -> bool:
+    """Tell whether a node simulates hair."""
+    sockets, outputs = node.type.sockets, node.type.outputs
+    groom = sockets.get("groom")
+    return node.type.mode == "scan" and groom is not None and groom.type is Groom and outputs.get(OUTPUT) is Strands
+
+
+def place_of(axis: str) -> int:
+    """Find the place of an axis in the order."""
+    return ORDER.index(axis if axis in ORDER else "*")
+
+
+def declared(node: Node, function: str) -> Any:
+    """Find a function of the module that a node type names for its tuning; None where there is none."""
+    return getattr(importlib.import_module(node.type.tuning), function, None) if node.type.tuning else None
 
 
 def touches(node: Node) -> bool:
     """Tell whether hair acts on hair in a simulation."""
-    return any(node.settings[group] is not None for group, _ in GROUPS)
+    couples = declared(node, "couples")
+    return bool(couples and couples(node.settings))
 
 
-def of_model(node: Node) -> Iterator[Simplification]:
-    """Leave out torsion and the particles off the axis."""
-    if node.settings["model"] == "network":
-        yield Simplification("model", 1, "plain chain, no torsion", ((f"{node.name}.model", "chain"),))
-
-
-def of_precision(node: Node) -> Iterator[Simplification]:
-    """Use single precision where that is safe."""
-    if node.settings["precision"] == "double":
-        text = "single precision where it is safe"
-        yield Simplification("precision", 1, text, ((f"{node.name}.precision", "automatic"),))
+def of_node(graph: Graph, node: Node) -> Iterator[Simplification]:
+    """List those of the model itself; another takes its place only where no node takes anything but its strands."""
+    listed = declared(node, "simplifications")
+    sockets = {plug.partition(".")[0] for plug in node.edges}
+    taken = any(edge.node == node.name and edge.output != OUTPUT for _, _, edge in graph.consumers())
+    for part in listed(node.settings, sockets, 1.0 / graph.fps) if listed else ():
+        puts = tuple((f"{node.name}.{target}", value) for target, value in part.puts)
+        if not (part.instead and taken):
+            yield replace(part, puts=puts, drops=tuple(f"{node.name}.{target}" for target in part.drops))
 
 
 def of_segments(graph: Graph, node: Node) -> Iterator[Simplification]:
@@ -116,25 +106,30 @@ def of_segments(graph: Graph, node: Node) -> Iterator[Simplification]:
 
 def of_steps(graph: Graph, node: Node) -> Iterator[Simplification]:
     """Take longer steps, up to a frame."""
-    longest = node.settings["steps"]["longest"]
+    longest = steps_of(node).get("longest", math.inf)
     for level, factor in enumerate(STEPS, 1):
         if longest * factor / STEPS[0] < 1.0 / graph.fps:
             changed = scaled_steps(node, factor, most=1.0 / graph.fps)
             yield Simplification("steps", level, f"steps up to 1/{1.0 / changed[0][1]:.0f} s", changed)
 
 
-def scaled_steps(node: Node, factor: float, most: float = 1.0) -> tuple[tuple[str, float], ...]:
+def steps_of(node: Node) -> dict[str, float]:
+    """Return the numbers that bound the steps of a node; none where it takes no steps."""
+    steps = node.settings.get("steps")
+    bounds = ("longest", "root", "travel", "strain_rate", "courant")
+    return {name: steps[name] for name in bounds if steps.get(name) is not None} if isinstance(steps, dict) else {}
+
+
+def scaled_steps(node: Node, factor: float, most: float = 1.0) -> Puts:
     """Scale what bounds a step: `longest` [s] up to `most`, `root` and `travel` [m] up to what a graph can state."""
-    steps = node.settings["steps"]
-    values = {"longest": min(steps["longest"] * factor, most)}
-    values |= {name: min(steps[name] * factor, FARTHEST) for name in ("root", "travel")}
-    values |= {name: steps[name] * factor for name in ("strain_rate", "courant") if steps[name] is not None}
-    return tuple((f"{node.name}.steps.{name}", float(f"{value:.6g}")) for name, value in values.items())
+    limits = {"longest": most, "root": FARTHEST, "travel": FARTHEST}
+    scaled = {name: min(value * factor, limits.get(name, math.inf)) for name, value in steps_of(node).items()}
+    return tuple((f"{node.name}.steps.{name}", float(f"{value:.6g}")) for name, value in scaled.items())
 
 
 def of_voxels(graph: Graph, node: Node) -> Iterator[Simplification]:
     """Sample the space around bodies more coarsely."""
-    makers = {edge.node: graph.nodes[edge.node] for plug, edge in node.edges.items() if plug.split(".")[0] in BODIES}
+    makers = {name: graph.nodes[name] for name in levelsets_of(node)}
     voxels = {name: maker.settings["voxel"] for name, maker in makers.items() if "voxel" in maker.settings}
     for level, factor in enumerate(VOXELS, 1):
         puts = tuple((f"{name}.voxel", float(f"{voxel * factor:.4g}")) for name, voxel in voxels.items())
@@ -143,29 +138,9 @@ def of_voxels(graph: Graph, node: Node) -> Iterator[Simplification]:
             yield Simplification("voxels", level, text, puts)
 
 
-def of_groups(node: Node) -> Iterator[Simplification]:
-    """Leave physics out that is an optional group of settings."""
-    for group, text in GROUPS:
-        if node.settings[group] is not None:
-            yield Simplification(group, 1, text, drops=(f"{node.name}.{group}",))
-
-
-def of_pairs(node: Node) -> Iterator[Simplification]:
-    """Take hair as a volume in place of pairs of hairs."""
-    pairs = tuple(f"{node.name}.{group}" for group, _ in PAIRS if node.settings[group] is not None)
-    if pairs and node.settings["volume"] is None:
-        yield Simplification("pairs", 1, "hair as a volume, not pairs", ((f"{node.name}.volume.cell", CELL),), pairs)
-
-
-def of_locks(node: Node) -> Iterator[Simplification]:
-    """Simulate once what sticks together, where pairs are in the solve and tips are free."""
-    stiction, collisions = node.settings["stiction"], node.settings["collisions"]
-    swept = collisions is not None and collisions["solver"] == "sweep"
-    others = node.settings["volume"] is not None or node.settings["locks"] is not None
-    if stiction is not None and not (swept or others or "ends" in node.edges):
-        for level, most in enumerate(LOCKS, 1):
-            text, puts = f"locks of up to {most} hairs", ((f"{node.name}.locks.most", most),)
-            yield Simplification("locks", level, text, puts, beside=LOCKED_BESIDE)
+def levelsets_of(node: Node) -> list[str]:
+    """List the nodes that give the level sets around a simulation."""
+    return [edge.node for plug, edge in node.edges.items() if node.type.socket(plug).type in BODIES]
 
 
 def of_keys(node: Node) -> Iterator[Simplification]:
@@ -173,15 +148,6 @@ def of_keys(node: Node) -> Iterator[Simplification]:
     if touches(node):
         for level, every in enumerate(KEYS, 1):
             yield Simplification("keys", level, f"one hair in {every} simulated", keys=every)
-
-
-def of_particles(graph: Graph, node: Node) -> Iterator[Simplification]:
-    """Simulate particles in place of strands, where these are led by a body alone and no node takes their state."""
-    led = any(plug.split(".")[0] in LED for plug in node.edges)
-    taken = any(tuple(edge) == (node.name, "state") for other in graph.nodes.values() for edge in other.edges.values())
-    for level, count in enumerate(() if led or taken or not node.settings["gravity"] else PARTICLES, 1):
-        text = f"{count:,} particles, not strands"
-        yield Simplification("particles", level, text, particles=count, beside=("voxels",))
 
 
 def listed(counts: Iterable[float]) -> str:

@@ -11,18 +11,20 @@ from hairpipe.api.shot import Shot
 from hairpipe.data import Table
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import Tables
+from hairpipe.simplification import Simplification
 from hairpipe.tune.chaos import MODEL, REFERENCE, Chaos, chaos_of, climate_of, refusal
 from hairpipe.tune.measured import Measured, failed, measured_of, seconds_per_frame
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import STRANDS, Sample
-from hairpipe.tune.simplifications import BODIES, Simplification, scaled_steps
-from hairpipe.tune.variants import MEMBER, cloud_of, merged_variants, sampled, shown_of, simplified, with_node
+from hairpipe.tune.simplifications import above, levelsets_of, scaled_steps
+from hairpipe.tune.variants import MEMBER, SAMPLE, merged_variants, sampled, shown_of, simplified, with_node
 
 CarryOut = Callable[[str, Shot, Sequence[str], Sequence[int]], Outcome]
 """Runs a shot up to some nodes at some frames; the text describes what is measured."""
 ERROR, CLIMATE = "tune-error", "tune-climate"
 """Names of the nodes that compare."""
+AS_IT_IS = "the graph as it is"
 FINE, FINEST = 0.5, 0.25
 """Factors on the steps of the graph, of the two models that show whether the reference is converged."""
 Parts = frozenset[Simplification]
@@ -86,7 +88,7 @@ class Study:
         self.scale = total / sample.strands
         self.chaos: Chaos | None = None
         self._node = self.shot.graph.node(self.hair)
-        self._reference = frozenset([self.refined(FINEST if tip is None else FINE)])
+        self._reference = self.refined(FINEST if tip is None else FINE)
         self._known: dict[Parts, Measured] = {}
         self._confirmed: dict[Parts, Measured] = {}
 
@@ -95,15 +97,17 @@ class Study:
         """The steps of the reference, in words."""
         return text_of(self._reference)
 
-    def refined(self, factor: float) -> Simplification:
-        """Describe the scene's own model at finer steps."""
+    def refined(self, factor: float) -> Parts:
+        """Describe the scene's own model at finer steps; one that takes no steps is as it is."""
         puts = tuple((target, max(value, 2e-5)) for target, value in scaled_steps(self._node, factor))
-        return Simplification("steps", 0, f"steps up to 1/{1.0 / puts[0][1]:.0f} s", puts)
+        if not puts:
+            return frozenset()
+        return frozenset([Simplification("steps", 0, f"steps up to 1/{1.0 / puts[0][1]:.0f} s", puts)])
 
     def converged(self) -> Measured | Chaos:
         """Measure how far the reference moves when its steps are halved, or what chaos does to it."""
         if self.tip is None:
-            return self.measure([self.refined(FINE)])
+            return self.measure(self.refined(FINE))
         runs = [(self._reference, member) for member in REFERENCE]
         compared = self._comparison(runs)
         fault = self._compute(f"reference: {self.steps}", compared, runs)
@@ -141,7 +145,10 @@ class Study:
 
     def _measure(self, parts: Parts) -> Measured:
         runs = [(parts, 0), (self._reference, 0)]
-        compared = self._comparison(runs)
+        try:
+            compared = self._comparison(runs)
+        except BadInput as refused:  # settings that exclude each other
+            return failed(str(refused))
         fault = self._compute(text_of(parts), compared, runs)
         if fault:
             return failed(fault)
@@ -177,8 +184,11 @@ class Study:
             str(place): simplified(self._tables_of(member), self.hair, parts)
             for place, (parts, member) in enumerate(runs)
         }
-        merged, found = merged_variants(tables, [cloud_of(self.hair), self.hair, shown_of(self.hair)])
-        names = [found[label] for label in tables]
+        last = [self.hair, shown_of(self.hair)]
+        others = [name for one in tables.values() for name in one if name not in {*self.shot.tables, SAMPLE, MEMBER}]
+        merged, found = merged_variants(tables, [*(name for name in dict.fromkeys(others) if name not in last), *last])
+        whole = self.shot.edited(merged).nodes
+        names = [[name for name in found[label] if whole[name].per_frame] for label in tables]
         hair = [nodes[-1] for nodes in names]
         for one, other in combinations(range(len(runs)), 2):
             edges = {"hair": hair[one], "reference": hair[other]}
@@ -225,11 +235,10 @@ class Study:
         return next((str(failure.message) for failure in outcome.failures), "")
 
     def _seconds(self, shot: Shot, names: Sequence[str], results: Results) -> float:
-        """Read what nodes that simulate hair, and interpolate or carry it, took."""
+        """Read what the nodes of hair took: scaled to all strands where they depend on the sample, else as it is."""
         frames = [frame for frame in self.sample.frames if frame > self.sample.begin]
-        plugs = shot.nodes[names[0]].edges.items()
-        others = [results.seconds(edge.node, frames) for plug, edge in plugs if plug.split(".")[0] in BODIES]
-        whole = [name for name in names if shot.nodes[name].type.name == "simulate_particles"]
+        others = [results.seconds(name, frames) for name in levelsets_of(shot.nodes[names[0]])]
+        whole = [name for name in names if not any(node.name.startswith(SAMPLE) for node in above(shot.graph, name))]
         hair = [results.seconds(name, frames) for name in names if name not in whole]
         others += [results.seconds(name, frames) for name in whole]
         return seconds_per_frame(hair, others, len(frames), self.scale)
@@ -237,7 +246,7 @@ class Study:
 
 def text_of(parts: Iterable[Simplification]) -> str:
     """Say what a model leaves out."""
-    return ", ".join(part.text for part in sorted(parts, key=lambda part: part.axis)) or "the graph as it is"
+    return ", ".join(part.text for part in sorted(parts, key=lambda part: part.axis)) or AS_IT_IS
 
 
 def error_of(pair: tuple[int, int]) -> str:

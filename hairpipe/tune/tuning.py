@@ -10,13 +10,14 @@ from hairpipe.data import Groom
 from hairpipe.data.lengths import strand_lengths
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import Tables
+from hairpipe.simplification import Simplification
 from hairpipe.tune.chaos import INDIFFERENT, LEAST, Chaos
 from hairpipe.tune.choosing import Choice, Combination, choose, choose_within, saves
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.results import Results
 from hairpipe.tune.sampling import PATCHES, Sample, choose_sample, other_sample
-from hairpipe.tune.simplifications import Simplification, simplifications, touches
+from hairpipe.tune.simplifications import simplifications, touches
 from hairpipe.tune.study import Interrupted, Request, Study
 from hairpipe.tune.variants import simplified, with_node
 
@@ -103,7 +104,7 @@ def measured_and_chosen(request: Request, say: Callable[[str], None]) -> Tuned:
     shot = request.shot
     parts = simplifications(shot.graph, request.hair)
     scene = look_at(request)
-    parts = [part for part in parts if part.particles <= scene.strands]
+    parts = [part for part in parts if part.count <= scene.strands]
     sample = sample_of(request, scene)
     study = Study(request, sample, scene.strands, scene.tip)
     say(described(sample, scene.strands))

@@ -1,41 +1,39 @@
 """Merges variants of a graph into one graph: common nodes once, differing nodes under names of their own."""
 
+import importlib
 from collections.abc import Iterable
 from copy import deepcopy
 from typing import Any
 
 from hairpipe.graph.file.overrides import Tables, drop, nodes_of, put
 from hairpipe.graph.store.digest import digest
+from hairpipe.simplification import Simplification
 from hairpipe.tune.sampling import Sample
-from hairpipe.tune.simplifications import BODIES, GROUPS, Simplification
+from hairpipe.tune.simplifications import OUTPUT
 
 MARK = 8
 """Characters of the digest that distinguishes variants of a node."""
 KEYS = "-keys"
 """What follows the name of a simulation in that of its thinned groom."""
-PARTICLES, CLOUD = "-particles", "-cloud"
-"""What follows it in those of particles at rest, and of those that are simulated in its place."""
 SAMPLE = "tune-sample"
 """The node that chooses strands of which a scene is tuned."""
 MEMBER = "tune-member"
 """The node that makes a member of an ensemble of all of them."""
-SHARED = ("gravity", "air", "wind", "checkpoint")
-"""Settings that a simulation of particles has in common with one of strands."""
 INTERPOLATED = ("body", "ends", "surface", "parts")
 """Sockets that a simulation and an interpolation have in common."""
 
 
 def simplified(tables: Tables, hair: str, parts: Iterable[Simplification]) -> Tables:
     """Return the tables of a graph with simplifications of a node that simulates applied; pure."""
-    tables, every, particles = deepcopy(tables), 1, 0
+    tables, every, others = deepcopy(tables), 1, []
     for part in parts:
         for target in part.drops:
             drop(tables, target)
         for target, value in part.puts:
             put(tables, target, value)
-        every, particles = max(every, part.keys), max(particles, part.particles)
-    if particles:
-        return with_particles(tables, hair, particles)
+        every, others = max(every, part.keys), others + [part] * bool(part.instead)
+    if others:
+        return with_other_model(tables, hair, others[0])
     return tables if every == 1 else with_keys(tables, hair, every)
 
 
@@ -44,34 +42,22 @@ def with_keys(tables: Tables, hair: str, every: int) -> Tables:
     keys, groom = f"{hair}{KEYS}", tables[hair]["in"]["groom"]
     beside = {socket: edge for socket, edge in tables[hair]["in"].items() if socket in INTERPOLATED}
     table = {"type": "interpolate_hair", "in": {"hair": hair, "keys": keys, "groom": groom} | beside}
-    for edge in (hair, f"{hair}.strands"):
+    for edge in (hair, f"{hair}.{OUTPUT}"):
         tables = with_node(tables, shown_of(hair), table, instead=edge)
     tables[keys] = {"type": "thin_groom", "in": {"groom": groom}, "every": every}
     tables[hair]["in"]["groom"] = keys
     return tables
 
 
-def with_particles(tables: Tables, hair: str, count: int) -> Tables:
-    """Return the tables with so many particles simulated, which carry the hair where it is used; pure.
-
-    They are those of the whole groom, also where a sample of its strands is carried.
-    """
-    strands, particles, cloud = tables[hair], f"{hair}{PARTICLES}", cloud_of(hair)
-    groom, material = strands["in"]["groom"], strands.get("material", {})
-    beside = {socket: edge for socket, edge in strands["in"].items() if socket in ("body", *BODIES)}
-    fibre = {"fibre": {name: material[name] for name in ("diameter", "density") if name in material}}
+def with_other_model(tables: Tables, hair: str, part: Simplification) -> Tables:
+    """Return the tables with other nodes in place of a simulation, see `Simplification.instead`; pure."""
+    module, _, function = part.instead.partition(":")
+    groom = tables[hair]["in"]["groom"]
     whole = tables[SAMPLE]["in"]["groom"] if groom == SAMPLE else groom
-    moved = {"type": "simulate_particles", "in": {"particles": particles} | beside} | fibre
-    moved |= {name: strands[name] for name in SHARED if name in strands}
-    moved |= {"sag_free": {}} if "sag_free" in strands else {}
-    moved |= {"interaction": {}} if any(group in strands for group, _ in GROUPS) else {}
-    friction = strands.get("contact", {}).get("friction")
-    moved |= {"contact": {"friction": friction}} if friction is not None else {}
-    carried = {"type": "carry_strands", "in": {"cloud": cloud, "particles": particles, "groom": groom} | beside}
-    carried |= {"diameter": material["diameter"]} if "diameter" in material else {}
-    tables = with_node(tables, hair, carried, instead=f"{hair}.strands")
-    tables[particles] = {"type": "sample_particles", "in": {"groom": whole}, "particles": count} | fibre
-    return tables | {cloud: moved}
+    nodes = getattr(importlib.import_module(module), function)(hair, tables[hair], whole, part)
+    return with_node(tables, hair, nodes[hair], instead=f"{hair}.{OUTPUT}") | {
+        name: table for name, table in nodes.items() if name != hair
+    }
 
 
 def sampled(tables: Tables, hair: str, sample: Sample) -> Tables:
@@ -80,11 +66,6 @@ def sampled(tables: Tables, hair: str, sample: Sample) -> Tables:
     settings = {"strands": sample.strands, "patches": sample.patches, "number": sample.number}
     table = {"type": "sample_groom", "in": {"groom": groom}, **settings}
     return with_node(tables, SAMPLE, table, instead=groom) | {"frames": [sample.begin, sample.last]}
-
-
-def cloud_of(hair: str) -> str:
-    """Return the name of the node that simulates particles."""
-    return f"{hair}{CLOUD}"
 
 
 def shown_of(hair: str) -> str:

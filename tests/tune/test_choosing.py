@@ -6,9 +6,9 @@ from itertools import product
 
 import pytest
 
+from hairpipe.simplification import Simplification
 from hairpipe.tune.choosing import WORTH, choose, choose_within, goes_as_far
 from hairpipe.tune.measured import Measured, failed
-from hairpipe.tune.simplifications import Simplification
 
 AXES = {"model": 1, "segments": 3, "steps": 3, "collisions": 1}
 PARTS = [
@@ -143,7 +143,7 @@ def test_a_budget_that_buys_nothing_is_said_with_the_cheapest():
 def test_what_makes_others_moot_is_taken_with_none_of_them():
     """Everything together would be cheaper; particles leave nothing of what else is left out, but for the voxels."""
     voxels = Simplification("voxels", 1, "voxels")
-    alone = Simplification("particles", 1, "particles", particles=500, beside=("voxels",))
+    alone = Simplification("particles", 1, "particles", instead="other:model", count=500, beside=("voxels",))
     singles = {part: found(0.2, 5.0) for part in (*PARTS, voxels)} | {alone: found(0.2, 0.5)}
     world = World()
     choose(FULL, singles, 1.0, world.measure)

@@ -7,6 +7,7 @@ import pytest
 
 from hairpipe.api.shot import load
 from hairpipe.graph.run.events import Outcome
+from hairpipe.simplification import Simplification
 from hairpipe.tune.chaos import Chaos
 from hairpipe.tune.choosing import Choice
 from hairpipe.tune.measured import Measured, failed
@@ -15,7 +16,6 @@ from hairpipe.tune.sampling import Sample
 from hairpipe.tune.scenes import needs, promises
 from hairpipe.tune.scenes.drawing import DrawnScene
 from hairpipe.tune.scenes.pace import Pace
-from hairpipe.tune.simplifications import Simplification
 from hairpipe.tune.tuning import Check, Scene, Tuned, Untunable
 
 DRY = Simplification("stiction", 1, "no stiction", drops=("hair.stiction",))

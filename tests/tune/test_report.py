@@ -8,13 +8,13 @@ import pytest
 
 from hairpipe.data.table import table_of_rows
 from hairpipe.measure.patches import COLUMNS
+from hairpipe.simplification import Simplification
 from hairpipe.tune import report
 from hairpipe.tune.chaos import Chaos, Climate
 from hairpipe.tune.choosing import Choice, Guess, Trial
 from hairpipe.tune.measured import Measured, bounded, failed, measured_of, seconds_per_frame
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.sampling import Sample
-from hairpipe.tune.simplifications import Simplification
 from hairpipe.tune.tuning import Check, Tuned
 
 DRY = Simplification("stiction", 1, "no stiction", drops=("hair.stiction",))

@@ -122,7 +122,7 @@ def test_particles_are_measured_as_any_simplification(scene):
     path = scene.parent / "curtain.toml"
     curtain = SCENE.replace("strands = 8", "strands = 96\ndirection = [0.1, -1.0, 0.0]").replace("0.02]", "0.002]")
     path.write_text(curtain.replace("segments = 5", "segments = 10"))
-    part = next(p for p in simplifications(opened(path).graph, "hair") if p.particles == 500)
+    part = next(p for p in simplifications(opened(path).graph, "hair") if p.count == 500)
     sample = choose_sample(range(1, 9), 24.0, None, 96, 12, 4)
     found = Study(request(path), sample, 96).measure([part])
     assert not found.fault and 0.0 < found.tip < 0.05 and found.seconds > 0.0

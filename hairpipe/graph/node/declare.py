@@ -76,6 +76,7 @@ class NodeType:
     asks_cuts       the cuts of the shot, and
     asks_workspace  a folder to write in
     prepare         gives the value of its parameter `prepared`; None where it has none
+    tuning          module that lists what can be left out of it, see `hairpipe/simplification.py`; None: nothing
     """
 
     name: str
@@ -91,6 +92,7 @@ class NodeType:
     asks_cuts: tuple[str, ...]
     asks_workspace: tuple[str, ...]
     prepare: Preparation | None
+    tuning: str | None = None
 
     def __repr__(self) -> str:
         """Write name, inputs and outputs with their types."""
@@ -119,17 +121,21 @@ class NodeType:
         return (self.function.__doc__ or "").strip().splitlines()[0]
 
 
-def node(*, frames: Mode, prepare: Callable[..., Any] | None = None) -> Callable[[Function], Function]:
+def node(
+    *, frames: Mode, prepare: Callable[..., Any] | None = None, tuning: str | None = None
+) -> Callable[[Function], Function]:
     """Declare a function as a node type and return it unchanged; BadInput where its signature is no declaration.
 
     frames   `once` gives a value for the shot, `each` one per frame, `scan` one per frame from `previous`
     prepare  function of inputs that are the same at all frames, and of settings, by the names that they have here. Its
              result is handed to the parameter `prepared`, which the node must not change. It is called once a worker
              for equal inputs and settings; the result is never stored, and no part of a key
+    tuning   module that lists what can be left out of it, see `hairpipe/simplification.py`; it is no part of a key
     """
 
     def declare(function: Function) -> Function:
-        function.__node__ = read_signature(function, frames, prepare)  # type: ignore[attr-defined]
+        found = replace(read_signature(function, frames, prepare), tuning=tuning)
+        function.__node__ = found  # type: ignore[attr-defined]
         return function
 
     return declare

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from hairpipe.graph.store import atomic
+from hairpipe.simplification import Simplification
 from hairpipe.tune import tuning
 from hairpipe.tune.choosing import Choice
 from hairpipe.tune.measured import Measured
 from hairpipe.tune.quantity import Tolerance
 from hairpipe.tune.sampling import Sample
-from hairpipe.tune.simplifications import Simplification
 from hairpipe.tune.tuning import Tuned
 
 SLOWER = Simplification("value", 1, "a smaller seed", (("seed.value", 2),))

@@ -1,0 +1,116 @@
+"""What `hairpipe tune` may leave out of `simulate_hair`, see `hairpipe/simplification.py`."""
+
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any
+
+from hairpipe.simplification import Simplification
+
+MODELS = {
+    "network": {"rod": "elastic rods, not networks", "chain": "plain chain, no torsion"},
+    "rod": {"network": "networks of springs, not rods", "chain": "plain chain, no torsion"},
+    "chain": {},
+}
+"""Strand models that can take the place of another: none has less in it than a chain."""
+PAIRS = (("collisions", "no collisions between hairs"), ("stiction", "no stiction"))
+"""Groups of settings for which pairs of hairs are looked at."""
+GROUPS = (*PAIRS, ("volume", "no volume of hair"))
+"""Groups of settings whose physics can be left out, by which hair acts on hair."""
+CELL = 0.006
+"""Of the grid that takes the place of pairs [m]."""
+LOCKS = (4, 16)
+"""Hairs in a lock, at most."""
+LOCKED_BESIDE = ("model", "precision", "segments", "steps", "voxels", "collisions", "keys")
+"""Axes beside which hair can be in locks, for which it must stick pair by pair."""
+PARTICLES = (2000, 500)
+"""So many particles are simulated in place of at least as many strands."""
+LED = {"ends", "target"}
+"""Sockets that lead strands, and do not lead particles."""
+SHARED = ("gravity", "air", "wind", "checkpoint")
+"""Settings that a simulation of particles has in common with one of strands."""
+AROUND = ("body", "surface", "parts")
+"""Sockets that both have."""
+
+Settings = Mapping[str, Any]
+
+
+def simplifications(settings: Settings, sockets: Collection[str], dt: float) -> Iterator[Simplification]:
+    """List what can be left out of a simulation of strands, axis by axis."""
+    yield from of_model(settings)
+    yield from of_precision(settings)
+    yield from of_groups(settings)
+    yield from of_pairs(settings)
+    yield from of_locks(settings, sockets)
+    yield from of_particles(settings, sockets)
+
+
+def couples(settings: Settings) -> bool:
+    """Tell whether hair acts on hair."""
+    return any(settings[group] is not None for group, _ in GROUPS)
+
+
+def of_model(settings: Settings) -> Iterator[Simplification]:
+    """Take another model of strands; of what it cannot model, such as curls by a chain, the node itself says so."""
+    for level, (model, text) in enumerate(MODELS[settings["model"]].items(), 1):
+        yield Simplification("model", level, text, (("model", model),))
+
+
+def of_precision(settings: Settings) -> Iterator[Simplification]:
+    """Use single precision where that is safe."""
+    if settings["precision"] == "double":
+        yield Simplification("precision", 1, "single precision where it is safe", (("precision", "automatic"),))
+
+
+def of_groups(settings: Settings) -> Iterator[Simplification]:
+    """Leave physics out that is an optional group of settings."""
+    for group, text in GROUPS:
+        if settings[group] is not None:
+            yield Simplification(group, 1, text, drops=(group,))
+
+
+def of_pairs(settings: Settings) -> Iterator[Simplification]:
+    """Take hair as a volume in place of pairs of hairs."""
+    pairs = tuple(group for group, _ in PAIRS if settings[group] is not None)
+    if pairs and settings["volume"] is None:
+        yield Simplification("pairs", 1, "hair as a volume, not pairs", (("volume.cell", CELL),), pairs)
+
+
+def of_locks(settings: Settings, sockets: Collection[str]) -> Iterator[Simplification]:
+    """Simulate once what sticks together, where pairs are in the solve and tips are free."""
+    stiction, collisions = settings["stiction"], settings["collisions"]
+    swept = collisions is not None and collisions["solver"] == "sweep"
+    others = settings["volume"] is not None or settings["locks"] is not None
+    if stiction is not None and not (swept or others or "ends" in sockets):
+        for level, most in enumerate(LOCKS, 1):
+            puts = (("locks.most", most),)
+            yield Simplification("locks", level, f"locks of up to {most} hairs", puts, beside=LOCKED_BESIDE)
+
+
+def of_particles(settings: Settings, sockets: Collection[str]) -> Iterator[Simplification]:
+    """Simulate particles in place of strands, where these are led by a body alone and weigh something."""
+    instead = f"{__name__}:{carried_by_particles.__name__}"
+    for level, count in enumerate(() if LED & set(sockets) or not settings["gravity"] else PARTICLES, 1):
+        text = f"{count:,} particles, not strands"
+        yield Simplification("particles", level, text, instead=instead, count=count, beside=("voxels",))
+
+
+def carried_by_particles(name: str, table: dict[str, Any], whole: str, part: Simplification) -> dict[str, Any]:
+    """Make the nodes that simulate particles, which carry the hair, in place of a simulation of strands; pure.
+
+    name   of the node, and
+    table  of it in the graph file
+    whole  edge of the groom of all strands: the particles stand for these also where a sample of them is carried
+    """
+    particles, cloud, material = f"{name}-particles", f"{name}-cloud", table.get("material", {})
+    around = {socket: edge for socket, edge in table["in"].items() if socket in AROUND}
+    fibre = {"fibre": {key: material[key] for key in ("diameter", "density") if key in material}}
+    moved = {"type": "simulate_particles", "in": {"particles": particles} | around} | fibre
+    moved |= {key: table[key] for key in SHARED if key in table}
+    moved |= {"sag_free": {}} if "sag_free" in table else {}
+    moved |= {"interaction": {}} if any(group in table for group, _ in GROUPS) else {}
+    friction = table.get("contact", {}).get("friction")
+    moved |= {"contact": {"friction": friction}} if friction is not None else {}
+    carriers = {"cloud": cloud, "particles": particles, "groom": table["in"]["groom"]}
+    carried = {"type": "carry_strands", "in": carriers | around}
+    carried |= {"diameter": material["diameter"]} if "diameter" in material else {}
+    sampled = {"type": "sample_particles", "in": {"groom": whole}, "particles": part.count} | fibre
+    return {particles: sampled, cloud: moved, name: carried}

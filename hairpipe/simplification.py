@@ -1,0 +1,43 @@
+"""Simplifications of a simulation, as data: settings of the graph with less physics, or coarser.
+
+A node that simulates hair names the module that lists its own, `@node(..., tuning="my_model.tuning")`. It is named and
+not imported, so that what may be tried is no part of the key of a result. The module has any of these functions:
+
+    simplifications(settings, sockets, dt)  lists them for the settings of a node, its connected sockets, and frames of
+                                            dt [s]; targets of `puts` and `drops` are settings of the node, as
+                                            "steps.longest"
+    couples(settings)                       whether hair acts on hair; without this function it does not
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+Puts = tuple[tuple[str, Any], ...]
+
+
+@dataclass(frozen=True)
+class Simplification:
+    """One part of the physics left out, or one discretisation made coarser.
+
+    axis     what it is about; of each axis one simplification at most can be taken
+    level    how far it goes on this axis: a higher one leaves out more
+    text     what it does, in words
+    puts     settings by target, with their values
+    drops    targets of groups that are taken out
+    keys     one in how many strands is simulated; 1: all
+    instead  function "module:name" that makes the nodes which take the place of the simulation; it is called with the
+             name of the node, its table, the edge of the groom of all strands, and the simplification, and returns
+             tables by name: that of the same name gives the strands. Empty: the node stays
+    count    of what `instead` simulates in place of at least as many strands
+    beside   axes of which something can be left out as well; None: of all
+    """
+
+    axis: str
+    level: int
+    text: str
+    puts: Puts = ()
+    drops: tuple[str, ...] = ()
+    keys: int = 1
+    instead: str = ""
+    count: int = 0
+    beside: tuple[str, ...] | None = None
