@@ -42,8 +42,8 @@ def restart_hair(
     restarts  spread evenly over the shot
     window    frames that each runs: after 1 the bias stands out most, after 4 chaos begins to
     """
+    from hairpipe.measure.climate.around import Around
     from hairpipe.measure.climate.restarts import restart_tables
-    from hairpipe.measure.cost import Around
     from hairpipe.sim.hair_model import build_models
     from hairpipe.sim.precision import choose_precision
 

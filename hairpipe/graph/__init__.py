@@ -20,6 +20,7 @@ An input is annotated with its type `T`, or with what the node sees of it over t
 `Pair[T]`    the value at the frame before and at this one
 `Frames[T]`  the values at all frames of the run, read when asked for
 `Reached[T]` the same, up to the frame at which a scan diverged; a scan that diverges raises ArithmeticError
+`Frames[Spent]`, `Reached[Spent]`  the time that each result took, of a node with values of any type
 
 A parameter of type `Time` gives the frame and its length, one of type `Cuts` the frames at which the shot is cut, one
 of type `Workspace` an empty folder for a `File`, a value that the graph can publish. A node raises `BadInput` for input
@@ -29,6 +30,6 @@ that the user can fix; its warnings are reported.
 
 from hairpipe.graph.node.declare import node
 from hairpipe.graph.node.flat_group import flat_group
-from hairpipe.graph.node.signature import Cuts, File, Frames, Pair, Reached, Time, Workspace
+from hairpipe.graph.node.signature import Cuts, File, Frames, Pair, Reached, Spent, Time, Workspace
 
-__all__ = ["Cuts", "File", "Frames", "Pair", "Reached", "Time", "Workspace", "flat_group", "node"]
+__all__ = ["Cuts", "File", "Frames", "Pair", "Reached", "Spent", "Time", "Workspace", "flat_group", "node"]

@@ -2,17 +2,15 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.nodes.time_particles import time_particles
 from hairpipe.nodes.carry_strands import carry_strands
 from hairpipe.nodes.sample_particles import sample_particles
 from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
 
 from hairpipe.errors import BadInput
-from hairpipe.graph import Frames, Time
+from hairpipe.graph import Time
 from hairpipe.groom.sampling import take
-from hairpipe.measure.cost import Around, particle_advance
 from hairpipe.particles.carrying import weigh_carriers
-from hairpipe.particles.settings import Interaction, ParticleSettings
+from hairpipe.particles.settings import Interaction
 from hairpipe.sim.air.wind import Wind
 
 DEFAULTS = {"sag": 0.1, "damping": 0.2, "gravity": 9.81, "interaction": Interaction(), "sag_free": None, "printed": ()}
@@ -38,22 +36,6 @@ def test_hair_follows_the_body_and_the_wind(curtain, place_plate):
     blown = frames_of(particles, 4 * [place_plate()], wind=Wind((3.0, 0.0, 0.0)))
     assert np.mean(blown[-1].points - still[-1].points, axis=0)[0] > 1e-3
     assert np.linalg.norm(blown[-1].directions, axis=1) == pytest.approx(1.0)
-
-
-def test_what_is_timed_is_what_is_simulated(curtain, place_plate):
-    particles = sample_particles(curtain, particles=300)
-    ways = [place_plate((0.01 * k, 0.0, 0.0)) for k in range(4)]
-    shot = Frames((1, 2, 3, 4), lambda frame: ways[frame - 1])
-    advance = particle_advance(
-        particles, Around(shot, None, (), ()), ParticleSettings(interaction=Interaction()), 1 / 24
-    )
-    state = None
-    for pair in ((1, 1), (1, 2), (2, 3), (3, 4)):
-        state = advance(state, pair)
-    assert np.array_equal(state.points, frames_of(particles, ways)[-1].points)
-    table = time_particles(particles, shot, None, None, Time(1, 24.0), (), interaction=Interaction(), warm=1, timed=2)
-    assert table["frames timed"].tolist() == [2] and table["particles"].tolist() == [len(particles.points)]
-    assert 0.0 < table["fastest frame [s]"][0] <= table["seconds per frame"][0]
 
 
 def test_at_a_cut_hair_goes_with_its_body(curtain, place_plate):

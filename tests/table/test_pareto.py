@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.nodes.collect_variants import collect_variants
+from hairpipe.nodes.collect_variants import collect_variants
 
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput

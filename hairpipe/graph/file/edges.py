@@ -9,6 +9,7 @@ from hairpipe.graph.file.graph import Edge, Node
 from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.node.declare import SINGLE, NodeType, Socket
 from hairpipe.graph.node.messages import brief, closest, listed, nearest
+from hairpipe.graph.node.signature import Spent
 
 Place = Callable[[Sequence[str]], str]
 MOST_GIVERS = 4
@@ -94,6 +95,8 @@ def check_edge(node: Node, plug: str, edge: Edge, source: Node, where: str) -> E
     A value is built of exactly the fields of the type that the socket takes: one of a derived type does not fit.
     """
     socket = node.type.socket(plug)
+    if socket.type is Spent:
+        return check_spent(plug, edge, source, where)
     fitting = [output for output, kind in source.type.outputs.items() if kind is socket.type]
     if edge.output and edge.output not in source.type.outputs:
         named = [output for output in source.type.outputs if output != SINGLE]
@@ -115,3 +118,15 @@ def check_edge(node: Node, plug: str, edge: Edge, source: Node, where: str) -> E
         what = f"in.{plug}: '{source.name}' gives a value per frame, '{node.name}' is prepared with it for all frames"
         raise BadInput(what, where=where, right=f"a node that gives one {socket.type.__name__} for the shot")
     return Edge(source.name, edge.output or fitting[0])
+
+
+def check_spent(plug: str, edge: Edge, source: Node, where: str) -> Edge:
+    """Check an edge that carries the time which results took: of a node with one a frame, whatever it gives."""
+    if edge.output:
+        what = f"in.{plug} takes the time of a node, '{edge.output[:60]}' is one of its outputs"
+        raise BadInput(what, where=where, right=f'"{source.name}"')
+    if not source.per_frame:
+        what = f"in.{plug} takes the time of each frame, '{source.name}' has one value for the shot"
+        raise BadInput(what, where=where, right="a node with a value per frame")
+    outputs = source.type.outputs
+    return Edge(source.name, next(name for name in outputs if name != source.type.state or len(outputs) == 1))

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from typing import Annotated, Any, Literal, NoReturn, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.signature import DATA_SUFFIXES, Cuts, File, Frames, Pair, Reached, Time, Workspace
+from hairpipe.graph.node.signature import DATA_SUFFIXES, Cuts, File, Frames, Pair, Reached, Spent, Time, Workspace
 from hairpipe.units import Suffixes
 
 Mode = Literal["once", "each", "scan"]
@@ -211,6 +211,8 @@ def read_socket(parameter: inspect.Parameter, annotation: Any, mode: Mode, refus
     if not isinstance(value_type, type) or value_type in (Pair, Frames, Reached, Time, Workspace):
         right = "T, Pair[T], Frames[T] or a tuple[..., ...] of one, possibly | None"
         refuse(f"socket '{name}': {text_of(annotation)}", right)
+    if value_type is Spent and (view not in ("frames", "reached") or mode != "once"):
+        refuse(f"socket '{name}': {text_of(annotation)}", 'Frames[Spent] or Reached[Spent], of a node frames="once"')
     if not is_dataclass(value_type):
         refuse(f"socket '{name}': {text_of(value_type)}", f"{VALUES}; a setting follows after *")
     if view == "pair" and mode == "once":

@@ -74,6 +74,21 @@ class Reached(Frames[T]):
     """A value at every frame of the run that its node reached: a scan that diverges on the way ends there."""
 
 
+@dataclass(frozen=True)
+class Spent:
+    """What one result took when it was computed, as its record has it: `Frames[Spent]` takes it of any node.
+
+    It is keyed by the result's own key, not by its value: two simulations that come to the same hair keep their own
+    times. As long as the node's code, settings and inputs stay the same, so does what was recorded first.
+
+    seconds    that passed [s]
+    processor  seconds of the processor, of all threads and children [s]
+    """
+
+    seconds: float
+    processor: float
+
+
 Workspace = NewType("Workspace", Path)
 """An empty folder of its own for one evaluation of a node; gone afterwards."""
 

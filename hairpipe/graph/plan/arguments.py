@@ -5,7 +5,7 @@ from typing import Any
 
 from hairpipe.graph.node.declare import NodeType, Socket
 from hairpipe.graph.node.settings import build_settings
-from hairpipe.graph.node.signature import Cuts, Frames, Pair, Reached, Time, Workspace
+from hairpipe.graph.node.signature import Cuts, Frames, Pair, Reached, Spent, Time, Workspace
 from hairpipe.graph.plan.tasks import Inputs, Source
 
 Named = dict[str, Any]
@@ -14,15 +14,24 @@ Load = Callable[[Any, type], Any]
 """Loads the value of this type by its name."""
 
 
-def name_inputs(node_type: NodeType, inputs: Inputs, frames: tuple[int, ...], name: Callable[[Source], Any]) -> Named:
+def name_inputs(
+    node_type: NodeType,
+    inputs: Inputs,
+    frames: tuple[int, ...],
+    name: Callable[[Source], Any],
+    key: Callable[[Source], Any] | None = None,
+) -> Named:
     """Name the inputs of a task, in the shape of the view.
 
     frames  that a `Frames` socket sees
+    name    of the object behind a source
+    key     of the result behind a source, by which a socket of type `Spent` names it
     """
     named: Named = {}
     for socket in node_type.sockets.values():
         for plug in socket.plugs(inputs):
-            found = [name(source) for source in inputs.get(plug, ())]
+            named_by = key if key is not None and socket.type is Spent else name
+            found = [named_by(source) for source in inputs.get(plug, ())]
             if socket.view in ("frames", "reached") and found:
                 whole = socket.view == "frames"
                 named[plug] = [list(pair) for pair in zip(frames, found, strict=whole)]

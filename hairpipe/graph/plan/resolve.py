@@ -46,11 +46,15 @@ class Resolver:
 
     def objects(self, task: Task) -> Named:
         """Names of the objects that go into a task."""
-        return name_inputs(self.graph.nodes[task.node].type, self.tasks[task], self.frames, self.object)
+        return name_inputs(self.graph.nodes[task.node].type, self.tasks[task], self.frames, self.object, self.key)
 
     def object(self, source: Source) -> str:
         """Name of the object behind a source."""
         return self.results[source.task].outputs[source.output].object
+
+    def key(self, source: Source) -> str:
+        """Key of the result behind a source."""
+        return self.results[source.task].key
 
     def frame_of(self, task: Task) -> int:
         """The frame in the `Time` of a node: its own, or the first of the run."""

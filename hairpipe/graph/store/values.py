@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, NoReturn, Protocol, cast
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.signature import File
+from hairpipe.graph.node.signature import File, Spent
 from hairpipe.graph.store.atomic import flush, open_made, replacing
 from hairpipe.graph.store.fingerprint import CHUNK, digest_file
 from hairpipe.graph.store.listing import Listing, read_listing
@@ -79,6 +79,8 @@ class Values:
         """Read a value of this type; LostObject where it is not there, whole."""
         if kind is File:
             return self._get_file(name)
+        if kind is Spent:
+            return self._get_spent(name)
         tree = self._trees.get(name)
         if tree is None:
             tree = self._read(name)
@@ -86,6 +88,12 @@ class Values:
         else:
             self._trees.move_to_end(name)
         return self.codec.build(kind, copy.deepcopy(tree))
+
+    def _get_spent(self, key: str) -> Spent:
+        record = self.store.record(key)
+        if record is None:
+            raise BadInput(f"the record of the result {key} is gone", where=self.store.root, right="run again")
+        return Spent(record.seconds, record.seconds if record.processor is None else record.processor)
 
     def put(self, value: Any, kind: type, workspace: Path | None) -> Output:
         """Write a value under the name of its content; TypeError where it is not of the declared type."""

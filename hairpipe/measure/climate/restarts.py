@@ -13,8 +13,8 @@ from hairpipe.data import Strands, Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.measure.climate.around import Around, frame_between
 from hairpipe.measure.climate.ensemble import interval_of_samples
-from hairpipe.measure.cost import Around, frame_between
 from hairpipe.measure.deviation import deviation
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.settings import HairSettings

@@ -1,0 +1,13 @@
+"""The time that nodes took."""
+
+from numeral import Numeral
+from tally import numeral, tally
+
+from hairpipe.graph import Frames, Spent, node
+
+
+@node(frames="once")
+def charge(nodes: tuple[Frames[Spent], ...]) -> Numeral:
+    """Add up what all frames of nodes took."""
+    tally("charge")
+    return numeral(sum(spent.processor for shot in nodes for spent in shot.values()))
