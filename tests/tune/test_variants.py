@@ -1,11 +1,13 @@
 """Variants of a graph in one, and what can be left out of it."""
 
+import re
 import tomllib
 from copy import deepcopy
 from pathlib import Path
 
 import pytest
 
+from hairpipe import tune
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
 from hairpipe.tune.fragment import changed_tables, write_toml
@@ -73,6 +75,21 @@ def test_each_axis_leaves_out_more_and_more_and_every_variant_is_a_graph(scene):
             scene.write_text(SCENE)
             before = load_graph(scene).nodes
             assert len(changed) > len(before) or {n for n in before if changed[n].settings != before[n].settings}
+
+
+@pytest.mark.parametrize(
+    ("model", "others"), [("network", ["rod", "chain"]), ("rod", ["network", "chain"]), ("chain", [])]
+)
+def test_every_other_strand_model_is_tried_that_has_no_more_in_it(scene, model, others):
+    scene.write_text(SCENE.replace("[hair.collisions]", f'model = "{model}"\n[hair.collisions]'))
+    parts = parts_by_axis(scene).get("model", [])
+    assert [part.puts for part in parts] == [(("hair.model", other),) for other in others]
+
+
+def test_no_model_is_named_in_tune_itself():
+    """A model lists its own simplifications: what tune itself knows holds for any."""
+    text = "".join(path.read_text() for path in Path(tune.__file__).parent.glob("*.py"))
+    assert not re.findall(r"simulate_\w+|\bnetwork\b|\brod\b|\bchain\b", text)
 
 
 def test_what_the_scene_does_not_have_cannot_be_left_out(scene):
