@@ -1,16 +1,17 @@
 """What the README files say is so: commands parse, paths and anchors are there, figures name where they come from."""
 
-import ast
 import re
 import shlex
 import shutil
-import textwrap
+import sys
 import tomllib
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 
 import click
+import numpy as np
 import pytest
 
+import hairpipe
 from hairpipe.cli.entry import commands
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.file.registry import Registry
@@ -121,8 +122,40 @@ def test_the_graph_of_the_readme_can_be_loaded(tmp_path):
     assert load_graph(folder / "shot.toml").nodes["hair"].settings["stiction"]["release"] == 2.2e-3
 
 
-@pytest.mark.parametrize("page", PAGES, ids=name_of)
-def test_examples_in_python_are_python(page):
-    for language, block in FENCE.findall(page.read_text(encoding="utf-8")):
-        if language == "python":
-            ast.parse(textwrap.dedent(block))
+def write_surroundings(folder):
+    """Write what the examples in Python name: a graph, values, and the package of somebody's studio."""
+    hair = '[hair]\ntype = "simulate_hair"\nmodel = "chain"\nin.groom = "groom"\n'
+    groom = '[groom]\ntype = "make_strands"\nlength = 0.1\nsegments = 5\n'
+    (folder / "demo").write_text(f"schema = 1\nframes = [1001, 1060]\nfps = 24\n{groom}{hair}")
+    np.savez(folder / "before.npz", points=np.zeros(3))
+    (folder / "nodes/my_studio").mkdir(parents=True)
+    (folder / "nodes/my_studio/grooming.py").write_text("def trim(groom, length):\n    return groom\n")
+
+
+@pytest.mark.parametrize(
+    ("page", "block"),
+    [
+        pytest.param(page, block, id=f"{name_of(page)}-{number}")
+        for page in PAGES
+        for number, (language, block) in enumerate(FENCE.findall(page.read_text(encoding="utf-8")))
+        if language == "python"
+    ],
+)
+def test_examples_in_python_run_as_they_stand(page, block, tmp_path, monkeypatch, capsys):
+    """A node is written into a file of its name, and run in a graph; everything else is run as a script."""
+    write_surroundings(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["digests.py", "before.npz"])
+    monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
+    code, declared = compile(block, str(page), "exec"), re.search(r"^@node.*\ndef (\w+)", block, re.MULTILINE)
+    if declared:
+        (tmp_path / f"nodes/{declared[1]}.py").write_text(f'"""An example."""\n{block}')
+        own = f'[own]\ntype = "{declared[1]}"\nin.groom = "groom"\n'
+        shot = hairpipe.load((tmp_path / "demo").read_text() + own)
+        assert shot.run(to="own", jobs=1).ok and len(repr(shot.get("own"))) > 0
+        return
+    names = {"__name__": "example"}
+    sys.modules["example"] = ModuleType("example")
+    exec(code, names)
+    strands = names.get("strands")
+    assert np.isfinite(strands.points).all() if strands else capsys.readouterr().out

@@ -15,6 +15,8 @@ Column = np.ndarray | tuple[str, ...]
 class Table:
     """Columns in their order; a name carries its unit, as in "time [s]".
 
+    `table_of_columns({"time [s]": times, "case": cases})` makes one of arrays or lists, `table_of_rows` of rows.
+
     names    of all columns, in order
     numbers  columns of numbers by name, each (rows,) float64 or int64
     texts    columns of texts by name, each of as many texts
