@@ -13,7 +13,7 @@ BILL = """
 like = "move"
 turn = 999
 [bill]
-type = "charge"
+type = "toll"
 in.nodes = NODES
 """
 
@@ -44,7 +44,7 @@ def test_nodes_that_come_to_the_same_values_are_billed_apart(shot):
     """By content they would share one result, and the dearer of two models would cost what the cheaper does."""
     first, second = bill(shot, '"move"'), bill(shot, '"twin"')
     assert (first, second) == pytest.approx((taken(shot, "move"), taken(shot, "twin"))) and first != second
-    assert shot.tally()["charge"] == 2
+    assert shot.tally()["toll"] == 2
 
 
 def test_it_is_cached_as_any_result(shot):

@@ -7,7 +7,7 @@ from hairpipe.graph import Frames, Spent, node
 
 
 @node(frames="once")
-def charge(nodes: tuple[Frames[Spent], ...]) -> Numeral:
+def toll(nodes: tuple[Frames[Spent], ...]) -> Numeral:
     """Add up what all frames of nodes took."""
-    tally("charge")
+    tally("toll")
     return numeral(sum(spent.processor for shot in nodes for spent in shot.values()))
