@@ -11,6 +11,7 @@ from hairpipe.data.particles import ParticleState
 from hairpipe.errors import BadInput
 from hairpipe.kernels.vec3 import dot, row
 from hairpipe.levelset.collider import Collider, SdfSample
+from hairpipe.particles.bound import keep_within_reach, reaches_of
 from hairpipe.particles.contact import Planes, look, planes_of, put_right, stale
 from hairpipe.particles.directions import redirect
 from hairpipe.particles.interaction import Law, exchange, find_pairs
@@ -29,6 +30,8 @@ from hairpipe.sim.settings import BodyContact
 MOST_NAMED = 10
 DENSE = 0.99
 """Quantile of the density at rest up to which pressure leaves hair alone."""
+LIMIT_OF_SOLVE = 1e18
+"""Force [N], or damper [N s/m], whose square 32 bits do not hold: a solve would leave the particle where it is."""
 NEAR_ROOT = 0.5
 """Of the way along the hair to its root that a particle keeps from bodies, at most: it cannot be farther than all."""
 
@@ -39,12 +42,14 @@ class Prepared:
 
     model     their arrays
     springs   what links are like
+    reaches   how far each particle may be from its root [m], (N,)
     law       how hair acts on hair; None: not at all
     printed   the part of it that is as the paper prints it; None: none is
     """
 
     model: Model
     springs: Springs
+    reaches: np.ndarray
     law: Law | None
     printed: PrintedLaw | None = None
 
@@ -76,12 +81,12 @@ def prepare(particles: Particles, settings: ParticleSettings) -> Prepared:
     rest = model.links.lengths
     if settings.sag_free is not None:
         rest = rest_lengths(model, particles.points, axial, settings.gravity, settings.sag_free.strain)
-    springs = Springs(axial, rest, settings.damping)
+    springs, reaches = Springs(axial, rest, settings.damping), reaches_of(particles, settings.sag)
     if "links" in settings.printed:
         model = model._replace(links=model.links._replace(keeps=np.full(len(rest), np.inf)))
     if settings.interaction is None:
-        return Prepared(model, springs, None)
-    return Prepared(model, springs, *laws_of(settings.interaction, settings.printed, model, particles.points))
+        return Prepared(model, springs, reaches, None)
+    return Prepared(model, springs, reaches, *laws_of(settings.interaction, settings.printed, model, particles.points))
 
 
 def laws_of(
@@ -107,7 +112,8 @@ def next_state(
 ) -> ParticleState:
     """Return particles at a frame from those at the previous one; there are none at the first. Pure.
 
-    Raises BadInput where a body swallows all of them, ArithmeticError naming hair that is not finite.
+    Raises BadInput where a body swallows all of them, ArithmeticError naming hair that is not finite, that is torn
+    from its roots, or is pushed by more than a solve can hold.
     """
     if previous is not None and frame.cut:
         before = lead_before(frame.leads[1], particles.hair, frame.frame_dt)
@@ -152,7 +158,10 @@ def advance_frame(
     bodies: Sequence[Collider],
     settings: ParticleSettings,
 ) -> ParticleState:
-    """Advance particles from the previous frame to this one; pure. ArithmeticError as `next_state`."""
+    """Advance particles from the previous frame to this one; pure. ArithmeticError as `next_state`.
+
+    Nothing takes particles back to their roots where a part is as printed, to see how it fails.
+    """
     model, springs, deep, frame_dt = prepared.model, prepared.springs, prepared.model.deep, frame.frame_dt
     points, velocities, directions = state.points.copy(), state.velocities.copy(), state.directions.copy()
     acting = find_acting(particles, prepared, state, frame, bodies, settings)
@@ -168,6 +177,9 @@ def advance_frame(
     else:
         advance(model, springs, acting.forces, planes, ways.points, dt, moving)
     _check_finite(particles, points, velocities)
+    if not settings.printed:
+        number = round(frame.began / frame_dt) + 1
+        keep_within_reach(particles, prepared.reaches, frame.leads[1], deep, number, moving)
     if bodies:
         again = stale(planes, acting.found, acting.places, points, deep)
         there = look(bodies, points[again], frame_dt, reach=planes.thickness[again])
@@ -291,6 +303,10 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleSt
         counts = masses / (settings.fibre.line_density * segment)
         now = state.points, state.directions, state.velocities
         add_wind(settings.wind, LooseFibres(*now, counts, segment, settings.fibre.diameter), seconds, *forces)
+    strongest = max(float(np.abs(values).max()) for values in forces)
+    if not strongest < LIMIT_OF_SOLVE:
+        said = f"diverged: the air acts on a particle with {strongest:.3g} N, or N s/m"
+        raise ArithmeticError(f"{said}, and a solve holds less than {LIMIT_OF_SOLVE:.3g} (less wind)")
     return forces
 
 

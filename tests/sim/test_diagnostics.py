@@ -1,13 +1,15 @@
 """Roots deep inside a body, and segments stretched far, are named once."""
 
 import warnings
+from dataclasses import replace
 
 import pytest
 
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
-from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_stretch
+from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_stretch, warn_of_sweep
+from hairpipe.sim.settings import Collisions
 
 
 @pytest.fixture
@@ -41,3 +43,12 @@ def test_the_largest_stretch_is_named_once_and_again_when_it_has_grown(shot):
         warnings.simplefilter("error")
         assert warn_of_stretch(shot.hair, x, scene, 8, told) == told
     assert told == pytest.approx(2.3)
+
+
+def test_the_published_solver_of_contact_is_warned_of(shot):
+    with pytest.warns(UserWarning, match=r'"sweep" gives energy to hairs that rest on each other .*"coupled"'):
+        warn_of_sweep(replace(shot.scene, collisions=Collisions(solver="sweep")))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_of_sweep(replace(shot.scene, collisions=Collisions()))
+        warn_of_sweep(shot.scene)

@@ -1,11 +1,13 @@
 """What a groom must have to be simulated, and what is said of it."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.groom.helix import Helix, wound
 from hairpipe.sim.hair_model import build_hair, build_models
 from hairpipe.sim.material import Material
 from hairpipe.sim.precision import choose_precision
@@ -38,3 +40,19 @@ def test_short_strands_are_named_as_they_are_softened_less_and_the_others_are_wh
 def test_segments_shorter_than_hair_is_thick_are_refused_by_name(groom):
     with pytest.raises(BadInput, match=r"segments of 5e-05 m, hair of 8e-05 m: strands 1 \(segments longer"):
         build_hair(groom(0.01, 0.00005), Material())
+
+
+def test_curls_are_named_where_springs_hold_them_and_not_where_rods_do(groom):
+    """A straight strand, one that bends by less than a turn, a curl, and a straight one that is rough."""
+    whole, at = groom(*[0.01] * 4), np.arange(11)[:, None]
+    strands = whole.points.reshape(4, 11, 3).copy()
+    turn = np.linspace(0.0, 3.0, 11)
+    strands[1, :, :2] = strands[1, 0, :2] + 0.03 * np.column_stack([np.sin(turn), 1.0 - np.cos(turn)])
+    strands[2] = strands[2, 0] + wound(Helix(0.004, 0.02), 0.1, 10) - wound(Helix(0.004, 0.02), 0.1, 10)[0]
+    strands[3] += 1e-4 * np.random.default_rng(1).normal(size=(11, 3)) * (at > 0)
+    curly = replace(whole, points=strands.reshape(-1, 3))
+    with pytest.warns(UserWarning, match=r"1 of 4 strands are curls: strands 2; .* up to 13 % off, a rod's 3 %"):
+        choose_precision("double", build_models(curly, Material()), Scene(), bodies=True, first=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        choose_precision("double", build_models(curly, Material(), "rod"), Scene(), bodies=True, first=True)
