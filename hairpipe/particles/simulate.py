@@ -11,11 +11,10 @@ from hairpipe.data.particles import ParticleState
 from hairpipe.errors import BadInput
 from hairpipe.kernels.vec3 import dot, row
 from hairpipe.levelset.collider import Collider, SdfSample
-from hairpipe.particles.bound import keep_within_reach, reaches_of
 from hairpipe.particles.contact import Planes, look, planes_of, put_right, stale
 from hairpipe.particles.directions import redirect
 from hairpipe.particles.interaction import Law, exchange, find_pairs
-from hairpipe.particles.model import Model, Moving, build_model, inverse_masses
+from hairpipe.particles.model import Model, Moving, build_model, inverse_masses, keep_within_reach, reaches_of
 from hairpipe.particles.printed.explicit_steps import advance_explicitly
 from hairpipe.particles.printed.pair_forces import PrintedLaw, push_pairs
 from hairpipe.particles.sag_free import rest_lengths

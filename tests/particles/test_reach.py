@@ -5,7 +5,7 @@ import warnings
 import numpy as np
 import pytest
 
-from hairpipe.particles.bound import LOAD
+from hairpipe.particles.model import LOAD
 from hairpipe.sim.air.wind import Wind
 
 LENGTH = 0.2
