@@ -114,6 +114,15 @@ DEFECTS: dict[str, tuple[Callable[[Usd.Stage], object], str]] = {
     "missing faces": (without_faces, "holes"),
     "one level set": (lambda s: level_set(s, "a.vdb"), "volume-still"),
     "one content": (lambda s: level_set(s, *(f"a.{n}.vdb" for n in range(1001, 1009))), "volume-still"),
+    "normals all upward": (edit(BODY, "normals", lambda n: 0 * n + [0, 1, 0]), "normals"),
+    "a frame twice": (
+        lambda s: [
+            s.GetAttributeAtPath(f"{path}.{name}").Set(s.GetAttributeAtPath(f"{path}.{name}").Get(1004), 1005)
+            for path in (HAIR, BODY)
+            for name in ("points", "velocities", "extent")
+        ],
+        "velocity-match",
+    ),
     "unselected": (in_variant, "hair-drawn"),
 }
 

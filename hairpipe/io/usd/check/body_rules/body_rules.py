@@ -13,6 +13,7 @@ from hairpipe.io.usd.check.track import Track
 
 TOKENS = UsdGeom.Tokens
 INWARD = -0.5  # mean cosine between normals and faces, or faces and the way out
+AWAY = 0.2  # share of faces that normals may look away from
 UNIT, SOME = 0.1, 0.05  # by which normals may be off unit length, and the share of faces that may have others
 UPRIGHT = 0.3  # of a size, by which the scalp lies above the middle, or hair below the scalp
 
@@ -46,6 +47,8 @@ def normals(scene: Scene) -> Iterator[Fault]:
             yield Fault(track.path("normals"), message, mesh.code)
         elif told is not None and _mean_cosine(told, outward, areas) < INWARD:
             yield Fault(track.path("normals"), "look the other way than the faces; outward is right", mesh.code)
+        elif told is not None and (away := (np.einsum("fx,fx->f", told, outward) < 0).mean()) > AWAY:
+            yield Fault(track.path("normals"), f"look away from {away:.0%} of the faces; outward is right", mesh.code)
         elif track.prim.GetPath() in skins and _outward(centres, areas, outward) < INWARD:
             message = "make faces that look inward; corners go counter-clockwise seen from outside"
             yield Fault(track.path("faceVertexIndices"), message, mesh.code)

@@ -17,6 +17,7 @@ SLIGHT = 0.1  # of the usual step, below which a step says nothing
 EXACT = 0.015  # by which the scale of all velocities may be off, or by what their scatter explains
 BELONG = 0.3  # least correlation of velocities with the way of the points
 LATE = 0.25  # of the misfit, to which it falls where velocities are those of another frame
+MOVES_NONE = "are not 0, but points stand still"
 ROUNDING = 64 * np.finfo(np.float32).eps  # of positions, in parts of the largest
 WILD = (0.2, 5.0)  # accelerations over the change of the velocities
 
@@ -142,8 +143,8 @@ def _step_by_step(track: Track) -> Iterator[Fault]:
     for step in steps:
         larger = max(step.told, step.seen)
         if step.misfit > max(MISFIT * larger, step.noise) and larger > SLIGHT * usual:
-            share = step.told / max(step.seen, np.finfo(np.float64).tiny)
-            message = f"carry the points {share:.2g} times as far as they go to {step.after:g}"
+            way = f"carry the points {step.told / step.seen:.2g} times as far as they go" if step.seen else MOVES_NONE
+            message = f"{way} to {step.after:g}"
             yield Fault(track.path("velocities"), f"{message}; units per second are right", step.code)
 
 
