@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from functools import cached_property
 
 import numpy as np
-from pxr import Usd
+from pxr import Usd, Vt
 
 from hairpipe.io.usd.check.snapshot import Snapshot
 
@@ -44,6 +44,17 @@ class Track:
     def points(self) -> list[float]:
         """Return the codes at which the points have samples."""
         return self.prim.GetAttribute("points").GetTimeSamples()
+
+    @cached_property
+    def cuts(self) -> list[float]:
+        """Return the time codes at which the shot is cut, where we wrote the stage and noted them."""
+        noted = self.prim.GetStage().GetRootLayer().customLayerData.get("hairpipe")
+        cuts = noted.get("cuts") if isinstance(noted, dict) else None
+        return [float(cut) for cut in cuts] if isinstance(cuts, Vt.IntArray) else []
+
+    def is_cut(self, before: Snapshot, after: Snapshot) -> bool:
+        """Return whether the shot is cut between two times, so that nothing goes from the one to the other."""
+        return any(before.time.GetValue() < cut <= after.time.GetValue() for cut in self.cuts)
 
     @property
     def moves(self) -> bool:

@@ -66,7 +66,11 @@ def _steps(track: Track) -> Iterator[tuple[Snapshot, Snapshot]]:
     for before, now in pairwise(track.at(time) for time in track.points):
         arrays = [shape.array("velocities", 3) for shape in (before, now)]
         whole = before.sound and now.sound and np.array_equal(before.counts, now.counts)
-        if whole and all(a is not None and len(a) == len(now.points) and np.isfinite(a).all() for a in arrays):
+        if (
+            whole
+            and not track.is_cut(before, now)
+            and all(a is not None and len(a) == len(now.points) and np.isfinite(a).all() for a in arrays)
+        ):
             yield before, now
 
 

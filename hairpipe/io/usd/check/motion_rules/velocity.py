@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from pxr import Vt
 
 from hairpipe.io.usd.check.finding import Fault, Rule
 from hairpipe.io.usd.check.motion_rules.strand_motion import velocities_of_strands
@@ -93,23 +92,12 @@ def _overall(track: Track) -> Iterator[str]:
 
 def _trios(track: Track) -> Iterator[list[Snapshot]]:
     """Give three samples at equal distances in time, that can be compared, one frame later each time."""
-    held, cuts = [], _cuts_of(track)
+    held: list[Snapshot] = []
     for shape in (track.at(time) for time in track.points):
-        held = [*held[-2:], shape] if held and not _is_cut(cuts, held[-1], shape) else [shape]
+        held = [*held[-2:], shape] if held and not track.is_cut(held[-1], shape) else [shape]
         times = [s.time.GetValue() for s in held]
         if len(held) == 3 and np.isclose(times[2] - times[1], times[1] - times[0]) and _alike(held):
             yield held
-
-
-def _cuts_of(track: Track) -> list[float]:
-    """Return the time codes at which the shot is cut, where we wrote the stage and noted them."""
-    noted = track.prim.GetStage().GetRootLayer().customLayerData.get("hairpipe")
-    cuts = noted.get("cuts") if isinstance(noted, dict) else None
-    return [float(cut) for cut in cuts] if isinstance(cuts, Vt.IntArray) else []
-
-
-def _is_cut(cuts: list[float], before: Snapshot, after: Snapshot) -> bool:
-    return any(before.time.GetValue() < cut <= after.time.GetValue() for cut in cuts)
 
 
 def _alike(shapes: list[Snapshot]) -> bool:
@@ -150,9 +138,9 @@ def _step_by_step(track: Track) -> Iterator[Fault]:
 
 def _steps(track: Track) -> Iterator[Step]:
     """Compare neighbours: (v0 + v1) / 2 = (x1 - x0) / (t1 - t0), up to the third derivative of x."""
-    rate, before, cuts = track.prim.GetStage().GetTimeCodesPerSecond(), None, _cuts_of(track)
+    rate, before = track.prim.GetStage().GetTimeCodesPerSecond(), None
     for now in (track.at(time) for time in track.points):
-        before = None if before is None or _is_cut(cuts, before, now) else before
+        before = None if before is None or track.is_cut(before, now) else before
         arrays = [] if before is None else [before.points, now.points, before.array("velocities", 3)]
         arrays += [now.array("velocities", 3)]
         if before is not None and all(a is not None and len(a) == len(now.points) for a in arrays):
