@@ -1,10 +1,11 @@
 """A plugin of pytest, for `make quick`: whatever needs compiled kernels is skipped at the moment it asks for one.
 
-In this process numba is asked; tests whose other processes would compile are marked `kernels`, and one that is not
-fails: kernels are looked for in a folder of its own.
+Tests of this process are skipped by numba's dispatcher. Tests whose other processes compile are skipped when these have
+left kernels in their folder, which is empty at first; the long ones are marked `kernels` and do not begin.
 """
 
 import os
+import shutil
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,16 +25,18 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 def refuse(self: Dispatcher, sig: object) -> None:
-    """Skip the test that calls a kernel."""
-    pytest.skip("compiles kernels")
+    """Skip the test that calls a kernel, or the file that does so when it is imported."""
+    pytest.skip("compiles kernels", allow_module_level=True)
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
-    """Fail a test whose processes have compiled."""
+    """Skip a test whose processes have compiled."""
     yield
     if any(Path(_FOLDER.name).rglob("*.nbi")):
-        pytest.fail("its processes compile kernels: mark it `kernels`")
+        for folder in Path(_FOLDER.name).iterdir():
+            shutil.rmtree(folder)
+        pytest.skip("its processes compile kernels")
 
 
 Dispatcher.compile = refuse

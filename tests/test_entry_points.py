@@ -129,7 +129,10 @@ def test_every_command_that_a_page_names_is_started():
     assert named - {None} <= STARTED.keys() | {"view"}
 
 
-@pytest.mark.parametrize("path", STARTED)
+MARKED = [pytest.param(path, marks=[pytest.mark.kernels] * path.startswith("bench")) for path in STARTED]
+
+
+@pytest.mark.parametrize("path", MARKED)
 def test_it_starts_and_ends_well(path, folder):
     before = SHARED * path.startswith("bench") + SMALL.get(path, "")
     written = start(folder, STARTED[path], before, EXITS.get(path, 0))

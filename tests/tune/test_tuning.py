@@ -20,6 +20,8 @@ from hairpipe.tune.simplifications import simplifications
 from hairpipe.tune.study import Request, Study
 from hairpipe.tune.tuning import Scene, look_at, sample_of
 
+pytestmark = pytest.mark.kernels
+
 SCENE = """schema = 1
 frames = [1, 8]
 fps = 24
