@@ -159,7 +159,7 @@ SURFACES = [
     Case("mixed_winding_hollow/graph.toml", "surface", right=is_solid),
 ]
 WAITING = {
-    *("tip_first", "double_transform", "hair_sampled_later_than_body", "nurbs_curves", "one_point_curve"),
+    *("double_transform", "nurbs_curves", "one_point_curve"),
     *("taper_to_zero_width", "varying_widths", "z_up_no_head", "vroid_names", "stretched_head"),
     "amc_names",
 }
