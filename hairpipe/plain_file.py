@@ -64,9 +64,16 @@ def checked_size(path: Path, right: str) -> int:
     return found.st_size
 
 
-def content(path: Path, right: str) -> bytes:
-    """Return what is in a regular file; raises BadInput as `checked_size` does."""
+def content(path: Path, right: str, most: int | None = None) -> bytes:
+    """Return what is in a regular file.
+
+    most  size of a file that is read [bytes]; any for None
+
+    Raises BadInput as `checked_size` does, and for a file that is larger, before it is read.
+    """
     size = checked_size(path, right)
+    if most is not None and size > most:
+        raise BadInput(f"the file is too large: {size:,} bytes", where=path, right=f"{right} of at most {most:,} bytes")
     try:
         with Path(path).open("rb") as file:
             return file.read(size)

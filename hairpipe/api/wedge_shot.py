@@ -12,6 +12,7 @@ from hairpipe.data import Table
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.graph import Graph
 from hairpipe.graph.file.merged import merged
+from hairpipe.graph.file.overrides import WEDGE
 from hairpipe.graph.file.variant_names import variant_name
 from hairpipe.graph.file.wedge import Wedge, find_wedge
 from hairpipe.graph.node.messages import nearest
@@ -50,7 +51,9 @@ class WedgeShot(Shot):
         super().__init__(source, store)
         self.definition: Wedge = find_wedge(source.text, name)
         chosen = self.definition.variants
-        graphs = {label: self._graph_of(label, settings) for label, settings in chosen.items()}
+        tables = {name: table for name, table in source.text.tables.items() if name != WEDGE}
+        alone = source.edited(tables)  # the wedges are checked: a variant need not check all of them once more
+        graphs = {label: self._graph_of(alone, label, settings) for label, settings in chosen.items()}
         self.original = self.graph
         self.graph, names = merged(graphs, self._name_of)
         self.variants = {label: Variant(label, chosen[label], graphs[label], names[label]) for label in graphs}
@@ -103,10 +106,10 @@ class WedgeShot(Shot):
     def _of(self, source: Source) -> Self:
         return type(self)(source, self._store, self.definition.name)
 
-    def _graph_of(self, label: str, settings: dict[str, Any]) -> Graph:
+    def _graph_of(self, source: Source, label: str, settings: dict[str, Any]) -> Graph:
         """Check a variant as the graph file is checked."""
         try:
-            return self._source.changed(settings).graph()
+            return source.changed(settings).graph()
         except BadInput as fault:
             where = f"[wedge.{self.definition.name}] {label}: {fault.where}"
             raise BadInput(fault.what, where=where, right=fault.right) from None

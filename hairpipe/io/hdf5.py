@@ -11,8 +11,10 @@ that a damaged file is refused rather than misread; the data is guarded by the d
 """
 
 import dataclasses
+import errno
 import os
 import re
+import resource
 import types
 from collections.abc import Iterator
 from functools import cache
@@ -32,6 +34,8 @@ Tree = Any
 
 DIGEST_BYTES = 20
 FORMAT = ("v110", "v110")
+BLOCK, OVERHEAD = 1 << 16, 4096
+"""What HDF5 writes beside the data, about: once, and for each entry [bytes]."""
 NUMBERS = "biuf"
 """Kinds of numpy arrays that are stored: bool, integers with and without sign, floats."""
 ESCAPES = {"%": "%25", "/": "%2F", ".": "%2E"}
@@ -142,8 +146,20 @@ def nbytes(tree: Tree) -> int:
     return sum(leaf.nbytes for _, leaf in leaves(tree, ()) if isinstance(leaf, np.ndarray))
 
 
+def most_bytes(tree: Tree) -> int:
+    """Bound the size of the file of a tree [bytes]."""
+    texts = (repr(leaf) for _, leaf in leaves(tree, ()) if not isinstance(leaf, np.ndarray))
+    return nbytes(tree) + BLOCK + sum(OVERHEAD + 8 * len(text) for text in texts)
+
+
 def write(tree: Tree, path: Path) -> None:
-    """Write a tree to a new file."""
+    """Write a tree to a new file; OSError before it is begun where this process may not write as large a file.
+
+    HDF5 does not survive a file that reaches the limit (`ulimit -f`) while it is written.
+    """
+    limit = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
+    if limit != resource.RLIM_INFINITY and limit < most_bytes(tree):
+        raise OSError(errno.EFBIG, os.strerror(errno.EFBIG), str(path))
     with h5py.File(path, "w", libver=FORMAT, locking=False) as file:
         write_entry(file, "value", tree)
 

@@ -5,16 +5,18 @@ from pathlib import Path
 from hairpipe.errors import BadInput
 from hairpipe.plain_file import content
 
+MOST_BYTES = 64 << 20
+"""Size of a text file that is read: parsed, it takes up to thirty times as much memory [bytes]."""
 LARGEST = 1e12  # no position, angle or time of ours comes near; squares and products of such numbers stay finite
 
 
 def read_text(path: Path) -> str:
     """Return the whole text of a UTF-8 file, with lines that end in "\\n".
 
-    Raises BadInput where it is missing, no regular file, forbidden, empty or not text.
+    Raises BadInput where it is missing, no regular file, forbidden, empty, larger than `MOST_BYTES` or not text.
     """
     try:
-        text = content(path, "a text file").decode("utf-8-sig")
+        text = content(path, "a text file", MOST_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as fault:
         raise BadInput(f"byte {fault.start} is not UTF-8", where=path, right="a text file in UTF-8") from None
     if not text.strip():

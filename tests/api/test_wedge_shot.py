@@ -8,6 +8,8 @@ import pytest
 
 import hairpipe
 from hairpipe.errors import BadInput
+from hairpipe.graph.file import wedge as wedge_file
+from hairpipe.graph.file.variant_names import variant_name
 
 WEIGHT = """
 [weight]
@@ -52,6 +54,17 @@ def test_what_variants_share_is_computed_once(wedged):
     assert report.ok and report.outcome.evaluated == sum(done.values())
     assert report.progress["seed"].total == 1 and report.progress["move"].total == 2 * 6
     assert report.progress["sum"].total == 2 * 3 * 6
+
+
+def test_making_a_wedge_costs_in_proportion_to_its_variants(shot, monkeypatch):
+    """The wedges of the file are read once, not once more for each variant, which reads all of them."""
+    named = []
+    monkeypatch.setattr(wedge_file, "variant_name", lambda *given: named.append(1) or variant_name(*given))
+    count = 40
+    axis = f"axes.move.step = {{ from = 1, to = {count}, count = {count} }}"
+    shot.write_text(f"{shot.read_text()}\n[wedge.steps]\n{axis}\n")
+    assert len(hairpipe.load(shot).wedge("steps").variants) == count
+    assert len(named) <= 3 * count
 
 
 def test_results_are_shared_with_runs_of_one_variant_both_ways(wedged):

@@ -2,6 +2,8 @@
 
 import dataclasses
 import random
+import subprocess
+import sys
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
@@ -311,3 +313,27 @@ def test_damage_is_refused_or_shows_in_the_digest(tmp_path):
         else:
             seen.add((how, "digest"))
     assert {("flip", "refused"), ("flip", "digest"), ("scramble", "digest"), ("cut", "refused")} <= seen
+
+
+LIMITED = """
+import resource, sys
+from pathlib import Path
+import numpy as np
+from hairpipe.io import hdf5
+for size in range(0, 200_000, 20_000):
+    for limit in (1, 4096, size, size + 2048, size + 200_000):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, resource.RLIM_INFINITY))
+        path = Path(sys.argv[1], f"{size}-{limit}.h5")
+        try:
+            hdf5.write({"a": np.zeros(size, np.uint8), "b": ("text",) * 9}, path)
+        except OSError as error:
+            assert error.errno == 27 and not path.exists(), error
+print("ended")
+"""
+
+
+def test_a_limit_of_file_size_is_an_error_before_the_file_is_begun(tmp_path):
+    """HDF5 itself would end the process by SIGSEGV."""
+    done = subprocess.run([sys.executable, "-c", LIMITED, tmp_path], capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, "ended\n"), done.stderr
+    assert any(tmp_path.iterdir())

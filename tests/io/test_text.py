@@ -42,3 +42,13 @@ NUMBERS = {
 @pytest.mark.parametrize(("word", "value"), NUMBERS.items())
 def test_numbers_are_finite(word, value):
     assert parse_number(word) == value
+
+
+def test_a_file_that_is_too_large_is_refused_before_it_is_read(tmp_path):
+    path = tmp_path / "a.txt"
+    with path.open("wb") as file:
+        file.truncate(1 << 40)  # of which nothing is on the disk
+    with pytest.raises(
+        BadInput, match=r"too large: 1,099,511,627,776 bytes \(a text file of at most 67,108,864 bytes\)"
+    ):
+        read_text(path)

@@ -14,6 +14,10 @@ from hairpipe.errors import BadInput
 from hairpipe.plain_file import check_plain
 
 MOST_BYTES = 1 << 20
+MOST_NAMES = 16
+"""In a dotted key: Python's reader of TOML takes memory by the square of their number."""
+NAME = r"""(?:(?<![\w-])[\w-]++|"[^"\n]*"|'[^'\n]*')"""
+DOTTED = re.compile(rf"(?:{NAME}[ \t]*+\.[ \t]*+){{{MOST_NAMES}}}")
 HEADER = re.compile(r"""\s*\[\s*(?:(wedge\.[\w-]+|[\w-]+)|["']([^"']*)["'])\s*[\].]""")
 """Of a table; what follows the first name of a wedge is its own name."""
 
@@ -25,6 +29,10 @@ class GraphText:
         self.path = path
         self.text = text
         self._lines = text.splitlines()
+        long = DOTTED.search(text)
+        if long:
+            line = text.count("\n", 0, long.start()) + 1
+            raise BadInput(f"a key of more than {MOST_NAMES} names", where=f"{path}:{line}", right="node.group.setting")
         try:
             self.tables: dict[str, Any] = tomllib.loads(text.replace("\r\n", "\n"))
         except (ValueError, RecursionError) as error:

@@ -24,7 +24,8 @@ from hairpipe.graph.store.listing import Listing, read_listing
 from hairpipe.graph.store.record import Output
 from hairpipe.graph.store.store import LostObject, Store
 
-FULL = (errno.ENOSPC, errno.EDQUOT)
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+"""Errors of a file that does not fit: on the disk, in a quota, in the limit of a process."""
 MARGIN = 16 << 20
 """Space that stays free on a disk: a file that does not fit is refused before it is begun [bytes]."""
 

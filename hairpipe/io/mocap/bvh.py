@@ -9,7 +9,7 @@ import numpy as np
 
 from hairpipe.data.clip import Clip
 from hairpipe.errors import BadInput
-from hairpipe.io.mocap.bvh_hierarchy import Hierarchy, tokenise
+from hairpipe.io.mocap.bvh_hierarchy import MOST_JOINTS, MOST_LETTERS, Hierarchy, tokenise
 from hairpipe.io.text import LARGEST, parse_number, read_text
 
 
@@ -36,6 +36,10 @@ def read_bvh(path: Path) -> Clip:
     motion = next((i for i, line in enumerate(lines) if line.strip().upper() == "MOTION"), None)
     if motion is None:
         raise BadInput("there is no MOTION section", where=path, right="a BVH file: HIERARCHY, then MOTION")
+    letters = sum(map(len, lines[:motion]))
+    if letters > MOST_LETTERS:
+        right = f"at most {MOST_LETTERS:,}, for at most {MOST_JOINTS:,} joints"
+        raise BadInput(f"the HIERARCHY section has {letters:,} letters", where=path, right=right)
     hierarchy = Hierarchy(path, tokenise(lines[:motion]))
     hierarchy.read()
     frames, frame_time, first = _read_counts(path, lines, motion + 1)

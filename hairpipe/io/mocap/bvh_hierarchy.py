@@ -13,6 +13,8 @@ CHANNELS = {
     name.lower(): name for name in ("Xposition", "Yposition", "Zposition", "Xrotation", "Yrotation", "Zrotation")
 }
 MOST_CHANNELS = 6  # of one joint
+MOST_JOINTS, MOST_LETTERS = 10_000, 8 << 20
+"""Of a HIERARCHY section; no rig has a tenth of that, and each word of it takes a hundred bytes of memory."""
 END_SITE = -1
 
 
@@ -84,6 +86,8 @@ class Hierarchy:
         name = self.rest_of_line()
         if not name:
             raise self.fault(f"a {keyword} has no name", f"{keyword} Hips")
+        if len(self.joints) == MOST_JOINTS:
+            raise self.fault(f"there are more than {MOST_JOINTS:,} joints", "a skeleton")
         self.joints.append(Joint(name, parent))
         self.begin(len(self.joints) - 1)
 

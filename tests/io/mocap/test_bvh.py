@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from hairpipe.data.clip import Clip
 from hairpipe.errors import BadInput
+from hairpipe.io.mocap import bvh_hierarchy
 from hairpipe.io.mocap.bvh import read_bvh, recall_bvh
 from hairpipe.io.mocap.bvh_writing import write_bvh
 
@@ -259,3 +260,15 @@ FILES = {
 def test_real_files_are_read_whole(shared, name):
     clip = read_bvh(shared / name)
     assert (len(clip.values), len(clip.names), clip.values.shape[1]) == FILES[name]
+
+
+def test_a_hierarchy_that_no_rig_has_is_refused_before_it_takes_memory(tmp_path, monkeypatch):
+    joint = "JOINT j\n{\nOFFSET 0 1 0\nCHANNELS 0\n}\n"
+    text = PLAIN.replace("JOINT Fixed", joint * 5 + "JOINT Fixed")
+    monkeypatch.setattr(bvh_hierarchy, "MOST_JOINTS", 8)
+    assert len(read_text_as_bvh(tmp_path, text).names) == 8
+    monkeypatch.setattr(bvh_hierarchy, "MOST_JOINTS", 7)
+    with pytest.raises(BadInput, match="there are more than 7 joints"):
+        read_text_as_bvh(tmp_path, text)
+    with pytest.raises(BadInput, match=r"the HIERARCHY section has \d\d,\d{3},\d{3} letters"):
+        read_text_as_bvh(tmp_path, PLAIN.replace("JOINT Fixed", joint * 400_000 + "JOINT Fixed"))
