@@ -2,14 +2,15 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from hairpipe.api.formatting import duration, plural, size, table
+from hairpipe.api.formatting import duration, plural, size
 from hairpipe.cli import options
+from hairpipe.cli.measured import document, show_machine, show_table, spread, tell
 from hairpipe.cli.promises import needs, promises
 from hairpipe.cli.stderr import say
 
@@ -17,13 +18,12 @@ if TYPE_CHECKING:
     from hairpipe.bench.contact import Report as ContactReport
     from hairpipe.bench.core import Case, Report
     from hairpipe.bench.faults import Report as FaultReport
+    from hairpipe.bench.first_use import Report as FirstUseReport
     from hairpipe.bench.head import Between
-    from hairpipe.bench.machine import Machine
     from hairpipe.bench.paper import Report as PaperReport
     from hairpipe.bench.particles import Report as ParticleReport
     from hairpipe.bench.pictures.page import Report as PageReport
     from hairpipe.bench.pictures.picture import Report as PictureReport
-    from hairpipe.bench.repeat import Spread
     from hairpipe.bench.roofs import Roofs
     from hairpipe.bench.volume import Report as VolumeReport
 
@@ -204,6 +204,31 @@ def first_frame(graph: str, overrides: dict[str, str], as_json: bool) -> None:
         show_table("processor seconds on one thread", rows)
 
 
+@bench.command("first-use")
+@click.argument("graph", default="demo")
+@options.overrides
+@options.as_json
+def first_use(graph: str, overrides: dict[str, str], as_json: bool) -> None:
+    """Measure compilation: processor seconds of the first frame without kernels and with them, and kernels by function.
+
+    GRAPH has a node `hair`. Kernels and results are kept in temporary folders.
+    """
+    from hairpipe.api.source import find_graph
+    from hairpipe.bench.first_use import measure_first_use
+
+    report = measure_first_use(find_graph(graph), overrides)
+    tell(report, show_first_use, as_json)
+
+
+def show_first_use(report: "FirstUseReport") -> None:
+    """Write the report on the first use of a graph."""
+    show_machine(report.machine)
+    click.echo(f"{report.cold:.1f} processor seconds without kernels, {report.warm:.1f} with them")
+    total = f"{sum(report.kernels.values()):,} kernels of {len(report.kernels):,} functions"
+    rows = [(name, str(count)) for name, count in report.kernels.items() if count > 1]
+    show_table(f"{total}; those of several specialisations", [("function", "kernels"), *rows])
+
+
 @bench.command()
 @click.option("--seed", type=int, default=0, show_default=True, help="Chooses what is done, and where.")
 @options.as_json
@@ -307,12 +332,6 @@ def show(report: "Report") -> None:
     click.echo(f"every kernel of a frame compiled, nothing being warm: {duration(report.compiled)}")
 
 
-def show_machine(machine: "Machine") -> None:
-    """Write what was measured on."""
-    click.echo(f"{machine.processor}, {plural(machine.cores, 'core')}")
-    click.echo(", ".join(f"{name} {version}" for name, version in machine.versions.items()))
-
-
 def show_roofs(roofs: "Roofs") -> None:
     """Write what the machine could do at best."""
     rows = [
@@ -323,11 +342,6 @@ def show_roofs(roofs: "Roofs") -> None:
         (f"triad, {plural(threads, 'thread')}", spread(rate, 1e-9) + " GB/s") for threads, rate in roofs.triad.items()
     ]
     show_table("this machine at best", rows, text=2)
-
-
-def show_table(title: str, rows: list[tuple[str, ...]], text: int = 1) -> None:
-    """Write a table with a title, its first columns being text, the others numbers."""
-    click.echo(f"\n{title}\n{table(rows, '<' * text + '>' * (len(rows[0]) - text))}")
 
 
 def row_of(case: "Case") -> tuple[str, ...]:
@@ -356,34 +370,8 @@ def by_model(report: "Report") -> Iterator[tuple[str, ...]]:
         yield (*where, str(threads), *shown)
 
 
-def spread(value: "Spread", unit: float) -> str:
-    """Write a median and the middle half."""
-    return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
-
-
 def share_kernels() -> None:
     """Load kernels that runs have compiled, and keep those of this process; called before kernels are imported."""
     from hairpipe.bench import machine
 
     machine.share_kernels()
-
-
-def tell(report: Any, show: Callable[[Any], None], as_json: bool) -> None:
-    """Print a report, as a document or as people read it."""
-    if as_json:
-        click.echo(json.dumps(document(report), indent=2))
-    else:
-        show(report)
-
-
-def document(report: Any) -> dict[str, Any]:
-    """Describe the report as a JSON document."""
-
-    def plain(value: Any) -> Any:
-        if hasattr(value, "_asdict"):
-            return plain(value._asdict())
-        if isinstance(value, dict):
-            return {str(key): plain(item) for key, item in value.items()}
-        return [plain(item) for item in value] if isinstance(value, list) else value
-
-    return plain(report)

@@ -5,7 +5,7 @@ import os
 
 import pytest
 
-from hairpipe.bench import contact, core, paper, particles
+from hairpipe.bench import contact, core, first_use, paper, particles
 from hairpipe.bench.arithmetic.assembly import Arithmetic
 from hairpipe.bench.arithmetic.counting import Work
 from hairpipe.bench.machine import Machine
@@ -114,6 +114,18 @@ def test_particles_are_counted_in_link_passes(monkeypatch, hairpipe):
     lines = [line.split() for line in hairpipe("bench particles").stdout.splitlines()]
     assert ["2,003", "13,280", "28,000", "1", "14.5", "3.00", "2.00", "1.00", "250"] in lines
     assert ["2,003", "1", "0.50", "1.00"] in lines
+
+
+def test_first_use_lists_functions_of_several_specialisations(hairpipe, monkeypatch):
+    given = []
+    report = first_use.Report(REPORT.machine, 113.0, 5.1, {"sim.pcg._turn": 2, "sim.axis.gather": 1})
+    monkeypatch.setattr(
+        first_use, "measure_first_use", lambda path, overrides: given.append((path, overrides)) or report
+    )
+    text = hairpipe("bench first-use tune/short_slow --set groom.strands=9").stdout
+    assert given[0][0].name == "short_slow.toml" and given[0][1] == {"groom.strands": "9"}
+    assert "113.0 processor seconds without kernels, 5.1 with them" in text
+    assert "3 kernels of 2 functions" in text and "_turn" in text and "gather" not in text
 
 
 @pytest.mark.parametrize(("found", "code"), [([], 0), (["kill 3: other results"], 1)])

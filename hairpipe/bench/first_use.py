@@ -1,0 +1,62 @@
+"""What the first use of a graph compiles: processor seconds of a frame with and without kernels, and which are kept."""
+
+import resource
+import subprocess
+import tempfile
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.child import command, environment
+from hairpipe.graph.file.load import load_graph
+from hairpipe.graph.run.kernel_cache import FOLDER_DIGITS
+
+HAIR = "hair"
+"""Name of the scan in our graphs."""
+_MAIN = "from hairpipe.cli import main; sys.argv[1:] = {!r}; main()"
+
+
+class Report(NamedTuple):
+    """Cost of the first use of a graph.
+
+    cold     processor seconds of all processes up to the first frame, from an empty folder of kernels [s]
+    warm     the same, with the kernels that were kept [s]
+    kernels  number of specialisations that were kept, by function
+    """
+
+    machine: Machine
+    cold: float
+    warm: float
+    kernels: dict[str, int]
+
+
+def measure_first_use(graph_path: Path, overrides: Mapping[str, str], node: str = HAIR) -> Report:
+    """Measure the first frame of a node of a graph, in temporary folders; BadInput where it does not compute."""
+    frame = str(load_graph(graph_path, overrides).begin)
+    words = ["run", str(graph_path), "--to", node, "--frames", frame, "-q"]
+    words += [word for target, value in overrides.items() for word in ("--set", f"{target}={value}")]
+    with tempfile.TemporaryDirectory() as folder:
+        told = environment() | {"NUMBA_CACHE_DIR": folder}
+        spent = []
+        for cache in ("first", "second"):
+            begun = children_seconds()
+            code = _MAIN.format([*words, "--cache", str(Path(folder, cache))])
+            subprocess.run(command(code), env=told, check=True, stdout=2)
+            spent.append(children_seconds() - begun)
+        kernels = Counter(kernels_in(Path(folder, "hairpipe")))
+    return Report(this_machine(), *spent, dict(kernels.most_common()))
+
+
+def kernels_in(folder: Path) -> Iterator[str]:
+    """Name the function of every kernel in a folder of kernels: module and name."""
+    for path in sorted(folder.glob("*/*.nbc")):
+        function = path.name.partition(".")[2].rpartition("-")[0]
+        yield f"{path.parent.name[: -FOLDER_DIGITS - 1]}.{function}"
+
+
+def children_seconds() -> float:
+    """Processor seconds of the processes that this one has started and that have ended, with theirs [s]."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return children.ru_utime + children.ru_stime
