@@ -190,7 +190,7 @@ def _is_reversed(hair: Snapshot, still: Snapshot) -> bool:
 def _is_mirrored(hair: Snapshot, still: Snapshot) -> bool:
     """Return whether the roots are laid out as in a mirror image of those at rest, and not as those are."""
     here, there = hair.points[hair.roots], still.points[still.roots]
-    return len(here) >= FEW and _unlike(here, there * np.float32([-1, 1, 1])) < _unlike(here, there) / MUCH
+    return len(here) >= FEW and _unlike(here, there * np.array([-1, 1, 1], np.float32)) < _unlike(here, there) / MUCH
 
 
 def _unlike(these: np.ndarray, those: np.ndarray) -> float:

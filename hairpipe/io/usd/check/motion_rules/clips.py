@@ -73,7 +73,9 @@ def clip_rates(prim: Usd.Prim) -> Iterator[Fault]:
         unlike: dict[str, list[str]] = {}
         for asset in api.ComputeClipAssetPaths(name):
             clip = _open(prim, asset)
-            for field in METRICS if clip else ():
+            if clip is None:
+                continue
+            for field in METRICS:
                 own = clip.pseudoRoot.GetInfo(field) if clip.pseudoRoot.HasInfo(field) else None
                 if own is not None and root.HasInfo(field) and own != root.GetInfo(field):
                     unlike.setdefault(f"{field} {own}, the stage {root.GetInfo(field)}", []).append(asset.path)
