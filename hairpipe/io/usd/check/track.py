@@ -50,7 +50,7 @@ class Track:
         """Return the time codes at which the shot is cut, where we wrote the stage and noted them."""
         noted = self.prim.GetStage().GetRootLayer().customLayerData.get("hairpipe")
         cuts = noted.get("cuts") if isinstance(noted, dict) else None
-        return [float(cut) for cut in cuts] if isinstance(cuts, Vt.IntArray) else []
+        return [float(cut) for cut in cuts] if cuts and isinstance(cuts, Vt.IntArray) else []
 
     def is_cut(self, before: Snapshot, after: Snapshot) -> bool:
         """Return whether the shot is cut between two times, so that nothing goes from the one to the other."""
