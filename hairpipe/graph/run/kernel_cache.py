@@ -179,7 +179,7 @@ def name_of(cache_file: Any, key: tuple[Any, ...]) -> str | None:
     code = codes_behind(key[0]) if cache_file._cache_path else None
     if code is None:
         return None
-    parts = [repr(key), code, cache_file._source_stamp, cache_file._version]
+    parts = [repr(key), code, repr(cache_file._source_stamp), cache_file._version]  # numba's own stamps are bytes
     return f"{cache_file._index_name.removesuffix('.nbi')}.{digest('kernels', parts)[:FOLDER_DIGITS]}.nbc"
 
 
