@@ -80,11 +80,10 @@ it.measure_scene = lambda say, name, *_: it.Row(name, 24, 1000, 1.0, 0.1, {"stra
 it.try_faults.__defaults__ = it.Trials(kills=0, damages=1, beside=0, modules=()),""",
 }
 """Lines of Python that are carried out before, which make a command small: users have no option for it."""
-SHARED = """from contextlib import nullcontext
-from hairpipe.cli.commands import bench
-bench.kernels_of_its_own = nullcontext
+SHARED = """from hairpipe.graph.run.machine_code import share_kernels
+share_kernels()
 """
-"""The same for all benches: what the tests have compiled is not compiled once more."""
+"""The same for all benches, before those lines import kernels: what the tests have compiled is not compiled again."""
 EXITS = {"tune": 130, "data check": 1}
 """Exit codes: tuning is interrupted before it measures, and the data folder is empty."""
 

@@ -83,6 +83,7 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
     "measure_scheme": {"trial.seconds": 0.125, "rates": [24]},
     "measure_extremes": {"rates": [24], "seconds": 0.05},
     "plot_interpolation": {"voxel": 0.2, "half_width": 2},
+    "measure_fidelity": {"skip": 0},
     "measure_packing": {"skip": 0},
     "measure_cost": {"warm": 1, "timed": 1},
     "preview": {"width": 64, "height": 64},
@@ -93,6 +94,8 @@ FEW: dict[str, dict[str, float | list[int] | list[float]]] = {
 """Settings by node type with which every graph runs in a moment."""
 FIRST = 2
 """Frames of every graph that are computed."""
+LONGER = {"measure_lag"}
+"""Node types that refuse so few frames: the head has not turned yet."""
 DEEPEST = 1e-3
 """How far inside a point may be after them, of a strand that began outside: others come out softly [m]."""
 
@@ -160,13 +163,14 @@ def merged(graphs: list[Graph]) -> Graph:
 
 
 def shorten(path: Path) -> Graph:
-    """Load a graph with less to do in every frame, without nodes that this Python has no library for."""
+    """Load a graph with less to do in every frame, without nodes of `LONGER` or without their library."""
     graph = load_graph(path)
     less = {f"{n.name}.{key}": str(few) for n in graph.nodes.values() for key, few in FEW.get(n.type.name, {}).items()}
     graph = load_graph(path, less)
+    unfit = LONGER | ({"render_cycles"} if find_spec("bpy") is None else set())
     lost: set[str] = set()
-    for node in graph.nodes.values() if find_spec("bpy") is None else ():  # after those it depends on
-        if node.type.name == "render_cycles" or any(edge.node in lost for edge in node.edges.values()):
+    for node in graph.nodes.values():  # after those it depends on
+        if node.type.name in unfit or any(edge.node in lost for edge in node.edges.values()):
             lost.add(node.name)
     return graph.upto(graph.nodes.keys() - lost)
 

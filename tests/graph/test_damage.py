@@ -218,6 +218,8 @@ def test_a_record_of_another_shape_is_none(listed):
                 "outputs": ({},),
                 "warnings": ([],),
                 "prepare_warnings": ([],),
+                "processor_class": (None, "text"),
+                "threading_layer": (None, "text"),
             }
             assert found is None or other in allowed.get(name, ()), (name, other)
 

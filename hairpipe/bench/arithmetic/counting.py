@@ -80,6 +80,7 @@ def count_work(kernel: Dispatcher, *args: Any) -> Work:
         simd.minimum: np.minimum,
         simd.multiply_add: lambda a, b, c: a * b + c,
         simd.select: lambda condition, a, b: np.where(condition, a, b).view(_Lanes),
+        simd.both: np.logical_and,
         simd.either: np.logical_or,
         simd.any_lane: lambda condition: bool(np.asarray(condition).any()),
     }

@@ -19,7 +19,7 @@ DISTRIBUTIONS = {"numpy": "numpy", "scipy": "scipy", "numba": "numba", "usd": "u
 @click.command()
 @options.as_json
 def version(as_json: bool) -> None:
-    """Print versions, the number of cores, the class of the processor and the threading layer of numba."""
+    """Print versions, cores, class of processor and threading layer."""
     found: dict[str, str | int | None] = {"hairpipe": __version__, "python": platform.python_version()}
     found |= {name: version_of(distribution) for name, distribution in DISTRIBUTIONS.items()}
     found |= {"threads": os.cpu_count(), "class": processor_class(), "threading layer": choose_layer().name}

@@ -49,12 +49,12 @@ BAD = {
     "without text": ('[other]\nlike = "seed"\nwithout = "bent"\n', ":22: [other]: without = 'bent'", "a list of names"),
     "deep": (
         f'[deep]\ntype = "make_seed"\n{DEEP} = 1\n[other]\nlike = "deep"\n{DEEP} = 2\n',
-        "[other]: nested too deeply",
+        "a key of more than 16 names",
         "",
     ),
     "without deep": (
         f'[deep]\ntype = "make_seed"\n{DEEP} = 1\n[other]\nlike = "deep"\nwithout = ["{DEEP}"]\n',
-        "[other]: nested too deeply",
+        "a key of more than 16 names",
         "",
     ),
     "without like": ('[other]\ntype = "make_seed"\nwithout = []\n', ":22: [other]: without", 'like = "node"'),

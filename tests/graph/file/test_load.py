@@ -110,7 +110,7 @@ BAD = {
     "fps of digits": (SEED.replace("fps = 24", f"fps = {HEXADECIMAL}"), ":3: fps = (too long", "0.01 to"),
     "frames of digits": (SEED.replace("10]", f"{HEXADECIMAL}]"), ":2: frames = (too long", "first <= last"),
     "type of digits": (SEED.replace('"make_seed"', HEXADECIMAL), ":5: [seed]: type = (too long", ""),
-    "type deep": (SEED.replace("type", "type" + ".a" * 3000), ":5: [seed]: type = (too long", ""),
+    "type deep": (SEED.replace("type", "type" + ".a" * 3000), ":5: a key of more than 16 names", ""),
     "checkpoint": (SUM + "checkpoint = 0\n", ":12: [sum] add_up: checkpoint = 0", ">= 1"),
     "no scan": (SEED + "checkpoint = 3\n", ":6: [seed] make_seed: make_seed keeps no state", "a scan"),
 }
