@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from hairpipe.io.usd.layer_files import Layers
 
 MEMORY = 4 << 30  # bytes: far more than a frame of any shot, and OpenUSD says no to a damaged count beyond it
-SECONDS, RATE = (
-    60,
-    1e6,
-)  # of processor time, and bytes of layers for each second more: ten times as long as a lint takes
+# Of processor time, and bytes of layers for each second more: ten times as long as a lint takes.
+SECONDS, RATE = 60, 1e6
 PATIENCE = 10  # times as long by the clock, for computers that do other things
+ONE_THREAD = {"PXR_WORK_THREAD_LIMIT": "1"}
+"""Environment of a child: a further thread of OpenUSD that gets no memory ends by a segmentation fault, at times."""
 OVERDUE = (signal.SIGXCPU, signal.SIGALRM)
 Result = TypeVar("Result")
 
@@ -44,7 +44,7 @@ def work_apart(work: Callable[..., Result], path: Path, *arguments: Any) -> Resu
         command(f"from {__name__} import serve; serve()"),
         input=pack((work.__module__, work.__name__, path, arguments)),
         capture_output=True,
-        env=environment(),
+        env=environment() | ONE_THREAD,
     )
     if child.returncode < 0:
         raise _death(child, path)
@@ -94,10 +94,8 @@ def limit_time(size: int, own: int) -> None:
     """
     seconds = SECONDS + int(size / RATE)
     _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-    limits = [
-        seconds,
-        *(limit for limit in (own, hard - 1) if limit >= 0),
-    ]  # SIGKILL comes at the hard one, and says nothing
+    # SIGKILL comes at the hard limit, and says nothing.
+    limits = [seconds, *(limit for limit in (own, hard - 1) if limit >= 0)]
     resource.setrlimit(resource.RLIMIT_CPU, (min(limits), hard))
     signal.alarm(PATIENCE * seconds)
 
