@@ -10,12 +10,14 @@ from PIL import Image
 
 from hairpipe.api.shot import load
 from hairpipe.api.source import shipped_graphs
+from hairpipe.graph.file.data_folder import data_folder
 from hairpipe.page.documents import graph_document
 from hairpipe.page.packing import quantised
 from hairpipe.page.report import write_report
 from hairpipe.page.server import Server
 from hairpipe.page.session import Session
 
+from ..pages import data_of
 from .conftest import SHOT
 
 
@@ -137,6 +139,8 @@ def test_tables_of_frames_become_curves_and_sort(opened, report):
 
 
 def test_no_wire_crosses_a_node_in_any_shipped_graph(opened, report):
+    folder = data_folder()
+    there = folder is not None and folder.is_dir()
     driver = opened(report)
     script = """
         const [graph, state] = arguments;
@@ -170,6 +174,8 @@ def test_no_wire_crosses_a_node_in_any_shipped_graph(opened, report):
           return places;
         }"""
     for name, path in shipped_graphs().items():
+        if data_of(path) and not there:
+            continue
         shot = load(path)
         state = {"nodes": {node: {"cells": []} for node in shot.nodes}}
         boxes, crossed = driver.execute_script(script, graph_document(shot), state)

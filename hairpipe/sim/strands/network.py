@@ -83,7 +83,7 @@ def warn_of_curls(groom: Groom) -> None:
     curls = curls_of(groom)
     if len(curls):
         said = f"{len(curls)} of {len(groom.ids)} strands are curls: {name_strands(groom.ids[curls])}"
-        off = "their sag under their weight is up to 10 % off, with a rod 2 to 8 %"
+        off = "their sag under their weight is up to 10 % off, or they never rest"
         warn(f'model = "network": {said}; {off} (model = "rod")', stacklevel=3)
 
 

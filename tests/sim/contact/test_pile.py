@@ -43,6 +43,17 @@ def heights_over(shot):
     return (r + t[:, None] * c - s[:, None] * a)[cross, 1]
 
 
+def test_crossing_hairs_rest_with_the_coupled_solver_and_not_with_the_published_one(scene):
+    """A hair of 45 mm falls across one of 30 mm without friction: what `warn_of_sweep` warns of."""
+    along, end = np.linspace(0.0, 1.0, 25)[:, None], {}
+    over, under = along * [0.045, 0.0, 0.0], [0.03, -2e-3, -0.02] + along * [0.0, 0.0, 0.03]
+    for solver in ("coupled", "sweep"):
+        shot = scene([over, under], step=1 / 48, drag=0.5)
+        shot.scene = replace(shot.scene, collisions=Collisions(thickness=1e-3, friction=0.0, solver=solver))
+        end[solver] = np.abs(shot.run(2.0).state.velocities).max()
+    assert end["coupled"] < 0.01 and end["sweep"] > 5.0 * end["coupled"]
+
+
 @pytest.mark.parametrize("step", [1 / 60, 1 / 240])
 def test_it_comes_to_rest_on_what_is_below(pile, step):
     shot, fastest = pile(step), []
