@@ -19,7 +19,7 @@ PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name
 ORDER = (
     *("errors", "units", "simplification", "plain_file", "child", "processor"),  # what everything may need
     *("kernels", "data", "spatial", "volume", "body", "levelset", "groom", "scripted_ends"),
-    *("sim", "particles", "table", "measure", "studies"),
+    *("sim", "particles", "table", "measure"),
 )
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 WITHIN = {
@@ -29,11 +29,11 @@ WITHIN = {
     "sim": """material layout axis strands.construction strands.forces strands boundary state air.wind settings
         contact.hair.couplings interactions air hair_model cuts contact.contact_points contact.body contact.ccd
         contact.hair filters volume_filter volume_target solve surroundings integrators build diagnostics statics
-        precision locks simulate elastic""",
+        precision locks simulate""",
     "io": """text polygons mocap makehuman obj usd usd.check.finding usd.check.snapshot usd.check.track usd.check.scene
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules
         usd.check.body_rules usd.check.lint body csv hdf5 npz image picture panels table tfx value""",
-    "studies": "theory accuracy integrators interpolation contact",
+    "experiments.studies": "theory accuracy integrators interpolation contact",
 }
 """The same within a room, for its folders and files: one imports from itself and from those before it."""
 BASE = {"errors", "units", "simplification", "plain_file", "child", "processor", "data"}
@@ -58,6 +58,9 @@ ROOMS = {
     "bench": {*ORDER, "render", "graph"},
     "nodes": {*ORDER, "render", "chart", "io", "graph"},
     "graphs": {*ORDER, "io"},
+    "experiments.elastic": {*ORDER},
+    "experiments.studies": {*ORDER},
+    "experiments.nodes": {*ORDER, "render", "chart", "io", "graph", "experiments"},
     "tune": {*BASE, "api", *PURE, "measure.climate", "groom.random_streams"},
     "page": {*BASE, "api", "io", "spatial", "wedge", "graph.File", *PURE},
     "wedge": {*BASE, "api", "io", *PURE},
@@ -134,16 +137,21 @@ def imports_of(path: Path) -> Iterator[str]:
 
 
 def room_of(path: Path) -> str:
-    parts = path.relative_to(HOME).with_suffix("").parts
-    if "nodes" in parts[:-1]:  # those of every graph, and those of the experiments
-        return "nodes"
-    return parts[1] if parts[0] == "hairpipe" else parts[0]
+    first, *inner = path.relative_to(HOME).with_suffix("").parts
+    if first == "graphs" and inner[0] == "experiments":
+        return ".".join(inner[:2])
+    return inner[0] if first == "hairpipe" else first
+
+
+def is_node(path: Path) -> bool:
+    """Whether a file declares a node: of every graph, or of the experiments."""
+    return path.parent.name == "nodes" and path.stem != "__init__"
 
 
 def is_allowed(room: str, target: str) -> bool:
     """Whether a room may import this module of ours."""
     allowed = {room} | ROOMS.get(room, set())
-    inner = target.removeprefix("hairpipe.")
+    inner = target.removeprefix("hairpipe.").removeprefix("graphs.")
     bare = target in ("hairpipe", "hairpipe.__version__")
     return bare or any(inner == name or inner.startswith(f"{name}.") for name in allowed)
 
@@ -178,7 +186,9 @@ def length_of(path: Path) -> int:
 
 
 def module_of(path: Path) -> str:
-    return ".".join(path.relative_to(HOME).with_suffix("").parts)
+    """Name the module of a file as it is imported."""
+    name = ".".join(path.relative_to(HOME).with_suffix("").parts)
+    return name if path.is_relative_to(HOME / "hairpipe") else f"hairpipe.{name}"
 
 
 def floor_of(module: str, order: list[str]) -> int | None:
@@ -225,9 +235,9 @@ def test_no_node_imports_a_node_and_the_engine_only_by_its_public_names():
     wrong = [
         f"{name_of(path)} imports {target}"
         for path in SOURCES
-        if room_of(path) == "nodes"
+        if is_node(path)
         for target in imports_of(path)
-        if ".nodes." in target or (target.startswith("hairpipe.graph") and not public.fullmatch(target))
+        if ".nodes." in target or (f"{target}.".startswith("hairpipe.graph.") and not public.fullmatch(target))
     ]
     assert not wrong, "\n".join(wrong)
 
@@ -253,7 +263,7 @@ def test_a_foreign_library_lives_in_one_place():
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize("path", [p for p in SOURCES if room_of(p) == "nodes" and p.stem != "__init__"], ids=name_of)
+@pytest.mark.parametrize("path", [path for path in SOURCES if is_node(path)], ids=name_of)
 def test_a_node_file_declares_one_node_of_its_name(path):
     tree = tree_of(path)
     declared = [
@@ -299,7 +309,8 @@ def test_no_two_files_of_a_room_have_the_same_name():
 
 @pytest.mark.parametrize("room", WITHIN)
 def test_files_of_a_room_import_only_what_is_below_them(room):
-    order = [f"hairpipe.{room}.{unit}" for unit in WITHIN[room].split()]
+    home = "hairpipe.graphs" if room.startswith("experiments.") else "hairpipe"
+    order = [f"{home}.{room}.{unit}" for unit in WITHIN[room].split()]
     own = [path for path in SOURCES if room_of(path) == room and path.name != "__init__.py"]
     unused = [unit for unit in order if not any(floor_of(module_of(path), [unit]) == 0 for path in own)]
     assert not unused, f"nothing is in {unused}"

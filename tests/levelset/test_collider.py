@@ -5,6 +5,9 @@ from collections.abc import Callable
 import numba
 import numpy as np
 import pytest
+from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, poses_at, surfaces_of
+from hairpipe.graphs.experiments.studies.interpolation.cases import CASES, Case, Way, moved
+from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
 
 from hairpipe.data import Mesh
 from hairpipe.levelset.bake.parts import gathered
@@ -14,9 +17,6 @@ from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
 from hairpipe.levelset.sphere_tracing import MARGIN
-from hairpipe.studies.interpolation.bodies import FRAME, outline_at, poses_at, surfaces_of
-from hairpipe.studies.interpolation.cases import CASES, Case, Way, moved
-from hairpipe.studies.interpolation.solids import ellipsoid
 
 VOXEL, HALF_WIDTH = 0.05, 8.0
 SCHEMES = ("linear", "one_sided", "two_sided", "parts")

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numba
 import numpy as np
 import pytest
+from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.strands import lay_strands
@@ -15,7 +16,6 @@ from hairpipe.scripted_ends.track import Track
 from hairpipe.sim.boundary import motion_of_roots
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Collisions
-from hairpipe.studies.theory.elastica import bend_elastica
 
 G = 9.81
 

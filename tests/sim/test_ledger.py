@@ -51,7 +51,7 @@ def test_a_row_names_a_file_that_cites_the_equation_and_tests_that_import_the_fi
     cited = re.search(re.escape(row.citation) + r"(?!\.?\d)", text, re.IGNORECASE)
     assert cited, f"{row.file} does not cite '{row.citation}'"
     assert row.tests, f"{row.equation}: no test"
-    module = row.file.removesuffix(".py").replace("/", ".")
+    module = f"hairpipe.{row.file.removesuffix('.py').removeprefix('hairpipe/').replace('/', '.')}"
     for test in row.tests:
         assert (HOME / test).is_file(), f"{test}: there is no such file"
         assert module in imported(HOME / test), f"{test} does not import {module}"

@@ -10,6 +10,6 @@ def compare_schemes(tables: tuple[Table, ...], *, schemes: tuple[str, ...]) -> T
 
     schemes  names of those that were measured, in the order of their tables
     """
-    from hairpipe.studies.integrators.cost import cost_table
+    from hairpipe.graphs.experiments.studies.integrators.cost import cost_table
 
     return cost_table(tables, schemes)

@@ -20,6 +20,6 @@ def droop_rod(
     material  of the fibre
     gravity   along -Y
     """
-    from hairpipe.studies.theory.drooping import drooped
+    from hairpipe.graphs.experiments.studies.theory.drooping import drooped
 
     return drooped(groom, material, gravity)

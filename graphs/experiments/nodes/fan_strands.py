@@ -19,6 +19,6 @@ def fan_strands(
     strands  in so many orientations
     radius   of the circle of roots
     """
-    from hairpipe.studies.accuracy.fan import fanned
+    from hairpipe.graphs.experiments.studies.accuracy.fan import fanned
 
     return fanned(groom, strands, radius)

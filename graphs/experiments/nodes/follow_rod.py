@@ -24,7 +24,7 @@ def follow_rod(
     material  of the fibre, as in simulate_hair; a rod does not stretch
     every     frames from one row to the next
     """
-    from hairpipe.studies.theory.led_rods import led_rod
+    from hairpipe.graphs.experiments.studies.theory.led_rods import led_rod
 
     seen = Frames(ends.numbers[::every], ends.__getitem__)
     return led_rod(groom, seen, time.fps, material.bending, material.torsion)

@@ -2,10 +2,11 @@
 
 from typing import Annotated
 
+from hairpipe.graphs.experiments.studies.integrators.trial import Trial
+
 from hairpipe.data import Table
 from hairpipe.graph import node
 from hairpipe.sim.settings import Scheme, StrainLimit
-from hairpipe.studies.integrators.trial import Trial
 from hairpipe.units import Interval
 
 
@@ -24,6 +25,6 @@ def follow_trial(
     strain  how far a segment may be stretched; without, as far as its springs let it
     rate    steps a second
     """
-    from hairpipe.studies.integrators.record import course_table
+    from hairpipe.graphs.experiments.studies.integrators.record import course_table
 
     return course_table(trial, scheme, strain, rate)

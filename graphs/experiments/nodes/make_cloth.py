@@ -20,6 +20,6 @@ def make_cloth(
     height  above the ground
     cells   along an edge, each of two triangles
     """
-    from hairpipe.sim.elastic.sheets import build_cloth
+    from hairpipe.graphs.experiments.elastic.sheets import build_cloth
 
     return build_cloth(size, cells, height)

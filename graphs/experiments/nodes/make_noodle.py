@@ -24,6 +24,6 @@ def make_noodle(
     along   quads along the half circle, each of two triangles
     around  quads around the tube
     """
-    from hairpipe.sim.elastic.sheets import build_noodle
+    from hairpipe.graphs.experiments.elastic.sheets import build_noodle
 
     return build_noodle(ring, tube, along, around, height)

@@ -24,6 +24,6 @@ def make_torus(
     layers  of tetrahedra across the radius of the tube
     around  prisms along the ring, each of 18 layers^2 tetrahedra
     """
-    from hairpipe.sim.elastic.torus import build_torus
+    from hairpipe.graphs.experiments.elastic.torus import build_torus
 
     return build_torus(ring, tube, layers, around, height)

@@ -21,6 +21,6 @@ def measure_between(
 
     stride  frames from one key to the next: at 96 frames a second, 4 makes keys of 24
     """
-    from hairpipe.studies.interpolation.clips import Clip, clip_table
+    from hairpipe.graphs.experiments.studies.interpolation.clips import Clip, clip_table
 
     return clip_table(rest.mesh, Clip(body, surface, parts), stride, time.dt)

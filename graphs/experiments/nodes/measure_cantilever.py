@@ -2,9 +2,10 @@
 
 from typing import Annotated
 
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
+
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.studies.accuracy.sample import Sample
 from hairpipe.units import Degrees, Ge, Gt, Interval
 
 Gammas = tuple[Annotated[float, Gt(0.0)], ...]
@@ -29,6 +30,6 @@ def measure_cantilever(
     rolls     of the strand about its axis, equal steps of half a turn
     gammas    rho A g L^3 / (E I), ascending
     """
-    from hairpipe.studies.accuracy.cantilever import cantilever_table
+    from hairpipe.graphs.experiments.studies.accuracy.cantilever import cantilever_table
 
     return cantilever_table(sample, segments, angles, rolls, gammas)

@@ -10,7 +10,7 @@ from hairpipe.sim import settings as of
 from hairpipe.units import Gt, Interval, MetresPerSecond, Seconds
 
 if TYPE_CHECKING:
-    from hairpipe.studies.contact.worst import Worst
+    from hairpipe.graphs.experiments.studies.contact.worst import Worst
 
 Rates = tuple[Annotated[int, Interval(ge=24, le=1_000_000)], ...]
 Speeds = tuple[Annotated[MetresPerSecond, Gt(0.0)], ...]
@@ -48,10 +48,11 @@ def measure_clash(
     """
     from dataclasses import replace
 
+    from hairpipe.graphs.experiments.studies.contact.bar import tuft
+    from hairpipe.graphs.experiments.studies.contact.clash import clash_table, fixed_steps, meet
+
     from hairpipe.sim.hair_model import build_hair
     from hairpipe.sim.material import Material
-    from hairpipe.studies.contact.bar import tuft
-    from hairpipe.studies.contact.clash import clash_table, fixed_steps, meet
 
     hair, touch = build_hair(tuft(), Material()), contact or of.BodyContact()
     among = {"stiction": stiction, "collisions": collisions, "volume": volume, "locks": locks}

@@ -8,7 +8,7 @@ from hairpipe.particles import settings as of
 from hairpipe.units import Gt, Interval, MetresPerSecond, Seconds
 
 if TYPE_CHECKING:
-    from hairpipe.studies.contact.worst import Worst
+    from hairpipe.graphs.experiments.studies.contact.worst import Worst
 
 Rates = tuple[Annotated[int, Interval(ge=24, le=1_000_000)], ...]
 Speeds = tuple[Annotated[MetresPerSecond, Gt(0.0)], ...]
@@ -38,11 +38,12 @@ def measure_cloud_clash(
     rates        frames a second
     seconds      from the start; they meet after 1/8 s, and again 1/4 s later, and stand still after 1/2 s
     """
+    from hairpipe.graphs.experiments.studies.contact.bar import tuft
+    from hairpipe.graphs.experiments.studies.contact.clash import clash_table
+    from hairpipe.graphs.experiments.studies.contact.cloud_clash import meet
+
     from hairpipe.particles.links import LinkRule, link
     from hairpipe.particles.sampling import sample
-    from hairpipe.studies.contact.bar import tuft
-    from hairpipe.studies.contact.clash import clash_table
-    from hairpipe.studies.contact.cloud_clash import meet
 
     settings = of.ParticleSettings(sag, interaction=interaction, sag_free=sag_free)
     rule, line_density = LinkRule(12, 0.5, 58.0, 24.0), settings.fibre.line_density

@@ -16,6 +16,6 @@ def measure_extremes(*, rates: Rates = (240, 24), seconds: Annotated[Seconds, Gt
     rates    steps a second
     seconds  that it is given to come to rest
     """
-    from hairpipe.studies.integrators.extremes import extremes_table
+    from hairpipe.graphs.experiments.studies.integrators.extremes import extremes_table
 
     return extremes_table(rates, seconds)

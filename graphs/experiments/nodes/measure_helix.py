@@ -2,10 +2,11 @@
 
 from typing import Annotated
 
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
+
 from hairpipe.data import Table
 from hairpipe.graph import node
 from hairpipe.groom.helix import Helix
-from hairpipe.studies.accuracy.sample import Sample
 from hairpipe.units import Ge, Gt, Interval, MetresPerSecondSquared
 
 Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
@@ -29,6 +30,6 @@ def measure_helix(
     gravities     ascending
     orientations  of curl and gravity together in the world
     """
-    from hairpipe.studies.accuracy.helix import helix_table
+    from hairpipe.graphs.experiments.studies.accuracy.helix import helix_table
 
     return helix_table(sample, curl, segments, gravities, orientations)

@@ -21,6 +21,6 @@ def measure_interpolation(
     voxel       spacing of the samples; the bodies are about 0.6 m large
     half_width  of the band
     """
-    from hairpipe.studies.interpolation.surface_errors import interpolation_table
+    from hairpipe.graphs.experiments.studies.interpolation.surface_errors import interpolation_table
 
     return interpolation_table(fractions, voxel, half_width)

@@ -2,10 +2,11 @@
 
 from typing import Annotated
 
+from hairpipe.graphs.experiments.studies.integrators.trial import Trial
+
 from hairpipe.data import Table
 from hairpipe.graph import node
 from hairpipe.sim.settings import Scheme, StrainLimit
-from hairpipe.studies.integrators.trial import Trial
 from hairpipe.units import Gt, Interval
 
 Rates = tuple[Annotated[int, Interval(ge=24, le=1_000_000)], ...]
@@ -29,6 +30,6 @@ def measure_scheme(
     rates   steps a second, a multiple of 24 of them
     most    solves of a run; with more it is not run
     """
-    from hairpipe.studies.integrators.errors import error_table
+    from hairpipe.graphs.experiments.studies.integrators.errors import error_table
 
     return error_table(truth, trial, scheme, strain, rates, most)

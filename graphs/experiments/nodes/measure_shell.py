@@ -13,6 +13,6 @@ def measure_shell(shell: Shell, states: Frames[ElasticState], *, every: Annotate
 
     every  so many frames there is a row
     """
-    from hairpipe.sim.elastic.elastic_measures import measure_angles
+    from hairpipe.graphs.experiments.elastic.elastic_measures import measure_angles
 
     return measure_angles(shell, (states[frame] for frame in states.numbers[::every]))

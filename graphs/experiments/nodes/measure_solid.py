@@ -13,6 +13,6 @@ def measure_solid(solid: Solid, states: Frames[ElasticState], *, every: Annotate
 
     every  so many frames there is a row
     """
-    from hairpipe.sim.elastic.elastic_measures import measure_volume
+    from hairpipe.graphs.experiments.elastic.elastic_measures import measure_volume
 
     return measure_volume(solid, (states[frame] for frame in states.numbers[::every]))

@@ -37,7 +37,7 @@ def measure_stack(
     iterations  shown in the first table: sweeps over all pairs, or of conjugate gradients
     seconds     that stacks are given to come to rest in
     """
-    from hairpipe.studies.contact.stack import landing_table, standing_table
+    from hairpipe.graphs.experiments.studies.contact.stack import landing_table, standing_table
 
     landing = landing_table(collisions, step, layers, iterations)
     return Stack(landing, standing_table(collisions, step, layers, sweeps, seconds))

@@ -2,9 +2,10 @@
 
 from typing import Annotated
 
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
+
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.studies.accuracy.sample import Sample
 from hairpipe.units import Gt, Interval
 
 Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
@@ -24,6 +25,6 @@ def measure_torsion(
     segments  of each strand
     twists    of the far end [rad], ascending; it is held in line and slides along the axis
     """
-    from hairpipe.studies.accuracy.torsion import torsion_table
+    from hairpipe.graphs.experiments.studies.accuracy.torsion import torsion_table
 
     return torsion_table(sample, segments, twists)

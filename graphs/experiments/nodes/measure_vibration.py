@@ -2,9 +2,10 @@
 
 from typing import Annotated
 
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
+
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.studies.accuracy.sample import Sample
 from hairpipe.units import Interval
 
 Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
@@ -23,6 +24,6 @@ def measure_vibration(
     segments  of each strand
     modes     so many, from the lowest
     """
-    from hairpipe.studies.accuracy.vibration import vibration_table
+    from hairpipe.graphs.experiments.studies.accuracy.vibration import vibration_table
 
     return vibration_table(sample, segments, modes)

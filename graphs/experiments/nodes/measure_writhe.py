@@ -2,9 +2,10 @@
 
 from typing import Annotated, NamedTuple
 
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
+
 from hairpipe.data import Table
 from hairpipe.graph import node
-from hairpipe.studies.accuracy.sample import Sample
 from hairpipe.units import Interval
 
 Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
@@ -28,6 +29,6 @@ def measure_writhe(
     sample    what the strand is made of
     segments  of each strand
     """
-    from hairpipe.studies.accuracy.writhe import writhe_tables
+    from hairpipe.graphs.experiments.studies.accuracy.writhe import writhe_tables
 
     return Writhe(*writhe_tables(sample, segments))

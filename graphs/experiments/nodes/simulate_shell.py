@@ -2,10 +2,11 @@
 
 from typing import NamedTuple
 
+from hairpipe.graphs.experiments.elastic.elastic_settings import ElasticScene
+from hairpipe.graphs.experiments.elastic.matter import Fabric
+
 from hairpipe.data import ElasticState, Mesh, Shell
 from hairpipe.graph import Time, flat_group, node
-from hairpipe.sim.elastic.elastic_settings import ElasticScene
-from hairpipe.sim.elastic.matter import Fabric
 
 
 class MovingShell(NamedTuple):
@@ -29,8 +30,8 @@ def simulate_shell(
 
     matter   the shell is of; the spring constants follow from it
     """
-    from hairpipe.sim.elastic.elastic_frame import advance_frame, begin
-    from hairpipe.sim.elastic.spring_mesh import shell_springs
+    from hairpipe.graphs.experiments.elastic.elastic_frame import advance_frame, begin
+    from hairpipe.graphs.experiments.elastic.spring_mesh import shell_springs
 
     springs = shell_springs(shell, matter)
     if previous is None:

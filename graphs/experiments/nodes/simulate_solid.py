@@ -2,10 +2,11 @@
 
 from typing import NamedTuple
 
+from hairpipe.graphs.experiments.elastic.elastic_settings import ElasticScene
+from hairpipe.graphs.experiments.elastic.matter import Rubber
+
 from hairpipe.data import ElasticState, Mesh, Solid
 from hairpipe.graph import Time, flat_group, node
-from hairpipe.sim.elastic.elastic_settings import ElasticScene
-from hairpipe.sim.elastic.matter import Rubber
 
 
 class MovingSolid(NamedTuple):
@@ -30,9 +31,9 @@ def simulate_solid(
 
     matter   the solid is of; the spring constants follow from it
     """
-    from hairpipe.sim.elastic.elastic_frame import advance_frame, begin
-    from hairpipe.sim.elastic.hinges import boundary
-    from hairpipe.sim.elastic.spring_mesh import solid_springs
+    from hairpipe.graphs.experiments.elastic.elastic_frame import advance_frame, begin
+    from hairpipe.graphs.experiments.elastic.hinges import boundary
+    from hairpipe.graphs.experiments.elastic.spring_mesh import solid_springs
 
     springs = solid_springs(solid, matter)
     if previous is None:

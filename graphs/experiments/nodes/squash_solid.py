@@ -2,9 +2,10 @@
 
 from typing import Annotated
 
+from hairpipe.graphs.experiments.elastic.squash import Shape
+
 from hairpipe.data import Solid
 from hairpipe.graph import node
-from hairpipe.sim.elastic.squash import Shape
 from hairpipe.units import Ge
 
 
@@ -15,6 +16,6 @@ def squash_solid(solid: Solid, *, shape: Shape = "plane", seed: Annotated[int, G
     shape  they are moved to, about their middle
     seed   of the random places
     """
-    from hairpipe.sim.elastic.squash import squash
+    from hairpipe.graphs.experiments.elastic.squash import squash
 
     return squash(solid, shape, seed)

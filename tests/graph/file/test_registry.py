@@ -29,7 +29,7 @@ def test_a_type_of_the_experiments_is_found_beside_them_only():
     home = experiments_folder()
     assert Registry(home).find("measure_writhe").name == "measure_writhe"
     code = CodeReader(lambda name, make: make(), home).code_of("measure_writhe")
-    assert {"measure_writhe", "hairpipe.studies.theory.twist_buckling"} <= code.parts.keys()
+    assert {"measure_writhe", "hairpipe.graphs.experiments.studies.theory.twist_buckling"} <= code.parts.keys()
     with pytest.raises(BadInput, match=r"only graphs in .*experiments find it"):
         Registry().find("measure_writhe")
 

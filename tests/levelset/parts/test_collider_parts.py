@@ -2,6 +2,10 @@
 
 import numpy as np
 import pytest
+from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, parts_of, poses_at, surfaces_of
+from hairpipe.graphs.experiments.studies.interpolation.cases import CASES, Case
+from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
+from hairpipe.graphs.experiments.studies.interpolation.surface_errors import misses
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
@@ -9,10 +13,6 @@ from hairpipe.levelset.bake.parts import gathered
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
-from hairpipe.studies.interpolation.bodies import FRAME, outline_at, parts_of, poses_at, surfaces_of
-from hairpipe.studies.interpolation.cases import CASES, Case
-from hairpipe.studies.interpolation.solids import ellipsoid
-from hairpipe.studies.interpolation.surface_errors import misses
 
 VOXEL, HALF_WIDTH = 0.05, 8.0
 STILL = np.eye(3, 4)[None]

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from hairpipe.graphs.experiments.studies.contact.bar import tuft
 
 from hairpipe.sim.axis import axis_of, gather
 from hairpipe.sim.build import integrator_of
@@ -13,7 +14,6 @@ from hairpipe.sim.solve.implicit_stage import factor_stages
 from hairpipe.sim.solve.stage import Iterate, Stage, System
 from hairpipe.sim.solve.strand_inverse import respond
 from hairpipe.sim.strands.band import row_size
-from hairpipe.studies.contact.bar import tuft
 
 H = 1 / 240
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numba
 import numpy as np
 import pytest
+from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 
 from hairpipe.groom.helix import Helix, wound
 from hairpipe.sim.hair_model import build_hair
@@ -16,7 +17,6 @@ from hairpipe.sim.statics.hessian import assemble
 from hairpipe.sim.statics.settle import STILL, settle
 from hairpipe.sim.statics.settle_groom import settle_groom
 from hairpipe.sim.strands.construction import Construction
-from hairpipe.studies.theory.elastica import bend_elastica
 
 GRAVITY = np.array([0.0, -9.81, 0.0])
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 
 from hairpipe.errors import BadInput
 from hairpipe.sim.material import Material
 from hairpipe.sim.strands import network
 from hairpipe.sim.strands.chain import SHAPE, STRAIGHTEST
-from hairpipe.studies.theory.elastica import bend_elastica
 
 G = 9.81
 

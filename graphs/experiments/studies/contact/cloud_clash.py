@@ -1,0 +1,56 @@
+"""The bar that is driven through a tuft of particles: as strands are met, in frames of one step each."""
+
+from dataclasses import replace
+
+import numpy as np
+from hairpipe.graphs.experiments.studies.contact.bar import axis_at, bar_at, roots_at, went_across
+from hairpipe.graphs.experiments.studies.contact.cloud_energy import energy_of, work_on_links
+from hairpipe.graphs.experiments.studies.contact.worst import Seen, Worst
+
+from hairpipe.data import Particles
+from hairpipe.particles.settings import ParticleSettings
+from hairpipe.particles.simulate import ParticleFrame, Prepared, next_state, prepare
+
+
+def meet(particles: Particles, settings: ParticleSettings, speed: float, rate: int, seconds: float) -> Worst:
+    """Drive the bar through particles at a speed [m/s]; a run that is not finite ends there.
+
+    rate  frames a second: bodies are found once in each, however many steps it has
+    """
+    prepared, settings = prepare(particles, settings), replace(settings, steps=1)
+    held = np.flatnonzero(np.isfinite(prepared.model.links.keeps))
+    worst = Worst(np.zeros(len(held), bool), simulated=len(particles.points) - prepared.model.deep)
+    mass, work = prepared.model.masses[prepared.model.deep :].sum(), 0.0
+    start = _frame(particles, speed, -1, rate)
+    state = next_state(particles, prepared, None, start, settings)
+    with np.errstate(all="ignore"):
+        for frame in range(round(seconds * rate)):
+            before, began = state.points, axis_at(speed, frame / rate)[0]
+            try:
+                state = next_state(particles, prepared, state, _frame(particles, speed, frame, rate), settings)
+            except ArithmeticError:
+                worst.finite = False
+                break
+            axis = axis_at(speed, (frame + 1) / rate)[0]
+            worst.steps += 1
+            seen = _seen(prepared, held, state.points, state.velocities, axis)
+            worst.note(seen)
+            worst.through |= went_across(before - began, state.points - axis, prepared.model.links.ends[held])
+            work += work_on_links(prepared.model, prepared.springs, before, state.points)
+            worst.end_frame((frame + 1) / rate, seen, (energy_of(prepared, state, settings.gravity) + work) / mass)
+    return worst
+
+
+def _frame(particles: Particles, speed: float, frame: int, rate: int) -> ParticleFrame:
+    """Return the frame after so many, of so many a second; its motion of the roots is that of strands."""
+    began, ended = frame / rate, (frame + 1) / rate
+    leads = roots_at(particles.hair, speed, began), roots_at(particles.hair, speed, ended)
+    return ParticleFrame(leads, (), [(bar_at(speed, began), bar_at(speed, ended))], began, 1.0 / rate)
+
+
+def _seen(prepared: Prepared, held: np.ndarray, points: np.ndarray, velocities: np.ndarray, axis: np.ndarray) -> Seen:
+    """Return what is seen of particles; what is stretched is the link that holds each, over its length in the groom."""
+    links, free = prepared.model.links, prepared.model.deep
+    ways = np.diff(points[links.ends[held]], axis=1)[:, 0]
+    stretch = float((np.linalg.norm(ways, axis=1) / links.lengths[held]).max()) - 1.0
+    return Seen(points[free:], velocities[free:], stretch, axis)

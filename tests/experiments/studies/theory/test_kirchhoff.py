@@ -1,0 +1,126 @@
+"""The Kirchhoff rod against the elastica, closed forms and the laws it must keep."""
+
+import numpy as np
+import pytest
+from hairpipe.graphs.experiments.studies.theory.clamps import Clamp, hang_rod, span_rod
+from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
+from hairpipe.graphs.experiments.studies.theory.kirchhoff import Rod
+from hairpipe.graphs.experiments.studies.theory.rod_frames import frames_of
+from scipy.spatial.transform import Rotation
+
+GJ = 0.74
+NOTHING = np.zeros(3)
+
+
+def clamp_along(tangent: np.ndarray, roll: float = 0.0) -> Clamp:
+    across = np.cross(tangent, np.eye(3)[np.argmin(np.abs(tangent))])
+    across /= np.linalg.norm(across)
+    frame = np.column_stack([across, np.cross(tangent, across), tangent])
+    return Clamp(NOTHING, frame @ Rotation.from_rotvec([0, 0, roll]).as_matrix())
+
+
+def helix(radius: float, pitch: float, turns: float) -> tuple[Rod, Clamp, np.ndarray]:
+    """A helix around the y axis, going down, its pitch angle [rad], with a clamp, and a point on its axis."""
+    bend, twist = np.cos(pitch) ** 2 / radius, np.sin(pitch) * np.cos(pitch) / radius
+    rod = Rod(2 * np.pi * turns * radius / np.cos(pitch), 1.0, GJ, np.array([bend, 0.0, twist]), NOTHING)
+    down, out = np.array([0.0, -1.0, 0.0]), np.array([1.0, 0.0, 0.0])
+    d3 = np.sin(pitch) * down + np.cos(pitch) * out
+    d1 = np.cos(pitch) * down - np.sin(pitch) * out
+    frame = np.column_stack([d1, np.cross(d3, d1), d3])
+    return rod, Clamp(NOTHING, frame), -radius * frame[:, 1]
+
+
+@pytest.mark.parametrize(("gamma", "inclination"), [(1.0, 0.0), (100.0, 45.0), (1000.0, -45.0)])
+def test_in_a_plane_it_is_the_elastica(gamma, inclination):
+    angle = np.deg2rad(inclination)
+    rod = Rod(1.0, 1.0, GJ, NOTHING, np.array([0, -gamma, 0]))
+    shape = hang_rod(rod, clamp_along(np.array([np.cos(angle), np.sin(angle), 0]), roll=0.7))
+    np.testing.assert_allclose(shape.points[-1], [*bend_elastica(gamma, angle).tip, 0], atol=1e-8)
+
+
+def test_frames_stay_rotations_and_the_tangent_is_the_slope():
+    rod, clamp, _ = helix(0.01, 0.4, 2.3)
+    shape = hang_rod(Rod(rod.length, 8e-9, 6e-9, rod.natural, np.array([0, 0, -6e-5])), clamp)
+    np.testing.assert_allclose(np.linalg.det(shape.frames), 1, atol=1e-6)
+    slope = np.gradient(shape.points, shape.arc, axis=0, edge_order=2)
+    np.testing.assert_allclose(slope, shape.frames[:, :, 2], atol=1e-3)
+    np.testing.assert_allclose(shape.frames, frames_of(shape.quaternions.T))
+
+
+def test_without_load_a_curl_keeps_its_shape():
+    rod, clamp, centre = helix(0.01, 0.3, 3)
+    shape = hang_rod(rod, clamp)
+    np.testing.assert_allclose(shape.points[-1], [0, -0.01 * np.tan(0.3) * 6 * np.pi, 0], atol=1e-7)
+    assert np.abs(shape.couple).max() < 1e-6 and np.abs(shape.force).max() < 1e-6
+    radii = np.linalg.norm((shape.points - centre)[:, [0, 2]], axis=1)
+    np.testing.assert_allclose(radii, 0.01, atol=1e-7)
+
+
+@pytest.mark.parametrize("pull", [0.3, 1.2])
+def test_a_helix_pulled_along_its_axis_is_a_helix(pull):
+    """Love 271: a wrench on the axis, force R and couple K, keeps curvature and twist the same all along:
+
+    R = GJ (t - t^) cos a / r - EI (k - k^) sin a / r,   K = GJ (t - t^) sin a + EI (k - k^) cos a
+    """
+    rod, clamp, _ = helix(1.0, 0.2, 3)
+    radius, angle = 0.9, 0.2 + pull / 3  # of the wanted helix
+    bend, twist = np.cos(angle) ** 2 / radius, np.sin(angle) * np.cos(angle) / radius
+    more_bend, more_twist = bend - rod.natural[0], GJ * (twist - rod.natural[2])
+    force = (more_twist * np.cos(angle) - more_bend * np.sin(angle)) / radius
+    couple = more_twist * np.sin(angle) + more_bend * np.cos(angle)
+    wanted, turned, centre = helix(radius, angle, rod.length * np.cos(angle) / radius / (2 * np.pi))
+    turn = clamp.frame @ turned.frame.T
+    axis = turn @ np.array([0, -1.0, 0])
+    tip = turn @ hang_rod(wanted, turned).points[-1]
+    found = hang_rod(rod, clamp, force * axis, couple * axis + np.cross(turn @ centre - tip, force * axis))
+    assert wanted.length == pytest.approx(rod.length)
+    np.testing.assert_allclose(found.points[-1], tip, atol=1e-6 * rod.length)
+    bending = found.couple - np.sum(found.couple * found.frames[:, :, 2], axis=1)[:, None] * found.frames[:, :, 2]
+    np.testing.assert_allclose(np.linalg.norm(bending, axis=1), abs(more_bend), rtol=1e-4)
+
+
+def test_a_flat_coil_is_the_spring_of_the_handbooks():
+    """k = GJ / (2 pi r^3 N) as the pitch goes to zero (Love 272)."""
+    radius, turns, down = 1.0, 5, np.array([0, -1.0, 0])
+    rod, clamp, centre = helix(radius, 0.03, turns)
+    free = hang_rod(rod, clamp).points[-1]
+    force = 1e-4 * down
+    pulled = hang_rod(rod, clamp, force, np.cross(centre + (free @ down) * down - free, force)).points[-1]
+    assert 1e-4 / ((pulled - free) @ down) == pytest.approx(GJ / (2 * np.pi * radius**3 * turns), rel=2e-3)
+
+
+def test_twist_is_proportional_to_the_torque():
+    rod = Rod(0.1, 8e-9, 6e-9, NOTHING, NOTHING)
+    start = clamp_along(np.array([0, -1.0, 0]))
+    shape = hang_rod(rod, start, couple=6e-9 * 4.0 / 0.1 * start.frame[:, 2])
+    turn = start.frame @ Rotation.from_rotvec([0, 0, 4.0]).as_matrix()
+    np.testing.assert_allclose(shape.frames[-1], turn, atol=1e-6)
+    np.testing.assert_allclose(shape.points[-1], [0, -0.1, 0], atol=1e-9)
+
+
+def test_held_where_a_load_has_brought_it_it_needs_that_load():
+    rod, clamp, _ = helix(0.01, 0.4, 1.5)
+    heavy = Rod(rod.length, 8e-9, 6e-9, rod.natural, np.array([2e-5, -6e-5, 0]))
+    force, couple = np.array([1e-6, -4e-6, 2e-6]), np.array([1e-8, 0, 2e-8])
+    pulled = hang_rod(heavy, clamp, force, couple)
+    end = Clamp(pulled.points[-1], pulled.frames[-1])
+    held = span_rod(heavy, clamp, end, hang_rod(heavy, clamp, force, 0.9 * couple))
+    np.testing.assert_allclose(held.force[-1], force, rtol=1e-3, atol=1e-9)
+    np.testing.assert_allclose(held.couple[-1], couple, rtol=1e-3, atol=1e-11)
+
+
+def test_it_turns_with_the_world():
+    rod, clamp, _ = helix(0.01, 0.3, 2)
+    turn = Rotation.from_rotvec([0.4, -2.0, 1.1]).as_matrix()
+    weight, force = np.array([1e-5, -6e-5, 0]), np.array([0, 0, 3e-6])
+    here = hang_rod(Rod(rod.length, 8e-9, 6e-9, rod.natural, weight), clamp, force)
+    there = hang_rod(
+        Rod(rod.length, 8e-9, 6e-9, rod.natural, turn @ weight), Clamp(NOTHING, turn @ clamp.frame), turn @ force
+    )
+    np.testing.assert_allclose(there.points[-1], turn @ here.points[-1], atol=1e-8)
+
+
+def test_a_rod_pushed_beyond_all_reach_is_refused():
+    rod = Rod(1.0, 1.0, GJ, NOTHING, np.array([np.nan, 0, 0]))
+    with pytest.raises(ArithmeticError, match="equilibrium"):
+        hang_rod(rod, clamp_along(np.array([1.0, 0, 0])))
