@@ -1,4 +1,4 @@
-"""The space around the body."""
+"""Level set of the body."""
 
 from typing import Annotated, Literal
 
@@ -15,11 +15,11 @@ def bake_levelset(
     half_width: Annotated[Voxels, Interval(ge=2.0, le=64.0)] = 8.0,
     holes: Literal["fill", "refuse"] = "fill",
 ) -> LevelSet:
-    """Signed distance and velocity of the body, in a narrow band around its surface.
+    """Compute signed distance and velocity of the body, in a narrow band around its surface.
 
-    voxel       spacing of the samples; parts thinner than that stop no hair
-    half_width  of the band; hair farther than that does not feel the body
-    holes       of an open mesh: cap them, or stop with a message
+    voxel       sample spacing of the grid; thinner parts do not stop hair
+    half_width  half width of the narrow band; hair outside it has no contact
+    holes       treatment of an open mesh: fill its holes, or refuse it with a message
     """
     from hairpipe.levelset.bake.whole import bake
 

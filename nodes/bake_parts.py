@@ -1,4 +1,4 @@
-"""The space around the parts of a body."""
+"""Level sets of the parts of a body."""
 
 from typing import Annotated
 
@@ -16,11 +16,11 @@ def bake_parts(
     half_width: Annotated[Voxels, Interval(ge=2.0, le=64.0)] = 8.0,
     smallest: Annotated[Metres, Interval(ge=0.0, le=10.0)] = 0.18,
 ) -> BodyParts:
-    """Signed distance of the body, one level set for each group of bones, which moves with them between frames.
+    """Compute signed distances of the body, with one level set for each group of bones, which it follows rigidly.
 
-    voxel       spacing of the samples; what is thinner than that stops no hair
-    half_width  of the band; hair farther than that does not feel the body
-    smallest    skin that a bone needs for a part of its own, measured across; others move with their parents
+    voxel       sample spacing of the grid; thinner parts do not stop hair
+    half_width  half width of the narrow band; hair outside it has no contact
+    smallest    minimum extent of the skin of a bone with its own part; smaller ones belong to the part of their parent
     """
     from hairpipe.levelset.bake.parts import bake_parts as bake
 

@@ -1,4 +1,4 @@
-"""Hair as it is groomed, on a body that moves."""
+"""Groomed hair on a moving body, without a simulation."""
 
 from typing import Annotated
 
@@ -11,9 +11,9 @@ from hairpipe.units import Interval, Metres
 def carry_groom(
     groom: Groom, body: Mesh | None, ends: Ends | None, *, diameter: Annotated[Metres, Interval(gt=0.0, le=1e-2)] = 8e-5
 ) -> Strands:
-    """Every strand of a groom, rigid, with its root: what is shown, measured or aimed at without a simulation.
+    """Move the strands of a groom rigidly with the body.
 
-    diameter  of every strand
+    diameter  diameter of each strand
     """
     from hairpipe.groom.binding import rigid_strands
     from hairpipe.sim.boundary import lead_of, motion_of_roots

@@ -1,4 +1,4 @@
-"""Normals of hair as one body."""
+"""Normals of the shell of hair, for its shading."""
 
 from hairpipe.data import Ends, Groom, LevelSet, Mesh, Normals, Strands
 from hairpipe.graph import node
@@ -6,10 +6,10 @@ from hairpipe.graph import node
 
 @node(frames="each")
 def carry_normals(hair: Strands, groom: Groom, shell: LevelSet, body: Mesh | None, ends: Ends | None) -> Normals:
-    """Normals of the shell of the groom at rest, turned as the hair has been since, for `preview`.
+    """Rotate the normals of the groom's shell with the strands, for `preview`.
 
-    `shell` is that of the groom, without a body: `carry_groom`, `measure_density`, `mesh_shell`, `bake_levelset`. Body
-    or ends are those that lead the roots.
+    `shell` is the shell of the groom without a body: `carry_groom`, `measure_density`, `mesh_shell`, `bake_levelset`.
+    `body` or `ends` are the inputs that move the roots.
     """
     from hairpipe.groom.keys.shell_normals import carried_normals, probe_shell
     from hairpipe.sim.boundary import lead_of, motion_of_roots

@@ -1,4 +1,4 @@
-"""Hair shown that particles stand for."""
+"""Strands deformed by particles."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def weigh(particles: Particles, groom: Groom) -> "Carriers":
-    """Weigh the particles that carry hair, for the whole shot."""
+    """Compute the weights of particles for all points of strands, for the whole shot."""
     from hairpipe.particles.carrying import weigh_carriers
 
     return weigh_carriers(particles, groom)
@@ -31,12 +31,12 @@ def carry_strands(
     diameter: Annotated[Metres, Interval(ge=1e-5, le=2e-3)] = 80e-6,
     thickness: Annotated[Metres, Interval(ge=0.0, le=0.02)] = 1e-3,
 ) -> Strands:
-    """All hairs of a groom, carried by the particles beside them; lengths are those of the groom.
+    """Deform a groom by particles, with the lengths of its strands preserved.
 
-    It may be another groom than the particles lie on, on the same body. Given `surface` or `parts`, hair is pushed out
-    of them.
+    The groom may differ from the groom of the particles, on the same body. With `surface` or `parts`, contact moves
+    strands out of them.
 
-    diameter   of a strand, to draw and export
+    diameter   diameter of a strand in pictures and exports
     thickness  distance kept from bodies, from the fifth point on; one fifth of it at the first
     """
     import numpy as np

@@ -1,4 +1,4 @@
-"""Variants of a simulation in one table."""
+"""Cost and error of variants in one table."""
 
 from hairpipe.data import Table
 from hairpipe.graph import node
@@ -17,15 +17,15 @@ def collect_variants(
     low: str = "",
     high: str = "",
 ) -> Table:
-    """A row for every variant: what it costs, how far it is off, and whether no other beats it in both.
+    """Tabulate the cost and error of every variant, and mark the Pareto front.
 
     cases   names of the variants, in the order of errors and costs
-    groups  what each of them varies
-    cost    column that the front is of
-    error   column that the front is of
-    floor   column of errors below which nothing is told apart: the cheapest is on the front; empty: there is none
-    low     column where intervals of errors begin: of two that overlap neither beats the other; empty: there are none
-    high    column where they end
+    groups  name of the varied quantity of each variant
+    cost    name of the column of costs
+    error   name of the column of errors
+    floor   name of the column of resolution limits: the cheapest error below the limit is on the front; empty: no limit
+    low     name of the column of lower interval bounds: overlapping intervals are equivalent; empty: no intervals
+    high    name of the column of upper interval bounds
     """
     from hairpipe.table.pareto import variant_table
 

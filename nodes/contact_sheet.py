@@ -1,4 +1,4 @@
-"""Some pictures of films on one sheet."""
+"""Pictures of films on one sheet."""
 
 from typing import Annotated
 
@@ -17,12 +17,12 @@ def contact_sheet(
     names: tuple[str, ...] = (),
     times: bool = False,
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of pictures in rows; several films follow each other, at the same frames.
+    """Arrange pictures in rows as PNG; films follow each other, at the same frames.
 
-    frames   shown, as far as they are run; all, where none is named
-    columns  pictures in a row
-    names    of the films, written on the first picture of each
-    times    since the first frame of the run are written on every picture
+    frames   frames of the run to show; empty: all
+    columns  number of pictures in a row
+    names    names of the films, written on the first picture of each
+    times    times since the first frame, written on every picture
     """
     from hairpipe.io.panels import check_names, write_below
 

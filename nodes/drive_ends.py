@@ -1,4 +1,4 @@
-"""Hands that hold the ends of hair."""
+"""Scripted motion of the ends of hair."""
 
 from typing import Annotated
 
@@ -21,13 +21,13 @@ def drive_ends(
     tips: Track | None = None,
     release: Annotated[Seconds, Ge(0.0)] | None = None,
 ) -> Ends:
-    """The ends of all strands at a frame, led along keys or waves with exact velocities; without, roots stand still.
+    """Move the ends of all strands along keys or waves, with exact velocities; without these, roots are fixed.
 
-    at       frame of the shot at which time is zero
-    roots    motion of the roots by keys
-    wave     oscillation that is added to the motion of the roots
-    tips     motion of the tips by keys; without it they are free, with {} they stand still
-    release  of the tips, at the last frame that is not after this time; never without
+    at       frame of the shot at time zero of the keys
+    roots    motion of the roots by keys; if absent, roots are fixed
+    wave     oscillation of the roots, added to their keys
+    tips     motion of the tips by keys; if absent, tips are free; {} fixes them
+    release  time of release of the tips, at the last frame not after it; if absent, tips stay held
     """
     from hairpipe.scripted_ends.ends import lead
     from hairpipe.scripted_ends.track import instant_of

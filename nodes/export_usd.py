@@ -24,20 +24,20 @@ def export_usd(
     curve: Literal["catmull_rom", "bspline"] = "catmull_rom",
     name: str = "shot",
 ) -> Annotated[File, Suffixes((".usd", ".usdc"))]:
-    """USD of the hair as smooth curves and of the body as a mesh, with velocities, at every frame.
+    """Write hair as smooth curves and the body as a mesh, with velocities, to USD.
 
-    The groom of the keys of `interpolate_hair` marks the hairs that are simulated: `primvars:groom_guide` is 1 for them
-    and 0 for those that are interpolated. Clients that read it may take the former for guides, and not draw them.
+    With the key groom of `interpolate_hair` as `keys`, `primvars:groom_guide` is 1 for simulated strands and 0 for
+    interpolated ones. Clients that read it may treat the former as guides and not draw them.
 
-    Of hair in locks, given the states of its simulation, `primvars:lockId` is at every frame the `hairId` of the hair
-    that each follows, and its own where it is simulated.
+    With the states of hair in locks, `primvars:lockId` is at every frame the `hairId` of a strand's guide, or its own
+    if it is simulated.
 
-    The files of `export_vdb`, given as `volume`, become a Volume, in a folder next to the file.
+    With the files of `export_vdb` as `volume`, the stage has a Volume, in a folder next to the file.
 
-    layout  one file, or one file a frame that the first one joins as value clips
-    curve   Catmull-Rom, through the points of the hair; or a B-spline whose control hull they are, from root to tip, of
-            which `usd check` says that it misses them
-    name    of the root prim, and of the folders of clips and of level sets: give two shots in one place two names
+    layout  file layout: a single file, or one file per frame, joined by the first as value clips
+    curve   curve basis: catmull_rom through the points of the hair, or bspline with the points as its control polygon,
+            whose distance from the points `usd check` reports
+    name    name of the root prim and of the folders of clips and level sets; shots in one folder need different names
     """
     from hairpipe.errors import BadInput
     from hairpipe.groom.keys.key_weights import keys_among

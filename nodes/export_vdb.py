@@ -11,9 +11,9 @@ from hairpipe.units import Suffixes
 def export_vdb(
     surface: LevelSet | None, density: Density | None, time: Time, workspace: Workspace, *, half: bool = False
 ) -> Annotated[File, Suffixes((".vdb",))]:
-    """OpenVDB of a frame: level set `surface` and velocity `vel`, fog `density` and velocity `hair_vel`, in metres.
+    """Write level set `surface`, its velocity `vel`, fog `density` and its velocity `hair_vel` to OpenVDB, in metres.
 
-    half  keep 16 bits of every value: nearly half the size, and off by at most 1 in 2000
+    half  storage in 16 bits: nearly half the size, with a relative error of at most 1 / 2000
     """
     from hairpipe.errors import BadInput
     from hairpipe.levelset.vdb import write

@@ -1,4 +1,4 @@
-"""All pictures as one that moves."""
+"""Pictures of all frames as an animation."""
 
 from typing import Annotated
 
@@ -15,12 +15,12 @@ def flipbook(
     scale: Annotated[float, Interval(gt=0.0, le=1.0)] = 1.0,
     quality: Annotated[int, Interval(ge=0, le=100)] = 85,
 ) -> Annotated[File, Suffixes((".webp",))]:
-    """Animated WebP of all frames, at the speed of the shot, over and over; browsers open it.
+    """Write all frames as an animated WebP that repeats at the speed of the shot.
 
-    Frames that the run leaves out are made up for: the one before them is shown for longer.
+    If the run leaves out frames, the previous frame is shown for longer.
 
-    scale    of the animation over the pictures
-    quality  of the compression: higher is larger
+    scale    size ratio of the animation to the pictures
+    quality  quality of the compression; higher values give larger files
     """
     from hairpipe.io.picture import write_webp
 

@@ -26,23 +26,23 @@ def grow_groom(
     curl: Curl | None = None,
     seed: Annotated[int, Ge(0)] = 0,
 ) -> Groom:
-    """Hair grown where the body's map "scalp" says, evenly or as dense as painted, and combed from a parting.
+    """Grow hair on the body's map "scalp", with uniform or painted density, and comb it from a parting.
 
-    strands         number of roots
-    segments        of equal length, of every strand; unless given, each has one for every 5 mm and 16 for every turn
-                    of its curl, from 25 to 200: the tip of straight hair held out is then within 0.7 % of its length
-                    of rod theory (50 cm of 25 segments: 1.8 %), the stiffness of a curl within 3 % (8 a turn: 12 to
-                    21 % off). Time and memory of the simulation grow as their number
-    segment_length  of the longest segment, in place of their number
-    shortest        segment: strands have fewer where theirs are shorter, and shorter strands are left out
-    density         paint that thins the hair out
-    length          along the hair, from root to tip
-    lift            between the skin and the hair that leaves it
-    bend            length over which hair turns from there to where it is pulled
-    volume          thickness of the hair lying on the body, each strand in a layer of its own
-    comb            where hair lying on the body is pulled
-    curl            curly hair; without it hair is straight
-    seed            of all random numbers
+    strands         number of roots on the scalp
+    segments        number of equal segments of every strand. By default one per 5 mm and 16 per turn of a curl, from 25
+                    to 200: errors against rod theory of 0.7 % of the length for the tip of a straight cantilever (1.8 %
+                    for 50 cm with 25), and of 3 % for the stiffness of a curl (12 to 21 % with 8 per turn). Time and
+                    memory grow in proportion
+    segment_length  length of the longest segment, in place of their number
+    shortest        minimum length of a segment: short strands have fewer segments, and strands below it are removed
+    density         painted density of roots; if absent, uniform
+    length          length of a strand from root to tip
+    lift            angle between the skin and a strand at its root
+    bend            length over which a strand bends from the angle of lift to the combed direction
+    volume          thickness of hair that lies on the body, each strand in its own layer
+    comb            pulls on hair that lies on the body
+    curl            helix around the path of each strand; if absent, hair is straight
+    seed            seed of all random numbers
     """
     from hairpipe.groom.cutting import Cut
     from hairpipe.groom.grow.growing import grow

@@ -1,4 +1,4 @@
-"""One moment of moving hair."""
+"""One frame of hair as a still."""
 
 from hairpipe.data import Strands
 from hairpipe.graph import Frames, node
@@ -6,9 +6,9 @@ from hairpipe.graph import Frames, node
 
 @node(frames="once")
 def hold_hair(hair: Frames[Strands], *, frame: int | None = None) -> Strands:
-    """Hair at one frame, for all frames.
+    """Freeze hair at one frame.
 
-    frame  that is held; without, the last of the run
+    frame  number of the frozen frame; by default the last of the run
     """
     from hairpipe.errors import BadInput
 

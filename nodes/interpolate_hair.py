@@ -1,4 +1,4 @@
-"""Hair shown that is not simulated."""
+"""Strands interpolated between key strands."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -11,10 +11,10 @@ from hairpipe.units import Degrees, Fraction, Interval, Metres
 
 @dataclass(frozen=True)
 class Clumps:
-    """Tips that taper towards a key.
+    """Clumps of strands whose tips taper towards a key strand.
 
-    pull   share of the way to the key that the tip goes
-    begin  share of the length before which nothing is pulled
+    pull   displacement of the tip, as a share of its distance to the key strand
+    begin  share of the length from the root that is not displaced
     """
 
     pull: Fraction = 0.8
@@ -37,14 +37,14 @@ def interpolate_hair(
     thickness: Annotated[Metres, Interval(ge=0.0, le=0.02)] = 1e-3,
     clumps: Clumps | None = None,
 ) -> Strands:
-    """All hairs of a groom between its key hairs, which are simulated: their own shape, turned as the keys beside them.
+    """Interpolate all strands of a groom between simulated key strands.
 
-    Lengths are those of the groom; a hair that is a key itself, by id and points, is shown as it was simulated. Given
-    `surface` or `parts`, the others are pushed out of them. The ends are those of the whole groom.
+    Strands keep the lengths of the groom; a strand that is a key itself, by id and points, is unchanged. With `surface`
+    or `parts`, contact moves the other strands out of them. The ends are those of the whole groom.
 
-    parting    angle between hairs at rest, root to tip, beyond which one does not follow the other
+    parting    maximum angle between a strand and its key strands at rest, from root to tip
     thickness  distance kept from bodies, from the fifth point on; one fifth of it at the first
-    clumps     without, each hair goes to its own place
+    clumps     clumps of strands about their keys; if absent, strands are independent
     """
     import numpy as np
 

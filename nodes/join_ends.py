@@ -1,4 +1,4 @@
-"""The ends of several grooms as those of one."""
+"""Ends of several grooms as one list."""
 
 from hairpipe.data import Ends
 from hairpipe.graph import node
@@ -6,7 +6,7 @@ from hairpipe.graph import node
 
 @node(frames="each")
 def join_ends(ends: tuple[Ends, ...]) -> Ends:
-    """The ends of all strands in turn: of grooms that `join_grooms` joins in the same order."""
+    """Concatenate the ends of strands, in the order in which `join_grooms` joins their grooms."""
     from hairpipe.groom.joining import joined_ends
 
     return joined_ends(ends)

@@ -6,7 +6,7 @@ from hairpipe.graph import node
 
 @node(frames="once")
 def join_grooms(grooms: tuple[Groom, ...]) -> Groom:
-    """The strands of all grooms in turn, numbered anew."""
+    """Concatenate the strands of grooms, and renumber them."""
     from hairpipe.groom.joining import joined_strands
 
     return joined_strands(grooms)

@@ -6,7 +6,7 @@ from hairpipe.graph import node
 
 @node(frames="each")
 def join_meshes(meshes: tuple[Mesh, ...]) -> Mesh:
-    """All meshes in one, each where it is and as it moves."""
+    """Combine meshes into one, each at its place and with its motion."""
     from hairpipe.body.shapes import join
 
     return join(meshes)

@@ -22,17 +22,17 @@ def load_body(
     joint: str = "head",
     scalp: Scalp | None = None,
 ) -> Body:
-    """Mesh, skeleton, weights and painted maps from an OBJ or USD file; in metres, Y up, the face towards +Z.
+    """Read mesh, skeleton, weights and painted maps from OBJ or USD; in metres, Y up, facing +Z.
 
-    file       mesh of the body; a USD file has its skeleton, too
-    group      to keep: a group or object of an OBJ file, the path of a prim of a USD file
-    skeleton   MakeHuman rig (.mhskel) of an OBJ file
-    weights    MakeHuman weights (.mhw) that go with it
-    unit       metres in one unit of an OBJ file; a correction factor for a USD file, which states its own
-    up         axis of an OBJ file that points up, or of a USD file that states a wrong one; Z-up bodies face -Y
-    time_code  of a USD file; the first at which all of its meshes and curves have samples unless given
-    joint      name of the one joint of a body without a skeleton: what it follows in a clip
-    scalp      hairline to paint map "scalp" by; without, it is that of the file
+    file       path of the mesh; a USD file contains the skeleton, too
+    group      name of a group or object of an OBJ file, or path of a prim of a USD file, to read alone
+    skeleton   path of a MakeHuman rig (.mhskel) for an OBJ file
+    weights    path of MakeHuman weights (.mhw) for the skeleton
+    unit       metres per unit of an OBJ file; a correction factor for a USD file, which states its unit
+    up         vertical axis of an OBJ file, or of a USD file that states a wrong one; Z-up bodies face -Y
+    time_code  time code of a USD file; by default the first with samples of all meshes and curves
+    joint      name of the only joint of a body without a skeleton, for the mapping to a clip
+    scalp      hairline that defines the map "scalp"; if absent, the map of the file
     """
     from hairpipe.body.preparation import prepare
     from hairpipe.io.body import read_body

@@ -12,11 +12,11 @@ from hairpipe.units import Gt, Metres, Suffixes
 def load_density(
     *, file: Annotated[Path, Suffixes((".vdb",))], grid: str = "density", unit: Annotated[Metres, Gt(0.0)] = 1.0
 ) -> Density:
-    """A fog of an OpenVDB file, such as hair is led to; with its numbers as they are, and without velocities.
+    """Read a fog volume from OpenVDB as a target density, unchanged and without velocities.
 
-    file  OpenVDB, uncompressed or zip
-    grid  its name there
-    unit  metres in one unit of the file
+    file  path of the OpenVDB file, uncompressed or with zip compression
+    grid  name of the grid in the file
+    unit  metres per unit of the file
     """
     from hairpipe.levelset.vdb_read import read_voxels
     from hairpipe.volume.density import density_of_voxels

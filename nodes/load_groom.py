@@ -1,4 +1,4 @@
-"""Hair made elsewhere."""
+"""Hair from a file of another program."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -24,22 +24,24 @@ def load_groom(
     reach: Annotated[Metres, Gt(0.0)] = 0.02,
     tips: Literal["file", "free", "held"] = "file",
 ) -> Groom:
-    """Strands of a USD file (BasisCurves) or a TressFX file (.tfx, version 3 or 4), bound to a body at rest.
+    """Read strands from USD (BasisCurves) or TressFX (.tfx, version 3 or 4), and bind them to a body at rest.
 
-    A root off the skin stays where it is and moves with the closest place of the body. Of a USD file, ids (primvars
-    hairId, groom_id or id), rest shape (pref or rest) and widths are taken over; of its shapes that is taken whose
-    roots lie nearest to the skin, of curves without pins among those with and without their ends.
+    A root off the skin keeps its offset from the closest place of the body. A USD file gives ids (primvars hairId,
+    groom_id or id), rest shape (pref or rest) and widths. If it has several shapes, the one with roots nearest to the
+    skin is used; of curves without pins, the better of those with and without their end points.
 
-    file            the hair; curves of purpose guide are read where a stage has no others
-    unit            of a .tfx file, which does not state it; a USD file does
-    up              axis of a .tfx file
-    time_code       of a USD file; that of the body, or the first at which all of the file has samples, unless given
-    segments        of equal length, of every strand; as many as it has unless given
-    segment_length  of the longest segment, in place of their number: strands of unlike length have unlike numbers
-    shortest        segment: strands have fewer where theirs are shorter, and shorter strands are left out
-    strands         how many to keep, evenly spread over the order in the file; all unless given
-    reach           farthest a root may lie from the body
-    tips            held by the closest place of the body as roots are, free, or as a .tfx file states
+    file            path of the hair file; curves of purpose guide are read only if a stage has no others
+    unit            metres per unit of a .tfx file; a USD file states its unit
+    up              vertical axis of a .tfx file
+    time_code       time code of a USD file; by default that of the body, or the first with all samples
+    segments        number of equal segments of every strand; by default that of the file
+    segment_length  length of the longest segment, in place of their number; strands of different lengths then differ in
+                    number
+    shortest        minimum length of a segment: short strands have fewer segments, and strands below it are removed
+    strands         number of strands to keep, at equal intervals in the order of the file; by default all
+    reach           maximum distance of a root from the body
+    tips            boundary condition of tips: bound to the closest place of the body like roots, free, or as in a .tfx
+                    file
     """
     from hairpipe.errors import BadInput
     from hairpipe.groom.cutting import Cut

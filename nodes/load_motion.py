@@ -27,21 +27,22 @@ def load_motion(
     floor: Literal["clip", "feet"] | None = None,
     joints: tuple[tuple[str, str], ...] = (),
 ) -> Pose:
-    """The pose of the body at a frame, from a BVH clip of any skeleton, resampled to the frame rate.
+    """Compute the pose of the body from a BVH clip of any skeleton, resampled to the frame rate.
 
-    file       the clip
-    at         frame of the shot at which the clip is at `start`; outside the clip the body holds still
-    start      where in the clip it is then
-    settle     before `at` the body comes from rest to its pose there, so long; see `preroll` of a graph
-    speed      of playing: 0.5 is half as fast as recorded
-    unit       metres in one unit of the clip; if not given legs are scaled to the body's, or 1 where they do not tell
-    up         axis of the clip that points up; inferred from the trunk over the whole clip if not given
-    reference  pose of the clip that stands for the body at rest: zero in all channels, or its first frame
-    yaw        turn of the whole motion about Y: 180 if the body is to face the other way
-    skip       frames to drop at the beginning; a T pose is recognised and dropped if not given
-    floor      clip: its own; feet: lowered until feet that rest stand on the body's, by a look at the whole clip, an
-               edit of whose tail may move all frames; by default feet for a single pose, else clip with a warning
-    joints     pairs of a joint of the body and the joint of the clip it follows, where their names do not match
+    file       path of the BVH clip
+    at         frame of the shot at clip time `start`; the body is still outside the clip
+    start      time in the clip at the frame `at`
+    settle     duration before `at` in which the body moves from rest to its first pose; see `preroll` of a graph
+    speed      playback speed: 0.5 is half the recorded speed
+    unit       metres per unit of the clip; by default the ratio of leg lengths, or 1 without legs
+    up         vertical axis of the clip; by default inferred from the trunk over the whole clip
+    reference  pose of the clip that equals the body at rest: zero in all channels, or the first frame
+    yaw        rotation of the whole motion about Y; 180 reverses its direction
+    skip       number of frames to drop at the beginning; by default that of a detected T pose
+    floor      vertical placement: clip keeps that of the clip, feet puts resting feet on the floor of the body (fitted
+               to the whole clip, so that an edit of its end may move all frames); by default feet for a single pose,
+               else clip with a warning
+    joints     pairs of joint names of the body and of the clip, if names differ
     """
     from hairpipe.body.mocap.approach import approach
     from hairpipe.body.mocap.posing import Playback, pose_at

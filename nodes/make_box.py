@@ -12,10 +12,10 @@ Place = tuple[Metres, Metres, Metres]
 
 @node(frames="once")
 def make_box(*, size: tuple[Size, Size, Size] = (0.2, 0.02, 0.2), centre: Place = (0.0, 0.0, 0.0)) -> Mesh:
-    """A closed box along the axes; `move_mesh` turns it.
+    """Build a closed box along the axes.
 
-    size    along X, Y and Z
-    centre  of the box
+    size    lengths of the edges along X, Y and Z
+    centre  centre of the box
     """
     from hairpipe.body.shapes import build_box
 

@@ -1,4 +1,4 @@
-"""Our own default body."""
+"""Default body: a bust."""
 
 from hairpipe.data import Body
 from hairpipe.graph import node
@@ -6,7 +6,7 @@ from hairpipe.graph import node
 
 @node(frames="once")
 def make_bust() -> Body:
-    """Head, neck and shoulders of a mannequin as one closed mesh, rigged, with maps "scalp" and "length"."""
+    """Build head, neck and shoulders of a mannequin as one closed mesh, rigged, with maps "scalp" and "length"."""
     from hairpipe.body.mannequin.bust import build_bust
 
     return build_bust()

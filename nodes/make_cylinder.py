@@ -20,14 +20,14 @@ def make_cylinder(
     direction: Direction = (0.0, 0.0, 1.0),
     around: Annotated[int, Interval(ge=8, le=10_000)] = 96,
 ) -> Mesh:
-    """A closed cylinder about an axis; with round ends a capsule, and without length a ball.
+    """Build a closed cylinder, or with round ends a capsule, or without length a ball.
 
-    radius     of the cylinder, and of the half balls that are its round ends
-    length     between the ends; round ends are added to it
-    ends       flat discs or half balls
-    centre     of the cylinder
-    direction  of its axis
-    around     facets around the axis: they leave the true surface by 0.0005 of the radius with 96
+    radius     radius of the cylinder and of its round ends
+    length     length of the cylinder without its round ends
+    ends       shape of the ends: flat discs or half balls
+    centre     centre of the cylinder
+    direction  direction of the axis
+    around     number of facets around the axis; with 96 the surface error is 0.0005 of the radius
     """
     from hairpipe.body.shapes import build_cylinder
 

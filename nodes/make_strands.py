@@ -1,4 +1,4 @@
-"""Strands for tests and experiments, without a body."""
+"""Strands without a body, for tests and experiments."""
 
 from typing import Annotated
 
@@ -25,17 +25,17 @@ def make_strands(
     arch: Annotated[float, Interval(ge=-2.0, le=2.0)] = 0.0,
     tuft: Tuft | None = None,
 ) -> Groom:
-    """Strands in a row, all alike, the root of the first at the origin; no body holds them.
+    """Build equal free strands in a row, with the first root at the origin.
 
-    strands         number of roots
-    length          along the segments, from root to tip
-    segments        of equal length, of every strand; 50 unless given
-    segment_length  of the longest segment, in place of their number
-    direction       from root to tip
-    spacing         from one root to the next
-    curl            helix along the direction; straight without it
-    arch            rise over span of a parabola towards +Y, or +Z where the strand lies along Y
-    tuft            more such rows; one row without it
+    strands         number of strands in a row
+    length          arc length of a strand from root to tip
+    segments        number of equal segments of every strand; 50 by default
+    segment_length  length of the longest segment, in place of their number
+    direction       direction from root to tip
+    spacing         distance from one root to the next
+    curl            helix along the direction; if absent, strands are straight
+    arch            ratio of rise to span of a parabola towards +Y, or towards +Z for strands along Y
+    tuft            further rows of strands; if absent, one row
     """
     from hairpipe.groom.cutting import Cut
     from hairpipe.groom.strands import SEGMENTS, lay_strands

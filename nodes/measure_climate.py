@@ -1,4 +1,4 @@
-"""How good a simulation of hair is whose motion is chaotic."""
+"""Accuracy of a simulation of chaotic hair."""
 
 from typing import Annotated
 
@@ -22,22 +22,23 @@ def measure_climate(
     reach: Annotated[Metres, Gt(0.0)] = 1.2e-3,
     gravity: Annotated[MetresPerSecondSquared, Gt(0.0)] = 9.81,
 ) -> Table:
-    """Error while hair can be predicted, and whether its climate is told apart from that afterwards: one row.
+    """Measure the error of predictable motion, and test whether statistics of chaotic motion differ: one row.
 
-    Members of `perturb_groom` simulated by a model, `in.hair`, and by a reference, `in.truth`, which says how long hair
-    can be predicted: until two of them are half the tolerance apart. Until then equal members are compared, afterwards
-    unequal ones, by what is seen of them: where hair is, volume, contacts, liveliness, strain. Where all of the shot
-    can be predicted, hair is not chaotic, and `measure_fidelity` does as well. `in.half` are the first ones of the
-    reference with half its steps: the error that nothing can be told below. Without them that is the distance of two
-    members of the reference, which is more, the more `perturb_groom` moves.
+    `in.hair` and `in.truth` are members of `perturb_groom`, simulated by a model and by a reference. Motion is
+    predictable until two members of the reference differ by half the tolerance. Until then members of equal number are
+    compared; afterwards statistics of members of different numbers: position, volume, contacts, kinetic energy, strain.
+    If the whole shot is predictable, hair is not chaotic, and `measure_fidelity` is sufficient. `in.half` are the first
+    members of the reference with half the step size, whose error is the resolution limit. Without them the limit is the
+    distance of two members of the reference, which grows with the perturbation.
 
-    members        numbers of those of the model; one of the reference's among them, few: the others are better its own
-    truth_members  numbers of those of the reference, three at least where hair is chaotic
-    tolerance      of points, over the length of their strands
-    predicted      frames after the first for which hair can be predicted; without, they are found as above
-    patches        of `sample_groom`, by which intervals are found; of one patch, by members
-    reach          up to which points of two hairs touch: 4 thicknesses
-    gravity        by which energy is measured
+    members        numbers of the members of the model, with a few of the reference's among them
+    truth_members  numbers of the members of the reference, three or more for chaotic hair
+    tolerance      maximum error of points, relative to the length of their strands
+    predicted      number of predictable frames after the first; by default as found from the reference
+    patches        number of patches of `sample_groom`, as samples for intervals; with one patch, members are the
+                   samples
+    reach          maximum distance of points of two strands in contact: 4 thicknesses
+    gravity        gravitational acceleration in the energy
     """
     from hairpipe.errors import BadInput
     from hairpipe.measure.climate.climate import climate_table

@@ -1,4 +1,4 @@
-"""How well hair of particles holds together, as numbers."""
+"""Cohesion of hair made of particles."""
 
 from hairpipe.data import Cloud, Particles, Table
 from hairpipe.graph import Reached, node
@@ -6,7 +6,7 @@ from hairpipe.graph import Reached, node
 
 @node(frames="once")
 def measure_cloud(cloud: Reached[Cloud], particles: Particles) -> Table:
-    """How far particles clump, hair is stretched and links are lost: one row, of the frames that were reached."""
+    """Measure clustering of particles, stretch and lost links over the frames reached: one row."""
     from hairpipe.measure.cloud import cloud_table
 
     return cloud_table(cloud, particles)

@@ -1,4 +1,4 @@
-"""How hair gets on with bodies, as numbers."""
+"""Contact of hair with bodies, in numbers."""
 
 from hairpipe.data import BodyParts, LevelSet, Strands, Table
 from hairpipe.graph import Frames, Time, node
@@ -11,11 +11,10 @@ def measure_contact(
     parts: tuple[Frames[BodyParts], ...] | None,
     time: Time,
 ) -> Table:
-    """At every frame, how deep hair is inside bodies, how fast it is, and how far stretched.
+    """Measure depth in bodies, speed and stretch of hair at every frame.
 
-    The deepest point, the depth that 99 % keep to and how many are inside are without those that began inside in the
-    first frame and are not yet out, and without those that are pinched where bodies leave no room. Both have columns of
-    their own.
+    The maximum depth, its 99th percentile and the number of points inside exclude points that were inside in the first
+    frame and have not left, and points that bodies pinch. Both kinds have their own columns.
     """
     from hairpipe.measure.contact import measure_contacts
 

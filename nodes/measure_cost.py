@@ -1,4 +1,4 @@
-"""What the frames of nodes cost."""
+"""Processor time of the frames of nodes."""
 
 from typing import Annotated
 
@@ -11,16 +11,16 @@ from hairpipe.units import Ge
 def measure_cost(
     nodes: tuple[Reached[Spent], ...], *, warm: Annotated[int, Ge(1)] = 4, timed: Annotated[int, Ge(1)] = 12
 ) -> Table:
-    """Processor seconds per frame of one or more nodes, as recorded when their results were computed.
+    """Tabulate the recorded processor time per frame of one or more nodes.
 
-    Any node with a value per frame can be measured, also a model of hair of your own: nothing is computed again. The
-    seconds are those of all threads, so that threads that wait for each other count: for figures to be compared, run
-    with `-j 1` on a machine that does nothing else, from an empty cache. A simulation that diverges is measured up to
-    there. Results that were in the cache already keep the time that they took then, on the machine of then.
+    Any node with a value per frame is valid, also a new model of hair: nothing is computed again. Times are sums over
+    all threads, including waiting threads: for comparable figures, run with `-j 1` on an idle machine, from an empty
+    cache. A diverging simulation counts up to its last frame. Cached results keep the times of their own run and
+    machine.
 
-    nodes  whose times are added up, frame by frame
-    warm   frames after the first that do not count, in which kernels are compiled and hair begins to move
-    timed  frames after those that count
+    nodes  simulations whose times are added up, frame by frame
+    warm   number of excluded frames after the first, for compilation and start of motion
+    timed  number of included frames after those
     """
     from hairpipe.measure.cost import cost_table
 

@@ -1,4 +1,4 @@
-"""How far locks have passed through each other, as numbers."""
+"""Penetration of locks, in numbers."""
 
 from hairpipe.data import Groom, Strands, Table
 from hairpipe.graph import Frames, Time, node
@@ -6,7 +6,7 @@ from hairpipe.graph import Frames, Time, node
 
 @node(frames="once")
 def measure_crossing(hair: Frames[Strands], lock: Groom, time: Time) -> Table:
-    """How many pairs of hairs of two locks, and hairs, have changed sides: a row a frame. `lock` is the first."""
+    """Count strands that passed through strands of another lock, and their pairs; `lock` is the first lock."""
     from hairpipe.measure.shape.tuft import measure_crossing
 
     return measure_crossing(hair, len(lock.ids), time.fps)

@@ -1,4 +1,4 @@
-"""How much hair there is, and where."""
+"""Density of hair on a grid."""
 
 from typing import Annotated
 
@@ -9,9 +9,9 @@ from hairpipe.units import Interval, Metres
 
 @node(frames="each")
 def measure_density(hair: Strands, *, cell: Annotated[Metres, Interval(ge=5e-4, le=0.2)] = 0.006) -> Density:
-    """Length of hair per volume and its mean velocity, as `[hair.volume]` sees hair.
+    """Compute length of hair per volume and its mean velocity, on the grid of `[hair.volume]`.
 
-    cell  spacing of the nodes
+    cell  spacing of the grid nodes
     """
     from hairpipe.volume.density import density_of
 

@@ -1,4 +1,4 @@
-"""How good a hair simulation is."""
+"""Accuracy of a hair simulation."""
 
 from typing import Annotated
 
@@ -20,14 +20,14 @@ def measure_fidelity(
     bound: Annotated[float, Gt(0.0)] = 0.1,
     skip: Annotated[int, Ge(0)] = 1,
 ) -> Table:
-    """Errors of tip and strand, energy, depth in bodies, stretch, and where it failed: one row, against a reference.
+    """Measure errors of tips and strands, energy, depth, stretch and failures against a reference: one row.
 
-    Strands of the two may be cut into other segments. Where there are two grooms, they correspond by their ids. Hair
-    that is not finite at some frame, or stretched too far, has failed there; in the first case its errors are infinite.
+    Strands of the two simulations may differ in segments. Two grooms correspond by their ids. Hair fails at a frame
+    where it is not finite, or stretched beyond `bound`; if it is not finite, its errors are infinite.
 
-    gravity  along -Y, for the energy; 0 leaves it out
-    bound    stretch of a segment beyond which hair has failed
-    skip     frames at the beginning that do not count
+    gravity  gravitational acceleration along -Y, for the energy; 0 omits it
+    bound    strain of a segment that counts as failure
+    skip     number of frames to exclude at the beginning
     """
     from hairpipe.errors import BadInput
     from hairpipe.measure.fidelity import fidelity_table

@@ -1,4 +1,4 @@
-"""How hair lags behind the head, as numbers."""
+"""Delay of hair after the head."""
 
 from hairpipe.data import Strands, Table
 from hairpipe.graph import Frames, node
@@ -6,7 +6,7 @@ from hairpipe.graph import Frames, node
 
 @node(frames="once")
 def measure_lag(hair: Frames[Strands]) -> Table:
-    """How far hair turns about the vertical, and how long after its roots: one row."""
+    """Measure the rotation of hair about the vertical, and its delay after the roots: one row."""
     from hairpipe.measure.swing import swing_table
 
     return swing_table(hair)

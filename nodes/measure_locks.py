@@ -1,4 +1,4 @@
-"""What locks leave to be simulated."""
+"""Cost and error of locks."""
 
 from hairpipe.data import Groom, Strands, Table
 from hairpipe.data.hair import HairState
@@ -13,9 +13,9 @@ def measure_locks(
     truth: Reached[Strands] | None,
     time: Time,
 ) -> Table:
-    """At every frame, how long connections have lasted, how many hairs are simulated, and what the others are off by.
+    """Measure ages of connections, simulated strands and errors of followers at every frame.
 
-    Given the same hair without locks as `truth`, also how far points are from there.
+    With the same hair without locks as `truth`, the table has distances from it.
     """
     from hairpipe.measure.locks import measure_locks as measure
 

@@ -1,4 +1,4 @@
-"""How fast hair moves as a whole, as numbers."""
+"""Speed of hair as a whole."""
 
 from hairpipe.data import Strands, Table
 from hairpipe.graph import Cuts, Frames, Time, node
@@ -6,7 +6,7 @@ from hairpipe.graph import Cuts, Frames, Time, node
 
 @node(frames="once")
 def measure_motion(hair: Frames[Strands], time: Time, cuts: Cuts) -> Table:
-    """At every frame, one row for all strands: speed, the longest stretch, mean height, and the way gone."""
+    """Measure speed, maximum stretch, mean height and path length of all strands at every frame."""
     from hairpipe.measure.motion import measure_speeds
 
     return measure_speeds(hair, time.fps, cuts)

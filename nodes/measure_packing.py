@@ -1,4 +1,4 @@
-"""How hair lies among hair, as numbers."""
+"""Arrangement of strands among each other, in numbers."""
 
 from typing import Annotated
 
@@ -16,13 +16,13 @@ def measure_packing(
     near: Annotated[Metres, Gt(0.0)] = 0.004,
     skip: Annotated[int, Ge(0)] = 1,
 ) -> Table:
-    """Speed of neighbours, distance of strands, room, density and its histogram, and error: one row of means.
+    """Measure speed of neighbours, strand distance, volume, density with its histogram, and error: one row of means.
 
-    The reference is the same hair simulated otherwise.
+    The reference is another simulation of the same hair.
 
-    cell  side of the cubes in which hair is counted
-    near  distance up to which points of two strands are neighbours
-    skip  frames at the beginning that do not count
+    cell  edge length of the cubes for counting hair
+    near  maximum distance of points of two neighbouring strands
+    skip  number of frames to exclude at the beginning
     """
     from hairpipe.measure.volume.packing import packing_table
 

@@ -1,4 +1,4 @@
-"""How far hair is from the same hair simulated otherwise, as numbers."""
+"""Distances of patches of hair from a reference."""
 
 from typing import Annotated
 
@@ -11,11 +11,11 @@ from hairpipe.units import Interval
 def measure_patches(
     hair: Frames[Strands], reference: Frames[Strands], *, patches: Annotated[int, Interval(ge=1, le=10_000)] = 4
 ) -> Table:
-    """At every frame, for every patch of strands: distance of tips and of whole strands from a reference, in m and %.
+    """Measure distances of tips and strands from a reference for every patch at every frame, in m and %.
 
-    The two may be cut into different segments; % are of the length of a strand.
+    The two simulations may differ in segments; % are relative to the length of a strand.
 
-    patches  of a sample, in order
+    patches  number of patches of the sample, in order
     """
     from hairpipe.measure.patches import measure_patches as measure
 

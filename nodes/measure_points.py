@@ -1,4 +1,4 @@
-"""Values at every point of hair, to colour it by."""
+"""Values at the points of hair, for colours."""
 
 from hairpipe.data import BodyParts, Groom, LevelSet, PointValues, Strands
 from hairpipe.data.hair import HairState
@@ -13,7 +13,7 @@ def measure_points(
     surfaces: tuple[LevelSet, ...] | None,
     parts: tuple[BodyParts, ...] | None,
 ) -> PointValues:
-    """Depth in bodies, stretch, tension and lock at every point; the page of `hairpipe view` colours hair by them."""
+    """Measure depth in bodies, stretch, tension and lock at every point, for colours in `hairpipe view`."""
     from hairpipe.measure.contact import still, still_parts
     from hairpipe.measure.points import measure_points as measure
 

@@ -1,4 +1,4 @@
-"""How the roots of hair are moved about, as numbers."""
+"""Motion of the roots of hair, in numbers."""
 
 from hairpipe.data import Ends, Groom, Mesh, Table
 from hairpipe.errors import BadInput
@@ -7,7 +7,7 @@ from hairpipe.graph import Cuts, Frames, Time, node
 
 @node(frames="once")
 def measure_roots(groom: Groom, body: Frames[Mesh] | None, ends: Frames[Ends] | None, time: Time, cuts: Cuts) -> Table:
-    """At every frame, how fast the roots are and how much they accelerate, on the body or as the ends are led."""
+    """Measure speed and acceleration of roots on the body or on driven ends, at every frame."""
     from hairpipe.measure.roots import measure_root_motion
     from hairpipe.sim.boundary import lead_of
 

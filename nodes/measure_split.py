@@ -1,4 +1,4 @@
-"""How hair of particles splits and merges, as numbers."""
+"""Splitting and merging of hair made of particles."""
 
 from hairpipe.data import Cloud, Particles, Table
 from hairpipe.graph import Frames, node
@@ -6,7 +6,7 @@ from hairpipe.graph import Frames, node
 
 @node(frames="once")
 def measure_split(cloud: Frames[Cloud], particles: Particles) -> Table:
-    """Gap between the halves of hair that is parted, links across it, and what ends on the wrong side: one row."""
+    """Measure the gap after parting, links across it, and strands on the wrong side: one row."""
     from hairpipe.measure.cloud import split_table
 
     return split_table(cloud, particles)

@@ -1,4 +1,4 @@
-"""What hair does over time, as numbers."""
+"""Motion of individual strands, in numbers."""
 
 from hairpipe.data import Ends, Strands, Table
 from hairpipe.graph import Frames, Time, node
@@ -6,9 +6,9 @@ from hairpipe.graph import Frames, Time, node
 
 @node(frames="once")
 def measure_strands(hair: Frames[Strands], ends: Frames[Ends] | None, time: Time) -> Table:
-    """Tip, span, stretch, speed, writhe and way gone since the first frame, of every strand at every frame.
+    """Measure tip, span, stretch, speed, writhe and path length of every strand at every frame.
 
-    Where the ends are led, also how far the tip has been turned against the root.
+    With `ends`, the table has the rotation of the tip relative to the root.
     """
     from hairpipe.measure.strands import measure
 

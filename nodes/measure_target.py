@@ -1,4 +1,4 @@
-"""How near hair is to the density that it is led to."""
+"""Distance of hair from a target density."""
 
 from hairpipe.data import Density, Strands, Table
 from hairpipe.graph import Frames, flat_group, node
@@ -8,9 +8,9 @@ from hairpipe.sim.settings import Target
 @node(frames="once")
 @flat_group("settings")
 def measure_target(hair: Frames[Strands], target: Frames[Density], *, settings: Target) -> Table:
-    """Energy of the difference of two densities at every frame, over that of the first, and over that without hair.
+    """Measure the energy of the difference of two densities, relative to the first frame and to empty space.
 
-    The second is 0 where hair has the density of the target, and about 2 where it is all elsewhere.
+    The latter is 0 for equal densities, and about 2 for densities without overlap.
     """
     from hairpipe.measure.volume.target import target_table
 

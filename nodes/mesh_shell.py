@@ -14,10 +14,10 @@ def mesh_shell(
     blur: Annotated[float, Interval(ge=0.0, le=10.0)] = 2.0,
     level: Annotated[float, Interval(gt=0.0, le=10.0)] = 0.2,
 ) -> Mesh:
-    """The hair shell, closed, as a mesh that moves with the hair; `bake_levelset` gives its signed distance.
+    """Extract the closed shell of hair as a mesh that moves with the hair, for `bake_levelset`.
 
-    blur   standard deviation of the blur before, in cells; the fewer hairs, the more of it and the wider cells
-    level  density at which the shell lies, over the median of what hair has around it
+    blur   standard deviation of the preceding blur, in cells; sparse hair needs more blur and larger cells
+    level  density of the shell, relative to the median density around hair
     """
     from hairpipe.volume.shell import shell_of
 

@@ -1,4 +1,4 @@
-"""The space around a rigid body that is carried along keys."""
+"""Level set of a rigid body moved by keys."""
 
 from hairpipe.data import BodyParts, LevelSet
 from hairpipe.graph import Cuts, Time, node
@@ -14,10 +14,10 @@ def move_levelset(
     at: int = 1001,
     motion: Track = Track(),  # noqa: B008 (frozen)
 ) -> BodyParts:
-    """The level set of a still body where keys take it, for `parts`: baked once, exact between frames, for any motion.
+    """Move the level set of a rigid body by keys, for `parts`: baked once, exact between frames.
 
-    at      frame of the shot at which time is zero
-    motion  keys, as those of `move_mesh`
+    at      frame of the shot at time zero of the keys
+    motion  motion by keys, as in `move_mesh`
     """
     from hairpipe.scripted_ends.bodies import carried_surface
     from hairpipe.scripted_ends.track import instant_of

@@ -1,4 +1,4 @@
-"""A body carried along keys."""
+"""Mesh moved by keys."""
 
 from hairpipe.data import Mesh
 from hairpipe.graph import Cuts, Time, node
@@ -14,11 +14,11 @@ def move_mesh(
     at: int = 1001,
     motion: Track = Track(),  # noqa: B008 (frozen)
 ) -> Mesh:
-    """The mesh at a frame, where keys move and turn it, in addition to its own motion; with exact velocities.
+    """Move and rotate a mesh by keys, in addition to its own motion, with exact velocities.
 
-    at      frame of the shot at which time is zero
-    motion  keys; moves are from where the mesh is, and the pivot of the turns is a place in space; `move_levelset`
-            takes the same and carries the level set of the still mesh along, which is then baked once
+    at      frame of the shot at time zero of the keys
+    motion  motion by keys: displacements from the place of the mesh, rotations about a pivot in space; `move_levelset`
+            applies the same keys to a level set
     """
     from hairpipe.scripted_ends.bodies import carried
     from hairpipe.scripted_ends.track import instant_of

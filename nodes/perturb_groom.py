@@ -9,13 +9,13 @@ from hairpipe.units import Ge, Gt, Metres
 
 @node(frames="once")
 def perturb_groom(groom: Groom, *, member: Annotated[int, Ge(0)] = 0, tip: Annotated[Metres, Gt(0.0)] = 1e-3) -> Groom:
-    """A groom whose strands are turned about their roots by as little as nobody cares about; member 0 is as given.
+    """Perturb a groom imperceptibly by random rotations about the roots; member 0 is unchanged.
 
-    Simulations of several members show what is chance (`measure_climate`). Members of equal number are perturbed alike,
-    strand by strand, whichever other strands there are.
+    Simulations of several members sample chaotic motion (`measure_climate`). Members of equal number have equal
+    perturbations, strand by strand, in any selection of strands.
 
-    member  of the ensemble
-    tip     standard deviation of where tips are aimed, by component
+    member  number of the member of the ensemble
+    tip     standard deviation of each component of the displacement of tips
     """
     from hairpipe.groom.perturbing import perturbed
 

@@ -1,4 +1,4 @@
-"""A chart of what is worth its cost."""
+"""A chart of cost and error with the Pareto front."""
 
 from typing import Annotated
 
@@ -27,22 +27,23 @@ def plot_front(
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1800,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of points on logarithmic scales, each with its name, the front among them as a line, failures as crosses.
+    """Draw labelled points on logarithmic scales as PNG, with the Pareto front as a line and failures as crosses.
 
-    x       column of numbers along the abscissa
-    y       column of numbers along the ordinate
-    label   column of texts written next to the points
-    series  column of texts: points of one are of one colour
-    failed  column of texts: nothing, or what failed and where; such a point stands at the upper edge if it is beyond
-    front   column of numbers that are not 0 for points that the line goes through
-    low     column of numbers where a bar at each point begins; empty: there are no bars
-    high    column of numbers where it ends
-    floor   column of numbers below which nothing is told apart, a band; empty: there is none
-    spread  column of ratios of spreads, written beside names where they are not near 1; empty: there is none
-    joined  series whose points a line joins, in the order of the table
-    title   above the chart
-    width   of the picture
-    height  of the picture
+    x       name of the column of numbers on the abscissa
+    y       name of the column of numbers on the ordinate
+    label   name of the column of texts beside the points
+    series  name of the column of texts that separates points by colour
+    failed  name of the column of failures: empty, or kind and place; a failed point beyond the chart is drawn at its
+            upper edge
+    front   name of the column of numbers that are not 0 for points on the front
+    low     name of the column of lower ends of error bars; empty: no bars
+    high    name of the column of upper ends of error bars
+    floor   name of the column of resolution limits, drawn as a band; empty: none
+    spread  name of the column of ratios of spreads, written beside points where they differ from 1; empty: none
+    joined  names of the series with points joined by a line, in the order of the table
+    title   text above the chart
+    width   width of the picture
+    height  height of the picture
     """
     from hairpipe.chart.front import Columns, draw_front
 

@@ -1,4 +1,4 @@
-"""A picture of where hair is dense."""
+"""A picture of sections through hair density."""
 
 from typing import Annotated, Literal
 
@@ -19,14 +19,14 @@ def plot_section(
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 600,
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of sections through densities of hair, side by side, with one scale of colours.
+    """Draw sections through densities of hair side by side as PNG, with one colour scale.
 
-    axis    across which they are cut
-    place   coordinate there
-    names   of the densities, in order
-    title   above all
-    width   of the picture
-    height  of the picture
+    axis    axis normal to the section
+    place   coordinate of the section along the axis
+    names   names of the densities, in order
+    title   text above the picture
+    width   width of the picture
+    height  height of the picture
     """
     from hairpipe.chart.densities import draw_densities
     from hairpipe.errors import BadInput

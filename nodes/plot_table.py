@@ -26,19 +26,19 @@ def plot_table(
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 750,
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of lines: columns of a table against another of its columns; several tables are laid below each other.
+    """Draw columns of tables over another column as PNG lines; tables are concatenated.
 
-    x        column along the abscissa, numbers or texts
-    y        columns of numbers along the ordinate
-    series   column whose values split the rows into lines
-    cases    names of the tables, in order: a column "case" names the one a row is from
-    x_scale  of the abscissa
-    y_scale  of the ordinate
-    label    of the ordinate; the name of the column where there is one
-    title    above the chart
-    levels   of the ordinate at which a line goes across, such as a target
-    width    of the picture
-    height   of the picture
+    x        name of the column of numbers or texts on the abscissa
+    y        names of the columns of numbers on the ordinate
+    series   name of the column that separates rows into lines
+    cases    names of the tables, in order, for a new column "case"
+    x_scale  scale of the abscissa: linear or logarithmic
+    y_scale  scale of the ordinate: linear or logarithmic
+    label    label of the ordinate; by default the name of the only column
+    title    text above the chart
+    levels   values of the ordinate with a horizontal line, such as a target
+    width    width of the picture
+    height   height of the picture
     """
     from hairpipe.chart.lines import Columns, draw_table
     from hairpipe.io.table import lay_below

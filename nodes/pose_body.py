@@ -6,7 +6,7 @@ from hairpipe.graph import node
 
 @node(frames="each")
 def pose_body(rest: Body, pose: Pose | None = None) -> Mesh:
-    """The body's skin in a pose, with the velocity of every vertex; at rest where there is no pose."""
+    """Deform the body's skin by a pose, with the velocity of every vertex; without a pose it is at rest."""
     from hairpipe.body.skinning import skin
 
     return skin(rest, pose)

@@ -1,4 +1,4 @@
-"""A quick picture of the hair."""
+"""A fast picture of the hair."""
 
 from typing import Annotated, Literal
 
@@ -34,23 +34,24 @@ def preview(
     shutter: Fraction = 0.0,
     turn: Degrees = 0.0,
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of the hair, and of the body where there is one, lit as in a studio.
+    """Render the hair and the body as PNG, in studio light.
 
-    width          of the picture
-    height         of the picture
-    view           from where; the strands' length gives the scale, their roots the centre
-    eye            position of the camera, instead of the one that `view` gives
-    target         centre of the picture, instead of a place below the roots: keeps the camera still
+    width          width of the picture
+    height         height of the picture
+    view           direction of view; the length of strands gives the scale, their roots the centre
+    eye            position of the camera, in place of that of `view`
+    target         centre of the picture, in place of a point below the roots; fixes the camera
     fov            field of view across the shorter side
-    colour         of the hair: red, green and blue, sRGB
-    thickness      of a strand, over what makes so many look full: few are drawn thick, very many as they are
-    curve          through the points of the hair; or a B-spline whose control hull they are, as of key hairs
-    shading        of the hair: Kajiya and Kay's; or dual scattering: physical, light comes through pale hair
-    lambert        share of the diffuse light of `kajiya_kay` that is a surface's, by `normals`; without these, none
-    supersampling  of the picture, across one of its pixels: 1 is fast, 2 is for stills
-    shadow         from a cube of depths, quick; or from deep shadow maps, finer, for stills
-    shutter        part of the frame while it is open: motion is blurred, at a cost that grows with it; 0: it is not
-    turn           by which the eye goes around the target every frame, towards the left ear; it begins at frame 0
+    colour         colour of the hair: red, green and blue, sRGB
+    thickness      width factor of strands, over that of opaque hair at this number: large for few strands, 1 for many
+    curve          curve basis: catmull_rom through the points, or bspline with the points as its control polygon, as
+                   for key strands
+    shading        shading of the hair: Kajiya and Kay's, or dual scattering, which lets light through pale hair
+    lambert        share of surface shading (by `normals`) in the diffuse light of `kajiya_kay`; 0 without normals
+    supersampling  number of samples across a pixel: 1 is fast, 2 is for stills
+    shadow         method of shadows: cube (depth cube, fast) or deep (deep shadow maps, for stills)
+    shutter        open share of the frame, for motion blur; cost grows with it, 0 switches blur off
+    turn           rotation of the eye about the target per frame, towards the left ear, from frame 0
     """
     from dataclasses import replace
     from functools import partial

@@ -1,4 +1,4 @@
-"""A quick picture of meshes."""
+"""A fast picture of meshes."""
 
 from typing import Annotated
 
@@ -24,16 +24,16 @@ def preview_meshes(
     height: Annotated[Pixels, Interval(ge=16, le=4096)] = 360,
     colour: tuple[Fraction, Fraction, Fraction] = (0.75, 0.45, 0.25),
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of meshes side by side, each on a floor at y = 0, lit as in a studio, with the time since frame 0.
+    """Render meshes side by side as PNG, each on a floor at y = 0, in studio light, with the time.
 
-    names   of the meshes, written above them
+    names   names of the meshes, written above them
     eye     position of the camera
     target  centre of each picture
-    radius  about the target in which shadows fall
+    radius  radius of shadows about the target
     fov     field of view across the shorter side
-    width   of a mesh's picture
-    height  of a mesh's picture
-    colour  of the meshes: red, green and blue, sRGB
+    width   width of one mesh's picture
+    height  height of one mesh's picture
+    colour  colour of the meshes: red, green and blue, sRGB
     """
     import numpy as np
 

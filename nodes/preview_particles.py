@@ -1,4 +1,4 @@
-"""A quick picture of particles that stand for hair."""
+"""A fast picture of particles of hair."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -15,7 +15,7 @@ Colour = tuple[Fraction, Fraction, Fraction]
 
 
 def style(particles: Particles, colour: Colour, size: float) -> "CloudStyle":
-    """Choose how particles are drawn, for the whole shot."""
+    """Prepare the drawing of particles, for the whole shot."""
     from hairpipe.render.billboards.cloud import style_cloud
     from hairpipe.render.film import linear
 
@@ -39,16 +39,16 @@ def preview_particles(
     colour: Colour = (0.37, 0.25, 0.17),
     size: Annotated[float, Interval(gt=0.0, le=10.0)] = 1.0,
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of particles as billboards with streaks of hair, and of the body where there is one, lit as in a studio.
+    """Render particles as billboards with streaks of hair, and the body, as PNG in studio light.
 
-    width   of the picture
-    height  of the picture
-    view    from where; the length of the hair gives the scale, its roots the centre
-    eye     position of the camera, instead of the one that `view` gives
-    target  centre of the picture, instead of a place below the roots: keeps the camera still
+    width   width of the picture
+    height  height of the picture
+    view    direction of view; the length of hair gives the scale, its roots the centre
+    eye     position of the camera, in place of that of `view`
+    target  centre of the picture, in place of a point below the roots; fixes the camera
     fov     field of view across the shorter side
-    colour  of the hair: red, green and blue, sRGB
-    size    of a billboard, over what covers hair evenly where particles are as far apart as at rest
+    colour  colour of the hair: red, green and blue, sRGB
+    size    size factor of a billboard, over the size that covers hair at the spacing at rest
     """
     from hairpipe.io.picture import write_png
     from hairpipe.render.billboards.cloud import draw_cloud

@@ -1,4 +1,4 @@
-"""A picture of where hair will grow."""
+"""A picture of the scalp map."""
 
 from typing import Annotated
 
@@ -16,11 +16,11 @@ def preview_scalp(
     width: Annotated[Pixels, Interval(ge=16, le=4096)] = 360,
     height: Annotated[Pixels, Interval(ge=16, le=4096)] = 480,
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of a body at rest from the front, the side and the back, with a map painted on it and its line of a half.
+    """Render a body at rest from three sides as PNG, with a painted map and its contour at one half.
 
-    map     of the body: "scalp" is where hair grows
-    width   of the picture from each side
-    height  of the picture
+    map     name of the map of the body: "scalp" marks where hair grows
+    width   width of the picture of each side
+    height  height of the picture
     """
     from hairpipe.io.panels import write_beside
     from hairpipe.render.framing import Shot

@@ -31,23 +31,23 @@ def render_cycles(
     denoise: bool = True,
     shutter: Fraction = 0.0,
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of the hair, and of the body where there is one, by Blender's Cycles, in the frame and studio of `preview`.
+    """Render the hair and the body as PNG with Blender's Cycles, in the frame and studio of `preview`.
 
     Needs Blender as a Python module: `pip install 'hairpipe[cycles]'`.
 
-    width      of the picture
-    height     of the picture
-    view       from where; the strands' length gives the scale, their roots the centre
-    eye        position of the camera, instead of the one that `view` gives
-    target     centre of the picture, instead of a place below the roots: keeps the camera still
+    width      width of the picture
+    height     height of the picture
+    view       direction of view; the length of strands gives the scale, their roots the centre
+    eye        position of the camera, in place of that of `view`
+    target     centre of the picture, in place of a point below the roots; fixes the camera
     fov        field of view across the shorter side
     melanin    pigment of the hair: 0 is white, 1 is black
-    redness    share of the pigment that is red
-    colour     of the hair instead of pigment: red, green and blue, sRGB
-    thickness  of a strand, over what makes so many look full: few are drawn thick, very many as thick as they are
-    samples    paths of light a pixel
-    denoise    whether the noise that few samples leave is smoothed
-    shutter    part of the frame while it is open: what moves is blurred; 0: nothing is
+    redness    share of red pigment in the pigment
+    colour     colour of the hair in place of pigment: red, green and blue, sRGB
+    thickness  width factor of strands, over that of opaque hair at this number: large for few strands, 1 for many
+    samples    number of light paths per pixel
+    denoise    removal of the noise of few samples
+    shutter    open share of the frame, for motion blur; 0 switches blur off
     """
     from hairpipe.io.picture import write_png
     from hairpipe.render.cycles.scene import Exposure, Fibre, render_hair

@@ -1,4 +1,4 @@
-"""A model of hair started again and again from the states of another."""
+"""Bias of a hair model, from restarts at states of a reference."""
 
 from typing import Annotated, NamedTuple
 
@@ -10,7 +10,7 @@ from hairpipe.units import Ge
 
 
 class Restarts(NamedTuple):
-    """One row that sums up, and a row for every restart."""
+    """A row of summary, and a row for every restart."""
 
     summary: Table
     windows: Table
@@ -33,14 +33,14 @@ def restart_hair(
     restarts: Annotated[int, Ge(1)] = 7,
     window: Annotated[int, Ge(1)] = 1,
 ) -> Restarts:
-    """Errors of a model that starts from a reference's own states: its bias, before chaos has grown.
+    """Measure the errors of a model that restarts from states of a reference: its bias, without chaos.
 
-    It takes the inputs and settings of `simulate_hair`, `like = "hair"`, `type = "restart_hair"`, and of a reference
-    its states, all of which `checkpoint = 1` keeps, and its strands. A state cannot be carried over to other segments,
-    other hairs or another strand model: that is refused.
+    The node takes the inputs and settings of `simulate_hair` (`like = "hair"`, `type = "restart_hair"`), and strands
+    and states of a reference with `checkpoint = 1`. Segments, strands and strand model must be equal to those of the
+    reference.
 
-    restarts  spread evenly over the shot
-    window    frames that each runs: after 1 the bias stands out most, after 4 chaos begins to
+    restarts  number of restarts, at equal intervals over the shot
+    window    number of frames of each restart: after 1 the bias dominates, after 4 chaos begins
     """
     from hairpipe.measure.climate.around import Around
     from hairpipe.measure.climate.restarts import restart_tables

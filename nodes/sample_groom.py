@@ -1,4 +1,4 @@
-"""A few strands that stand for all."""
+"""Representative strands of a groom."""
 
 from typing import Annotated
 
@@ -15,11 +15,11 @@ def sample_groom(
     patches: Annotated[int, Interval(ge=1, le=10_000)] = 4,
     number: Annotated[int, Ge(0)] = 0,
 ) -> Groom:
-    """Patches of neighbouring strands, spread evenly over the groom; a groom of no more strands is given as it is.
+    """Select patches of neighbouring strands, evenly over the groom; a small groom is unchanged.
 
-    strands  altogether, rounded up to a multiple of the patches
-    patches  of equal size
-    number   of the sample: samples of different numbers share no strand
+    strands  total number of strands, rounded up to a multiple of the patches
+    patches  number of patches of equal size
+    number   number of the sample; different samples have no strand in common
     """
     from hairpipe.groom.sampling import sample_patches
 

@@ -1,4 +1,4 @@
-"""Particles that stand for hair."""
+"""Particles that represent hair."""
 
 from typing import Annotated, Literal
 
@@ -21,17 +21,17 @@ def sample_particles(
     fibre: Fibre = Fibre(),  # noqa: B008 (frozen)
     seed: Annotated[int, Ge(0)] = 0,
 ) -> Particles:
-    """Loosely connected particles after Bando, Chen, Nishita 2003, in the hair of a groom; some lie below the skin.
+    """Sample the hair of a groom by loosely connected particles, after Bando, Chen, Nishita 2003.
 
-    particles  that move; about as many
-    sampling   strands: on hairs whose roots are as far apart as particles along them; even: as far apart in space as
-               can be, on hairs that have nothing else in common
-    links      that a particle has, about
-    alignment  of the hair with a link, 0 across it and 1 along it, that it has at least
-    linked     neighbours that a particle has where links have faded, on the mean
-    touching   neighbours that hair acts on, on the mean
-    fibre      that hair consists of
-    seed       of all random numbers
+    particles  approximate number of moving particles
+    sampling   placement of particles: strands (along strands, with equal spacing across and along) or even (most
+               uniform in space, unrelated to strands)
+    links      approximate number of links of a particle
+    alignment  minimum alignment of a link with the hair: 0 across, 1 along
+    linked     average number of neighbours within the distance of zero link strength
+    touching   average number of neighbours with forces between hair
+    fibre      fibres that particles represent
+    seed       seed of all random numbers
     """
     from hairpipe.particles.links import LinkRule, link
     from hairpipe.particles.sampling import sample

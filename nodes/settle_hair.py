@@ -1,4 +1,4 @@
-"""Hair that has settled under its weight."""
+"""Static equilibrium of hair."""
 
 from typing import Annotated
 
@@ -19,15 +19,15 @@ def settle_hair(
     construction: Construction = Construction(),  # noqa: B008
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81,
 ) -> Groom:
-    """The groom as it hangs at rest: what simulated hair would sag to, without waiting for it.
+    """Compute the static equilibrium of a groom under gravity, the shape to which simulated hair sags.
 
-    Springs rest in the groom's own shape, and nothing is in the way: hair that would sink into a body is not for this.
-    Simulated sag-free, with the same material and gravity, the settled groom keeps its shape.
+    Springs rest in the shape of the groom, and bodies are ignored: the node does not suit hair that sinks into a body.
+    A sag-free simulation with the same material and gravity keeps the shape of the settled groom.
 
-    model         network, chain or rod, as for simulate_hair
-    material      of the fibre
-    construction  of the network
-    gravity       along -Y
+    model         strand model: network, chain or rod, as in simulate_hair
+    material      material of the fibre
+    construction  parameters of the network
+    gravity       gravitational acceleration along -Y
     """
     from hairpipe.sim.statics.settle_groom import settle_groom
 

@@ -1,4 +1,4 @@
-"""The hair simulation: every strand of the groom, carried by the body or by its ends."""
+"""Simulation of strands on a body or on driven ends."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Hair(NamedTuple):
-    """Strands to look at, and the state the next frame starts from."""
+    """Strands of a frame, and the state from which the next frame starts."""
 
     strands: Strands
     state: HairState
@@ -44,9 +44,9 @@ def simulate_hair(
     *,
     settings: HairSettings,
 ) -> Hair:
-    """Mass-spring hair after Selle, Lentine, Fedkiw 2008: every strand a network of springs, solved at once.
+    """Simulate strands as mass-spring networks after Selle, Lentine, Fedkiw 2008, or as rods.
 
-    Another model of hair is a node of its own, which returns strands and a state of its own.
+    Another model of hair is a node of its own, with strands and a state as outputs.
     """
     from hairpipe.sim.boundary import lead_of
     from hairpipe.sim.precision import choose_precision

@@ -1,4 +1,4 @@
-"""The hair simulation by particles."""
+"""Simulation of hair by particles."""
 
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class LooseHair(NamedTuple):
-    """Particles to look at, and the state the next frame starts from."""
+    """Particles of a frame, and the state from which the next frame starts."""
 
     cloud: Cloud
     state: ParticleState
@@ -27,7 +27,7 @@ def prepare_particles(
     sag_free: RestTension | None,
     printed: tuple[Printed, ...],
 ) -> "Prepared":
-    """Find what links and pairs are like, for the whole shot."""
+    """Compute properties of links and pairs, for the whole shot."""
     from hairpipe.particles.simulate import prepare
 
     hair = {"interaction": interaction, "sag_free": sag_free, "printed": printed}
@@ -48,7 +48,7 @@ def simulate_particles(
     *,
     settings: ParticleSettings,
 ) -> LooseHair:
-    """Hair as loosely connected particles after Bando, Chen, Nishita 2003; `carry_strands` makes strands of them."""
+    """Simulate hair as loosely connected particles after Bando, Chen, Nishita 2003, for `carry_strands`."""
     from hairpipe.particles.simulate import ParticleFrame, cloud_of, next_state
 
     began, cut = (time.frame - 1) * time.dt, time.frame in cuts

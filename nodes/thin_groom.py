@@ -1,4 +1,4 @@
-"""Fewer hairs."""
+"""A groom with fewer strands."""
 
 from typing import Annotated
 
@@ -9,9 +9,9 @@ from hairpipe.units import Interval
 
 @node(frames="once")
 def thin_groom(groom: Groom, *, every: Annotated[int, Interval(ge=1, le=1_000_000)] = 4) -> Groom:
-    """Every n-th strand, with the id that it has, evenly among all of them.
+    """Keep every n-th strand, with its id.
 
-    every  so many strands one is kept
+    every  number of strands of which one is kept
     """
     from hairpipe.errors import BadInput
     from hairpipe.groom.sampling import thinned

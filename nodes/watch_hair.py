@@ -1,4 +1,4 @@
-"""How fast hair moves and how far it is stretched, frame by frame while it is simulated."""
+"""Speed and stretch of hair at each frame of a simulation."""
 
 from hairpipe.data import Groom, Strands, Table
 from hairpipe.graph import node
@@ -6,9 +6,9 @@ from hairpipe.graph import node
 
 @node(frames="each")
 def watch_hair(hair: Strands, groom: Groom) -> Table:
-    """One row for all strands: speeds, the longest stretch over their length in the groom, and mean height.
+    """Measure speeds, maximum stretch relative to the groom, and mean height of all strands: one row.
 
-    A wedge gives a variant up as soon as such a frame fails one of its criteria.
+    A wedge stops a variant at the first frame that fails one of its criteria.
     """
     from hairpipe.measure.motion import watch
 

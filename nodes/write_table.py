@@ -15,10 +15,10 @@ def write_table(
     format: Literal["csv", "markdown"] = "csv",
     cases: tuple[str, ...] = (),
 ) -> Annotated[File, Suffixes((".csv", ".md"))]:
-    """CSV or Markdown of a table, below a row of names; several tables are laid below each other.
+    """Write tables as CSV or Markdown, concatenated below a row of names.
 
-    format  csv has every digit, markdown four: one is for programs, the other for people
-    cases   names of the tables, in order: a first column "case" names the one a row is from
+    format  file format: csv with all digits for programs, markdown with four digits for people
+    cases   names of the tables, in order, for a new first column "case"
     """
     from hairpipe.io.table import lay_below, write_csv, write_markdown
 

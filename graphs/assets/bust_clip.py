@@ -1,4 +1,4 @@
-"""What our own clips share: the joints of our bust, and how a movement begins and ends."""
+"""Joints of the bust, and start and end of a movement, for the clips shipped here."""
 
 import numpy as np
 

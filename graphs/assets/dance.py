@@ -1,4 +1,4 @@
-"""Our own motion capture: ten vigorous seconds of head and torso on the joints of our bust. Run it to write dance.bvh.
+"""Generated motion: ten vigorous seconds of head and torso on the joints of the bust. Running it writes dance.bvh.
 
 No; yes, from the chest; circles; and no again, faster.
 """

@@ -1,4 +1,4 @@
-"""A bob on our bust, as a DCC would export it, in centimetres. Run it to write groom.usda."""
+"""A bob on the bust, as exported by a DCC, in centimetres. Running it writes groom.usda."""
 
 from pathlib import Path
 

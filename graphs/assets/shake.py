@@ -1,4 +1,4 @@
-"""Our own motion capture: a vigorous shake of the head, "no", on the joints of our bust. Run it to write shake.bvh."""
+"""Generated motion: a vigorous head shake on the joints of the bust. Running it writes shake.bvh."""
 
 from pathlib import Path
 

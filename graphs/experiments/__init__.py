@@ -1,1 +1,1 @@
-"""Graphs that measure the model, with the node types that only they use."""
+"""Graphs that measure the model, with node types that they alone use."""

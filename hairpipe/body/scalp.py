@@ -14,18 +14,18 @@ Elevation = Annotated[Degrees, Interval(ge=-89.0, le=89.0)]
 
 @dataclass(frozen=True)
 class Scalp:
-    """A hairline on a body that comes without a scalp map: how high hair begins, seen from between the ears.
+    """Hairline on a body without a scalp map: elevations of the line, seen from between the ears.
 
-    joint     that carries the head
-    up        from the joint to the point between the ear canals
-    forward   likewise
-    at        that point itself, which a body without a skeleton has no joint to tell by
+    joint     name of the joint of the head
+    up        vertical offset from the joint to the point between the ear canals
+    forward   forward offset from the joint to the point between the ear canals
+    at        position of the point between the ear canals, for a body without a skeleton
     front     elevation of the hairline in the middle of the forehead
-    temple    at its corner above the temple
-    sideburn  before the ear
-    ear       above the ear
-    behind    behind the ear
-    nape      in the middle of the neck
+    temple    elevation of the hairline at its corner above the temple
+    sideburn  elevation of the hairline in front of the ear
+    ear       elevation of the hairline above the ear
+    behind    elevation of the hairline behind the ear
+    nape      elevation of the hairline in the middle of the neck
     edge      width over which the map rises from 0 to 1
     """
 

@@ -13,10 +13,10 @@ HALVINGS = 60  # of the interval that holds the turn: down to rounding
 
 @dataclass(frozen=True)
 class Helix:
-    """A right-handed helix along the direction of the strand; its root lies on the helix.
+    """A right-handed helix along the direction of the strand; the root lies on the helix.
 
-    radius  of the helix, from its axis
-    pitch   along the axis, for one turn
+    radius  radius of the helix about its axis
+    pitch   advance of the helix along its axis per turn
     """
 
     radius: Annotated[Metres, Gt(0.0)]

@@ -12,12 +12,12 @@ from hairpipe.units import Degrees, Ge, Interval, Metres
 
 @dataclass(frozen=True)
 class Tuft:
-    """More rows, and strands that do not all go the same way.
+    """Further rows of strands, and random directions of strands.
 
-    rows   of strands
-    apart  from one row to the next
-    stray  by how much strands turn aside, root mean square
-    seed   of the random numbers
+    rows   number of rows of strands
+    apart  distance from one row to the next
+    stray  root mean square angle between strands and the common direction
+    seed   seed of the random numbers
     """
 
     rows: Annotated[int, Interval(ge=1, le=10_000)] = 1

@@ -1,4 +1,4 @@
-"""What a shot says about hair of particles, in physical terms."""
+"""Settings of a simulation of particles, in physical units."""
 
 from dataclasses import dataclass
 from math import pi
@@ -20,10 +20,10 @@ from hairpipe.units import (
 
 @dataclass(frozen=True)
 class Fibre:
-    """What the hair consists of that particles stand for.
+    """The fibres that particles represent.
 
-    diameter  of the fibre
-    density   of the fibre
+    diameter  diameter of the fibre
+    density   mass density of the fibre
     """
 
     diameter: Annotated[Metres, Interval(ge=1e-5, le=2e-3)] = 80e-6
@@ -37,12 +37,12 @@ class Fibre:
 
 @dataclass(frozen=True)
 class Interaction:
-    """Hair that acts on hair, (16) to (18). Rates are those of particles in the same place.
+    """Forces between particles of hair, (16) to (18). Rates hold for coincident particles.
 
-    pressure   over the density that is too much, k_a: hair denser than at rest spreads
-    collision  rate at which particles that approach lose their speed across the hair
-    friction   rate at which they lose what slides
-    bound      friction is at most so many times what presses them together, after Coulomb
+    pressure   pressure per excess density, k_a: hair denser than at rest spreads
+    collision  damping rate of the approach of particles, across the hair
+    friction   damping rate of the sliding of particles
+    bound      maximum ratio of friction to normal force (Coulomb)
     """
 
     pressure: Annotated[MetresSquaredPerSecondSquared, Ge(0.0)] = 1.0
@@ -53,10 +53,10 @@ class Interaction:
 
 @dataclass(frozen=True)
 class ParticleContact:
-    """How particles touch bodies.
+    """Contact of particles with bodies.
 
-    friction   Coulomb coefficient
-    thickness  distance kept from the surface; a particle that is nearer to its root along the hair keeps half of that
+    friction   Coulomb friction coefficient between hair and bodies
+    thickness  distance kept from the surface; within this arc length of the root, half of it
     """
 
     friction: Annotated[float, Ge(0.0)] = 0.4
@@ -65,34 +65,34 @@ class ParticleContact:
 
 @dataclass(frozen=True)
 class RestTension:
-    """Links that carry the hair as groomed: they are shorter than they are there.
+    """Pre-tension of links: their rest lengths are shorter than their lengths in the groom.
 
-    strain  of a link by which it may be shorter; what would need more sags
+    strain  maximum strain of a link at rest; hair that needs more sags
     """
 
     strain: Annotated[float, Interval(gt=0.0, le=0.9)] = 0.3
 
 
 Printed = Literal["steps", "pressure", "friction", "links"]
-"""Equations that can be had as the paper prints them, where hair fails by them; `ParticleSettings` says how."""
+"""Formulas available as published, for comparison; `ParticleSettings` describes them."""
 
 
 @dataclass(frozen=True)
 class ParticleSettings:
-    """All that a graph says of the simulation of particles.
+    """All settings of the simulation of particles.
 
-    sag          by which hair of mean length that hangs is stretched at its root; all stiffness follows from it
-    damping      of a link, a fraction of critical damping
-    steps        in a frame; one is faster, and damps swings more
-    gravity      along -Y
-    air          what slows hair
-    fibre        that hair consists of; wind takes hold of it
-    contact      how it touches bodies, whole level sets and those in parts; without any it passes through
-    interaction  hair acts on hair; without, it passes through
-    sag_free     links carry the hair as groomed; without, they rest in the groom's shape and hair sags from it
-    wind         moving air, which takes the place of `air`; without, it is still
-    printed      what is to be as the paper prints it, to see how it fails: explicit `steps`, (16) `pressure` with one
-                 density at rest, which attracts, (18) `friction` without bound, `links` that fade, all of them
+    sag          strain at the root of hanging hair of mean length; determines all stiffness
+    damping      damping of links, as a fraction of critical damping
+    steps        number of steps per frame; one is faster and damps swings more
+    gravity      gravitational acceleration along -Y
+    air          drag of still air
+    fibre        fibres that particles represent, on which wind acts
+    contact      contact with bodies, whole level sets and parts; if absent, hair passes through bodies
+    interaction  forces between particles of hair; if absent, there are none
+    sag_free     equilibrium of the groom at the start, by pre-tension of links; if absent, hair sags from it
+    wind         moving air, in place of `air`; if absent, air is still
+    printed      published formulas to use for comparison: explicit `steps`, (16) `pressure` with one rest density
+                 (attracts), (18) `friction` without bound, fading `links`
     """
 
     sag: Annotated[float, Interval(gt=1e-3, le=1.0)] = 0.1

@@ -17,14 +17,14 @@ INSTANT = 1e-9  # [s]; times closer than this are the same
 
 @dataclass(frozen=True)
 class Track:
-    """Key moves of an end from where the groom put it, held before the first and after the last.
+    """Key-framed motion of an end from its place in the groom, constant before the first and after the last key.
 
-    times  of the keys, ascending
-    move   how far from its place, at every key; nowhere without
-    turn   how far about the axis, at every key; not at all without
-    axis   of the turns
-    pivot  from the end to a point of that axis
-    ease   smooth comes to rest at every key; linear is of constant speed from key to key
+    times  times of the keys, ascending
+    move   displacement at each key; if absent, zero
+    turn   rotation about the axis at each key; if absent, zero
+    axis   axis of the rotations
+    pivot  vector from the end to a point of the axis
+    ease   interpolation between keys: smooth has zero speed at every key, linear has constant speed
     """
 
     times: tuple[Seconds, ...] = ()

@@ -14,15 +14,15 @@ CLOSE = 1e-9  # in half waves: closer to where a square wave turns round it stan
 
 @dataclass(frozen=True)
 class Wave:
-    """Motion to and fro, from rest at time zero, in the frame of the keys where there are any.
+    """Periodic motion from rest at time zero, in addition to keys.
 
-    form       sine is a speed that comes and goes; square is constant speed that turns round at once, where it is 0
-    frequency  of going to and fro
-    speed      the fastest that the end is moved
-    along      direction in which it goes first
-    turning    the fastest that it is turned about the axis
-    axis       of the turns
-    pivot      from the end to a point of that axis
+    form       form of the velocity: sine, or square of constant speed and alternating sign
+    frequency  frequency of the oscillation
+    speed      maximum speed of the end
+    along      direction of the first half period
+    turning    maximum angular speed about the axis
+    axis       axis of the rotations
+    pivot      vector from the end to a point of the axis
     """
 
     form: Literal["sine", "square"] = "sine"

@@ -11,12 +11,12 @@ from hairpipe.units import Interval, KilogramsPerCubicMetre, Metres, Pascals
 class Material:
     """A solid round fibre. The defaults are human scalp hair.
 
-    diameter    of the fibre
-    young       Young's modulus
-    poisson     Poisson ratio; the shear modulus is young / (2 (1 + poisson))
-    density     of the fibre
-    softening   the axial stiffness is divided by this: real hair stretches by 1e-6 under its weight, which nobody sees
-                and every step of time pays for; 100 changes a swinging hair by 0.6 % of its length
+    diameter    diameter of the fibre
+    young       Young's modulus of the fibre
+    poisson     Poisson ratio of the fibre; the shear modulus is young / (2 (1 + poisson))
+    density     mass density of the fibre
+    softening   divisor of the axial stiffness, for longer time steps: the strain of real hair under its weight is only
+                1e-6; at 100 the error of a swing is 0.6 % of the length
     """
 
     diameter: Annotated[Metres, Interval(ge=1e-5, le=2e-3)] = 80e-6

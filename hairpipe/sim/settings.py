@@ -1,4 +1,4 @@
-"""What a shot says about its hair, in physical terms."""
+"""Settings of a simulation of strands, in physical units."""
 
 from dataclasses import dataclass
 from typing import Annotated, Literal
@@ -27,7 +27,7 @@ from hairpipe.units import (
 class Air:
     """Still air.
 
-    drag  rate at which it takes away speed; a lone hair feels 15 to 20, one among others less, as its air moves along
+    drag  damping rate of the velocity; 15 to 20 for an isolated strand, less inside a groom, whose air moves with it
     """
 
     drag: Annotated[PerSecond, Interval(ge=0.0, le=1000.0)] = 8.0
@@ -35,13 +35,13 @@ class Air:
 
 @dataclass(frozen=True)
 class BodyContact:
-    """How hair touches the body.
+    """Contact of hair with bodies.
 
-    friction       Coulomb coefficient
+    friction       Coulomb friction coefficient between hair and bodies
     thickness      distance kept from the surface, from the fifth particle on; one fifth of it at the first
-    interpolation  of whole level sets between frames: two_sided as published, but that where one frame alone knows a
-                   velocity it is taken whole, not halved (which is better); linear and one_sided beside it
-    folds          share of their shape that a body leaves to curls; without, they keep it by their springs alone
+    interpolation  interpolation of whole level sets between frames: two_sided as published, except for velocities known
+                   at one frame only, which keep their full value; linear; or one_sided
+    folds          share of the rest shape that contact leaves to curls; if absent, springs alone hold the curls
     """
 
     friction: Annotated[float, Ge(0.0)] = 0.3
@@ -52,13 +52,13 @@ class BodyContact:
 
 @dataclass(frozen=True)
 class Stiction:
-    """Hair that came close sticks together until it is pulled apart: Sec. 5.2, in physical terms.
+    """Connections between close strands until they are pulled apart: Sec. 5.2, in physical terms.
 
-    reach    distance at which segments stick, and that their connection would keep
-    release  distance at which it lets go, at once
-    force    with which it pulls at that moment
-    closest  connections that a segment may have
-    damping  of a connection, a fraction of critical damping
+    reach    distance at which segments connect, and rest length of the connection
+    release  distance at which a connection breaks
+    force    force of a connection at release
+    closest  maximum number of connections of a segment
+    damping  damping of a connection, as a fraction of critical damping
     """
 
     reach: Annotated[Metres, Interval(gt=1e-6, le=0.05)] = 5e-4
@@ -70,15 +70,15 @@ class Stiction:
 
 @dataclass(frozen=True)
 class Collisions:
-    """Hair pushes hair away and does not pass through it.
+    """Repulsion between strands, without penetration.
 
-    thickness  distance that is kept between the axes of two hairs
-    friction   Coulomb coefficient
-    stiffness  of two hairs that are pressed together; softer is faster, and gives way under tens of hairs
-    solver     coupled: in one system with the strands, which stacks need; sweep: impulses pair by pair, as published,
-               in schemes other than the nine steps once, on the velocities that a step ends with: it adds energy
-    sweeps     over all pairs, of the published solver
-    attempts   to resolve the crossings of a step
+    thickness  distance kept between the axes of two strands
+    friction   Coulomb friction coefficient between strands
+    stiffness  contact stiffness of two strands; a lower one is faster, but yields under tens of strands
+    solver     contact solver: coupled (one system with the strands, needed for stacks), or sweep (published impulses
+               pair by pair; with schemes other than nine_steps they act once, on the final velocities, and add energy)
+    sweeps     number of sweeps over all pairs, for the solver `sweep`
+    attempts   maximum number of passes per step to resolve crossings
     """
 
     thickness: Annotated[Metres, Interval(gt=1e-6, le=0.02)] = 3e-4
@@ -91,10 +91,10 @@ class Collisions:
 
 @dataclass(frozen=True)
 class Pressure:
-    """Hair that is denser than it may be spreads.
+    """Repulsion of hair that is denser than a limit.
 
-    density     that hair may have; without, that of the groom where it is densest, so that it stands as groomed
-    compliance  of denser hair: density over pressure
+    density     maximum density of hair; by default the maximum of the groom, which then keeps its shape
+    compliance  ratio of excess density to pressure
     """
 
     density: Annotated[KilogramsPerCubicMetre, Gt(0.0)] | None = None
@@ -103,14 +103,14 @@ class Pressure:
 
 @dataclass(frozen=True)
 class Target:
-    """Hair is led to where a density of hair is, another simulation's, a groom's or a file's.
+    """Attraction of hair to a given density: another simulation's, a groom's or a file's.
 
-    The density is taken as of so much hair as there is: one of fewer hairs, or in another unit, leads to the
-    same place.
+    The target is scaled to the total length of the hair, so that one of fewer strands or in another unit has the same
+    effect.
 
-    cell    of the finest grid
-    levels  grids, each of cells twice as large as the last: coarse ones lead hair that is far away
-    rate    at which hair would swing about where it is led to
+    cell    cell size of the finest grid
+    levels  number of grids, each of twice the cell size of the previous; coarse ones attract distant hair
+    rate    natural frequency of hair about its target
     """
 
     cell: Annotated[Metres, Interval(ge=5e-4, le=0.2)] = 0.012
@@ -122,15 +122,16 @@ class Target:
 class Volume:
     """Hair as one material on a grid, after Petrovic, Henne, Anderson 2005.
 
-    Hairs slow each other down and keep room without being looked at pair by pair. It makes no locks, and hair may cross
-    hair.
+    Strands slow each other down and resist compression without a search for pairs. The model forms no locks, and
+    strands may cross.
 
-    cell       spacing of the nodes
-    friction   rate at which hair takes over the velocity of the hair around it
-    order      1: all that differs from the mean around it is slowed; 2: only what varies from hair to hair
-    smoothing  passes over the grid; cells of twice the size do what eight passes do
-    pressure   one-sided; without, hair may be as dense as it likes
-    target     where `in.target` is dense, hair is led; without, nowhere
+    cell       spacing of the grid nodes
+    friction   relaxation rate of a strand's velocity to that of the hair around it
+    order      order of damping: 1 damps all deviations from the local mean, 2 only those that vary from strand to
+               strand
+    smoothing  number of smoothing passes over the grid; eight equal one at twice the cell size
+    pressure   pressure that resists compression; if absent, density has no limit
+    target     attraction to the density `in.target`; if absent, there is none
     """
 
     cell: Annotated[Metres, Interval(ge=5e-4, le=0.2)] = 0.006
@@ -143,18 +144,19 @@ class Volume:
 
 @dataclass(frozen=True)
 class Locks:
-    """Hair that moves together is simulated once.
+    """One simulation for strands that move together.
 
-    Hairs whose connections of stiction last become a lock: one of them is simulated, its guide, and keeps the distances
-    of as many hairs; the others are carried by the guides beside them, until these disagree.
+    Strands with lasting connections of stiction form a lock. One of them is simulated, its guide, with contact
+    distances for the number of its strands; the others, its followers, are interpolated from neighbouring guides while
+    these agree.
 
-    after      frames that a connection has lasted when it counts
-    part       of the segments of a hair that have such connections to another, for the two to be joined
-    most       hairs in a lock
-    tolerance  of where a hair is that follows; where its guides disagree by more, or a body pushes it farther, it is
-               simulated again, until what it left would have carried it as well for `after` frames
-    audit      share of the locks, of eight and more two at least, that are simulated with all their hairs at a time, by
-               turns, for as long as a connection must last: those that are off by more than the tolerance part; 0: none
+    after      number of frames that a connection has to last before it counts
+    part       minimum share of segments with lasting connections between two strands in one lock
+    most       maximum number of strands in a lock
+    tolerance  largest error of a follower; a strand is simulated again if its guides disagree by more, or a body
+               displaces it farther, until interpolation has been within it for `after` frames
+    audit      share of locks simulated in full, in turn, to measure the error: at least two of eight or more; locks
+               with errors over `tolerance` dissolve; 0 switches it off
     """
 
     after: Annotated[int, Interval(ge=1, le=10_000)] = 5
@@ -166,9 +168,9 @@ class Locks:
 
 @dataclass(frozen=True)
 class StrainLimit:
-    """How far a segment may be stretched at the end of a step.
+    """Limit of the stretch of a segment at the end of a step.
 
-    tolerance  over its rest length
+    tolerance  maximum strain of a segment
     """
 
     tolerance: Annotated[float, Interval(ge=0.0, le=1.0)] = 0.02
@@ -176,16 +178,16 @@ class StrainLimit:
 
 @dataclass(frozen=True)
 class StepControl:
-    """Steps as long as they may be, and no longer.
+    """Limits that divide a frame into steps.
 
-    longest      step
-    root         a root moves at most this far in a step: 1 cm in the authors' code
-    travel       a particle moves at most this far in a step, and so does a body: what is pushed farther is stretched
-    strain_rate  an edge changes its length by at most this fraction of it in a step; 0.1 in the authors' code
-    courant      so many times what an explicit step could be; 4 and 10 in the authors' code
-    crossings    pairs of segments a segment that may have to be kept from passing through each other in a step; with
-                 more, steps get shorter, down to a quarter of the longest
-    most         steps in a frame; a shot that asks for more is ended, and the strand and the setting are named
+    longest      maximum duration of a step
+    root         maximum displacement of a root per step; 1 cm in the authors' code
+    travel       maximum displacement of a particle or body per step; larger displacements stretch hair
+    strain_rate  maximum strain increment of an edge per step; 0.1 in the authors' code
+    courant      maximum ratio of the step to the stability limit of an explicit step; 4 and 10 in the authors' code
+    crossings    maximum number of possible crossings per segment and step; more of them shorten the step, down to a
+                 quarter of `longest`
+    most         maximum number of steps per frame; a shot that needs more stops and reports the strand and the limit
     """
 
     longest: Annotated[Seconds, Interval(gt=1e-6, le=1.0)] = 1 / 240
@@ -199,17 +201,17 @@ class StepControl:
 
 @dataclass(frozen=True)
 class Scheme:
-    """How a step of time is computed.
+    """Time integration of a step.
 
-    value         tr_bdf2: two solves, second order; bdf2: one, second order; backward_euler: one, first order;
-                  nine_steps: as published
-    spring        what of a spring is implicit: multiplier, with the tension that the solve before found; tension, with
-                  that of the present stretch; printed, along the spring only; explicit, nothing but damping
-    velocity      of the nine steps: trapezoid as printed, full_step as in the authors' code
-    overdamping   damping of the springs over critical damping; 40 in the authors' code
-    iterations    of Newton's method a solve
-    guard         strain of an edge at the prediction beyond which a strand starts its solve over, from where it was, or
-                  where something acts on hair, from where backward Euler leads it alone
+    value         time integrator: tr_bdf2 (two solves, second order), bdf2 (one, second order), backward_euler (one,
+                  first order), nine_steps (as published)
+    spring        implicit part of a spring force: multiplier (tension of the previous solve), tension (tension of the
+                  present strain), printed (along the spring only), explicit (damping only)
+    velocity      velocity update of nine_steps: trapezoid as printed, full_step as in the authors' code
+    overdamping   ratio of spring damping to critical damping; 40 in the authors' code
+    iterations    number of Newton iterations per solve
+    guard         strain that triggers a re-solve: a predicted edge strain beyond it restarts the solve from the
+                  previous state, or with forces between strands, from the backward Euler solution without them
     """
 
     value: Literal["tr_bdf2", "bdf2", "backward_euler", "nine_steps"] = "tr_bdf2"
@@ -222,11 +224,11 @@ class Scheme:
 
 @dataclass(frozen=True)
 class SagFree:
-    """Hair starts at rest in the shape of the groom, which its springs carry, and stays so while nothing moves it.
+    """Equilibrium of the groom under gravity at the start, by adapted rest shapes.
 
-    unstable  what becomes of strands too long or too soft to stand so: they fall, as all hair does without this group;
-              they settle, and start in the shape that they sag to; or the shot is refused
-    strain    of a spring, beyond which a strand is called too soft
+    unstable  treatment of strands without a stable equilibrium in the groom's shape: fall (from the shape of the
+              groom), settle (start in the sagged shape), refuse (stop with a message)
+    strain    maximum strain of a spring in equilibrium; more marks the strand as unstable
     """
 
     unstable: Literal["fall", "settle", "refuse"] = "fall"
@@ -235,20 +237,20 @@ class SagFree:
 
 @dataclass(frozen=True)
 class Scene:
-    """What hair moves in, and how that is computed.
+    """Forces, contacts and time integration of a simulation.
 
-    gravity     along -Y
-    air         what slows hair where nothing touches it
-    contact     how it touches bodies, whole level sets and those in parts; without any it passes through
-    strain      how far a segment may be stretched; without, as far as its springs let it
-    steps       how a frame is cut into steps
-    scheme      how a step is computed
-    sag_free    start at rest as groomed; without, springs rest in the groom's shape and hair sags from it
-    stiction    hair that came close sticks together until it is pulled apart
-    collisions  hair pushes hair away and does not pass through it
-    volume      hairs slow each other down and keep room through a grid
-    locks       hair that sticks together is simulated once; without, every hair is
-    wind        moving air; without, it is still
+    gravity     gravitational acceleration along -Y
+    air         drag of still air
+    contact     contact with bodies, whole level sets and parts; if absent, hair passes through bodies
+    strain      strain limit of segments; if absent, the springs alone limit the strain
+    steps       limits that divide a frame into steps
+    scheme      time integration scheme of a step
+    sag_free    equilibrium of the groom at the start; if absent, hair sags from it
+    stiction    connections between close strands until they are pulled apart; if absent, there are none
+    collisions  repulsion between strands; if absent, strands pass through each other
+    volume      drag and pressure between strands, on a grid; if absent, there are none
+    locks       one simulation for strands that move together; if absent, every strand is simulated
+    wind        moving air, in place of `air`; if absent, air is still
     """
 
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81
@@ -267,13 +269,13 @@ class Scene:
 
 @dataclass(frozen=True)
 class HairSettings(Scene):
-    """All that a graph says of a simulation: the scene, and the hair in it.
+    """All settings of a simulation of strands: the model of hair and its scene.
 
-    model         network: as published; rod: an elastic rod, as true at half the segments, with its twist; chain:
-                  straight hair without twist, at half the particles
-    precision     of the numbers; automatic: single where that is safe, see `sim/precision.py`
-    material      of the fibre; the spring constants are calibrated from it
-    construction  of the network, to take apart what it consists of
+    model         strand model: network (as published), rod (elastic rod with twist, equally accurate with half the
+                  segments), chain (straight hair without twist, with half the particles)
+    precision     floating-point precision of the solver: automatic uses single precision where that is safe
+    material      material of the fibre, which determines the spring constants
+    construction  parameters of the network, for experiments with its parts
     """
 
     model: ModelName = "network"

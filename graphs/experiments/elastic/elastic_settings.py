@@ -12,7 +12,7 @@ Scheme = Literal["tr_bdf2", "backward_euler"]
 class Ground:
     """Level ground at y = 0.
 
-    friction  Coulomb coefficient
+    friction  Coulomb friction coefficient of the ground
     """
 
     friction: Annotated[float, Interval(ge=0.0, le=100.0)] = 0.5
@@ -20,10 +20,10 @@ class Ground:
 
 @dataclass(frozen=True)
 class Stir:
-    """A random velocity that every particle starts with.
+    """Random initial velocity of each particle.
 
-    speed  standard deviation along each axis
-    seed   of the random numbers
+    speed  standard deviation of the velocity along each axis
+    seed   seed of the random numbers
     """
 
     speed: Annotated[MetresPerSecond, Interval(ge=0.0, le=100.0)] = 0.3

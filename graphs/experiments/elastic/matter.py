@@ -10,12 +10,12 @@ Altitudes = Literal["selected", "faces", "none"]
 
 @dataclass(frozen=True)
 class Rubber:
-    """Matter of a solid; its springs make a material of Poisson ratio 1/4.
+    """Material of a solid; the springs give a material of Poisson ratio 1/4.
 
-    young      Young's modulus
-    density    of the matter
-    damping    time in which a stretch would creep back without inertia
-    altitudes  selected as published in 2008; faces, the four of every tetrahedron at once, as in 2003; none
+    young      Young's modulus of the material
+    density    mass density of the material
+    damping    relaxation time of a stretch without inertia
+    altitudes  altitude springs: selected as published in 2008, all four faces of each tetrahedron as in 2003, or none
     """
 
     young: Annotated[Pascals, Interval(ge=0.0, le=1e12)] = 4e5
@@ -26,14 +26,14 @@ class Rubber:
 
 @dataclass(frozen=True)
 class Fabric:
-    """Matter of a shell; its springs make a sheet of Poisson ratio 1/3.
+    """Material of a shell; the springs give a sheet of Poisson ratio 1/3.
 
-    young      Young's modulus
-    thickness  of the sheet; it resists bending with young thickness^3 / (12 (1 - 1/9))
-    density    of the matter
-    damping    time in which a stretch would creep back without inertia
-    across     stiffness of the bending spring between the vertices opposite to an edge, over that of an edge
-    altitudes  selected as published in 2008, which bend the shell back; faces as in 2003; none
+    young      Young's modulus of the material
+    thickness  thickness of the sheet, of bending stiffness young thickness^3 / (12 (1 - 1/9))
+    density    mass density of the material
+    damping    relaxation time of a stretch without inertia
+    across     stiffness ratio of the bending spring across an edge to the spring along the edge
+    altitudes  altitude springs: selected as published in 2008 (restores inverted shells), faces as in 2003, or none
     """
 
     young: Annotated[Pascals, Interval(ge=0.0, le=1e12)] = 1e7

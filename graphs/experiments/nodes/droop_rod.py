@@ -1,4 +1,4 @@
-"""Rods at rest under their weight."""
+"""Static equilibrium of rods under gravity."""
 
 from typing import Annotated
 
@@ -15,10 +15,10 @@ def droop_rod(
     material: Material = Material(),  # noqa: B008 (frozen)
     gravity: Annotated[MetresPerSecondSquared, Gt(0.0)] = 9.81,
 ) -> Strands:
-    """Straight strands as rod theory has them at rest: the heavy elastica, to compare simulated hair with.
+    """Compute the shape of straight strands at rest by rod theory (heavy elastica), as a reference for simulations.
 
-    material  of the fibre
-    gravity   along -Y
+    material  material of the fibre
+    gravity   gravitational acceleration along -Y
     """
     from hairpipe.graphs.experiments.studies.theory.drooping import drooped
 

@@ -14,10 +14,10 @@ def fan_strands(
     strands: Annotated[int, Interval(ge=1, le=1000)] = 9,
     radius: Annotated[Metres, Ge(0.0)] = 0.01,
 ) -> Groom:
-    """The first strand of a groom in equal parts of a turn about the vertical, roots and their frames with it.
+    """Copy the first strand of a groom, rotated about the vertical in equal angles, with its root frame.
 
-    strands  in so many orientations
-    radius   of the circle of roots
+    strands  number of copies, one for each orientation
+    radius   radius of the circle of roots
     """
     from hairpipe.graphs.experiments.studies.accuracy.fan import fanned
 

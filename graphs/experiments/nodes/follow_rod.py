@@ -1,4 +1,4 @@
-"""Rod theory compared with a simulation."""
+"""Rod theory in the columns of a simulation."""
 
 from typing import Annotated
 
@@ -17,12 +17,13 @@ def follow_rod(
     material: Material = Material(),  # noqa: B008 (frozen)
     every: Annotated[int, Ge(1)] = 1,
 ) -> Table:
-    """The table of measure_strands for an ideal rod, weightless and slow, whose ends are led as those of strand 0.
+    """Tabulate an ideal quasi-static weightless rod with the ends of strand 0, in the columns of measure_strands.
 
-    It follows Kirchhoff's equations from frame to frame, until there is no equilibrium nearby: there a hair snaps.
+    Equilibria of Kirchhoff's equations are followed from frame to frame, until there is none nearby: there a strand
+    snaps.
 
-    material  of the fibre, as in simulate_hair; a rod does not stretch
-    every     frames from one row to the next
+    material  material of the fibre, as in simulate_hair; the rod is inextensible
+    every     number of frames from one row to the next
     """
     from hairpipe.graphs.experiments.studies.theory.led_rods import led_rod
 

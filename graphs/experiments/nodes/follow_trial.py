@@ -1,4 +1,4 @@
-"""Strands through motions that try an integrator."""
+"""Converged reference runs for time integrators."""
 
 from typing import Annotated
 
@@ -18,12 +18,12 @@ def follow_trial(
     strain: StrainLimit | None = None,
     rate: Annotated[int, Interval(ge=24, le=1_000_000)] = 15360,
 ) -> Table:
-    """Tips, energy, stretch and speed of strands over time; in steps short enough, a run to compare others with.
+    """Tabulate tips, energy, stretch and speed of strands over time; with short steps, a converged reference.
 
-    trial   what they are put through
-    scheme  how a step is computed
-    strain  how far a segment may be stretched; without, as far as its springs let it
-    rate    steps a second
+    trial   strands and their motions
+    scheme  time integration scheme of a step
+    strain  strain limit of segments; if absent, the springs alone limit the strain
+    rate    number of steps per second
     """
     from hairpipe.graphs.experiments.studies.integrators.record import course_table
 

@@ -14,11 +14,11 @@ def make_cloth(
     height: Annotated[Metres, Interval(ge=0.0, le=1000.0)] = 1.4,
     cells: Annotated[int, Interval(ge=1, le=1000)] = 20,
 ) -> Shell:
-    """Triangles of a level square, pinned at the two corners at the back.
+    """Build triangles of a level square that is pinned at the two back corners.
 
-    size    of an edge
-    height  above the ground
-    cells   along an edge, each of two triangles
+    size    length of an edge
+    height  height above the ground
+    cells   number of cells along an edge, each of two triangles
     """
     from hairpipe.graphs.experiments.elastic.sheets import build_cloth
 

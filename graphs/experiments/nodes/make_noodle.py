@@ -16,13 +16,13 @@ def make_noodle(
     along: Annotated[int, Interval(ge=1, le=1000)] = 32,
     around: Annotated[int, Interval(ge=3, le=1000)] = 16,
 ) -> Shell:
-    """Triangles of a tube bent into half a circle, open at both ends, lying flat.
+    """Build triangles of a tube that is bent into half a circle, open at both ends and lying flat.
 
-    ring    radius of the circle in the middle of the tube
+    ring    radius of the centre line of the tube
     tube    radius of the tube
-    height  of the lowest points above the ground
-    along   quads along the half circle, each of two triangles
-    around  quads around the tube
+    height  height of the lowest points above the ground
+    along   number of quads along the half circle, each of two triangles
+    around  number of quads around the tube
     """
     from hairpipe.graphs.experiments.elastic.sheets import build_noodle
 

@@ -16,13 +16,13 @@ def make_torus(
     layers: Annotated[int, Interval(ge=1, le=20)] = 2,
     around: Annotated[int, Interval(ge=3, le=1000)] = 36,
 ) -> Solid:
-    """Tetrahedra that fill a torus lying flat.
+    """Build tetrahedra that fill a torus lying flat.
 
-    ring    radius of the circle in the middle of the tube
+    ring    radius of the centre line of the tube
     tube    radius of the tube
-    height  of the lowest points above the ground
-    layers  of tetrahedra across the radius of the tube
-    around  prisms along the ring, each of 18 layers^2 tetrahedra
+    height  height of the lowest points above the ground
+    layers  number of layers of tetrahedra across the radius of the tube
+    around  number of prisms along the ring, each of 18 layers^2 tetrahedra
     """
     from hairpipe.graphs.experiments.elastic.torus import build_torus
 

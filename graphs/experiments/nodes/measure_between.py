@@ -1,4 +1,4 @@
-"""Interpolation between frames against the frames between."""
+"""Errors of level sets interpolated between keys."""
 
 from typing import Annotated
 
@@ -17,9 +17,9 @@ def measure_between(
     *,
     stride: Annotated[int, Ge(1)] = 4,
 ) -> Table:
-    """Errors of a body's level sets between keys, against the skin at the frames between, which they are not shown.
+    """Measure errors of level sets interpolated between keys, against the skin at the frames in between.
 
-    stride  frames from one key to the next: at 96 frames a second, 4 makes keys of 24
+    stride  number of frames from one key to the next: at 96 frames a second, a stride of 4 gives 24 keys a second
     """
     from hairpipe.graphs.experiments.studies.interpolation.clips import Clip, clip_table
 

@@ -1,4 +1,4 @@
-"""Sag of a strand against rod theory."""
+"""Sag of a strand compared with rod theory."""
 
 from typing import Annotated
 
@@ -22,13 +22,13 @@ def measure_cantilever(
     rolls: Annotated[int, Ge(1)] = 4,
     gammas: Gammas = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0),
 ) -> Table:
-    """Distance of the tip of a clamped strand under its weight from that of the elastica, the worst of all rolls.
+    """Measure the distance of a cantilever's tip from that of the elastica, and take the maximum over all rolls.
 
-    sample    what the strand is made of
-    segments  of each strand
-    angles    of the clamp from hanging straight down
-    rolls     of the strand about its axis, equal steps of half a turn
-    gammas    rho A g L^3 / (E I), ascending
+    sample    model, material and length of the strand
+    segments  numbers of segments of each strand
+    angles    angles of the clamp from the vertical
+    rolls     number of rolls about the axis of the strand, in equal steps over half a turn
+    gammas    load parameters rho A g L^3 / (E I), ascending
     """
     from hairpipe.graphs.experiments.studies.accuracy.cantilever import cantilever_table
 

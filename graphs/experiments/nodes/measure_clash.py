@@ -1,4 +1,4 @@
-"""A bar driven through a tuft, at which speed and in which steps."""
+"""Failures of a tuft under a driven bar, by speed and step size."""
 
 # ruff: noqa: B008 (settings are frozen)
 
@@ -31,20 +31,20 @@ def measure_clash(
     rates: Rates = (24, 48, 120, 240, 480),
     seconds: Annotated[Seconds, Gt(0.0)] = 0.5,
 ) -> Table:
-    """Depth, stretch, speed and what failed, of 32 strands that a bar is driven through and back.
+    """Measure depth, stretch, speed and failures of 32 strands that a bar is driven through and back.
 
-    Flung are those faster than twice the converged run and 1 m/s more, which is such a table, too.
+    Strands are flung if they are faster than twice the converged run plus 1 m/s; the run is a table of the same form.
 
-    contact     with the bar; without, there is none
-    strain      how far a segment may be stretched; without, as far as its springs let it
-    scheme      how a step is computed
-    stiction    hair that came close sticks together until it is pulled apart
-    collisions  hair pushes hair away and does not pass through it
-    volume      hairs slow each other down and keep room through a grid
-    locks       hair that sticks together is simulated once
-    speeds      of the bar, where it meets the hair; roots go along it at a quarter of that
-    rates       steps a second
-    seconds     from the start; they meet after 1/8 s, and again 1/4 s later, and stand still after 1/2 s
+    contact     contact of hair with the bar; if absent, there is none
+    strain      strain limit of segments; if absent, the springs alone limit the strain
+    scheme      time integration scheme of a step
+    stiction    connections between close strands until they are pulled apart
+    collisions  repulsion between strands, without penetration
+    volume      drag and pressure between strands, on a grid
+    locks       simulation of one strand for each group that moves together
+    speeds      speeds of the bar at contact; roots follow at a quarter of it
+    rates       numbers of steps per second
+    seconds     duration of the run: contacts at 1/8 s and 3/8 s, rest from 1/2 s on
     """
     from dataclasses import replace
 

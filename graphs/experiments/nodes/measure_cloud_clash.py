@@ -1,4 +1,4 @@
-"""A bar driven through a tuft of particles, at which speed and in which steps."""
+"""Failures of a tuft of particles under a driven bar, by speed and step size."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -26,17 +26,17 @@ def measure_cloud_clash(
     rates: Rates = (24, 48, 120, 240, 480),
     seconds: Annotated[Seconds, Gt(0.0)] = 0.5,
 ) -> Table:
-    """What `measure_clash` measures, of particles in the same tuft, whose frames are of one step each.
+    """Measure the quantities of `measure_clash` for particles in the same tuft, with one step per frame.
 
-    Stretched is the link that holds a particle, over its length in the groom.
+    The stretch is that of the link that holds a particle, over its length in the groom.
 
-    particles    that move; about as many
-    sag          by which hair of mean length that hangs is stretched at its root
-    interaction  hair acts on hair; without, it passes through
-    sag_free     links carry the hair as groomed
-    speeds       of the bar, where it meets the hair; roots go along it at a quarter of that
-    rates        frames a second
-    seconds      from the start; they meet after 1/8 s, and again 1/4 s later, and stand still after 1/2 s
+    particles    approximate number of moving particles
+    sag          strain at the root of hanging hair of mean length
+    interaction  forces between particles of hair; if absent, there are none
+    sag_free     equilibrium of the groom at the start, by pre-tension of links
+    speeds       speeds of the bar at contact; roots follow at a quarter of it
+    rates        numbers of frames per second
+    seconds      duration of the run: contacts at 1/8 s and 3/8 s, rest from 1/2 s on
     """
     from hairpipe.graphs.experiments.studies.contact.bar import tuft
     from hairpipe.graphs.experiments.studies.contact.clash import clash_table

@@ -1,4 +1,4 @@
-"""How wide curls are over time, as numbers."""
+"""Radius of curls over time."""
 
 from hairpipe.data import Strands, Table
 from hairpipe.graph import Frames, Time, node
@@ -6,7 +6,7 @@ from hairpipe.graph import Frames, Time, node
 
 @node(frames="once")
 def measure_curls(hair: Frames[Strands], time: Time) -> Table:
-    """The radius of the curls at every frame: how far points are from the mean of one turn about them."""
+    """Measure the radius of curls at every frame: the distance of points from the mean of the turn around them."""
     from hairpipe.measure.shape.curls import measure_radii
 
     return measure_radii(hair, time.fps)

@@ -18,15 +18,15 @@ def measure_event(
     last: float | None = None,
     theory: float,
 ) -> Table:
-    """Where a column first crosses a level, or its period of oscillation, compared with theory.
+    """Find the first crossing of a level in a column, or its period of oscillation, and compare it with theory.
 
-    what    crossing of the level, or period about the mean
-    x       column along which it is looked for, ascending
-    y       column that is examined
-    level   that is crossed
-    first   value of x from which on it is examined; from the first row if not given
-    last    value of x up to which it is examined; up to the last row if not given
-    theory  the value expected
+    what    measured event: first crossing of the level, or period about the mean
+    x       name of the ascending column that locates the event
+    y       name of the examined column
+    level   value of the crossed level
+    first   value of `x` at which the search begins; by default that of the first row
+    last    value of `x` at which the search ends; by default that of the last row
+    theory  value expected from theory
     """
     from hairpipe.table.series import event
 

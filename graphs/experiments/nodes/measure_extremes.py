@@ -1,4 +1,4 @@
-"""The oddest strands, and whether they come back."""
+"""Recovery of extreme strands."""
 
 from typing import Annotated
 
@@ -11,10 +11,10 @@ Rates = tuple[Annotated[int, Interval(ge=24, le=1_000_000)], ...]
 
 @node(frames="once")
 def measure_extremes(*, rates: Rates = (240, 24), seconds: Annotated[Seconds, Gt(0.0)] = 2.0) -> Table:
-    """Stretch and speed of a swinging strand that is stiff, soft, long, short, weightless, scattered or crushed.
+    """Measure stretch and speed of swinging strands that are stiff, soft, long, short, weightless or deformed.
 
-    rates    steps a second
-    seconds  that it is given to come to rest
+    rates    numbers of steps per second
+    seconds  duration of the run, for the strand to come to rest
     """
     from hairpipe.graphs.experiments.studies.integrators.extremes import extremes_table
 

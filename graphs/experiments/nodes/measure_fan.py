@@ -1,4 +1,4 @@
-"""How alike strands of a fan are."""
+"""Rotation invariance of strands in a fan."""
 
 from hairpipe.data import Strands, Table
 from hairpipe.graph import Frames, Time, node
@@ -6,7 +6,7 @@ from hairpipe.graph import Frames, Time, node
 
 @node(frames="once")
 def measure_fan(hair: Frames[Strands], time: Time) -> Table:
-    """Largest distance of a point of strands of `fan_strands` from that of the first, turned to it, at every frame."""
+    """Measure the largest distance between strands of `fan_strands` and the rotated first strand, at every frame."""
     from hairpipe.graphs.experiments.studies.accuracy.fan import fan_table
 
     return fan_table(hair, time.fps)

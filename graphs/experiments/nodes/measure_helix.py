@@ -1,4 +1,4 @@
-"""Sag and stiffness of a curl against rod theory."""
+"""Sag and stiffness of a curl compared with rod theory."""
 
 from typing import Annotated
 
@@ -22,13 +22,13 @@ def measure_helix(
     gravities: Gravities = (0.1, 0.3, 1.0, 3.0, 9.81),
     orientations: Annotated[int, Ge(1)] = 3,
 ) -> Table:
-    """Sag of a hanging curl and its stiffness as a spring, against those of a curly Kirchhoff rod: the worst of all.
+    """Measure sag and spring stiffness of a hanging curl against a curled Kirchhoff rod, and take the maximum error.
 
-    sample        what the strand is made of
-    curl          its shape at rest; wound either way
-    segments      of each strand
-    gravities     ascending
-    orientations  of curl and gravity together in the world
+    sample        model, material and length of the strand
+    curl          rest shape of the curl, wound in both directions
+    segments      numbers of segments of each strand
+    gravities     gravitational accelerations, ascending
+    orientations  number of rotations of curl and gravity together
     """
     from hairpipe.graphs.experiments.studies.accuracy.helix import helix_table
 

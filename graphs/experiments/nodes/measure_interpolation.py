@@ -1,4 +1,4 @@
-"""Interpolation between frames against analytic bodies."""
+"""Interpolation between frames compared with analytic bodies."""
 
 from typing import Annotated
 
@@ -14,12 +14,14 @@ def measure_interpolation(
     voxel: Annotated[Metres, Interval(ge=0.01, le=0.2)] = 0.05,
     half_width: Annotated[Voxels, Interval(ge=2.0, le=64.0)] = 8.0,
 ) -> Table:
-    """Errors of level sets between frames: ellipsoids and capsules that travel, turn, open a hinge, come close.
+    """Measure errors of level sets between frames, for ellipsoids and capsules that move, turn, bend and approach.
 
-    fractions   times after the first frame, in frames; "two-sided" is as published, but that a velocity which one frame
-                alone knows is taken whole, not halved: at a radius a frame it is off by 0.26 % of it, the print by 4.1
-    voxel       spacing of the samples; the bodies are about 0.6 m large
-    half_width  of the band
+    The method "two-sided" is as published, except that a velocity known at one frame only keeps its full value: at a
+    motion of one radius per frame its error is 0.26 % of the radius, that of the published formula 4.1 %.
+
+    fractions   times after the first frame, in frames
+    voxel       sample spacing of the grid; the bodies are about 0.6 m large
+    half_width  half width of the narrow band
     """
     from hairpipe.graphs.experiments.studies.interpolation.surface_errors import interpolation_table
 

@@ -1,4 +1,4 @@
-"""A time integrator against a converged run."""
+"""Errors of a time integrator against a converged run."""
 
 from typing import Annotated
 
@@ -22,13 +22,13 @@ def measure_scheme(
     rates: Rates = (24, 48, 72, 120, 240, 480, 960, 1680),
     most: Annotated[float, Gt(0.0)] = 1e6,
 ) -> Table:
-    """Error of the tip, energy, stretch, speed and what failed, of every strand of a trial with every step.
+    """Measure tip error, energy, stretch, speed and failures of every strand of a trial, for every step size.
 
-    trial   what the converged run was put through, too
-    scheme  how a step is computed
-    strain  how far a segment may be stretched; without, as far as its springs let it
-    rates   steps a second, a multiple of 24 of them
-    most    solves of a run; with more it is not run
+    trial   strands and motions, as in the converged reference
+    scheme  time integration scheme of a step
+    strain  strain limit of segments; if absent, the springs alone limit the strain
+    rates   numbers of steps per second, multiples of 24
+    most    maximum number of solves of a run; more expensive runs are skipped
     """
     from hairpipe.graphs.experiments.studies.integrators.errors import error_table
 

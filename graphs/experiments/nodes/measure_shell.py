@@ -9,9 +9,9 @@ from hairpipe.units import Ge
 
 @node(frames="once")
 def measure_shell(shell: Shell, states: Frames[ElasticState], *, every: Annotated[int, Ge(1)] = 1) -> Table:
-    """Error of the angles between triangles against those at rest, where the middle of the points is, and energy.
+    """Measure the error of angles between triangles against those at rest, the centre of the points, and the energy.
 
-    every  so many frames there is a row
+    every  number of frames from one row to the next
     """
     from hairpipe.graphs.experiments.elastic.elastic_measures import measure_angles
 

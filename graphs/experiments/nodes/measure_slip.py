@@ -1,4 +1,4 @@
-"""How far hair has slipped, as numbers."""
+"""Slip of hair relative to its roots."""
 
 from hairpipe.data import Ends, Strands, Table
 from hairpipe.graph import Frames, Time, node
@@ -6,7 +6,7 @@ from hairpipe.graph import Frames, Time, node
 
 @node(frames="once")
 def measure_slip(hair: Frames[Strands], ends: Frames[Ends], time: Time) -> Table:
-    """How far every strand has moved on what its root moves with, and how steep that has become."""
+    """Measure the slip of every strand relative to the rigid motion of its root, and the tilt of the root."""
     from hairpipe.measure.slip import measure_slips
 
     return measure_slips(hair, ends, time.fps)

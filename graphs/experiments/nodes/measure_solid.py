@@ -9,9 +9,9 @@ from hairpipe.units import Ge
 
 @node(frames="once")
 def measure_solid(solid: Solid, states: Frames[ElasticState], *, every: Annotated[int, Ge(1)] = 1) -> Table:
-    """Volume over that at rest, tetrahedra flat or inverted, the least volume of one, height of the top, and energy.
+    """Measure relative volume, flat and inverted tetrahedra, the smallest volume, the height of the top, and energy.
 
-    every  so many frames there is a row
+    every  number of frames from one row to the next
     """
     from hairpipe.graphs.experiments.elastic.elastic_measures import measure_volume
 

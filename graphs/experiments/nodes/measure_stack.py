@@ -1,4 +1,4 @@
-"""Whether contact between hairs carries a stack."""
+"""Stability of stacks in contact between strands."""
 
 from typing import Annotated, NamedTuple
 
@@ -12,7 +12,7 @@ Sweeps = tuple[Annotated[int, Interval(ge=1, le=100)], ...]
 
 
 class Stack(NamedTuple):
-    """How the solvers converge when a stack lands, and what stands in the end."""
+    """Convergence of the solvers at the landing of a stack, and the final state."""
 
     landing: Table
     standing: Table
@@ -28,14 +28,14 @@ def measure_stack(
     iterations: Annotated[int, Interval(ge=1, le=10_000)] = 1000,
     seconds: Annotated[Seconds, Gt(0.0)] = 0.5,
 ) -> Stack:
-    """Rods of two points laid crosswise on a fixed row, under the coupled and the published solver.
+    """Simulate crossed rods of two points stacked on a fixed row, with the coupled and the published solver.
 
-    collisions  of the rods
-    step        of time; the default is about the weight of a stage of the default integrator at 1/240 s
-    layers      of each stack
-    sweeps      of the published solver, in the second table
-    iterations  shown in the first table: sweeps over all pairs, or of conjugate gradients
-    seconds     that stacks are given to come to rest in
+    collisions  contact between the rods
+    step        time step; the default is about one stage of the default integrator at 1/240 s
+    layers      number of layers of each stack
+    sweeps      numbers of sweeps of the published solver, in the second table
+    iterations  iterations in the first table: sweeps over all pairs, or steps of conjugate gradients
+    seconds     duration of the run, for stacks to come to rest
     """
     from hairpipe.graphs.experiments.studies.contact.stack import landing_table, standing_table
 

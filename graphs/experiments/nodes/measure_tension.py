@@ -1,4 +1,4 @@
-"""What strands pull with, as numbers."""
+"""Tension along strands."""
 
 from hairpipe.data import Groom, Table
 from hairpipe.data.hair import HairState
@@ -7,9 +7,9 @@ from hairpipe.graph import Frames, Time, node
 
 @node(frames="once")
 def measure_tension(groom: Groom, states: Frames[HairState], time: Time, *, moments: tuple[int, ...] = ()) -> Table:
-    """The tension of every segment of every strand, and how far the strand has turned up to there.
+    """Measure the tension of every segment of every strand, and the angle that the strand has turned up to it.
 
-    moments  frames to examine, as far as they are among the frames of the run; all if not given
+    moments  frames to examine; by default all frames of the run
     """
     from hairpipe.measure.tension import measure_tensions
 

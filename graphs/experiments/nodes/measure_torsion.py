@@ -1,4 +1,4 @@
-"""Torque of a twisted strand against rod theory."""
+"""Torque of a twisted strand compared with rod theory."""
 
 from typing import Annotated
 
@@ -19,11 +19,11 @@ def measure_torsion(
     segments: Segments = (25, 50, 100),
     twists: Twists = (0.1, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0),
 ) -> Table:
-    """Torque of a straight strand against G J times its twist, both ways, and how far a free tip strays when twisted.
+    """Measure the torque of a twisted straight strand against theory, in both directions, and the drift of a free tip.
 
-    sample    what the strand is made of
-    segments  of each strand
-    twists    of the far end [rad], ascending; it is held in line and slides along the axis
+    sample    model, material and length of the strand
+    segments  numbers of segments of each strand
+    twists    twist angles of the far end [rad], ascending; the end slides along the axis
     """
     from hairpipe.graphs.experiments.studies.accuracy.torsion import torsion_table
 

@@ -1,4 +1,4 @@
-"""How hair spreads and clumps over time, as numbers."""
+"""Spread and clumping of hair over time."""
 
 from hairpipe.data import Strands, Table
 from hairpipe.graph import Frames, Time, node
@@ -6,7 +6,7 @@ from hairpipe.graph import Frames, Time, node
 
 @node(frames="once")
 def measure_tuft(hair: Frames[Strands], time: Time) -> Table:
-    """At every frame, how far the tips are spread and how near strands are to each other, also against chance."""
+    """Measure the spread of tips and the distances between strands at every frame, compared with random placement."""
     from hairpipe.measure.shape.tuft import measure_spread
 
     return measure_spread(hair, time.fps)

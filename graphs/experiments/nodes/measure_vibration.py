@@ -1,4 +1,4 @@
-"""Bending frequencies of a strand against rod theory."""
+"""Bending frequencies of a strand compared with rod theory."""
 
 from typing import Annotated
 
@@ -18,11 +18,11 @@ def measure_vibration(
     segments: Segments = (25, 50, 100),
     modes: Annotated[int, Interval(ge=1, le=6)] = 3,
 ) -> Table:
-    """Natural bending frequencies of a straight strand clamped at its root, without weight, from its stiffness.
+    """Compute natural bending frequencies of a weightless straight strand clamped at its root, from its stiffness.
 
-    sample    what the strand is made of
-    segments  of each strand
-    modes     so many, from the lowest
+    sample    model, material and length of the strand
+    segments  numbers of segments of each strand
+    modes     number of modes, from the lowest
     """
     from hairpipe.graphs.experiments.studies.accuracy.vibration import vibration_table
 

@@ -1,4 +1,4 @@
-"""Twist at which a strand writhes against rod theory."""
+"""Buckling twist of a strand compared with rod theory."""
 
 from typing import Annotated, NamedTuple
 
@@ -12,7 +12,7 @@ Segments = tuple[Annotated[int, Interval(ge=2, le=400)], ...]
 
 
 class Writhe(NamedTuple):
-    """Smallest stiffness as the strand is twisted, and where that ends."""
+    """Smallest stiffness over twist, and the twist of buckling."""
 
     way: Table
     onset: Table
@@ -24,10 +24,10 @@ def measure_writhe(
     sample: Sample = Sample(),  # noqa: B008 (frozen)
     segments: Segments = (25, 50, 100),
 ) -> Writhe:
-    """Twist between clamps, one of them sliding, at which a straight strand buckles: its stiffness falls to zero.
+    """Find the twist at which a straight strand between clamps buckles: one stiffness falls to zero.
 
-    sample    what the strand is made of
-    segments  of each strand
+    sample    model, material and length of the strand
+    segments  numbers of segments of each strand
     """
     from hairpipe.graphs.experiments.studies.accuracy.writhe import writhe_tables
 

@@ -18,15 +18,15 @@ def plot_interpolation(
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1800,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of sections through a body that moves, a row for every way to interpolate its level sets between frames.
+    """Draw sections through a moving body as PNG, with one row per method of interpolation between frames.
 
-    case        one of those of measure_interpolation
-    fractions   times after the first frame, in frames: a column each
-    voxel       spacing of the samples; the bodies are about 0.6 m large
-    half_width  of the band
-    title       above them
-    width       of the picture
-    height      of the picture
+    case        name of the moving body, one of those of measure_interpolation
+    fractions   times after the first frame, in frames, one per column
+    voxel       sample spacing of the grid; the bodies are about 0.6 m large
+    half_width  half width of the narrow band
+    title       text above the picture
+    width       width of the picture
+    height      height of the picture
     """
     from hairpipe.graphs.experiments.studies.interpolation.sections import sections
 

@@ -1,4 +1,4 @@
-"""A chart of what fails where."""
+"""A chart of failures over two parameters."""
 
 from typing import Annotated
 
@@ -25,18 +25,18 @@ def plot_map(
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 2400,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 1500,
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of maps, one a table: a coloured cell for every row, with the first letters of what failed.
+    """Draw one map per table as PNG: a coloured cell for each row, with the initials of its failures.
 
     cases    names of the tables, in order
-    x        column of numbers along the abscissa
-    y        column of texts along the ordinate
-    value    column of numbers that colours the cells
-    marks    column of texts: what failed, parted by commas, nothing, or "not run"
-    limits   of the colours
-    columns  of maps
-    title    above them
-    width    of the picture
-    height   of the picture
+    x        name of the column of numbers on the abscissa
+    y        name of the column of texts on the ordinate
+    value    name of the column of numbers that gives the colour
+    marks    name of the column of failures: names separated by commas, empty, or "not run"
+    limits   lower and upper limit of the colour scale
+    columns  number of maps in a row
+    title    text above the picture
+    width    width of the picture
+    height   height of the picture
     """
     from hairpipe.chart.maps import MapColumns, draw_maps
     from hairpipe.io.table import lay_below

@@ -23,17 +23,17 @@ def plot_strand(
     width: Annotated[Pixels, Interval(ge=200, le=8000)] = 1200,
     height: Annotated[Pixels, Interval(ge=200, le=8000)] = 750,
 ) -> Annotated[File, Suffixes((".png",))]:
-    """PNG of poses at several frames, coloured by time; several simulations stand side by side, to one scale.
+    """Draw poses of strands at several frames as PNG, coloured by time, with one panel per simulation.
 
-    poses    how many, spread evenly over all frames
-    moments  frames to draw instead of those, where any of them are among the frames of the run
-    strands  numbers of those to draw; all without
-    plane    coordinates to the right and upwards
-    apart    how far every pose is drawn from the one before, to the right and up
+    poses    number of poses, at equal intervals over all frames
+    moments  frames to draw instead of `poses`, if the run has any of them
+    strands  indices of the strands to draw; empty: all
+    plane    coordinates on the horizontal and vertical axis of the picture
+    apart    offset of each pose from the previous one, to the right and up
     cases    names of the simulations, in order
-    title    above the picture
-    width    of the picture
-    height   of the picture
+    title    text above the picture
+    width    width of the picture
+    height   height of the picture
     """
     from hairpipe.chart.poses import draw_poses, panels_of
 

@@ -1,4 +1,4 @@
-"""Some rows of a table."""
+"""Selection of rows of a table."""
 
 from hairpipe.data import Table
 from hairpipe.graph import node
@@ -6,11 +6,11 @@ from hairpipe.graph import node
 
 @node(frames="once")
 def select_rows(tables: tuple[Table, ...], *, cases: tuple[str, ...] = (), column: str, value: float) -> Table:
-    """The rows of tables, laid below each other, that have one value in a column.
+    """Select the rows of tables that have one value in a column, and concatenate them.
 
-    cases   names of the tables, in order: a first column "case" names the one a row is from
-    column  of numbers that is examined
-    value   a number
+    cases   names of the tables, in order, for a new first column "case"
+    column  name of the examined column of numbers
+    value   value of the selected rows
     """
     from hairpipe.table.rows import select
 

@@ -1,4 +1,4 @@
-"""A shell of triangles that moves."""
+"""Simulation of a shell of triangles."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from hairpipe.graph import Time, flat_group, node
 
 
 class MovingShell(NamedTuple):
-    """Its triangles to look at, and the state the next frame starts from."""
+    """Triangles of a frame, and the state from which the next frame starts."""
 
     mesh: Mesh
     state: ElasticState
@@ -26,9 +26,9 @@ def simulate_shell(
     matter: Fabric = Fabric(),  # noqa: B008 (frozen)
     scene: ElasticScene,
 ) -> MovingShell:
-    """Edge, bending and altitude springs on triangles, at rest as they are made, after Selle, Lentine, Fedkiw 2008.
+    """Simulate edge, bending and altitude springs on triangles, after Selle, Lentine, Fedkiw 2008.
 
-    matter   the shell is of; the spring constants follow from it
+    matter   material of the shell, which determines the spring constants
     """
     from hairpipe.graphs.experiments.elastic.elastic_frame import advance_frame, begin
     from hairpipe.graphs.experiments.elastic.spring_mesh import shell_springs

@@ -1,4 +1,4 @@
-"""A solid of tetrahedra that moves."""
+"""Simulation of a solid of tetrahedra."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from hairpipe.graph import Time, flat_group, node
 
 
 class MovingSolid(NamedTuple):
-    """Its surface to look at, and the state the next frame starts from."""
+    """Surface of a frame, and the state from which the next frame starts."""
 
     mesh: Mesh
     state: ElasticState
@@ -27,9 +27,9 @@ def simulate_solid(
     matter: Rubber = Rubber(),  # noqa: B008 (frozen)
     scene: ElasticScene,
 ) -> MovingSolid:
-    """Edge and altitude springs on tetrahedra, at rest in `solid`, which begin in `start`; Selle, Lentine, Fedkiw 2008.
+    """Simulate springs on the tetrahedra of `solid` from the shape `start`, after Selle, Lentine, Fedkiw 2008.
 
-    matter   the solid is of; the spring constants follow from it
+    matter   material of the solid, which determines the spring constants
     """
     from hairpipe.graphs.experiments.elastic.elastic_frame import advance_frame, begin
     from hairpipe.graphs.experiments.elastic.hinges import boundary

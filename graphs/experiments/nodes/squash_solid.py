@@ -1,4 +1,4 @@
-"""A solid out of shape."""
+"""Degenerate start shapes of a solid."""
 
 from typing import Annotated
 
@@ -11,10 +11,10 @@ from hairpipe.units import Ge
 
 @node(frames="once")
 def squash_solid(solid: Solid, *, shape: Shape = "plane", seed: Annotated[int, Ge(0)] = 0) -> Solid:
-    """The particles of a solid on a plane, on a line, mirrored, at random or in one point: where a test may start.
+    """Move the particles of a solid to a plane, a line, their mirror image, random places or a point.
 
-    shape  they are moved to, about their middle
-    seed   of the random places
+    shape  target shape about the centre of the particles
+    seed   seed of the random places
     """
     from hairpipe.graphs.experiments.elastic.squash import squash
 

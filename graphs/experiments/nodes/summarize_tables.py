@@ -1,4 +1,4 @@
-"""One row for a table."""
+"""Reduction of tables to rows."""
 
 from typing import Literal
 
@@ -15,12 +15,12 @@ def summarize_tables(
     against: tuple[float, ...],
     name: str,
 ) -> Table:
-    """A row for every table: one number for it, against a value that was varied from one to the next.
+    """Reduce every table to one row, beside the value of the parameter that was varied.
 
-    columns  of numbers that are summed up
-    take     what of each: its last, largest or smallest number, or the mean
-    against  the value that was varied, for every table in order
-    name     of that value, with its unit
+    columns  names of the reduced columns of numbers
+    take     reduction of a column: last, largest, smallest number or mean
+    against  values of the varied parameter, one per table in order
+    name     name of the varied parameter, with its unit
     """
     from hairpipe.table.rows import summary
 

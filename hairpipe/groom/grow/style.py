@@ -12,7 +12,7 @@ class Paint:
     """Values 0..1 painted on the body, as a vertex map or as an image over its texture coordinates.
 
     map    name of a vertex map of the body
-    image  file of a picture, black is 0 and white is 1
+    image  path of an image file: black is 0, white is 1
     """
 
     map: str | None = None
@@ -21,13 +21,13 @@ class Paint:
 
 @dataclass(frozen=True)
 class Painted:
-    """A number for every strand, which the graph file gives as such or as a table.
+    """A number per strand, given as a plain number or as a table.
 
-    value      where the paint is 1, and everywhere when nothing is painted
-    low        where the paint is 0
-    variation  relative: every strand has a factor of its own within 1 - variation and 1 + variation
-    map        name of a vertex map of the body that paints it
-    image      file of a picture that paints it, black is 0 and white is 1
+    value      number where the paint is 1, or everywhere without paint
+    low        number where the paint is 0
+    variation  relative variation: each strand has a random factor in [1 - variation, 1 + variation]
+    map        name of a vertex map of the body that scales the value
+    image      path of an image file that scales the value: black is 0, white is 1
     """
 
     value: float
@@ -53,12 +53,12 @@ class PaintedDegrees(Painted):
 
 @dataclass(frozen=True)
 class Comb:
-    """Where hair that lies on the body is pulled, in units of gravity, which pulls it down.
+    """Pulls on hair that lies on the body, in units of gravity, in addition to gravity.
 
-    parting   where it parts, to the left of the middle of the face
-    sideways  away from the parting, on the front half of the head
-    back      away from the face
-    stray     strength of a pull of its own, in any direction, that every strand has besides
+    parting   distance of the parting from the middle of the face, to the left
+    sideways  strength of the pull away from the parting, on the front half of the head
+    back      strength of the pull away from the face
+    stray     strength of a pull in a random direction for each strand
     """
 
     parting: Metres = 0.0
@@ -69,11 +69,11 @@ class Comb:
 
 @dataclass(frozen=True)
 class Curl:
-    """Curly hair: a helix around the way that straight hair would take; its length is that of the hair, uncurled.
+    """Helix around the path of straight hair, of the same arc length.
 
-    radius  of the helix; where it or the pitch is painted 0 hair is straight
-    pitch   of the helix, along its axis for one turn
-    onset   from the root, over which the radius grows from nothing
+    radius  radius of the helix; strands with a painted radius or pitch of 0 are straight
+    pitch   advance of the helix along its axis per turn
+    onset   length from the root over which the radius grows from zero
     """
 
     radius: PaintedMetres = PaintedMetres(0.006)
@@ -83,14 +83,14 @@ class Curl:
 
 @dataclass(frozen=True)
 class Style:
-    """How hair grows.
+    """Shape of grown hair.
 
-    length  along the hair, from root to tip
-    lift    between the skin and the hair that leaves it
-    bend    length over which hair turns from there to where it is pulled
-    volume  thickness of the hair lying on the body, each strand in a layer of its own
-    comb    where hair lying on the body is pulled
-    curl    curly hair; without it hair is straight
+    length  length of a strand from root to tip
+    lift    angle between the skin and a strand at its root
+    bend    length over which a strand bends from the angle of lift to the combed direction
+    volume  thickness of hair that lies on the body, each strand in its own layer
+    comb    pulls on hair that lies on the body
+    curl    helix around the path of each strand; if absent, hair is straight
     """
 
     length: PaintedMetres = PaintedMetres(0.25)

@@ -10,10 +10,10 @@ Velocity = tuple[MetresPerSecond, MetresPerSecond, MetresPerSecond]
 
 @dataclass(frozen=True)
 class Coefficients:
-    """Drag in proportion to speed: the force on a metre of hair at 1 m/s.
+    """Linear drag: force on a metre of hair at 1 m/s.
 
-    normal      of air that comes from the side
-    tangential  of air along the hair
+    normal      drag coefficient of flow across the hair
+    tangential  drag coefficient of flow along the hair
     """
 
     normal: Annotated[PascalSeconds, Interval(ge=0.0, le=1.0)] = 2e-4
@@ -22,12 +22,12 @@ class Coefficients:
 
 @dataclass(frozen=True)
 class Gusts:
-    """Eddies that the wind carries along.
+    """Turbulent eddies, advected by the wind.
 
-    strength  root mean square of each component of their velocity
-    size      over which they differ: their correlation along a line falls as exp(-(r / size)^2 / 2)
-    duration  over which an eddy that is followed changes: its correlation falls as exp(-(t / duration)^2 / 2)
-    seed      another number, other gusts
+    strength  root mean square of each component of the velocity
+    size      correlation length: the correlation along a line is exp(-(r / size)^2 / 2)
+    duration  correlation time in the moving frame: the correlation is exp(-(t / duration)^2 / 2)
+    seed      seed of the random numbers
     """
 
     strength: Annotated[MetresPerSecond, Interval(ge=0.0, le=100.0)] = 1.0
@@ -38,10 +38,10 @@ class Gusts:
 
 @dataclass(frozen=True)
 class Shielding:
-    """Hair keeps the wind from the hair behind it.
+    """Reduction of the wind by hair upstream.
 
-    cell   of the grid on which hair is counted; coarser where hair is spread so far that the grid would be huge
-    hairs  that a strand stands for where it shields
+    cell   cell size of the grid of hair density; larger for a very wide groom
+    hairs  number of hairs that a strand represents in the density
     """
 
     cell: Annotated[Metres, Interval(ge=1e-3, le=1.0)] = 0.01
@@ -50,14 +50,14 @@ class Shielding:
 
 @dataclass(frozen=True)
 class Wind:
-    """Moving air, and the drag of a fibre in it; it takes the place of `air.drag`, which is the same for still air.
+    """Moving air and the drag of a fibre in it, in place of `air.drag` for still air.
 
-    velocity      of the air on the mean; zeros for the drag of still air
-    density       of the air
-    viscosity     of the air
-    coefficients  of drag that the shot prescribes, instead of those of a cylinder at its Reynolds number
-    gusts         steady wind without
-    shielding     the same wind everywhere without
+    velocity      mean velocity of the air; zero for the drag of still air
+    density       mass density of the air
+    viscosity     dynamic viscosity of the air
+    coefficients  prescribed drag coefficients, in place of those of a cylinder at its Reynolds number
+    gusts         turbulence of the wind; if absent, the wind is steady
+    shielding     reduction of the wind by hair upstream; if absent, the wind is uniform
     """
 
     velocity: Velocity = (0.0, 0.0, -1.0)

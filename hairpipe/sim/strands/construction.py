@@ -8,14 +8,14 @@ from hairpipe.units import Degrees, Ge, Interval
 
 @dataclass(frozen=True)
 class Construction:
-    """The lattice of a strand and the springs on it: to take apart what the model consists of.
+    """The lattice of a strand and its springs, for experiments with their parts.
 
-    turn           of the perturbed particles about the axis from segment to segment, whose sense reverses every five;
-                   0 leaves the network floppy, 90 ties two altitude springs at rest
-    off_axis_mass  share of the mass on the perturbed particles; a third as published slows torsion
-    bending        factor on the constant of the bending springs that the material gives; 0 takes them away
-    torsion        factor on that of the torsion springs
-    altitude       constant of the altitude springs over that of the torsion springs; with 0 a long hair collapses
+    turn           angle of the perturbed particles about the axis from segment to segment, reversed every five; 0
+                   leaves the network floppy, 90 puts two altitude springs at rest in one place
+    off_axis_mass  share of the mass on the perturbed particles; the published third slows torsion
+    bending        factor on the bending constant of the material; 0 removes the bending springs
+    torsion        factor on the torsion constant of the material; 0 removes the torsion springs
+    altitude       ratio of the altitude constant to the torsion constant; 0 lets long hair collapse
     """
 
     turn: Annotated[Degrees, Interval(ge=0.0, le=180.0)] = 72.0

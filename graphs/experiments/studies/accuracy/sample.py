@@ -11,14 +11,14 @@ from hairpipe.units import Gt, Metres
 
 @dataclass(frozen=True)
 class Sample:
-    """What a strand is made of.
+    """Model, material and length of a strand.
 
-    model         of a strand
-    material      of the fibre
-    construction  of the network
-    constants     of the network's springs: calibrated, or E I / l^2, as one might guess, with altitude springs a share
-                  of it
-    length        of the strand
+    model         name of the strand model
+    material      material of the fibre
+    construction  parameters of the network
+    constants     spring constants of the network: calibrated, or the estimate E I / l^2 with altitude springs as a
+                  share of it
+    length        length of the strand
     """
 
     model: ModelName = "network"

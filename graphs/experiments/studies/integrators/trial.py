@@ -48,14 +48,14 @@ class Strand:
 
 @dataclass(frozen=True)
 class Trial:
-    """Strands of every length through every motion.
+    """Strands of every length under every motion.
 
-    motions   rest and swing in thin air, the others with a drag of 10 1/s
-    lengths   of the strands
-    segments  of each strand
-    seconds   from the start; samples are taken 24 times a second
-    material  of the fibre
-    model     of a strand
+    motions   names of the motions: rest and swing in thin air, the others with a drag of 10 1/s
+    lengths   lengths of the strands
+    segments  number of segments of each strand
+    seconds   duration of the run, sampled 24 times a second
+    material  material of the fibre
+    model     name of the strand model
     """
 
     motions: tuple[MotionName, ...] = ("swing",)
