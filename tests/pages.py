@@ -1,10 +1,16 @@
 """Reads pages: their prose, tables and commands; and the data that graphs name."""
 
 import re
+import shlex
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+
+import click
+
+from hairpipe.cli.entry import commands
+from hairpipe.graphs.experiments.bench.commands import bench
 
 HOME = Path(__file__).resolve().parents[1]
 ROOMS = ("", "cache", "graphs", "hairpipe", "nodes", "tests")
@@ -12,6 +18,9 @@ PAGES = [
     HOME / "CONTRIBUTING.md",
     *sorted(page for room in ROOMS for page in (HOME / room).glob("**/README.md" if room else "README.md")),
 ]
+BENCHES = "python -m hairpipe.graphs.experiments.bench "
+PROGRAMS = ("hairpipe ", "make ", BENCHES)
+"""What begins a command that the tests read and start."""
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SPAN = re.compile(r"(?<!`)`([^`]+)`(?!`)")
 INDENTED = re.compile(r"(?:^|\n\n)((?: {4}.*\n)+)")
@@ -32,7 +41,14 @@ def commands_of(page: Path) -> list[str]:
     blocks = [line.strip() for block in INDENTED.findall(prose) for line in block.splitlines()]
     lines = [re.split(r" {2,}", line)[0] for line in blocks]
     spans = [" ".join(span.split()) for span in SPAN.findall(INDENTED.sub("\n", prose))]
-    return [text for text in [*lines, *spans] if re.match(r"(?:hairpipe|make) ", text)]
+    return [text for text in [*lines, *spans] if text.startswith(PROGRAMS)]
+
+
+def command_of(text: str) -> tuple[click.Command, list[str]]:
+    """Find the program that a command starts, and its arguments: the command line, or the benches of parts."""
+    if text.startswith(BENCHES):
+        return bench, shlex.split(text.removeprefix(BENCHES), comments=True)
+    return commands, shlex.split(text, comments=True)[1:]
 
 
 def tables_of(page: Path) -> Iterator[tuple[str, list[str]]]:

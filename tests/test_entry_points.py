@@ -2,7 +2,6 @@
 
 import http.client
 import os
-import shlex
 import signal
 import subprocess
 import sys
@@ -16,11 +15,12 @@ import pytest
 from hairpipe.cli.entry import commands
 
 from .page.conftest import write_shot
-from .pages import PAGES, commands_of
+from .pages import PAGES, command_of, commands_of
 
 WEDGE = '\n[wedge.feel]\naxes = { "hair.wave.height" = [0.03, 0.05] }\nshow = ["picture"]\n'
 STAGE = '#usda 1.0\n(\n    defaultPrim = "shot"\n    metersPerUnit = 1\n    upAxis = "Y"\n)\ndef Xform "shot"\n{\n}\n'
 MAIN = "from hairpipe.cli import main; main()"
+BENCHES = "import runpy; runpy.run_module('hairpipe.graphs.experiments.bench', run_name='__main__')"
 STARTED = {
     "run": "run shot.toml -j1 -q",
     "plan": "plan shot.toml --set hair.wave.height=0.01",
@@ -42,15 +42,15 @@ STARTED = {
     "tune": "tune shot.toml --node lag --tolerance 2mm",
     "version": "version",
     "graph": "graph shot.toml",
-    "bench core": "bench core",
-    "bench volume": "bench volume",
-    "bench picture": "bench picture",
-    "bench particles": "bench particles",
-    "bench faults": "bench faults",
-    "bench contact": "bench contact --segments 100 --between pairs",
+    "experiments core": "core",
+    "experiments volume": "volume",
+    "experiments picture": "picture",
+    "experiments particles": "particles",
+    "experiments faults": "faults",
+    "experiments contact": "contact --segments 100 --between pairs",
     "bench paper": "bench paper medium_straight --set groom.strands=24",
-    "bench promises": "bench promises --scenes 1",
-    "bench needs": "bench needs tune/short_slow --tolerance 3%",
+    "experiments promises": "promises --scenes 1",
+    "experiments needs": "needs tune/short_slow --tolerance 3%",
 }
 """The words of each command."""
 UNTUNABLE = "def tune(*_): raise it.Untunable('small')\nit.tune = tune"
@@ -58,25 +58,25 @@ SMALL = {
     "tune": """from hairpipe.tune import study, tuning
 def tune(*_): raise study.Interrupted
 tuning.tune = tune""",
-    "bench core": """from hairpipe.bench import core as it
+    "experiments core": """from hairpipe.graphs.experiments.bench import core as it
 it.MODELS, it.measure_compilation = ("network",), lambda: 1.0
 it.measure_core.__defaults__ = it.Sizes(segments=4, cache=9, memory=17, triad=1 << 12, seconds=0.0),""",
-    "bench volume": """from hairpipe.bench import volume as it
+    "experiments volume": """from hairpipe.graphs.experiments.bench import volume as it
 it.measure_volume.__defaults__ = it.Sizes(hairs=200, segments=6, every=2, seconds=0.0),""",
-    "bench picture": """from hairpipe.bench.pictures import picture as it
+    "experiments picture": """from hairpipe.graphs.experiments.bench.pictures import picture as it
 it.measure_luminance = lambda *_: []
 it.measure_picture.__defaults__ = it.Sizes(hair=((60, 6), (30, 9)), times=2),""",
-    "bench particles": """from hairpipe.bench import particles as it
+    "experiments particles": """from hairpipe.graphs.experiments.bench import particles as it
 it.measure_particles.__defaults__ = it.Sizes(counts=(150,), steps=(1, 2), settling=0, frames=1),""",
-    "bench contact": """from hairpipe.bench import contact as it
+    "experiments contact": """from hairpipe.graphs.experiments.bench import contact as it
 roofs = it.measure_roofs(["float64"], [1], 1 << 12, 0.0)
 case = it.Case(100, "pairs", 200, 1.0, 1, 0.1, {"strands": 0.1}, 3)
 it.measure_contact = lambda say, sizes: it.Report(it.this_machine(), sizes, 10, roofs, [case])""",
     "bench paper": """from hairpipe.bench import paper as it
 it.measure_scene = lambda say, name, *_: it.Row(name, 24, 1000, 1.0, 0.1, {"strands": 0.1}, 10**6, None)""",
-    "bench promises": f"from hairpipe.tune.scenes import promises as it\n{UNTUNABLE}",
-    "bench needs": f"from hairpipe.tune.scenes import needs as it\n{UNTUNABLE}",
-    "bench faults": """from hairpipe.bench import faults as it
+    "experiments promises": f"from hairpipe.graphs.experiments.scenes import promises as it\n{UNTUNABLE}",
+    "experiments needs": f"from hairpipe.graphs.experiments.scenes import needs as it\n{UNTUNABLE}",
+    "experiments faults": """from hairpipe.graphs.experiments.bench import faults as it
 it.try_faults.__defaults__ = it.Trials(kills=0, damages=1, beside=0, modules=()),""",
 }
 """Lines of Python that are carried out before, which make a command small: users have no option for it."""
@@ -90,8 +90,8 @@ EXITS = {"tune": 130, "data check": 1}
 
 def leaf_of(text: str) -> str | None:
     """Give the words of a command without its arguments; None where only a group is named."""
-    _, *words = shlex.split(text, comments=True)
-    command, path = commands, []
+    command, words = command_of(text)
+    path = [] if command is commands else ["experiments"]
     while isinstance(command, click.Group) and words:
         path.append(words.pop(0))
         command = command.get_command(click.Context(command), path[-1])
@@ -114,9 +114,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         yield folder
 
 
-def start(folder: Path, words: str, before: str = "", code: int = 0) -> tuple[str, str]:
+def start(folder: Path, words: str, before: str = "", code: int = 0, main: str = MAIN) -> tuple[str, str]:
     """Carry a command out in a process of its own, and give what it wrote to both streams."""
-    command = [sys.executable, "-c", f"{before}\n{MAIN}", *words.split()]
+    command = [sys.executable, "-c", f"{before}\n{main}", *words.split()]
     told = os.environ | {"NUMBA_NUM_THREADS": "1"}
     done = subprocess.run(command, cwd=folder, env=told, capture_output=True, text=True)
     assert done.returncode == code and "Traceback" not in done.stderr, done.stderr
@@ -124,17 +124,19 @@ def start(folder: Path, words: str, before: str = "", code: int = 0) -> tuple[st
 
 
 def test_every_command_that_a_page_names_is_started():
-    named = {leaf_of(text) for page in PAGES for text in commands_of(page) if text.startswith("hairpipe ")}
+    named = {leaf_of(text) for page in PAGES for text in commands_of(page) if not text.startswith("make ")}
     assert named - {None} <= STARTED.keys() | {"view"}
 
 
-MARKED = [pytest.param(path, marks=[pytest.mark.kernels] * path.startswith("bench")) for path in STARTED]
+COMPILING = ("bench", "experiments")
+MARKED = [pytest.param(path, marks=[pytest.mark.kernels] * path.startswith(COMPILING)) for path in STARTED]
 
 
 @pytest.mark.parametrize("path", MARKED)
 def test_it_starts_and_ends_well(path, folder):
-    before = SHARED * path.startswith("bench") + SMALL.get(path, "")
-    written = start(folder, STARTED[path], before, EXITS.get(path, 0))
+    before = SHARED * path.startswith(COMPILING) + SMALL.get(path, "")
+    main = BENCHES if path.startswith("experiments") else MAIN
+    written = start(folder, STARTED[path], before, EXITS.get(path, 0), main)
     assert any(written) or "-q" in STARTED[path]
 
 

@@ -42,29 +42,11 @@ BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 2, 130, 141
 COMPLETION = 'Shell completion: eval "$(_HAIRPIPE_COMPLETE=bash_source hairpipe)"; zsh and fish work the same way.'
 
 
-class Commands(click.Group):
-    """The commands by name; a command is imported when it is called, so that starting is cheap."""
-
-    def list_commands(self, ctx: click.Context) -> list[str]:
-        """List the commands in the order in which one meets them."""
-        return list(COMMANDS)
-
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        """Import a command; None where there is none of this name."""
-        if cmd_name not in COMMANDS:
-            return None
-        return getattr(importlib.import_module(f"hairpipe.cli.commands.{cmd_name}"), cmd_name)
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Find the command that the arguments begin with; for an unknown one, name the nearest."""
-        if not args[0].startswith("-") and args[0] not in COMMANDS and not ctx.resilient_parsing:
-            ctx.fail(f"no command '{args[0]}' ({nearest(args[0], COMMANDS)})")
-        return super().resolve_command(ctx, args)
+class Group(click.Group):
+    """Commands whose faults that a person can mend become one message and an exit code."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        """Carry out a command; a fault that a person can mend becomes one message and an exit code."""
+        """Carry out a command."""
         if signal.getsignal(signal.SIGINT) is leave:
             signal.signal(signal.SIGINT, signal.default_int_handler)
         try:
@@ -85,6 +67,28 @@ class Commands(click.Group):
             fail("interrupted", INTERRUPTED)
 
 
+class Commands(Group):
+    """The commands by name; a command is imported when it is called, so that starting is cheap."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """List the commands in the order in which one meets them."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        """Import a command; None where there is none of this name."""
+        if cmd_name not in COMMANDS:
+            return None
+        return getattr(importlib.import_module(f"hairpipe.cli.commands.{cmd_name}"), cmd_name)
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Find the command that the arguments begin with; for an unknown one, name the nearest."""
+        if not args[0].startswith("-") and args[0] not in COMMANDS and not ctx.resilient_parsing:
+            ctx.fail(f"no command '{args[0]}' ({nearest(args[0], COMMANDS)})")
+        return super().resolve_command(ctx, args)
+
+
 def close_output() -> None:
     """Send what is still to be written to nowhere, so that Python does not complain about it at the end."""
     with suppress(AttributeError, OSError):  # there may be no output, or none with a descriptor
@@ -102,10 +106,15 @@ def commands() -> None:
 
 def main() -> None:
     """Run the command line of this process."""
+    start(commands, "hairpipe")
+
+
+def start(command: click.Command, name: str) -> None:
+    """Run a command under a name, on the arguments of this process."""
     sys.path[:] = search_path()
     open_stderr()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")  # a file name may be no text
     add_completion_class(Bash)
-    commands(prog_name="hairpipe")
+    command(prog_name=name)

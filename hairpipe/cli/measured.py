@@ -1,4 +1,4 @@
-"""What `hairpipe bench` prints: the machine, tables of measured values, and JSON documents."""
+"""What benches print: the machine, tables of measured values, and JSON documents."""
 
 import json
 from collections.abc import Callable
@@ -10,7 +10,6 @@ from hairpipe.api.formatting import plural, table
 
 if TYPE_CHECKING:
     from hairpipe.bench.machine import Machine
-    from hairpipe.bench.repeat import Spread
 
 
 def show_machine(machine: "Machine") -> None:
@@ -22,11 +21,6 @@ def show_machine(machine: "Machine") -> None:
 def show_table(title: str, rows: list[tuple[str, ...]], text: int = 1) -> None:
     """Write a table with a title, its first columns being text, the others numbers."""
     click.echo(f"\n{title}\n{table(rows, '<' * text + '>' * (len(rows[0]) - text))}")
-
-
-def spread(value: "Spread", unit: float) -> str:
-    """Write a median and the middle half."""
-    return f"{value.median * unit:.1f} ({value.low * unit:.1f}-{value.high * unit:.1f})"
 
 
 def tell(report: Any, show: Callable[[Any], None], as_json: bool) -> None:

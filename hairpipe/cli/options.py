@@ -9,7 +9,7 @@ TARGET       explain get
 --publish-root  run plan
 --cache      run plan explain get tune wedge cache bench
 --json       run plan explain nodes tune wedge cache bench
---moving     bench contact and bench paper
+--moving     bench
 --markdown   wedge bench
 """
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.nodes.plot_strand import plot_strand
 from PIL import Image
 
 from hairpipe.chart.poses import Panel, Pose, draw_poses, grid_for, panels_of, pieces_of
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time, Workspace
+from hairpipe.graphs.experiments.nodes.plot_strand import plot_strand
 
 FPS = 25.0
 FRAMES = range(1001, 1012)

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.contact_sheet import contact_sheet
-from hairpipe.nodes.preview_meshes import preview_meshes
 from PIL import Image
 
 from hairpipe.body.shapes import build_box
@@ -11,6 +9,8 @@ from hairpipe.errors import BadInput
 from hairpipe.graph import File, Frames, Time, Workspace
 from hairpipe.io.panels import GAP, write_below, write_beside
 from hairpipe.io.picture import write_png
+from hairpipe.nodes.contact_sheet import contact_sheet
+from hairpipe.nodes.preview_meshes import preview_meshes
 
 
 def plain(level, height=40, width=60):

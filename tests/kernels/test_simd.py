@@ -158,7 +158,7 @@ def test_lanes_lie_in_rows_of_floats(array):
 
 FRAME = """
 import hashlib
-from hairpipe.bench.strands import one_block
+from hairpipe.graphs.experiments.bench.strands import one_block
 from hairpipe.sim.solve.implicit_stage import run_stage
 arguments = one_block(6, "float64")
 for _ in range(10):

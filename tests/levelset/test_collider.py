@@ -5,11 +5,11 @@ from collections.abc import Callable
 import numba
 import numpy as np
 import pytest
+
+from hairpipe.data import Mesh
 from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, poses_at, surfaces_of
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES, Case, Way, moved
 from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
-
-from hairpipe.data import Mesh
 from hairpipe.levelset.bake.parts import gathered
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import Collider, FirstHit, SdfSample, Walk

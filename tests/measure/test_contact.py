@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_contact import measure_contact
 
 from hairpipe.data import Strands
 from hairpipe.graph import Frames, Time
 from hairpipe.levelset.bake.whole import bake
+from hairpipe.nodes.measure_contact import measure_contact
 
 
 def test_depths_are_counted_without_the_roots(sphere):

@@ -4,14 +4,14 @@ import inspect
 import math
 
 import pytest
-from hairpipe.nodes.measure_cost import measure_cost
-from hairpipe.nodes.restart_hair import restart_hair
-from hairpipe.nodes.simulate_hair import simulate_hair
 
 from hairpipe.errors import BadInput
 from hairpipe.graph import Reached, Spent
 from hairpipe.measure.climate.around import Around
 from hairpipe.measure.cost import COLUMNS
+from hairpipe.nodes.measure_cost import measure_cost
+from hairpipe.nodes.restart_hair import restart_hair
+from hairpipe.nodes.simulate_hair import simulate_hair
 
 
 def spent(seconds):

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_fidelity import measure_fidelity
 
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Reached
 from hairpipe.groom.strands import lay_strands
 from hairpipe.levelset.bake.whole import bake
+from hairpipe.nodes.measure_fidelity import measure_fidelity
 
 DOWN = (0.0, -1.0, 0.0)
 G, L = 10.0, 0.2

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_motion import measure_motion
-from hairpipe.nodes.watch_hair import watch_hair
 
 from hairpipe.data import Groom, Strands
 from hairpipe.graph import Frames, Time
+from hairpipe.nodes.measure_motion import measure_motion
+from hairpipe.nodes.watch_hair import watch_hair
 
 POINTS = np.array([[0, 0, 0], [0, -1, 0], [0, -2, 0], [1, 0, 0], [1, -2, 0]], np.float32)
 OFFSETS = np.array([0, 3, 5], np.int32)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.nodes.measure_slip import measure_slip
 
 from hairpipe.data import Strands
 from hairpipe.graph import Frames, Time
+from hairpipe.graphs.experiments.nodes.measure_slip import measure_slip
 from hairpipe.groom.strands import lay_strands
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track

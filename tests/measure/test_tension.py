@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.nodes.measure_tension import measure_tension
 
 from hairpipe.graph import Frames, Time
+from hairpipe.graphs.experiments.nodes.measure_tension import measure_tension
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.tension import tensions, turns
 from hairpipe.sim.hair_model import build_hair

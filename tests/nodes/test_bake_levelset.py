@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.bake_levelset import bake_levelset
 
 from hairpipe.data import Mesh
 from hairpipe.errors import BadInput
+from hairpipe.nodes.bake_levelset import bake_levelset
 
 TETRAHEDRON = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]], np.int32)

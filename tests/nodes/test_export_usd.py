@@ -6,8 +6,6 @@ from typing import Literal
 
 import numpy as np
 import pytest
-from hairpipe.nodes.export_usd import export_usd
-from hairpipe.nodes.export_vdb import export_vdb
 from pxr import Usd, UsdGeom, UsdVol
 
 from hairpipe.data import Groom, LevelSet, Mesh, Strands
@@ -15,6 +13,8 @@ from hairpipe.errors import BadInput
 from hairpipe.graph import File, Frames, Time, Workspace
 from hairpipe.io.usd.check.lint import lint
 from hairpipe.levelset.vdb_header import inspect
+from hairpipe.nodes.export_usd import export_usd
+from hairpipe.nodes.export_vdb import export_vdb
 
 NUMBERS = (1001, 1002, 1004)
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.export_vdb import export_vdb
 
 from hairpipe.data import Density, LevelSet
 from hairpipe.errors import BadInput
 from hairpipe.graph import Time
+from hairpipe.nodes.export_vdb import export_vdb
 
 FOG = Density(np.array([-3, 0, 5], np.int32), 0.01, np.ones((2, 3, 2), np.float32), np.ones((2, 3, 2, 3), np.float32))
 

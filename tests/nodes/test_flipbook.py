@@ -3,11 +3,11 @@
 from pathlib import Path
 
 import numpy as np
-from hairpipe.nodes.flipbook import flipbook
 from PIL import Image
 
 from hairpipe.graph import File, Frames, Time, Workspace
 from hairpipe.io.picture import write_png
+from hairpipe.nodes.flipbook import flipbook
 
 
 def test_shows_the_frames_in_order_at_the_speed_of_the_shot(tmp_path: Path) -> None:

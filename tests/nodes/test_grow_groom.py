@@ -6,9 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hairpipe.nodes.grow_groom import grow_groom
-from hairpipe.nodes.load_body import load_body
-from hairpipe.nodes.make_bust import make_bust
 from PIL import Image
 
 from hairpipe.body.scalp import Scalp
@@ -18,6 +15,9 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.node.settings import build_settings, check_settings
 from hairpipe.groom.grow.closing import closed
 from hairpipe.groom.grow.style import Curl, Paint, PaintedMetres
+from hairpipe.nodes.grow_groom import grow_groom
+from hairpipe.nodes.load_body import load_body
+from hairpipe.nodes.make_bust import make_bust
 
 NODE = grow_groom.__node__
 

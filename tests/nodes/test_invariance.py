@@ -4,13 +4,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from hairpipe.nodes.carry_strands import carry_strands, weigh
-from hairpipe.nodes.interpolate_hair import interpolate_hair
-from hairpipe.nodes.move_levelset import move_levelset
-from hairpipe.nodes.move_mesh import move_mesh
-from hairpipe.nodes.sample_particles import sample_particles
-from hairpipe.nodes.simulate_hair import model_strands, simulate_hair
-from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
 
 from hairpipe.body.shapes import build_box
 from hairpipe.data import Groom, Mesh
@@ -19,6 +12,13 @@ from hairpipe.groom.binding import root_frames
 from hairpipe.groom.keys.key_weights import weigh_keys
 from hairpipe.groom.sampling import thinned
 from hairpipe.levelset.bake.whole import bake
+from hairpipe.nodes.carry_strands import carry_strands, weigh
+from hairpipe.nodes.interpolate_hair import interpolate_hair
+from hairpipe.nodes.move_levelset import move_levelset
+from hairpipe.nodes.move_mesh import move_mesh
+from hairpipe.nodes.sample_particles import sample_particles
+from hairpipe.nodes.simulate_hair import model_strands, simulate_hair
+from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
 from hairpipe.particles.settings import Interaction, ParticleSettings, RestTension
 from hairpipe.scripted_ends.track import Track
 from hairpipe.sim.material import Material

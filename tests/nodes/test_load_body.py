@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
-from hairpipe.nodes.load_body import load_body
 
 from hairpipe.body.scalp import Scalp
 from hairpipe.errors import BadInput
+from hairpipe.nodes.load_body import load_body
 
 
 def test_an_obj_file_becomes_a_body_of_one_joint(tmp_path):

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hairpipe.nodes.load_body import load_body
-from hairpipe.nodes.load_groom import load_groom
 
 from hairpipe.data import Body, Mesh, Skeleton
 from hairpipe.errors import BadInput
+from hairpipe.nodes.load_body import load_body
+from hairpipe.nodes.load_groom import load_groom
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene

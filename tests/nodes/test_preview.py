@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hairpipe.nodes.preview import preview
 from PIL import Image
 
 from hairpipe.data import Normals, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Time, Workspace
+from hairpipe.nodes.preview import preview
 
 TIME = Time(30, 24.0)
 

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hairpipe.nodes.make_bust import make_bust
-from hairpipe.nodes.preview_scalp import preview_scalp
 from PIL import Image
 
 from hairpipe.data import Body
 from hairpipe.errors import BadInput
 from hairpipe.graph import Workspace
+from hairpipe.nodes.make_bust import make_bust
+from hairpipe.nodes.preview_scalp import preview_scalp
 
 
 @pytest.fixture(scope="module")

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hairpipe.nodes.render_cycles import render_cycles
 from PIL import Image
 
 from hairpipe.data import Strands
 from hairpipe.graph import Time, Workspace
+from hairpipe.nodes.render_cycles import render_cycles
 from hairpipe.render.cycles import scene
 from hairpipe.render.film import linear
 from hairpipe.render.framing import Shot

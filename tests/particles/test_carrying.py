@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hairpipe.nodes.carry_strands import carry_strands
 from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
@@ -16,6 +15,7 @@ from hairpipe.groom.binding import root_frames
 from hairpipe.groom.strands import lay_strands
 from hairpipe.groom.tuft import Tuft, gather_tuft
 from hairpipe.levelset.bake.whole import bake
+from hairpipe.nodes.carry_strands import carry_strands
 from hairpipe.particles.carrying import CARRIERS, weigh_carriers
 from hairpipe.sim.boundary import motion_of_roots
 

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.carry_strands import carry_strands
-from hairpipe.nodes.sample_particles import sample_particles
-from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
 
 from hairpipe.errors import BadInput
 from hairpipe.graph import Time
 from hairpipe.groom.sampling import take
+from hairpipe.nodes.carry_strands import carry_strands
+from hairpipe.nodes.sample_particles import sample_particles
+from hairpipe.nodes.simulate_particles import prepare_particles, simulate_particles
 from hairpipe.particles.carrying import weigh_carriers
 from hairpipe.particles.settings import Interaction
 from hairpipe.sim.air.wind import Wind

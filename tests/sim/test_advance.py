@@ -6,9 +6,9 @@ from itertools import pairwise
 import numba
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.roots import root_places
 from hairpipe.scripted_ends.ends import lead

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.bench.strands import RULE, STEP, hang
+from hairpipe.graphs.experiments.bench.strands import RULE, STEP, hang
 from hairpipe.sim.integrators.backward_euler import BackwardEuler
 from hairpipe.sim.integrators.integrator import everywhere
 from hairpipe.sim.solve.implicit_stage import guess_stages

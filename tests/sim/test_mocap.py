@@ -4,12 +4,12 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hairpipe.nodes.grow_groom import grow_groom
-from hairpipe.nodes.load_motion import load_motion
-from hairpipe.nodes.pose_body import pose_body
 
 from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.graph import Time
+from hairpipe.nodes.grow_groom import grow_groom
+from hairpipe.nodes.load_motion import load_motion
+from hairpipe.nodes.pose_body import pose_body
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Scene, StrainLimit

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.collect_variants import collect_variants
 
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.nodes.collect_variants import collect_variants
 from hairpipe.table.pareto import on_front
 
 ERROR = "strand error [% of length]"

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.nodes.measure_event import measure_event
-from hairpipe.graphs.experiments.nodes.summarize_tables import summarize_tables
 
 from hairpipe.data.table import table_of_columns
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.nodes.measure_event import measure_event
+from hairpipe.graphs.experiments.nodes.summarize_tables import summarize_tables
 from hairpipe.table.series import crossings, period
 
 X = np.linspace(0.0, 10.0, 2001)

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.carry_groom import carry_groom
 
 from hairpipe.data import Density, Strands
 from hairpipe.errors import BadInput
 from hairpipe.groom.strands import unbound
 from hairpipe.levelset.bake.whole import bake
+from hairpipe.nodes.carry_groom import carry_groom
 from hairpipe.volume.density import density_of
 from hairpipe.volume.shell import shell_of
 

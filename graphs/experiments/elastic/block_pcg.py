@@ -4,8 +4,9 @@ Sums run in the order of the particles, so a result does not depend on threads.
 """
 
 import numpy as np
-from hairpipe.graphs.experiments.elastic.sparsity import Pattern, multiply
 from numba import njit
+
+from hairpipe.graphs.experiments.elastic.sparsity import Pattern, multiply
 
 
 @njit(cache=True)

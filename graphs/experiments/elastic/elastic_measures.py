@@ -3,12 +3,12 @@
 from collections.abc import Iterable
 
 import numpy as np
-from hairpipe.graphs.experiments.elastic import mesh_geometry
-from hairpipe.graphs.experiments.elastic.hinges import hinges
 
 from hairpipe.data import Table
 from hairpipe.data.elastic import ElasticState, Shell, Solid
 from hairpipe.data.table import table_of_rows
+from hairpipe.graphs.experiments.elastic import mesh_geometry
+from hairpipe.graphs.experiments.elastic.hinges import hinges
 
 ENERGY = ("kinetic energy [J]", "spring energy [J]", "potential energy [J]", "energy [J]")
 

@@ -7,6 +7,7 @@ import warnings
 from dataclasses import dataclass
 
 import numpy as np
+
 from hairpipe.graphs.experiments.elastic.block_pcg import solve
 from hairpipe.graphs.experiments.elastic.ground import drag_of, hold
 from hairpipe.graphs.experiments.elastic.spring_assembly import add_altitudes, add_linear, find_tensions

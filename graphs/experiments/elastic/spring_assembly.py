@@ -9,9 +9,9 @@ result does not depend on threads.
 import math
 
 import numpy as np
-from hairpipe.graphs.experiments.elastic.spring_mesh import Springs
 from numba import njit
 
+from hairpipe.graphs.experiments.elastic.spring_mesh import Springs
 from hairpipe.kernels.simd import load, maximum, store
 from hairpipe.kernels.vec3 import dot
 from hairpipe.sim.strands.forces.altitude import altitude_along, area_vectors, shortest_altitude

@@ -15,12 +15,12 @@ k / max(|h0|, least) has a `least` that is larger than any h0: the hinge is a sp
 from typing import NamedTuple
 
 import numpy as np
+
+from hairpipe.data.elastic import Shell, Solid
 from hairpipe.graphs.experiments.elastic import mesh_geometry
 from hairpipe.graphs.experiments.elastic.hinges import PAIRS, hinges, tetrahedron_edges, triangle_edges
 from hairpipe.graphs.experiments.elastic.matter import Altitudes, Fabric, Rubber
 from hairpipe.graphs.experiments.elastic.sparsity import Pattern, find_pattern
-
-from hairpipe.data.elastic import Shell, Solid
 from hairpipe.kernels.simd import WIDTH
 
 POISSON = 1 / 3

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+
 from hairpipe.graphs.experiments.elastic.elastic_settings import Scheme
 from hairpipe.graphs.experiments.elastic.elastic_stage import Body, run_stage
 from hairpipe.graphs.experiments.elastic.ground import land

@@ -50,7 +50,6 @@ def measure_clash(
 
     from hairpipe.graphs.experiments.studies.contact.bar import tuft
     from hairpipe.graphs.experiments.studies.contact.clash import clash_table, fixed_steps, meet
-
     from hairpipe.sim.hair_model import build_hair
     from hairpipe.sim.material import Material
 

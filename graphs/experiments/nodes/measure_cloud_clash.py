@@ -41,7 +41,6 @@ def measure_cloud_clash(
     from hairpipe.graphs.experiments.studies.contact.bar import tuft
     from hairpipe.graphs.experiments.studies.contact.clash import clash_table
     from hairpipe.graphs.experiments.studies.contact.cloud_clash import meet
-
     from hairpipe.particles.links import LinkRule, link
     from hairpipe.particles.sampling import sample
 

@@ -2,10 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
-
 from hairpipe.data import Table
 from hairpipe.graph import node
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.groom.helix import Helix
 from hairpipe.units import Ge, Gt, Interval, MetresPerSecondSquared
 

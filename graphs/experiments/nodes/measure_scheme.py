@@ -2,10 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.graphs.experiments.studies.integrators.trial import Trial
-
 from hairpipe.data import Table
 from hairpipe.graph import node
+from hairpipe.graphs.experiments.studies.integrators.trial import Trial
 from hairpipe.sim.settings import Scheme, StrainLimit
 from hairpipe.units import Gt, Interval
 

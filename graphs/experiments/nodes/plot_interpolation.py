@@ -28,9 +28,8 @@ def plot_interpolation(
     width       width of the picture
     height      height of the picture
     """
-    from hairpipe.graphs.experiments.studies.interpolation.sections import sections
-
     from hairpipe.chart.sections import draw_sections
+    from hairpipe.graphs.experiments.studies.interpolation.sections import sections
 
     path, found = workspace / "sections.png", sections(case, fractions, voxel, half_width)
     rows = {name.replace("_", "-"): panels for name, panels in found.shown.items()}

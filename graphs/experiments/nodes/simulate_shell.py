@@ -2,11 +2,10 @@
 
 from typing import NamedTuple
 
-from hairpipe.graphs.experiments.elastic.elastic_settings import ElasticScene
-from hairpipe.graphs.experiments.elastic.matter import Fabric
-
 from hairpipe.data import ElasticState, Mesh, Shell
 from hairpipe.graph import Time, flat_group, node
+from hairpipe.graphs.experiments.elastic.elastic_settings import ElasticScene
+from hairpipe.graphs.experiments.elastic.matter import Fabric
 
 
 class MovingShell(NamedTuple):

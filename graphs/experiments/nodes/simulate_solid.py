@@ -2,11 +2,10 @@
 
 from typing import NamedTuple
 
-from hairpipe.graphs.experiments.elastic.elastic_settings import ElasticScene
-from hairpipe.graphs.experiments.elastic.matter import Rubber
-
 from hairpipe.data import ElasticState, Mesh, Solid
 from hairpipe.graph import Time, flat_group, node
+from hairpipe.graphs.experiments.elastic.elastic_settings import ElasticScene
+from hairpipe.graphs.experiments.elastic.matter import Rubber
 
 
 class MovingSolid(NamedTuple):

@@ -2,10 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.graphs.experiments.elastic.squash import Shape
-
 from hairpipe.data import Solid
 from hairpipe.graph import node
+from hairpipe.graphs.experiments.elastic.squash import Shape
 from hairpipe.units import Ge
 
 

@@ -69,9 +69,8 @@ def test_a_single_pose_stands_on_its_feet(skeleton, make_clip):
 
 
 def test_real_clips_are_put_on_the_floor(shared):
-    from hairpipe.nodes.load_body import load_body
-
     from hairpipe.io.mocap.bvh import read_bvh
+    from hairpipe.nodes.load_body import load_body
 
     folder = shared / "body_makehuman"
     rig = {"skeleton": folder / "default.mhskel", "weights": folder / "default_weights.mhw"}

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.elastic.sparsity import multiply
 
 from hairpipe.data import Shell, Solid
+from hairpipe.graphs.experiments.elastic.sparsity import multiply
 
 
 @pytest.fixture

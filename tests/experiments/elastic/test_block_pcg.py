@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from hairpipe.graphs.experiments.elastic.block_pcg import solve
 from hairpipe.graphs.experiments.elastic.matter import Rubber
 from hairpipe.graphs.experiments.elastic.spring_assembly import add_altitudes, add_linear

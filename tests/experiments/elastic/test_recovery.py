@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from hairpipe.graphs.experiments.elastic import mesh_geometry
 from hairpipe.graphs.experiments.elastic.elastic_frame import advance_frame, begin
 from hairpipe.graphs.experiments.elastic.elastic_measures import measure_angles, measure_volume

@@ -1,6 +1,7 @@
 """What there is to simulate has the shape it should."""
 
 import numpy as np
+
 from hairpipe.graphs.experiments.elastic import mesh_geometry
 from hairpipe.graphs.experiments.elastic.hinges import boundary, hinges
 from hairpipe.graphs.experiments.elastic.sheets import build_cloth, build_noodle

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from hairpipe.graphs.experiments.elastic.matter import Fabric, Rubber
 from hairpipe.graphs.experiments.elastic.sheets import build_noodle
 from hairpipe.graphs.experiments.elastic.spring_assembly import add_altitudes, add_linear, find_tensions, spring_energy

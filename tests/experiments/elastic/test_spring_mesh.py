@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from hairpipe.graphs.experiments.elastic.matter import Fabric, Rubber
 from hairpipe.graphs.experiments.elastic.spring_assembly import spring_energy
 from hairpipe.graphs.experiments.elastic.spring_mesh import shell_springs, solid_springs

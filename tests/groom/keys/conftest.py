@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hairpipe.nodes.interpolate_hair import interpolate_hair
 from scipy.spatial.transform import Rotation
 
 from hairpipe.data import Groom, Strands
@@ -14,6 +13,7 @@ from hairpipe.groom.keys.key_weights import weigh_keys
 from hairpipe.groom.sampling import thinned
 from hairpipe.groom.strands import lay_strands
 from hairpipe.groom.tuft import Tuft, gather_tuft
+from hairpipe.nodes.interpolate_hair import interpolate_hair
 
 ROW = lay_strands(4, 0.1, 6, (0.0, -1.0, 0.0), (0.01, 0.0, 0.0), None, 0.0)
 

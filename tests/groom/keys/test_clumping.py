@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.interpolate_hair import Clumps
 
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.groom.sampling import take
+from hairpipe.nodes.interpolate_hair import Clumps
 
 
 def test_tips_of_parallel_hair_come_as_near_as_they_can(row, at, shown):

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_roots import measure_roots
-from hairpipe.nodes.thin_groom import thin_groom
 
 from hairpipe.body.shapes import build_box
 from hairpipe.data.lengths import segment_lengths
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
+from hairpipe.nodes.measure_roots import measure_roots
+from hairpipe.nodes.thin_groom import thin_groom
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.carry_normals import carry_normals
 
 from hairpipe.errors import BadInput
 from hairpipe.groom.keys.shell_normals import probe_shell
 from hairpipe.levelset.bake.whole import bake
+from hairpipe.nodes.carry_normals import carry_normals
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track
 

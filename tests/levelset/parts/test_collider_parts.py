@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+
+from hairpipe.data import Mesh
+from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, parts_of, poses_at, surfaces_of
 from hairpipe.graphs.experiments.studies.interpolation.cases import CASES, Case
 from hairpipe.graphs.experiments.studies.interpolation.solids import ellipsoid
 from hairpipe.graphs.experiments.studies.interpolation.surface_errors import misses
-
-from hairpipe.data import Mesh
-from hairpipe.errors import BadInput
 from hairpipe.levelset.bake.parts import gathered
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import FirstHit, SdfSample, Walk

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_climate import measure_climate
 
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Reached, Time
 from hairpipe.measure.climate.climate import LOOKS
+from hairpipe.nodes.measure_climate import measure_climate
 
 LENGTH, SEGMENTS, SIDE, COUNT, FPS, SPACING = 0.2, 4, 6, 13, 24.0, 0.01
 ROOTS = SPACING * np.stack(

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.restart_hair import restart_hair
-from hairpipe.nodes.simulate_hair import simulate_hair
 
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.climate.restarts import restart_frames
+from hairpipe.nodes.restart_hair import restart_hair
+from hairpipe.nodes.simulate_hair import simulate_hair
 from hairpipe.sim.hair_model import build_models
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import StepControl

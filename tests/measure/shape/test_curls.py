@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.nodes.measure_curls import measure_curls
 
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time
+from hairpipe.graphs.experiments.nodes.measure_curls import measure_curls
 from hairpipe.groom.helix import Helix, turn_of
 from hairpipe.groom.strands import lay_strands
 from hairpipe.measure.shape.curls import radius

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_packing import measure_packing
 
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames
 from hairpipe.measure.volume.packing import densities, overlap, relative_speed
+from hairpipe.nodes.measure_packing import measure_packing
 
 CELL, NEAR = 0.006, 0.004
 

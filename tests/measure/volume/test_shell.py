@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
-from hairpipe.nodes.measure_normals import measure_normals
 from scipy.spatial.transform import Rotation
 
 from hairpipe.data import Normals, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames
 from hairpipe.levelset.bake.whole import bake
+from hairpipe.nodes.measure_normals import measure_normals
 
 RADIUS = 0.06
 

@@ -6,8 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hairpipe.nodes.preview_particles import preview_particles
-from hairpipe.nodes.preview_particles import style as style_node
 from PIL import Image
 from scipy.spatial import KDTree
 
@@ -15,6 +13,8 @@ from hairpipe.data import Cloud, Mesh, Particles, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Workspace
 from hairpipe.groom.strands import unbound
+from hairpipe.nodes.preview_particles import preview_particles
+from hairpipe.nodes.preview_particles import style as style_node
 from hairpipe.render.billboards.cloud import CloudStyle, draw_cloud, style_cloud
 from hairpipe.render.framing import Shot
 from hairpipe.render.shading.kajiya_kay import lie

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.studies.contact.bar import tuft
 
+from hairpipe.graphs.experiments.studies.contact.bar import tuft
 from hairpipe.sim.axis import axis_of, gather
 from hairpipe.sim.build import integrator_of
 from hairpipe.sim.hair_model import build_hair

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numba
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 
+from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from hairpipe.groom.helix import Helix, wound
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from hairpipe.sim.material import Material
 from hairpipe.sim.strands import network
 from hairpipe.sim.strands.chain import SHAPE, STRAIGHTEST

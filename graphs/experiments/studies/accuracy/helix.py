@@ -4,14 +4,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+
+from hairpipe.data import Table
+from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import Specimen, specimen_of, stiffness
 from hairpipe.graphs.experiments.studies.accuracy.statics import balance, motions
 from hairpipe.graphs.experiments.studies.theory.clamps import Clamp, hang_rod
 from hairpipe.graphs.experiments.studies.theory.kirchhoff import Rod
-
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.groom.helix import Helix, wound
 
 _AT_REST = 1e-5

@@ -9,10 +9,10 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from numba import njit
 
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.groom.strands import unbound
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.layout import Shape

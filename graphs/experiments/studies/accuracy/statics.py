@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+
 from hairpipe.graphs.experiments.studies.accuracy.specimen import Pose, Specimen, forces, moved, stiffness
 
 _TOLERANCE = 1e-8

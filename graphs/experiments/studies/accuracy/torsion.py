@@ -4,6 +4,10 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+
+from hairpipe.data import Table
+from hairpipe.data.table import table_of_rows
+from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import (
     Pose,
@@ -15,10 +19,6 @@ from hairpipe.graphs.experiments.studies.accuracy.specimen import (
     straight_specimen,
 )
 from hairpipe.graphs.experiments.studies.accuracy.statics import balance, motions
-
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
-from hairpipe.errors import BadInput
 from hairpipe.sim.strands.interface import may_be_lost
 
 COLUMNS = (

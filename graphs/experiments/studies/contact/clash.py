@@ -3,14 +3,14 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, passed_through, roots_at
-from hairpipe.graphs.experiments.studies.contact.worst import FLUNG, FLUNG_LEAST, GRAVITY, Seen, Worst, signs
-from hairpipe.graphs.experiments.studies.integrators.energy import altitude_energies, energies
 
 from hairpipe.data import Table
 from hairpipe.data.hair import HairState
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.studies.contact.bar import LENGTH, SEGMENTS, axis_at, bar_at, passed_through, roots_at
+from hairpipe.graphs.experiments.studies.contact.worst import FLUNG, FLUNG_LEAST, GRAVITY, Seen, Worst, signs
+from hairpipe.graphs.experiments.studies.integrators.energy import altitude_energies, energies
 from hairpipe.sim.boundary import Lead
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.hair_model import HairModel

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+
+from hairpipe.data import Particles
 from hairpipe.graphs.experiments.studies.contact.bar import axis_at, bar_at, roots_at, went_across
 from hairpipe.graphs.experiments.studies.contact.cloud_energy import energy_of, work_on_links
 from hairpipe.graphs.experiments.studies.contact.worst import Seen, Worst
-
-from hairpipe.data import Particles
 from hairpipe.particles.settings import ParticleSettings
 from hairpipe.particles.simulate import ParticleFrame, Prepared, next_state, prepare
 

@@ -4,6 +4,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import bsr_matrix, csr_matrix
+from scipy.sparse.linalg import cg, spsolve
+
+from hairpipe.data import Table
+from hairpipe.data.table import table_of_rows
 from hairpipe.graphs.experiments.studies.contact.rod_pile import (
     GRAVITY,
     MASS,
@@ -14,11 +19,6 @@ from hairpipe.graphs.experiments.studies.contact.rod_pile import (
     sweep_over,
     system,
 )
-from scipy.sparse import bsr_matrix, csr_matrix
-from scipy.sparse.linalg import cg, spsolve
-
-from hairpipe.data import Table
-from hairpipe.data.table import table_of_rows
 from hairpipe.sim.settings import Collisions
 
 DROP = 2e-5

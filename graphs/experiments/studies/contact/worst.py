@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
+
 from hairpipe.graphs.experiments.studies.contact.bar import HALT, RADIUS, depth
 
 GRAVITY = 9.81

@@ -3,12 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.integrators.follow import RATE, Course, follow
-from hairpipe.graphs.experiments.studies.integrators.record import course_of
-from hairpipe.graphs.experiments.studies.integrators.trial import Trial
 
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
+from hairpipe.graphs.experiments.studies.integrators.follow import RATE, Course, follow
+from hairpipe.graphs.experiments.studies.integrators.record import course_of
+from hairpipe.graphs.experiments.studies.integrators.trial import Trial
 from hairpipe.sim.settings import Scheme, StrainLimit
 
 SOLVES = {"tr_bdf2": 2, "bdf2": 1, "backward_euler": 1, "nine_steps": 2}

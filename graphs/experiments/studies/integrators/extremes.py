@@ -5,12 +5,12 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.integrators.leading import groom_of
-from hairpipe.graphs.experiments.studies.integrators.trial import Strand
 
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.studies.integrators.leading import groom_of
+from hairpipe.graphs.experiments.studies.integrators.trial import Strand
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Scene, Scheme, StepControl

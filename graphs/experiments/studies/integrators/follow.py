@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from itertools import groupby, pairwise
 
 import numpy as np
+
 from hairpipe.graphs.experiments.studies.integrators.energy import energies
 from hairpipe.graphs.experiments.studies.integrators.leading import ends_at, groom_of
 from hairpipe.graphs.experiments.studies.integrators.trial import MOTIONS, Strand, Trial
-
 from hairpipe.sim.boundary import ClampPath, clamp_at
 from hairpipe.sim.build import integrator_of
 from hairpipe.sim.filters.limit_strain import StrainFilter

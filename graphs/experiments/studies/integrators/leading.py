@@ -1,9 +1,9 @@
 """Initial strands of a trial, and the prescribed motion of their ends."""
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.integrators.trial import MOTIONS, Strand
 
 from hairpipe.data import Ends, Groom
+from hairpipe.graphs.experiments.studies.integrators.trial import MOTIONS, Strand
 from hairpipe.groom.strands import lay_strands, unbound
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track

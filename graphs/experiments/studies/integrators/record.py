@@ -1,12 +1,12 @@
 """The history of a trial as a table, and back."""
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.integrators.follow import RATE, Course, follow
-from hairpipe.graphs.experiments.studies.integrators.trial import Trial
 
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_columns
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.studies.integrators.follow import RATE, Course, follow
+from hairpipe.graphs.experiments.studies.integrators.trial import Trial
 from hairpipe.sim.settings import Scheme, StrainLimit
 
 TIPS = ("x [m]", "y [m]", "z [m]")

@@ -1,9 +1,9 @@
 """The level sets of bodies in motion, as every interpolation takes them."""
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.interpolation.cases import Case
 
 from hairpipe.data import BodyParts, LevelSet, Mesh
+from hairpipe.graphs.experiments.studies.interpolation.cases import Case
 from hairpipe.levelset.bake.parts import gathered
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import Collider

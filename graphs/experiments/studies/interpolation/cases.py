@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.interpolation.solids import Solid, capsule, ellipsoid
 
 from hairpipe.body.so3 import exponential
+from hairpipe.graphs.experiments.studies.interpolation.solids import Solid, capsule, ellipsoid
 
 Path = Callable[[float], np.ndarray]
 """Poses [R | p] [m] at a time in frames, (G, 3, 4)."""

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.interpolation.surface_errors import misses
 
 from hairpipe.data import BodyParts, LevelSet, Mesh, Table
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.studies.interpolation.surface_errors import misses
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import Collider
 from hairpipe.levelset.collider_field import build_collider_field

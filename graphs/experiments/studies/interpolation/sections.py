@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, parts_of, surfaces_of
-from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
 
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, parts_of, surfaces_of
+from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.levelset.parts.collider_parts import build_collider_parts

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, skin_at, surfaces_of
-from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
 
 from hairpipe.data import Table
 from hairpipe.data.table import table_of_rows
+from hairpipe.graphs.experiments.studies.interpolation.bodies import FRAME, outline_at, skin_at, surfaces_of
+from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
 from hairpipe.levelset.bake.whole import bake
 from hairpipe.levelset.collider import Collider, SdfSample
 from hairpipe.levelset.collider_field import build_collider_field

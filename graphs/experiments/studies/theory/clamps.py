@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+
 from hairpipe.graphs.experiments.studies.theory.kirchhoff import COUPLE, FORCE, POINT, TURN, Rod, Shape, balance
 from hairpipe.graphs.experiments.studies.theory.rod_frames import CONJUGATE, left, quaternion_of, tangents
 

@@ -1,10 +1,10 @@
 """Rod theory of straight strands at rest under their own weight."""
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.theory.elastica import Elastica, bend_elastica
 
 from hairpipe.data import Groom, Strands
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.studies.theory.elastica import Elastica, bend_elastica
 from hairpipe.groom.strand_arrays import shares_of
 from hairpipe.sim.material import Material
 

@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+
 from hairpipe.graphs.experiments.studies.theory.rod_frames import frames_of, left, right, tangent_slopes, tangents
 
 POINT, TURN, FORCE, COUPLE = slice(0, 3), slice(3, 7), slice(7, 10), slice(10, 13)

@@ -3,12 +3,12 @@
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.theory.clamps import Clamp, rest_shape, span_rod
-from hairpipe.graphs.experiments.studies.theory.kirchhoff import Rod, Shape
-from hairpipe.graphs.experiments.studies.theory.rod_frames import frames_of
 
 from hairpipe.data import Ends, Groom, Strands, Table
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.studies.theory.clamps import Clamp, rest_shape, span_rod
+from hairpipe.graphs.experiments.studies.theory.kirchhoff import Rod, Shape
+from hairpipe.graphs.experiments.studies.theory.rod_frames import frames_of
 from hairpipe.measure.strands import bulge, measure
 
 MOST_TURN = 0.5

@@ -1,9 +1,9 @@
 """One strand in several orientations."""
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.accuracy.fan import fan_table, fanned
 
 from hairpipe.data import Strands
+from hairpipe.graphs.experiments.studies.accuracy.fan import fan_table, fanned
 from hairpipe.groom.strands import lay_strands
 
 

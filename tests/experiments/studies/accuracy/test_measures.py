@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+
+from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.accuracy.cantilever import cantilever_table
 from hairpipe.graphs.experiments.studies.accuracy.helix import (
     helix_table,
@@ -16,8 +18,6 @@ from hairpipe.graphs.experiments.studies.accuracy.torsion import torsion_table
 from hairpipe.graphs.experiments.studies.accuracy.vibration import vibration_table
 from hairpipe.graphs.experiments.studies.accuracy.writhe import writhe_tables
 from hairpipe.graphs.experiments.studies.theory.clamps import hang_rod
-
-from hairpipe.errors import BadInput
 from hairpipe.groom.helix import Helix, wound
 
 GUESSED, ROD = Sample(constants="guessed"), Sample(model="rod")

@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+
+from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.accuracy.specimen import (
     forces,
@@ -11,8 +13,6 @@ from hairpipe.graphs.experiments.studies.accuracy.specimen import (
     straight_specimen,
 )
 from hairpipe.graphs.experiments.studies.accuracy.statics import balance, motions
-
-from hairpipe.errors import BadInput
 
 
 @pytest.fixture(scope="module", params=["network", "rod"])

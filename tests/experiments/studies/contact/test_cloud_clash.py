@@ -1,9 +1,9 @@
 """A bar and a tuft of particles: a slow one goes through nothing, one that jumps over them does."""
 
 import pytest
+
 from hairpipe.graphs.experiments.studies.contact.bar import tuft
 from hairpipe.graphs.experiments.studies.contact.cloud_clash import meet
-
 from hairpipe.particles.links import LinkRule, link
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Interaction, ParticleSettings, RestTension

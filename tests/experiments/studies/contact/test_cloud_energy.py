@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from hairpipe.graphs.experiments.studies.contact.bar import roots_at, tuft
 from hairpipe.graphs.experiments.studies.contact.cloud_energy import energy_of, pressure_energy, work_on_links
-
 from hairpipe.particles.contact import Planes
 from hairpipe.particles.interaction import exchange, find_pairs
 from hairpipe.particles.links import LinkRule, link

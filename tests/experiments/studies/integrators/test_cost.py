@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from hairpipe.graphs.experiments.studies.integrators.cost import order_of, solves_for
 
 STEPS = 0.1 * 0.5 ** np.arange(6.0)

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.studies.contact.bar import tuft
-from hairpipe.graphs.experiments.studies.integrators.energy import altitude_energies, energies
 from numba import njit
 
+from hairpipe.graphs.experiments.studies.contact.bar import tuft
+from hairpipe.graphs.experiments.studies.integrators.energy import altitude_energies, energies
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.solve.stage import Iterate, System

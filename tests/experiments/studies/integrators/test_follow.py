@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+
+from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.studies.integrators.errors import error_table
 from hairpipe.graphs.experiments.studies.integrators.extremes import extremes_table
 from hairpipe.graphs.experiments.studies.integrators.follow import follow
 from hairpipe.graphs.experiments.studies.integrators.record import course_of, course_table
 from hairpipe.graphs.experiments.studies.integrators.trial import Trial
-
-from hairpipe.errors import BadInput
 from hairpipe.sim.settings import Scheme
 
 SHORT = Trial(("rest", "swing", "shake 600 deg/s"), lengths=(0.1, 0.05), segments=5, seconds=0.125)

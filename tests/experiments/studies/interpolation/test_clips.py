@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.studies.interpolation.bodies import parts_of, skin_at
-from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
-from hairpipe.graphs.experiments.studies.interpolation.clips import Clip, clip_table
 
 from hairpipe.body.shapes import build_box
 from hairpipe.data import Table
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames
+from hairpipe.graphs.experiments.studies.interpolation.bodies import parts_of, skin_at
+from hairpipe.graphs.experiments.studies.interpolation.cases import CASES
+from hairpipe.graphs.experiments.studies.interpolation.clips import Clip, clip_table
 from hairpipe.levelset.bake.whole import bake
 
 VOXEL, HALF_WIDTH = 0.1, 4.0

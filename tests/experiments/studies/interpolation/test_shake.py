@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.studies.interpolation.clips import Clip, clip_table
 
 from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.body.mocap.posing import Playback, pose_at
 from hairpipe.body.skinning import skin
+from hairpipe.graphs.experiments.studies.interpolation.clips import Clip, clip_table
 from hairpipe.io.mocap.bvh import recall_bvh
 from hairpipe.levelset.bake.parts import bake_parts
 from hairpipe.levelset.bake.whole import bake

@@ -1,8 +1,9 @@
 """Frequencies of a clamped rod."""
 
 import numpy as np
-from hairpipe.graphs.experiments.studies.theory.beam_modes import bending_frequencies, bending_roots, bending_shape
 from scipy.integrate import trapezoid
+
+from hairpipe.graphs.experiments.studies.theory.beam_modes import bending_frequencies, bending_roots, bending_shape
 
 
 def test_roots_are_those_of_the_tables():

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.nodes.droop_rod import droop_rod
 
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.nodes.droop_rod import droop_rod
 from hairpipe.groom.joining import joined_strands
 from hairpipe.groom.strands import lay_strands
 from hairpipe.sim.material import Material

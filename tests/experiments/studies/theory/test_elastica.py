@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from scipy.integrate import cumulative_trapezoid, trapezoid
 from scipy.optimize import minimize
+
+from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 
 
 @pytest.mark.parametrize("clamp", [-45.0, 0.0, 45.0, 85.0])

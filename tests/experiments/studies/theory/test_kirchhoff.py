@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
+
 from hairpipe.graphs.experiments.studies.theory.clamps import Clamp, hang_rod, span_rod
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
 from hairpipe.graphs.experiments.studies.theory.kirchhoff import Rod
 from hairpipe.graphs.experiments.studies.theory.rod_frames import frames_of
-from scipy.spatial.transform import Rotation
 
 GJ = 0.74
 NOTHING = np.zeros(3)

@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.studies.theory.led_rods import led_rod, rod_of
 
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.studies.theory.led_rods import led_rod, rod_of
 from hairpipe.groom.strands import lay_strands
 from hairpipe.scripted_ends.ends import lead
 from hairpipe.scripted_ends.track import Track

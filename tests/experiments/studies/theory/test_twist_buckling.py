@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from hairpipe.graphs.experiments.studies.theory.twist_buckling import buckling_torque, buckling_twist
 from scipy.linalg import expm
 from scipy.optimize import brentq
+
+from hairpipe.graphs.experiments.studies.theory.twist_buckling import buckling_torque, buckling_twist
 
 
 def test_without_tension_it_is_the_tabled_one():

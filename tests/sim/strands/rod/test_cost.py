@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.bench.arithmetic.counting import count_work
+from hairpipe.graphs.experiments.bench.arithmetic.counting import count_work
 from hairpipe.sim.solve.implicit_stage import run_stage
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage

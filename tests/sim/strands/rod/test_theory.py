@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from hairpipe.graphs.experiments.studies.accuracy.helix import rod_of, spring_of_rod, turns
 from hairpipe.graphs.experiments.studies.accuracy.sample import Sample
 from hairpipe.graphs.experiments.studies.theory.clamps import hang_rod
 from hairpipe.graphs.experiments.studies.theory.elastica import bend_elastica
-
 from hairpipe.groom.helix import Helix, wound
 from hairpipe.sim.material import Material
 from hairpipe.sim.statics.hessian import assemble

@@ -1,0 +1,7 @@
+"""Start a bench: `python -m hairpipe.graphs.experiments.bench NAME`."""
+
+from hairpipe.cli.entry import start
+from hairpipe.graphs.experiments.bench.commands import PROGRAM, bench
+
+if __name__ == "__main__":
+    start(bench, " ".join(PROGRAM))

@@ -1,0 +1,224 @@
+"""Cost of hair of particles: a frame of a shaking head, its parts, and how it grows with their number."""
+
+import gc
+import time
+from collections.abc import Callable
+from functools import cache
+from itertools import pairwise
+from typing import NamedTuple, TypeVar
+
+import numba
+import numpy as np
+from numba import njit
+
+from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.body.mannequin.bust import build_bust
+from hairpipe.data import Body, Particles
+from hairpipe.data.particles import ParticleState
+from hairpipe.graphs.experiments.bench.head import FPS, HALF_WIDTH, LENGTH, VOXEL, mesh_at, no_image
+from hairpipe.groom.cutting import Cut
+from hairpipe.groom.grow.growing import grow
+from hairpipe.groom.grow.paint import Canvas
+from hairpipe.groom.grow.style import PaintedMetres, Style
+from hairpipe.kernels.vec3 import length, minus, row, scaled
+from hairpipe.levelset.bake.whole import bake
+from hairpipe.particles.contact import look
+from hairpipe.particles.directions import turn_directions
+from hairpipe.particles.interaction import exchange, find_pairs
+from hairpipe.particles.links import LinkRule, link
+from hairpipe.particles.model import Moving, inverse_masses
+from hairpipe.particles.sampling import sample
+from hairpipe.particles.settings import Fibre, Interaction, ParticleSettings
+from hairpipe.particles.simulate import ParticleFrame, Prepared, find_acting, next_state, prepare
+from hairpipe.particles.step import advance
+from hairpipe.particles.stiffness import measure_links, stiffen
+from hairpipe.sim.build import bodies_of
+from hairpipe.sim.settings import BodyContact
+
+T = TypeVar("T")
+PARTS = ("search", "pairs", "directions", "stiffness", "solve", "body")
+"""Neighbours; what they exchange; directions; stiffness; the steps, stiffness included; bodies, and a look at all."""
+STRANDS, EACH, SEGMENTS = 6_000, 8, 25
+"""Hairs that particles are chosen of, at least; particles a hair where there are more; segments of a hair."""
+RULE = LinkRule(12, 0.5, 58.0, 24.0)
+CROWD, LINKS, PASSES = 2_500, 15_000, 400
+"""The link pass: its particles, links, and repeats, of which the best counts."""
+
+
+class Sizes(NamedTuple):
+    """What is measured.
+
+    counts    of particles, about
+    steps     a frame
+    settling  frames before the first that is measured
+    frames    that are measured
+    """
+
+    counts: tuple[int, ...] = (500, 2_000, 20_000, 200_000)
+    steps: tuple[int, ...] = (1, 2)
+    settling: int = 3
+    frames: int = 12
+
+
+FULL = Sizes()
+
+
+class Case(NamedTuple):
+    """A frame of so many particles; times are processor time of one thread.
+
+    particles   that move
+    links       between them
+    pairs       near each other, on the mean
+    steps       in the frame
+    iterations  of all its solves, on the mean
+    median      of all frames [s]
+    least       of them [s]
+    shares      median time of the parts [s]
+    """
+
+    particles: int
+    links: int
+    pairs: float
+    steps: int
+    iterations: float
+    median: float
+    least: float
+    shares: dict[str, float]
+
+
+class Report(NamedTuple):
+    """All of it; link_pass is the time for a link [s]."""
+
+    machine: Machine
+    sizes: Sizes
+    link_pass: float
+    cases: list[Case]
+
+
+def measure_particles(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
+    """Measure every case on one thread, and report progress."""
+    before, cases, passes = numba.get_num_threads(), list[Case](), list[float]()
+    numba.set_num_threads(1)
+    try:
+        say(f"a head, frames: {sizes.settling + sizes.frames}")
+        bust = build_bust()
+        frames = frames_of(bust, sizes.settling + sizes.frames)
+        for count in sizes.counts:
+            say(f"{count:,} particles")
+            particles = particles_on(bust, count)
+            for steps in sizes.steps:
+                cases.append(measure_frames(particles, frames, steps, sizes.settling))
+                passes.append(link_pass())
+    finally:
+        numba.set_num_threads(before)
+    return Report(this_machine(), sizes, min(passes), cases)
+
+
+def particles_on(bust: Body, count: int) -> Particles:
+    """Choose about so many particles in the long hair of a bust."""
+    style, strands = Style(length=PaintedMetres(LENGTH)), max(STRANDS, count // EACH)
+    groom = grow(Canvas(bust, no_image, 0), style, None, strands, Cut(SEGMENTS))
+    return link(sample(groom, count, "strands", 0), RULE, Fibre().line_density)
+
+
+def frames_of(bust: Body, count: int) -> list[ParticleFrame]:
+    """Make so many frames of a bust that turns to and fro."""
+    meshes = [mesh_at(bust, frame / FPS) for frame in range(count + 1)]
+    surfaces = [bake(mesh, VOXEL, HALF_WIDTH) for mesh in meshes]
+    pairs = enumerate(zip(pairwise(meshes), pairwise(surfaces), strict=True))
+    return [ParticleFrame(leads, (around,), (), frame / FPS, 1 / FPS) for frame, (leads, around) in pairs]
+
+
+def measure_frames(particles: Particles, frames: list[ParticleFrame], steps: int, settling: int) -> Case:
+    """Simulate a shot and time its frames, but for the first ones, and their parts, each alone."""
+    settings = ParticleSettings(steps=steps, interaction=Interaction())
+    prepared = prepare(particles, settings)
+    state = next_state(particles, prepared, None, frames[0], settings)
+    times, shares, counts = list[float](), list[dict[str, float]](), list[tuple[int, int]]()
+    next_state(particles, prepared, state, frames[0], settings)  # which may compile, or load what was
+    parts_of(particles, prepared, state, frames[0], settings)  # as may what is called alone there
+    for number, frame in enumerate(frames):
+        before = state
+        seconds, state = timed(lambda given=(before, frame): next_state(particles, prepared, *given, settings))
+        if number >= settling:
+            times.append(seconds)
+            found, count = parts_of(particles, prepared, before, frame, settings)
+            shares.append(found)
+            counts.append(count)
+    pairs, iterations = np.mean(counts, axis=0)
+    median = {part: float(np.median([share[part] for share in shares])) for part in PARTS}
+    model = prepared.model
+    free = len(model.masses) - model.deep
+    numbers = free, len(model.links.ends), float(pairs), steps, float(iterations)
+    return Case(*numbers, float(np.median(times)), min(times), median)
+
+
+def parts_of(
+    particles: Particles, prepared: Prepared, state: ParticleState, frame: ParticleFrame, settings: ParticleSettings
+) -> tuple[dict[str, float], tuple[int, int]]:
+    """Do each part of a frame alone; return its seconds, and the numbers of pairs and of iterations."""
+    model, axial, law = prepared.model, prepared.springs.axial, prepared.law
+    assert law is not None
+    points, dt, count = state.points, frame.frame_dt, len(model.links.ends)
+    inverses, ways, stiffness = inverse_masses(model), np.empty((count, 4)), np.empty(count)
+    search, pairs = timed(lambda: find_pairs(model.masses, points, model.range))
+    swapped = state.velocities.copy()
+    exchanged, _ = timed(lambda: exchange(law, pairs, inverses, points, state.directions, dt, swapped))
+    contact = BodyContact(settings.contact.friction, settings.contact.thickness)
+    body, bodies = timed(lambda: bodies_of(frame.surfaces, frame.parts, contact, dt))
+    acting = find_acting(particles, prepared, state, frame, bodies, settings)
+    looking, _ = timed(lambda: look(bodies, acting.places, dt, model.deep))
+    stiffening, _ = timed(
+        lambda: (measure_links(model.links, points, ways), stiffen(model.links, model.reach, axial, ways, stiffness))
+    )
+    turning, _ = timed(lambda: turn_directions(model.links, ways, stiffness, model.deep, state.directions.copy()))
+    moving = Moving(points.copy(), state.velocities.copy(), state.tensions.copy())
+    solving, iterations = timed(
+        lambda: advance(
+            model, prepared.springs, acting.forces, acting.planes, acting.ways.points, dt / settings.steps, moving
+        )
+    )
+    seconds = search, exchanged, turning, stiffening, solving, body + looking
+    return dict(zip(PARTS, seconds, strict=True)), (len(pairs.ends), iterations)
+
+
+def timed(work: Callable[[], T]) -> tuple[float, T]:
+    """Do some work; return its processor time [s], less what the clock takes, and its result.
+
+    No garbage is collected meanwhile: a part of a small frame takes tens of microseconds.
+    """
+    gc.disable()
+    try:
+        begun = time.thread_time()
+        found = work()
+        return time.thread_time() - begun - clock_cost(), found
+    finally:
+        gc.enable()
+
+
+@cache
+def clock_cost() -> float:
+    """Return the processor time of looking at the clock [s], which some systems have tens of microseconds for."""
+    looks = [time.thread_time() for _ in range(100)]
+    return min(after - before for before, after in pairwise(looks))
+
+
+def link_pass() -> float:
+    """Return the best time of a link [s] in a pass over random links of a small cloud: force, and scatter."""
+    rng = np.random.default_rng(0)
+    points, ends, forces = rng.random((CROWD, 3)), rng.integers(0, CROWD, (LINKS, 2)), np.zeros((CROWD, 3))
+    ends = ends[ends[:, 0] != ends[:, 1]].astype(np.int32)
+    _pull(points, ends, forces)
+    return min(timed(lambda: _pull(points, ends, forces))[0] for _ in range(PASSES)) / len(ends)
+
+
+@njit(cache=True, error_model="numpy")
+def _pull(points: np.ndarray, ends: np.ndarray, forces: np.ndarray) -> None:
+    """Add the force of every link to both its ends, in place."""
+    for e in range(len(ends)):
+        i, j = ends[e, 0], ends[e, 1]
+        way = minus(row(points, j), row(points, i))
+        force = scaled(1.0 - 0.1 / length(way), way)
+        for c in range(3):
+            forces[i, c] += force[c]
+            forces[j, c] -= force[c]

@@ -1,0 +1,141 @@
+"""Cost of hair as a volume: of the grid that key hairs are simulated with, and of hair interpolated between them."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.data import Groom, Strands
+from hairpipe.graphs.experiments.bench.repeat import Spread, repeat
+from hairpipe.groom.keys.interpolating import interpolated
+from hairpipe.groom.keys.key_weights import weigh_keys
+from hairpipe.groom.sampling import thinned
+from hairpipe.groom.strand_arrays import offsets_of
+from hairpipe.sim.settings import Pressure, Volume
+from hairpipe.sim.volume_filter import VolumeFilter
+from hairpipe.spatial.morton import morton_order
+from hairpipe.volume.pressure import SWEEPS, densest, filled_cells, spread
+from hairpipe.volume.strand_samples import reach_of, sample_strands
+from hairpipe.volume.transfer import deposit
+
+THREADS = (1, 2)
+LENGTH, SCALP, PARTING = 0.25, 0.25, 30.0
+"""Of a hair [m]; side of the square that roots lie in [m]; see `interpolate_hair` [deg]."""
+STEP, MASS = 1 / 96, 1e-6
+"""Of time [s]; of a point [kg]."""
+
+
+class Sizes(NamedTuple):
+    """What is measured, and for how long.
+
+    hairs     shown
+    segments  of each
+    every     so many of them one is a key
+    seconds   that every measurement is repeated
+    """
+
+    hairs: int = 100_000
+    segments: int = 50
+    every: int = 10
+    seconds: float = 5.0
+
+
+FULL = Sizes()
+
+
+class Case(NamedTuple):
+    """One kernel with so many threads; its time for each of what it works on [ns]."""
+
+    kernel: str
+    each: str
+    threads: int
+    time: Spread
+
+
+class Report(NamedTuple):
+    """All of it."""
+
+    machine: Machine
+    sizes: Sizes
+    cases: list[Case]
+
+
+def measure_volume(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
+    """Measure every case, and report progress."""
+    groom = scattered_hair(sizes)
+    keys = thinned(groom, sizes.every)
+    say(f"{len(keys.ids):,} hairs on a grid")
+    cases = [*_grid(keys, sizes.seconds), *_pressure(keys, sizes.seconds)]
+    say(f"{sizes.hairs:,} hairs between {len(keys.ids):,} keys")
+    return Report(this_machine(), sizes, [*cases, *_interpolation(groom, keys, sizes)])
+
+
+def _grid(keys: Groom, seconds: float) -> list[Case]:
+    """Time a step of friction between hairs."""
+    points, rng = keys.points.astype(float), np.random.default_rng(2)
+    masses, reach = np.full(len(points), MASS), reach_of(points, keys.offsets)
+    grid, velocities = VolumeFilter(Volume(), keys.offsets, masses, reach), rng.normal(size=points.shape)
+    return _cases("grid", "point and step", lambda: grid.change(points, velocities, STEP), len(points), seconds)
+
+
+def _pressure(keys: Groom, seconds: float) -> list[Case]:
+    """Time the pressure of hair where half of it is too dense."""
+    cell, points = Volume().cell, keys.points.astype(float)
+    samples = sample_strands(points, keys.offsets, reach_of(points, keys.offsets), cell)
+    assert samples is not None
+    grid = deposit(samples, np.full(len(points), MASS), np.zeros(points.shape))
+    rest, field = 0.5 * densest(grid, cell), np.zeros((*samples.counts, 3))
+
+    def press() -> None:
+        spread(grid, field, cell, rest, Pressure().compliance, STEP)
+
+    count = np.count_nonzero(filled_cells(grid[..., 0])) * SWEEPS
+    return _cases("pressure", "cell and sweep", press, count, seconds, lambda: field.fill(0.0))
+
+
+def _interpolation(groom: Groom, keys: Groom, sizes: Sizes) -> list[Case]:
+    followed = weigh_keys(keys, groom, PARTING)
+    bent = scattered_hair(sizes._replace(hairs=len(keys.ids)), seed=1).points
+    hair = Strands(bent, np.zeros(bent.shape, np.float32), keys.offsets, 8e-5)
+    still = np.tile(np.eye(3, 4), (len(groom.ids), 1, 1)), np.zeros((len(groom.ids), 3, 4))
+
+    def work() -> None:
+        interpolated(hair, keys, groom, followed, still)
+
+    return _cases("interpolate", "shown point", work, len(groom.points), sizes.seconds)
+
+
+def _cases(
+    kernel: str,
+    each: str,
+    work: Callable[[], object],
+    count: int,
+    seconds: float,
+    prepare: Callable[[], object] = lambda: None,
+) -> list[Case]:
+    """Time some work of so many parts, with each number of threads."""
+    before, cases = numba.get_num_threads(), []
+    for threads in (n for n in THREADS if n <= before):
+        numba.set_num_threads(threads)
+        try:
+            time = repeat(work, seconds, prepare)
+        finally:
+            numba.set_num_threads(before)
+        cases.append(Case(kernel, each, threads, time.per(1e-9 * count)))
+    return cases
+
+
+def scattered_hair(sizes: Sizes, seed: int = 0) -> Groom:
+    """Make hair whose roots lie at random in a square, in Morton order, every one wavy in its own way."""
+    rng = np.random.default_rng(seed)
+    roots = SCALP * rng.random((sizes.hairs, 3)) * (1.0, 0.0, 1.0)
+    roots = roots[morton_order(roots)]
+    ways = np.array((0.0, -1.0, 0.0)) + 0.2 * np.cumsum(rng.normal(size=(sizes.hairs, sizes.segments, 3)), axis=1) / 5
+    steps = LENGTH / sizes.segments * ways / np.linalg.norm(ways, axis=2, keepdims=True)
+    points = np.concatenate((roots[:, None], roots[:, None] + np.cumsum(steps, axis=1)), axis=1).reshape(-1, 3)
+    offsets, ids = offsets_of(np.full(sizes.hairs, sizes.segments + 1)), np.arange(sizes.hairs, dtype=np.int32)
+    frames = np.concatenate((np.tile(np.eye(3), (sizes.hairs, 1, 1)), roots[:, :, None]), axis=2)
+    sites = ids, np.tile((1.0, 0.0, 0.0), (sizes.hairs, 1))
+    return Groom(points, offsets, ids, *sites, frames, np.zeros((sizes.hairs, 2), np.float32))

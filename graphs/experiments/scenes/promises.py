@@ -1,0 +1,129 @@
+"""Whether promises are kept: what tuning chooses, on strands, frames and in a motion that it has not seen."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from hairpipe.api.formatting import plural
+from hairpipe.api.shot import Shot
+from hairpipe.graphs.experiments.scenes import cells
+from hairpipe.graphs.experiments.scenes.drawing import HAIR, DrawnScene
+from hairpipe.tune.report import plain
+from hairpipe.tune.study import CarryOut, Request
+from hairpipe.tune.tuning import Check, Tuned, Untunable, checked, look_at, sample_of, tune
+
+Verdict = Literal["kept", "broken", "untold", "refused", "fails"]
+VERDICTS: dict[Verdict, str] = {
+    "kept": "within the tolerance",
+    "untold": "beyond it by what may be chance, or where the graph as it is does not keep it either",
+    "broken": "beyond it, where the graph as it is keeps it",
+    "refused": "nothing keeps the tolerance, and nothing was promised",
+    "fails": "the graph as it is does not get through",
+}
+"""What can become of a promise, the best first."""
+HEADINGS = ("", "scene", "within", "left out, or coarser", "error", "in the check", "in another motion", "faster", "")
+ALIGN = "><><>>>><"
+
+
+@dataclass(frozen=True)
+class Promise:
+    """A scene, what was chosen for it, and what became of that.
+
+    number  of the scene
+    tuned   None where the graph as it is does not get through
+    other   the choice in another motion; None where nothing was promised
+    """
+
+    number: int
+    scene: DrawnScene
+    tuned: Tuned | None
+    other: Check | None = None
+
+    @property
+    def verdicts(self) -> tuple[Verdict, Verdict]:
+        """What became of the promise on other strands and frames, and in another motion."""
+        if self.tuned is None:
+            return "fails", "fails"
+        if self.tuned.check is None or self.other is None:
+            return "refused", "refused"
+        tolerance = self.scene.tolerance.value
+        return verdict_of(self.tuned.check, tolerance), verdict_of(self.other, tolerance)
+
+
+def verdict_of(check: Check, tolerance: float) -> Verdict:
+    """Judge a promise where it was checked."""
+    if check.chosen.kept(tolerance):
+        return "kept"
+    return "broken" if check.chosen.broke(tolerance) and check.full.kept(tolerance) else "untold"
+
+
+def try_promise(shot: Shot, number: int, scene: DrawnScene, run: CarryOut, say: Callable[[str], None]) -> Promise:
+    """Tune a scene, and check the choice on other strands and frames, and on the same strands in another motion.
+
+    shot  of any graph in the folder that the scene's files are in, with the cache
+    """
+    request = Request(shot.edited(scene.tables), HAIR, scene.tolerance, run, check=True)
+    try:
+        tuned = tune(request, say)
+    except Untunable:
+        return Promise(number, scene, None)
+    if tuned.choice.parts is None or tuned.check is None:
+        return Promise(number, scene, tuned)
+    _, tables = scene.other
+    moved = replace(request, shot=shot.edited(tables))
+    seen = look_at(moved)
+    sample = replace(sample_of(moved, seen), number=tuned.check.sample.number)
+    return Promise(number, scene, tuned, checked(moved, sample, seen, tuned.choice.parts, say))
+
+
+def rows(promises: Sequence[Promise]) -> list[tuple[str, ...]]:
+    """Lay out what was promised, and what became of it."""
+    return [HEADINGS, *map(row, promises)]
+
+
+def row(promise: Promise) -> tuple[str, ...]:
+    """Write one promise: errors, with their bounds, in the unit of the tolerance."""
+    scene, tuned, other, tolerance = promise.scene, promise.tuned, promise.other, promise.scene.tolerance
+    said = (str(promise.number), f"{scene.text}; then {scene.other[0]}", str(tolerance))
+    if tuned is None:
+        return (*said, "", "", "", "", "", worst(promise))
+    checks = [check for check in (tuned.check, other) if check]
+    errors = [cells.error(found, tolerance) for found in (tuned.choice.measured, *(check.chosen for check in checks))]
+    reasons = dict.fromkeys(check.chosen.refused for check in checks if check.chosen.refused)
+    verdict = ": ".join(filter(None, (worst(promise), "; ".join(reasons))))
+    return (*said, cells.left_out(tuned), *(errors + 2 * [""])[:3], cells.faster(tuned), verdict)
+
+
+def worst(promise: Promise) -> Verdict:
+    """Return the worse of the two verdicts."""
+    return max(promise.verdicts, key=[*VERDICTS].index)
+
+
+def summary(promises: Sequence[Promise]) -> list[str]:
+    """Count what became of promises: all of them, on other strands and frames, and in another motion."""
+    made = [promise for promise in promises if promise.other is not None]
+    counts = Counter(map(worst, promises))
+    lines = [f"{counts['kept']} of {plural(len(made), 'promise')} kept, of {plural(len(promises), 'scene')}"]
+    for place, name in enumerate(("on other strands and frames", "in another motion") if made else ()):
+        kept = Counter(promise.verdicts[place] for promise in made)
+        lines.append(f"{name}: {', '.join(f'{kept[verdict]} {verdict}' for verdict in VERDICTS if kept[verdict])}")
+    return lines + [f"{verdict}: {counts[verdict]}, {VERDICTS[verdict]}" for verdict in VERDICTS if counts[verdict]]
+
+
+def document(promises: Sequence[Promise]) -> list[dict[str, Any]]:
+    """Describe promises for a JSON document."""
+    return [
+        {
+            "number": promise.number,
+            "scene": promise.scene.text,
+            "other": promise.scene.other[0],
+            "tolerance": promise.scene.tolerance._asdict(),
+            "verdicts": promise.verdicts,
+            "left_out": promise.tuned and cells.left_out(promise.tuned),
+            "promised": promise.tuned and plain(promise.tuned.choice.measured),
+            "check": promise.tuned and promise.tuned.check and plain(promise.tuned.check.chosen),
+            "other_motion": promise.other and plain(promise.other.chosen),
+        }
+        for promise in promises
+    ]

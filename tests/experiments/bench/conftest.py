@@ -1,0 +1,19 @@
+"""The benches of parts as a function."""
+
+import pytest
+from click.testing import CliRunner
+
+from hairpipe.graphs.experiments.bench import commands
+
+
+@pytest.fixture
+def bench():
+    """Call a bench with arguments in one text; what is neither an exit nor a result is raised."""
+
+    def call(arguments):
+        result = CliRunner().invoke(commands.bench, arguments.split(), prog_name="bench")
+        if result.exception is not None and not isinstance(result.exception, SystemExit):
+            raise result.exception
+        return result
+
+    return call

@@ -1,0 +1,36 @@
+"""What opening a report takes is measured in a browser, and what is no report is refused."""
+
+import shutil
+
+import pytest
+
+from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.bench.pictures.page import READY, measure_page
+
+needs_browser = pytest.mark.skipif(shutil.which("chromium") is None, reason="no browser")
+
+
+@needs_browser
+def test_work_of_the_browser_is_counted(tmp_path):
+    idle = "<script>document.body.dataset.state = 'ready'</script>"
+    busy = "<script>for (let end = performance.now() + 1500; performance.now() < end; );</script>"
+    found = []
+    for name, script in (("idle", idle), ("busy", busy + idle)):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "index.html").write_text(f"<body>{script}</body>")
+        found.append(measure_page(tmp_path / name))
+    assert found[0].files == 1 and found[0].bytes == len(f"<body>{idle}</body>")
+    assert found[1].opening > found[0].opening + 0.7
+    assert READY == 'data-state="ready"'
+
+
+@needs_browser
+def test_a_page_that_does_not_become_ready_is_refused(tmp_path):
+    (tmp_path / "index.html").write_text("<body>nothing</body>")
+    with pytest.raises(BadInput, match="did not become ready"):
+        measure_page(tmp_path)
+
+
+def test_a_folder_without_a_report_is_refused(tmp_path):
+    with pytest.raises(BadInput, match="holds no report"):
+        measure_page(tmp_path)

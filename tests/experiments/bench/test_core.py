@@ -1,0 +1,39 @@
+"""The report on the strand core."""
+
+import numba
+import pytest
+
+from hairpipe.graphs.experiments.bench import core
+from hairpipe.graphs.experiments.bench.arithmetic.counting import Work
+from hairpipe.graphs.experiments.bench.repeat import Spread
+from hairpipe.graphs.experiments.bench.roofs import Roofs
+
+TINY = core.Sizes(segments=4, cache=9, memory=17, triad=1 << 12, seconds=0.0)
+
+
+def test_the_least_time_is_that_of_the_tighter_roof():
+    """On 1e9 operations and 2e9 bytes a second, and twice the operations with two threads."""
+    roofs = Roofs({"float64": Spread(1e9, 1e9, 1e9, 1)}, {n: Spread(2e9, 2e9, 2e9, 1) for n in (1, 2)})
+    work = Work(operations=100, bytes=300)
+    assert core.least_time(work, "float64", "cache", 1, roofs) == pytest.approx(100)
+    assert core.least_time(work, "float64", "cache", 2, roofs) == pytest.approx(50)
+    assert core.least_time(work, "float64", "memory", 1, roofs) == pytest.approx(150)
+
+
+def test_every_case_is_measured_once(monkeypatch):
+    monkeypatch.setattr(core, "measure_compilation", lambda: 12.5)
+    monkeypatch.setattr(core, "MODELS", ("network",))  # others would be compiled for nothing else
+    said = []
+    before = numba.get_num_threads()
+    report = core.measure_core(said.append, TINY)
+    assert numba.get_num_threads() == before
+    threads = [n for n in core.THREADS if n <= before]
+    cases = [(case.kernel, case.place, case.dtype, case.threads) for case in report.cases]
+    assert len(set(cases)) == len(cases) == 2 * 2 * 2 * len(threads)
+    assert all(0 < case.time.low <= case.time.median <= case.time.high for case in report.cases)
+    assert all((case.floor is not None) == (case.kernel == "solve") for case in report.cases)
+    assert all(case.segment == pytest.approx(case.time.median * 11 / 4) for case in report.cases)
+    single, double = (report.work["network"][dtype] for dtype in ("float32", "float64"))
+    assert double.operations == single.operations and double.bytes == 2 * single.bytes
+    assert report.compiled == 12.5 and report.machine.cores >= 1
+    assert "17 strands of the network in float32" in said
