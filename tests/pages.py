@@ -23,6 +23,7 @@ PROGRAMS = ("hairpipe ", "make ", BENCHES)
 """What begins a command that the tests read and start."""
 FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SPAN = re.compile(r"(?<!`)`([^`]+)`(?!`)")
+COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 INDENTED = re.compile(r"(?:^|\n\n)((?: {4}.*\n)+)")
 
 
@@ -31,8 +32,8 @@ def name_of(page: Path) -> str:
 
 
 def prose_of(page: Path) -> str:
-    """Give a page without its fenced blocks."""
-    return FENCE.sub("", page.read_text(encoding="utf-8"))
+    """Give a page without its fenced blocks and comments."""
+    return COMMENT.sub("", FENCE.sub("", page.read_text(encoding="utf-8")))
 
 
 def commands_of(page: Path) -> list[str]:

@@ -13,6 +13,8 @@ import pytest
 import hairpipe
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.file.registry import Registry
+from hairpipe.results.pages import without_states, written_page
+from hairpipe.results.state import CURRENT
 
 from .pages import FENCE, HOME, PAGES, SPAN, command_of, commands_of, data_of, name_of, prose_of, tables_of
 
@@ -105,6 +107,13 @@ def test_every_path_and_every_anchor_is_there(page):
 def test_every_table_of_figures_is_headed_by_commit_machine_and_command(page):
     for before, (head, _, *rows) in tables_of(page):
         assert not has_figures(rows) or HEAD.match(" ".join(before.split())), head
+
+
+@pytest.mark.parametrize("page", PAGES, ids=name_of)
+def test_figures_of_recorded_results_are_as_written(page):
+    """`make figures` writes them; the words for the state of results change with the code, and are not compared."""
+    text = page.read_text(encoding="utf-8")
+    assert without_states(written_page(page, text, lambda path: CURRENT)) == without_states(text)
 
 
 def test_the_readme_is_one_page():

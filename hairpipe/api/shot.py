@@ -21,6 +21,7 @@ from hairpipe.graph.file.wedge import Wedge
 from hairpipe.graph.node.signature import File
 from hairpipe.graph.plan.planner import Planner
 from hairpipe.graph.plan.planner import explain as explain_task
+from hairpipe.graph.plan.recipe import Recipe, recipe_of, recipe_of_module
 from hairpipe.graph.plan.tasks import Task
 from hairpipe.graph.results import read_result, read_value
 from hairpipe.graph.run.events import Event, Options
@@ -39,11 +40,13 @@ __all__ = [
     "Graph",
     "Node",
     "Player",
+    "Recipe",
     "Record",
     "Shot",
     "Task",
     "Wedge",
     "load",
+    "module_recipe",
     "played_nodes",
 ]
 
@@ -69,6 +72,11 @@ def load(
     """
     source = read_source(graph, folder)
     return Shot(source.changed(set) if set else source, open_store(cache))
+
+
+def module_recipe(module: str) -> Recipe:
+    """Return what a module of ours is made of: its code and all that it imports."""
+    return recipe_of_module(module, open_store(read_only=True))
 
 
 class Shot:
@@ -289,6 +297,10 @@ class Shot:
         planner = Planner(self.part(to), self._store, read_frames(frames))
         known = [entry.task for entry in planner.entries() if entry.status == "cached"]
         return {str(task): planner.resolver.results[task] for task in known}
+
+    def recipe(self, frames: FrameSet = None, *, to: Names = ()) -> Recipe:
+        """Return what results are made of, computed or not: settings, edges, files, code. Nothing is written."""
+        return recipe_of(self.part(to), self._store, read_frames(frames))
 
     def explain(self, target: str | Target, *, frames: FrameSet = None) -> Explanation:
         """Report what a result is made of, and every difference to the latest one; BadInput for an unknown target."""

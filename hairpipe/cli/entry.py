@@ -30,6 +30,7 @@ COMMANDS = (
     "get",
     "tune",
     "wedge",
+    "results",
     "cache",
     "trust",
     "usd",

@@ -8,7 +8,7 @@ TARGET       explain get
 --wedge      run plan; WEDGE in wedge
 --publish-root  run plan
 --cache      run plan explain get tune wedge cache bench
---json       run plan explain nodes tune wedge cache bench
+--json       run plan explain nodes tune wedge cache bench results
 --moving     bench
 --markdown   wedge bench
 """

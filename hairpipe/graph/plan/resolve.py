@@ -34,15 +34,13 @@ class Resolver:
         self.reader = CodeReader(store.remember, graph.folder)
         self.codes = self._read_codes()
         self.files = {node.name: self._file_stamps(node) for node in graph.nodes.values()}
-        self._settings = {node.name: self._key_settings(node) for node in graph.nodes.values()}
+        self.settings = {node.name: self._key_settings(node) for node in graph.nodes.values()}
 
     def parts(self, task: Task) -> Parts:
         """Parts of the key of a task; all that it needs must be established."""
         node = self.graph.nodes[task.node]
         code = self.codes[node.name].digest
-        return key_parts(
-            node.type.name, code, self._settings[node.name], self.objects(task), self._key_time(node, task)
-        )
+        return key_parts(node.type.name, code, self.settings[node.name], self.objects(task), self._key_time(node, task))
 
     def objects(self, task: Task) -> Named:
         """Names of the objects that go into a task."""

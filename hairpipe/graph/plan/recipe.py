@@ -1,0 +1,73 @@
+"""Recipes: what results are made of, as far as it is known without computing them.
+
+The key of a result contains the contents of its inputs, which exist only after a run. A recipe leaves them out and
+lists what else is in the keys of all nodes: settings, edges, files, code. Equal recipes give equal keys.
+"""
+
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from hairpipe.graph.file.graph import Graph
+from hairpipe.graph.key.code import Code, CodeReader
+from hairpipe.graph.plan.resolve import Resolver
+from hairpipe.graph.store.digest import digest
+from hairpipe.graph.store.store import Store
+
+PYTHON = f"{sys.version_info.major}.{sys.version_info.minor}"
+SHORT = 16
+"""Letters of a digest that are kept: it is compared, and never looked up."""
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What results are made of.
+
+    nodes    digests of type, settings, files and edges, by name of the node
+    frames   digest of the frames of the run, frame rate, cuts and pre-roll
+    modules  digests of first-party code, by name of the module
+    python   version that parsed the code; the digests of other versions differ
+    files    of the modules, in this installation
+    """
+
+    nodes: dict[str, str]
+    frames: str
+    modules: dict[str, str]
+    python: str = PYTHON
+    files: dict[str, Path] = field(default_factory=dict, compare=False)
+
+
+def recipe_of(graph: Graph, store: Store, frames: Iterable[int] | None) -> Recipe:
+    """Build the recipe of all nodes of a graph; BadInput where a file cannot be read.
+
+    store   that keeps analyses of source files; nothing is written
+    frames  of the run, all for None
+    """
+    resolver = Resolver(graph, Store(store.root, read_only=True), graph.select(frames))
+    nodes: dict[str, str] = {}
+    for node in graph.nodes.values():
+        edges = {plug: list(edge) for plug, edge in node.edges.items()}
+        nodes[node.name] = digest("recipe", [node.type.name, resolver.settings[node.name], edges])[:SHORT]
+    shot = digest("recipe", [list(resolver.frames), graph.fps, list(graph.cuts), graph.begin])[:SHORT]
+    modules: dict[str, str] = {}
+    for code in resolver.codes.values():
+        modules |= modules_of(code)
+    return Recipe(nodes, shot, modules, files=files_of(modules, resolver.reader))
+
+
+def recipe_of_module(module: str, store: Store) -> Recipe:
+    """Build the recipe of what a module computes by itself, without a graph; nothing is written."""
+    reader = CodeReader(Store(store.root, read_only=True).remember)
+    modules = modules_of(reader.code_of(module))
+    return Recipe({}, "", modules, files=files_of(modules, reader))
+
+
+def modules_of(code: Code) -> dict[str, str]:
+    """Return the digests of first-party modules, without versions and the class of the processor."""
+    return {name: part[:SHORT] for name, part in code.parts.items() if not name.endswith(")")}
+
+
+def files_of(modules: Iterable[str], reader: CodeReader) -> dict[str, Path]:
+    """Return the files of first-party modules."""
+    return {module: Path(reader.file_of(module)) for module in modules}

@@ -1,0 +1,63 @@
+"""Whether results are current: what they are made of now, compared with what they were made of when measured."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import hairpipe
+from hairpipe.api.formatting import shown
+from hairpipe.api.shot import Recipe, module_recipe
+from hairpipe.errors import BadInput
+from hairpipe.graph.file.overrides import parse_value
+from hairpipe.results.file import Results, read_results
+
+CURRENT, OLDER, UNKNOWN = "current", "older code", "not compared"
+WORDS = (CURRENT, OLDER, UNKNOWN)
+
+
+@dataclass(frozen=True)
+class State:
+    """What has changed since results were measured.
+
+    word     one of WORDS: code of another version of Python cannot be compared
+    changed  files of code, nodes of the graph in brackets, or why the graph cannot be loaded
+    """
+
+    path: Path
+    results: Results
+    word: str
+    changed: tuple[str, ...]
+
+
+def state_of(path: Path) -> State:
+    """Compare results with the code and the graph of this installation; BadInput where the file is damaged."""
+    results = read_results(path)
+    try:
+        recipe = recipe_now(path, results)
+    except BadInput as fault:
+        return State(path, results, OLDER, (str(fault),))
+    if recipe.python != results.python:
+        return State(path, results, UNKNOWN, (f"Python {results.python} -> {recipe.python}",))
+    changed = changes(results, recipe)
+    return State(path, results, OLDER if changed else CURRENT, changed)
+
+
+def recipe_now(path: Path, results: Results) -> Recipe:
+    """Build the recipe of the tables of a results file; BadInput where the graph has changed beyond that."""
+    if results.graph is None:
+        return module_recipe(results.module)
+    settings = {target: parse_value(text) for target, text in results.settings.items()}
+    shot = hairpipe.load(path.parent.parent / results.graph, settings)
+    return shot.recipe(results.frames, to=results.tables)
+
+
+def changes(results: Results, now: Recipe) -> tuple[str, ...]:
+    """List what differs: the files of code, then nodes, then the frames of the run."""
+    modules = differing(results.modules, now.modules)
+    files = [shown(now.files[module]) if module in now.files else f"{module} (no longer used)" for module in modules]
+    nodes = [f"[{name}]" for name in differing(results.nodes, now.nodes)]
+    return (*files, *nodes, *(["frames"] if results.shot != now.frames else []))
+
+
+def differing(old: dict[str, str], new: dict[str, str]) -> list[str]:
+    """List the names whose digests differ, in order."""
+    return sorted(name for name in old.keys() | new.keys() if old.get(name) != new.get(name))
