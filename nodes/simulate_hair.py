@@ -50,7 +50,8 @@ def simulate_hair(
     """
     from hairpipe.sim.boundary import lead_of
     from hairpipe.sim.precision import choose_precision
-    from hairpipe.sim.simulate import Frame, next_state, strands_of
+    from hairpipe.sim.shot import Frame
+    from hairpipe.sim.simulate import next_state, strands_of
 
     solid, leads = bool(surface or parts), lead_of(body, ends) or (None, None)
     hair = choose_precision(settings.precision, prepared, settings, bodies=solid, first=previous is None)

@@ -49,9 +49,10 @@ def simulate_particles(
     settings: ParticleSettings,
 ) -> LooseHair:
     """Simulate hair as loosely connected particles after Bando, Chen, Nishita 2003, for `carry_strands`."""
-    from hairpipe.particles.simulate import ParticleFrame, cloud_of, next_state
+    from hairpipe.particles.simulate import ParticleSimulation, cloud_of
+    from hairpipe.sim.shot import Frame, next_state
 
     began, cut = (time.frame - 1) * time.dt, time.frame in cuts
-    frame = ParticleFrame(body or (None, None), surface or (), parts or (), began, time.dt, cut)
-    state = next_state(particles, prepared, previous, frame, settings)
+    frame = Frame(body or (None, None), surface or (), parts or (), began, time.dt, cut)
+    state = next_state(ParticleSimulation(particles, prepared, settings), previous, frame)
     return LooseHair(cloud_of(state), state)

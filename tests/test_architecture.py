@@ -27,7 +27,7 @@ WITHIN = {
     "levelset": """grid_layout collider sample interpolation sphere_tracing collider_field parts bake vdb_header vdb
         vdb_read vdb_grids""",
     "sim": """material layout axis strands.construction strands.forces strands boundary state air.wind settings
-        contact.hair.couplings interactions air hair_model cuts contact.contact_points contact.body contact.ccd
+        contact.hair.couplings interactions air hair_model cuts shot contact.contact_points contact.body contact.ccd
         contact.hair filters volume_filter volume_target solve surroundings integrators build diagnostics statics
         precision locks simulate""",
     "io": """text polygons mocap makehuman obj usd usd.check.finding usd.check.snapshot usd.check.track usd.check.scene

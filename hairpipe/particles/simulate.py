@@ -1,4 +1,4 @@
-"""A shot of particles, frame by frame: its start, its steps, and cuts, over which they go with their roots."""
+"""A shot of particles: their start, their steps through a frame, and cuts, over which they go with their roots."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 
-from hairpipe.data import BodyParts, Cloud, LevelSet, Particles
+from hairpipe.data import Cloud, Groom, Particles
 from hairpipe.data.particles import ParticleState
 from hairpipe.errors import BadInput
 from hairpipe.kernels.vec3 import dot, row
@@ -21,10 +21,11 @@ from hairpipe.particles.sag_free import rest_lengths
 from hairpipe.particles.settings import Interaction, ParticleSettings, Printed
 from hairpipe.particles.step import Forces, Springs, advance
 from hairpipe.sim.air.loose_fibres import LooseFibres, add_wind
-from hairpipe.sim.boundary import Lead, motion_of_roots
+from hairpipe.sim.boundary import Lead, motion_of_roots, velocities_around_roots
 from hairpipe.sim.build import bodies_of
-from hairpipe.sim.cuts import lead_before, parts_at_cut, surfaces_at_cut
+from hairpipe.sim.cuts import rigid_over_cut
 from hairpipe.sim.settings import BodyContact
+from hairpipe.sim.shot import Frame
 
 MOST_NAMED = 10
 DENSE = 0.99
@@ -51,26 +52,6 @@ class Prepared:
     reaches: np.ndarray
     law: Law | None
     printed: PrintedLaw | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class ParticleFrame:
-    """What particles are given of a frame and the one before it, in this order in all pairs.
-
-    leads     what leads the roots
-    surfaces  level sets of whole bodies
-    parts     bodies in parts
-    began     time of the shot at the previous frame [s]
-    frame_dt  time between the two [s]
-    cut       the shot is cut at this frame: particles are carried over with their roots
-    """
-
-    leads: tuple[Lead, Lead]
-    surfaces: Sequence[tuple[LevelSet, LevelSet]]
-    parts: Sequence[tuple[BodyParts, BodyParts]]
-    began: float
-    frame_dt: float
-    cut: bool = False
 
 
 def prepare(particles: Particles, settings: ParticleSettings) -> Prepared:
@@ -102,28 +83,39 @@ def laws_of(
     return law, PrintedLaw(pressure, friction, float(own[model.deep :].mean()), model.range, mass)
 
 
-def next_state(
-    particles: Particles,
-    prepared: Prepared,
-    previous: ParticleState | None,
-    frame: ParticleFrame,
-    settings: ParticleSettings,
-) -> ParticleState:
-    """Return particles at a frame from those at the previous one; there are none at the first. Pure.
+@dataclass(frozen=True, eq=False)
+class ParticleSimulation:
+    """Particles of a shot with their settings; a `hairpipe.sim.shot.Simulation`."""
 
-    Raises BadInput where a body swallows all of them, ArithmeticError naming hair that is not finite, that is torn
-    from its roots, or is pushed by more than a solve can hold.
-    """
-    if previous is not None and frame.cut:
-        before = lead_before(frame.leads[1], particles.hair, frame.frame_dt)
-        previous = carry_over_cut(particles, previous, (frame.leads[0], before))
-        surfaces, parts = surfaces_at_cut(frame.surfaces, frame.frame_dt), parts_at_cut(frame.parts, frame.frame_dt)
-        frame = replace(frame, leads=(before, frame.leads[1]), surfaces=surfaces, parts=parts, cut=False)
-    contact = settings.contact
-    bodies = bodies_of(frame.surfaces, frame.parts, BodyContact(contact.friction, contact.thickness), frame.frame_dt)
-    if previous is None:
-        return start(particles, prepared, frame, bodies)
-    return advance_frame(particles, prepared, previous, frame, bodies, settings)
+    particles: Particles
+    prepared: Prepared
+    settings: ParticleSettings
+
+    @property
+    def groom(self) -> Groom:
+        """The strands whose roots are led."""
+        return self.particles.hair
+
+    def start(self, frame: Frame) -> ParticleState:
+        """Return particles where their roots are; BadInput where a body swallows all of them."""
+        return start(self.particles, self.prepared, frame, self._bodies_at(frame))
+
+    def advance(self, state: ParticleState, frame: Frame) -> ParticleState:
+        """Return particles at a frame.
+
+        Raises ArithmeticError naming hair that is not finite, that is torn from its roots, or is pushed by more than a
+        solve can hold.
+        """
+        return advance_frame(self.particles, self.prepared, state, frame, self._bodies_at(frame), self.settings)
+
+    def carry_over_cut(self, state: ParticleState, leads: tuple[Lead, Lead]) -> ParticleState:
+        """Return particles moved with their roots."""
+        return carry_over_cut(self.particles, state, leads)
+
+    def _bodies_at(self, frame: Frame) -> list[Collider]:
+        """Build the bodies of a frame."""
+        contact = BodyContact(self.settings.contact.friction, self.settings.contact.thickness)
+        return bodies_of(frame.surfaces, frame.parts, contact, frame.frame_dt)
 
 
 def _check_finite(particles: Particles, points: np.ndarray, velocities: np.ndarray) -> None:
@@ -135,7 +127,7 @@ def _check_finite(particles: Particles, points: np.ndarray, velocities: np.ndarr
         raise ArithmeticError(f"{np.count_nonzero(lost)} particles are not finite, among them on strands {named}")
 
 
-def start(particles: Particles, prepared: Prepared, frame: ParticleFrame, bodies: Sequence[Collider]) -> ParticleState:
+def start(particles: Particles, prepared: Prepared, frame: Frame, bodies: Sequence[Collider]) -> ParticleState:
     """Put particles where their roots are, moving with them; their links are as at rest."""
     motions, rates = (m[particles.strands] for m in motion_of_roots(frame.leads[1], particles.hair))
     points, directions = moved(motions, particles.points), turned(motions, particles.directions)
@@ -153,7 +145,7 @@ def advance_frame(
     particles: Particles,
     prepared: Prepared,
     state: ParticleState,
-    frame: ParticleFrame,
+    frame: Frame,
     bodies: Sequence[Collider],
     settings: ParticleSettings,
 ) -> ParticleState:
@@ -177,8 +169,7 @@ def advance_frame(
         advance(model, springs, acting.forces, planes, ways.points, dt, moving)
     _check_finite(particles, points, velocities)
     if not settings.printed:
-        number = round(frame.began / frame_dt) + 1
-        keep_within_reach(particles, prepared.reaches, frame.leads[1], deep, number, moving)
+        keep_within_reach(particles, prepared.reaches, frame.leads[1], deep, frame.number, moving)
     if bodies:
         again = stale(planes, acting.found, acting.places, points, deep)
         there = look(bodies, points[again], frame_dt, reach=planes.thickness[again])
@@ -235,7 +226,7 @@ def find_acting(
     particles: Particles,
     prepared: Prepared,
     state: ParticleState,
-    frame: ParticleFrame,
+    frame: Frame,
     bodies: Sequence[Collider],
     settings: ParticleSettings,
 ) -> Acting:
@@ -255,7 +246,7 @@ def find_acting(
     return Acting(ways, forces, places, found, planes_of(found, places, thickness, settings.contact.friction))
 
 
-def _ways_of_roots(particles: Particles, state: ParticleState, frame: ParticleFrame, deep: int, steps: int) -> RootWays:
+def _ways_of_roots(particles: Particles, state: ParticleState, frame: Frame, deep: int, steps: int) -> RootWays:
     """Find them: on the cubic through places and velocities at both frames, as roots of strands go."""
     x0, v0, strands, rest = (
         state.points[:deep],
@@ -314,21 +305,14 @@ def carry_over_cut(particles: Particles, state: ParticleState, leads: tuple[Lead
 
     leads  bodies before the cut and after it
 
-    As `hairpipe.sim.cuts.carry_over_cut` does with strands: places, directions, and velocities against the root
-    are turned and moved as the root is; tensions stay, and no time passes.
+    As `hairpipe.sim.cuts.carry_over_cut` does with strands; directions turn, tensions stay, and no time passes.
     """
-    (here, rate), (there, rate_there) = (
-        [m[particles.strands] for m in motion_of_roots(lead, particles.hair)] for lead in leads
-    )
-    own = np.einsum("nji,nj->ni", here[:, :, :3], state.points - here[:, :, 3])
-    against = np.einsum("nji,nj->ni", here[:, :, :3], state.velocities - moved(rate, own))
-    directions = np.einsum("nji,nj->ni", here[:, :, :3], state.directions)
-    return replace(
-        state,
-        points=moved(there, own),
-        velocities=turned(there, against) + moved(rate_there, own),
-        directions=turned(there, directions),
-    )
+    strands, groom = particles.strands, particles.hair
+    rigid, turn = (motions[strands] for motions in rigid_over_cut(leads, groom))
+    before, after = (velocities_around_roots(lead, groom)[strands] for lead in leads)
+    points, against = moved(rigid, state.points), state.velocities - moved(before, state.points)
+    velocities = turned(turn, against) + moved(after, points)
+    return replace(state, points=points, velocities=velocities, directions=turned(turn, state.directions))
 
 
 def moved(motions: np.ndarray, points: np.ndarray) -> np.ndarray:

@@ -163,11 +163,16 @@ def place(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout) -> tuple[n
 
 def follow(lead: Lead, groom: Groom, x: np.ndarray, layout: Layout) -> np.ndarray:
     """Find the velocities [m/s] of particles at x [m], float64, both (rows, 3, W), that go rigidly with their roots."""
+    strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
+    return apply_rigid(velocities_around_roots(lead, groom), x, strands).astype(layout.dtype, copy=False)
+
+
+def velocities_around_roots(lead: Lead, groom: Groom) -> np.ndarray:
+    """Return the maps x -> W x + u of what goes rigidly with each root, from places [m] to [m/s], (strands, 3, 4)."""
     places, rates = motion_of_roots(lead, groom)
     spin = rates[:, :, :3] @ places[:, :, :3].transpose(0, 2, 1)
     drift = rates[:, :, 3] - np.einsum("sij,sj->si", spin, places[:, :, 3])
-    strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
-    return apply_rigid(np.concatenate([spin, drift[:, :, None]], axis=2), x, strands).astype(layout.dtype, copy=False)
+    return np.concatenate([spin, drift[:, :, None]], axis=2)
 
 
 def clamp_at(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout, origin: np.ndarray = WORLD) -> Clamp:

@@ -66,26 +66,36 @@ def steady(motions: np.ndarray, rates: np.ndarray, points: np.ndarray, dt: float
     )
 
 
+def rigid_over_cut(leads: tuple[Lead, Lead], groom: Groom) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rigid motions of roots over a cut, x -> Q x + d, and their turns alone, (strands, 3, 4) each; pure.
+
+    leads  what leads the roots before the cut and after it
+
+    With the motion x = R X + t of a root before the cut and R_, t_ after it, Q = R_ R^T and d = t_ - Q t.
+    """
+    (here, _), (there, _) = (motion_of_roots(lead, groom) for lead in leads)
+    turn = there[:, :, :3] @ here[:, :, :3].transpose(0, 2, 1)
+    shift = there[:, :, 3] - np.einsum("sij,sj->si", turn, here[:, :, 3])
+    moved = np.concatenate([turn, shift[:, :, None]], axis=2)
+    return moved, np.concatenate([turn, np.zeros_like(shift)[:, :, None]], axis=2)
+
+
 def carry_over_cut(hair: HairModel, state: HairState, leads: tuple[Lead, Lead]) -> HairState:
     """Move the hair of a body that is somewhere else, and moves otherwise, from one frame to the next; pure.
 
     leads  what leads the roots before the cut and after it
 
-    With the rigid motion x = R X + t of a root before the cut and R_, t_ after it, Q = R_ R^T, and the velocities u and
-    u_ of what goes rigidly with the root at x before it and at x_ after it,
+    With Q and d of `rigid_over_cut`, and the velocities u and u_ of what goes rigidly with the root at x before the cut
+    and at x_ after it,
 
-        x_ = Q (x - t) + t_,   v_ = Q (v - u) + u_,   a_ = Q a
+        x_ = Q x + d,   v_ = Q (v - u) + u_,   a_ = Q a
 
     so that the shape of a strand and its motion relative to the root are kept. Tensions, and all else that has no
     direction, stay. No time passes. Gravity does not turn with the roots: hair that hung falls from where it is.
     """
     before, after = leads
     groom, layout = hair.groom, hair.layout
-    here, _ = motion_of_roots(before, groom)
-    there, _ = motion_of_roots(after, groom)
-    turn = there[:, :, :3] @ here[:, :, :3].transpose(0, 2, 1)
-    shift = there[:, :, 3] - np.einsum("sij,sj->si", turn, here[:, :, 3])
-    turned, moved = (np.concatenate([turn, t[:, :, None]], axis=2) for t in (np.zeros_like(shift), shift))
+    moved, turned = rigid_over_cut(leads, groom)
     strands = np.repeat(layout.strands, np.diff(layout.first), axis=0)
     relative = state.velocities - follow(before, groom, state.positions, layout)
     positions = apply_rigid(moved, state.positions, strands)

@@ -1,4 +1,4 @@
-"""A shot of hair, frame by frame: its start, its steps of time, and cuts, over which it goes with its roots."""
+"""A shot of strands: their start, and their steps of time through a frame."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -6,10 +6,11 @@ from warnings import warn
 
 import numpy as np
 
-from hairpipe.data import BodyParts, Density, LevelSet, Strands
+from hairpipe.data import Groom, Strands
 from hairpipe.data.hair import HairState
 from hairpipe.errors import BadInput
 from hairpipe.levelset.collider import Collider
+from hairpipe.sim import shot
 from hairpipe.sim.boundary import (
     ClampPath,
     Lead,
@@ -20,7 +21,7 @@ from hairpipe.sim.boundary import (
     place,
 )
 from hairpipe.sim.build import bodies_of, check_scheme, gravity_of, integrator_of, surroundings_of
-from hairpipe.sim.cuts import carry_over_cut, lead_before, parts_at_cut, surfaces_at_cut
+from hairpipe.sim.cuts import carry_over_cut
 from hairpipe.sim.diagnostics import warn_of_deep_roots, warn_of_held, warn_of_lost, warn_of_stretch, warn_of_sweep
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.restoration import converted, restored
@@ -29,6 +30,7 @@ from hairpipe.sim.interactions import with_interactions
 from hairpipe.sim.locks.guides import Guides
 from hairpipe.sim.locks.locked_frame import Around, advance_locked, check_locks
 from hairpipe.sim.settings import Scene
+from hairpipe.sim.shot import Frame
 from hairpipe.sim.state import State, Step
 from hairpipe.sim.statics.sag_free import stand
 from hairpipe.sim.volume_target import volume_target
@@ -38,25 +40,58 @@ from hairpipe.volume.strand_samples import reach_of
 
 
 @dataclass(frozen=True, eq=False)
-class Frame:
-    """What hair is given of a frame and the one before it, in this order in all pairs.
+class StrandSimulation:
+    """Strands in one precision, in a scene; a `hairpipe.sim.shot.Simulation`."""
 
-    leads     what leads the roots
-    surfaces  level sets of whole bodies
-    parts     bodies in parts
-    began     time of the shot at the previous frame [s]
-    frame_dt  time between the two [s]
-    cut       the shot is cut at this frame: hair is carried over with its roots
-    target    densities that hair is led to, where `volume.target` says how
-    """
+    hair: HairModel
+    scene: Scene
 
-    leads: tuple[Lead, Lead]
-    surfaces: Sequence[tuple[LevelSet, LevelSet]]
-    parts: Sequence[tuple[BodyParts, BodyParts]]
-    began: float
-    frame_dt: float
-    cut: bool = False
-    target: tuple[Density, Density] | None = None
+    @property
+    def groom(self) -> Groom:
+        """The strands whose roots are led."""
+        return self.hair.groom
+
+    def start(self, frame: Frame) -> HairState:
+        """Return the groom where its roots are; warns of roots deep in a body and of a solver that adds energy."""
+        scene = self._scene_at(frame)
+        state = start(self.hair, frame.leads[1], scene)
+        warn_of_deep_roots(self.hair, state.positions, self._bodies_at(frame))
+        warn_of_sweep(scene)
+        return state
+
+    def advance(self, state: HairState, frame: Frame) -> HairState:
+        """Return the hair at a frame; warns of strands that were lost and of stretch."""
+        hair, scene, bodies = self.hair, self._scene_at(frame), self._bodies_at(frame)
+
+        def simulate(strands: HairModel, before: HairState, leads: tuple[Lead, Lead]) -> HairState:
+            return advance_frame(strands, before, leads, bodies, frame.frame_dt, scene, frame.began)
+
+        def simulate_guides(guides: Guides, before: HairState) -> HairState:
+            return simulate(guides.hair, before, guides.leads_of(frame.leads))
+
+        if scene.locks is None:
+            moved = simulate(hair, state, frame.leads)
+        else:
+            surfaces, parts = [surface for _, surface in frame.surfaces], [body for _, body in frame.parts]
+            around = Around(frame.leads[1], surfaces, parts, frame.frame_dt)
+            moved = advance_locked(hair, state, around, scene, simulate_guides)
+        warn_of_lost(hair, state, moved, frame.number)
+        return replace(moved, stretched=warn_of_stretch(hair, moved.positions, scene, frame.number, state.stretched))
+
+    def carry_over_cut(self, state: HairState, leads: tuple[Lead, Lead]) -> HairState:
+        """Return the hair moved with its roots, see `hairpipe.sim.cuts`."""
+        return carry_over_cut(self.hair, state, leads)
+
+    def _bodies_at(self, frame: Frame) -> list[Collider]:
+        """Build the bodies of a frame."""
+        return bodies_of(frame.surfaces, frame.parts, self.scene.contact, frame.frame_dt)
+
+    def _scene_at(self, frame: Frame) -> Scene:
+        """Return the scene with the target of a frame; BadInput where hair cannot be in locks as asked."""
+        scene = _led(self.hair, frame, self.scene)
+        if scene.locks is not None:
+            check_locks(self.hair, frame.leads[1], scene)
+        return scene
 
 
 def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene: Scene) -> HairState:
@@ -68,53 +103,14 @@ def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene:
     ArithmeticError as `advance_frame` does.
     """
     try:
-        return _next_state(hair, previous, frame, scene)
+        return shot.next_state(StrandSimulation(hair, scene), previous, frame)
     except ArithmeticError as lost:
         if hair.in_double is None or previous is None:
             raise
         warn(f"{lost}: computed again in double precision", stacklevel=2)
     finer = hair.in_double()
-    return converted(_next_state(finer, converted(previous, hair, finer), frame, scene), finer, hair)
-
-
-def _next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene: Scene) -> HairState:
-    """Return the next state in the precision of the strands, see `next_state`."""
-    if previous is not None and frame.cut:
-        before = lead_before(frame.leads[1], hair.groom, frame.frame_dt)
-        previous = carry_over_cut(hair, previous, (frame.leads[0], before))
-        frame = _at_cut(frame, before)
-    scene = _led(hair, frame, scene)
-    if scene.locks is not None:
-        check_locks(hair, frame.leads[1], scene)
-    bodies = bodies_of(frame.surfaces, frame.parts, scene.contact, frame.frame_dt)
-    if previous is None:
-        state = start(hair, frame.leads[1], scene)
-        warn_of_deep_roots(hair, state.positions, bodies)
-        warn_of_sweep(scene)
-        return state
-
-    def advance(strands: HairModel, before: HairState, leads: tuple[Lead, Lead]) -> HairState:
-        return advance_frame(strands, before, leads, bodies, frame.frame_dt, scene, frame.began)
-
-    def advance_guides(guides: Guides, before: HairState) -> HairState:
-        return advance(guides.hair, before, guides.leads_of(frame.leads))
-
-    if scene.locks is None:
-        state = advance(hair, previous, frame.leads)
-    else:
-        surfaces, parts = [surface for _, surface in frame.surfaces], [body for _, body in frame.parts]
-        around = Around(frame.leads[1], surfaces, parts, frame.frame_dt)
-        state = advance_locked(hair, previous, around, scene, advance_guides)
-    number = round(frame.began / frame.frame_dt) + 1
-    warn_of_lost(hair, previous, state, number)
-    return replace(state, stretched=warn_of_stretch(hair, state.positions, scene, number, previous.stretched))
-
-
-def _at_cut(frame: Frame, before: Lead) -> Frame:
-    """Return a frame whose bodies come from where the roots come from, after the cut; pure."""
-    surfaces, parts = surfaces_at_cut(frame.surfaces, frame.frame_dt), parts_at_cut(frame.parts, frame.frame_dt)
-    target = None if frame.target is None else (frame.target[1], frame.target[1])
-    return replace(frame, leads=(before, frame.leads[1]), surfaces=surfaces, parts=parts, target=target, cut=False)
+    state = shot.next_state(StrandSimulation(finer, scene), converted(previous, hair, finer), frame)
+    return converted(state, finer, hair)
 
 
 def _led(hair: HairModel, frame: Frame, scene: Scene) -> Scene:

@@ -13,7 +13,8 @@ from hairpipe.levelset.collider import FirstHit, SdfSample, Walk
 from hairpipe.particles.links import LinkRule, link
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Fibre, ParticleSettings
-from hairpipe.particles.simulate import ParticleFrame, advance_frame, prepare, start
+from hairpipe.particles.simulate import advance_frame, prepare, start
+from hairpipe.sim.shot import Frame
 
 RULE = LinkRule(12, 0.5, 58.0, 24.0)
 FRAME = 1 / 24
@@ -82,7 +83,7 @@ class Shot:
     def __init__(self, particles, **settings):
         self.particles, self.settings = particles, ParticleSettings(**settings)
         self.prepared, self.body = prepare(particles, self.settings), plate()
-        self.state = start(particles, self.prepared, ParticleFrame((plate(), plate()), (), (), 0.0, FRAME), ())
+        self.state = start(particles, self.prepared, Frame((plate(), plate()), (), (), 0.0, FRAME), ())
 
     def run(self, frames, body=None, bodies=(), kick=None):
         """Go on; body gives the plate, bodies the colliders, and kick what is added to velocities, by the frame."""
@@ -90,7 +91,7 @@ class Shot:
             after = self.body if body is None else body(frame)
             if kick is not None:
                 self.state = replace(self.state, velocities=self.state.velocities + kick(frame))
-            given = ParticleFrame((self.body, after), (), (), 0.0, FRAME)
+            given = Frame((self.body, after), (), (), 0.0, FRAME)
             solid = bodies(frame) if callable(bodies) else bodies
             self.state = advance_frame(self.particles, self.prepared, self.state, given, solid, self.settings)
             self.body = after

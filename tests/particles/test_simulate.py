@@ -12,7 +12,8 @@ from hairpipe.particles.model import build_model
 from hairpipe.particles.neighbours import densities, near_pairs
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Interaction, RestTension
-from hairpipe.particles.simulate import ParticleFrame, carry_over_cut, cloud_of, laws_of, next_state, start
+from hairpipe.particles.simulate import ParticleSimulation, carry_over_cut, cloud_of, laws_of, start
+from hairpipe.sim.shot import Frame, next_state
 
 FRAME = 1 / 24
 
@@ -149,7 +150,7 @@ def test_over_a_cut_shape_and_motion_against_the_roots_are_kept(shot, place_plat
 def test_particles_start_with_their_roots_as_they_move(shot, place_plate):
     hair = shot()
     moving = place_plate((1.0, 0.0, 0.0), velocities=np.tile([0.0, 2.0, 0.0], (3, 1)))
-    begun = start(hair.particles, hair.prepared, ParticleFrame((None, moving), (), (), 0.0, FRAME), ())
+    begun = start(hair.particles, hair.prepared, Frame((None, moving), (), (), 0.0, FRAME), ())
     assert begun.points == pytest.approx(hair.particles.points + np.array([1.0, 0.0, 0.0]), abs=1e-12)
     assert begun.velocities == pytest.approx(np.tile([0.0, 2.0, 0.0], (len(begun.points), 1)), abs=1e-9)
     assert cloud_of(begun).velocities.dtype == np.float32
@@ -161,9 +162,9 @@ def test_hair_that_is_not_finite_is_named_and_a_body_around_all_of_it_refused(sh
     lost = hair.prepared.model.deep + 3
     broken[lost] = np.nan
     state = ParticleState(hair.state.points, broken, hair.state.directions, hair.state.tensions)
-    given = ParticleFrame((hair.body, hair.body), (), (), 0.0, FRAME)
+    given = Frame((hair.body, hair.body), (), (), 0.0, FRAME)
     with pytest.raises(ArithmeticError, match=f"strands {hair.particles.hair.ids[hair.particles.strands[lost]]}"):
-        next_state(hair.particles, hair.prepared, state, given, hair.settings)
+        next_state(ParticleSimulation(hair.particles, hair.prepared, hair.settings), state, given)
     around = ball(np.array([0.0, -0.1, 0.0]), np.zeros(3), 2.0)
     with pytest.raises(BadInput, match="the body swallows all particles"):
         start(hair.particles, hair.prepared, given, (around,))

@@ -10,7 +10,8 @@ from hairpipe.data import Strands
 from hairpipe.errors import BadInput
 from hairpipe.measure.volume.target import target_table
 from hairpipe.sim.settings import Target, Volume
-from hairpipe.sim.simulate import Frame, next_state, strands_of
+from hairpipe.sim.shot import Frame
+from hairpipe.sim.simulate import next_state, strands_of
 from hairpipe.volume.density import density_of
 
 CELL, LEVELS = 0.016, 4

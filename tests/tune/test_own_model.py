@@ -1,52 +1,60 @@
-"""A model of hair of one's own is tuned, timed and put on the chart, with nothing but its own files."""
+"""A model of hair of one's own gets shots, cuts, export, tuning and the chart with nothing but its own files."""
 
 import json
 import math
+import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from hairpipe.api.shot import load
 from hairpipe.cli.entry import commands
 from hairpipe.errors import BadInput
+from hairpipe.io.usd.check.lint import lint
 from hairpipe.tune.simplifications import simplifications
 
-MODEL = '''"""Hair as a pendulum a strand: all of its points swing about the root by one angle."""
+MODEL = '''"""Hair that lags: every point approaches the place to which its root would take it rigidly."""
 
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from hairpipe.data import Groom, Strands
+from hairpipe.data import Ends, Groom, Strands
 from hairpipe.data.value import value
-from hairpipe.graph import Time, node
+from hairpipe.graph import Cuts, Pair, Time, node
+from hairpipe.sim.boundary import motion_of_roots
+from hairpipe.sim.cuts import rigid_over_cut
+from hairpipe.sim.shot import Frame, next_state
 from hairpipe.units import Gt, Seconds
+
+RATE = 8.0
 
 
 @value
-class Angle:
-    """Where hair is.
+class Lagging:
+    """Points of all strands.
 
-    angle  from the groom [rad]
-    rate   of it [rad/s]
+    points      [m], (P, 3)
+    velocities  [m/s], (P, 3)
     """
 
-    angle: float
-    rate: float
+    points: np.ndarray
+    velocities: np.ndarray
 
 
-class Swing(NamedTuple):
+class Lag(NamedTuple):
     """Strands to look at, and the state the next frame starts from."""
 
     strands: Strands
-    state: Angle
+    state: Lagging
 
 
 @dataclass(frozen=True)
 class Steps:
-    """How a frame is cut into steps.
+    """Steps of a frame.
 
     longest  step
     """
@@ -58,36 +66,70 @@ class Steps:
 class Wobble:
     """A term that costs time and changes nearly nothing.
 
-    rounds  of it in each step
+    rounds  number of evaluations in each step
     """
 
     rounds: int = 2000
 
 
-@node(frames="scan", tuning="swing_tuning")
-def swing_hair(
-    groom: Groom, previous: Angle | None, time: Time, *, steps: Steps = Steps(), wobble: Wobble | None = None
-) -> Swing:
-    """Hair that swings.
+@dataclass(frozen=True)
+class LagSimulation:
+    """A groom and its settings."""
+
+    groom: Groom
+    steps: Steps
+    wobble: Wobble | None
+
+    def rigid(self, motions, points):
+        """Move points with their roots."""
+        each = np.repeat(motions, np.diff(self.groom.offsets), axis=0)
+        return np.einsum("pij,pj->pi", each[:, :, :3], points) + each[:, :, 3]
+
+    def goal(self, lead):
+        """Return the places to which roots would take all points."""
+        return self.rigid(motion_of_roots(lead, self.groom)[0], self.groom.points)
+
+    def start(self, frame):
+        points = self.goal(frame.leads[1])
+        return Lagging(points, np.zeros_like(points))
+
+    def advance(self, state, frame):
+        count = int(np.ceil(frame.frame_dt / self.steps.longest - 1e-9))
+        before, after, points = self.goal(frame.leads[0]), self.goal(frame.leads[1]), state.points
+        h, noise = RATE * frame.frame_dt / count, 0.0
+        for step in range(count):
+            for turn in range(self.wobble.rounds if self.wobble else 0):
+                noise += 1e-12 * np.sin(turn)
+            goal = before + (step + 1) / count * (after - before)
+            points = (points + h * goal + noise) / (1.0 + h)
+        return Lagging(points, (points - state.points) / frame.frame_dt)
+
+    def carry_over_cut(self, state, leads):
+        moved, turned = rigid_over_cut(leads, self.groom)
+        return Lagging(self.rigid(moved, state.points), self.rigid(turned, state.velocities))
+
+
+@node(frames="scan", tuning="lag_tuning")
+def lag_hair(
+    groom: Groom,
+    ends: Pair[Ends],
+    previous: Lagging | None,
+    time: Time,
+    cuts: Cuts,
+    *,
+    steps: Steps = Steps(),
+    wobble: Wobble | None = None,
+) -> Lag:
+    """Hair that lags.
 
     steps   in time
     wobble  of each step; without, there is none
     """
-    found = previous or Angle(0.3, 0.0)
-    count = int(np.ceil(time.dt / steps.longest - 1e-9)) if previous else 0
-    angle, rate, h = found.angle, found.rate, time.dt / max(count, 1)
-    for _ in range(count):
-        for turn in range(wobble.rounds if wobble else 0):
-            rate += 1e-12 * np.sin(turn)
-        rate -= h * 40.0 * np.sin(angle)
-        angle += h * rate
-    roots = np.repeat(groom.points[groom.offsets[:-1]], np.diff(groom.offsets), axis=0)
-    c, s = np.cos(angle), np.sin(angle)
-    points = roots + (groom.points - roots) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-    strands = Strands(points, np.zeros(points.shape, np.float32), groom.offsets, 8e-5)
-    return Swing(strands, Angle(angle, rate))
+    frame = Frame(ends, (), (), (time.frame - 1) * time.dt, time.dt, time.frame in cuts)
+    state = next_state(LagSimulation(groom, steps, wobble), previous, frame)
+    return Lag(Strands(state.points, state.velocities.astype(np.float32), groom.offsets, 8e-5), state)
 '''
-TUNING = '''"""What can be left out of hair that swings."""
+TUNING = '''"""What can be left out of hair that lags."""
 
 from hairpipe.simplification import Simplification
 
@@ -106,9 +148,14 @@ strands = 8
 length = 0.1
 segments = 6
 spacing = [0.0, 0.0, 0.02]
-[hair]
-type = "swing_hair"
+[ends]
+type = "drive_ends"
 in.groom = "groom"
+at = 1
+roots = { times = [0.0, 0.25, 0.5], move = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.05, 0.0]] }
+[hair]
+type = "lag_hair"
+in = { groom = "groom", ends = "ends" }
 [hair.wobble]
 """
 CHART = """
@@ -141,8 +188,8 @@ publish = "front.png"
 @pytest.fixture
 def scene(tmp_path, monkeypatch) -> Path:
     (tmp_path / "nodes").mkdir()
-    (tmp_path / "nodes/swing_hair.py").write_text(MODEL)
-    (tmp_path / "nodes/swing_tuning.py").write_text(TUNING)
+    (tmp_path / "nodes/lag_hair.py").write_text(MODEL)
+    (tmp_path / "nodes/lag_tuning.py").write_text(TUNING)
     (tmp_path / "scene.toml").write_text(SCENE)
     monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
     return tmp_path / "scene.toml"
@@ -166,6 +213,50 @@ def test_it_is_timed_and_put_on_the_chart(scene):
     costly, cheap = table["seconds per frame"]
     assert costly > 1.2 * cheap > 0.0
     assert list(table["on the front"])[1] == 1 and math.isfinite(table["strand error [% of length]"][1])
+
+
+SHOT = """
+[usd]
+type = "export_usd"
+in = { hair = "hair", groom = "groom" }
+publish = "shot.usdc"
+[picture]
+type = "preview"
+in.hair = "hair"
+width = 64
+height = 64
+publish = "frames/shot.####.png"
+"""
+STEADY = 'roots = { ease = "linear", times = [-1.0, 1.0], move = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]] }'
+LEAP = (
+    'roots = { ease = "linear", times = [-1.0, 0.23, 0.2301, 1.0], '
+    "move = [[-1.0, 0.0, 0.0], [0.23, 0.0, 0.0], [5.2301, 0.0, 0.0], [6.0, 0.0, 0.0]] }"
+)
+
+
+def shown(scene: Path, roots: str, header: str = "") -> dict:
+    """Run the shot, without the term that costs time, under other roots; return the strands of each frame."""
+    text = re.sub("^roots = .*$", roots, SCENE, flags=re.MULTILINE).replace("[hair.wobble]", "")
+    scene.write_text(text.replace("schema = 1", f"schema = 1\n{header}") + SHOT)
+    shot = load(scene, cache=scene.parent / "cache")
+    assert shot.run(jobs=1).ok
+    return shot.get("hair")
+
+
+def test_it_goes_over_cuts_with_its_roots_and_is_exported_and_drawn(scene):
+    steady, thrown, cut = shown(scene, STEADY), shown(scene, LEAP), shown(scene, LEAP, "cuts = [7]")
+    np.testing.assert_allclose(cut[6].points, steady[6].points, atol=1e-8)
+    for frame in (7, 12):
+        np.testing.assert_allclose(cut[frame].points - [5.0, 0.0, 0.0], steady[frame].points, atol=1e-6)
+        assert np.abs(thrown[frame].points - cut[frame].points).max() > 0.5
+    assert lint(scene.parent / "shot.usdc") == []
+    assert (scene.parent / "frames/shot.0012.png").stat().st_size > 1000
+
+
+def test_it_is_in_motion_at_the_first_frame_after_a_pre_roll(scene):
+    begun, led_in = shown(scene, STEADY), shown(scene, STEADY, "preroll = 12")
+    np.testing.assert_array_equal(begun[1].velocities, 0.0)
+    np.testing.assert_allclose(led_in[1].velocities[:, 0], 1.0, atol=0.05)
 
 
 def test_what_is_no_model_is_refused_and_models_are_named(scene):

@@ -18,7 +18,8 @@ from hairpipe.levelset.bake.parts import bake_parts
 from hairpipe.sim.hair_model import HairModel, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Collisions, Locks, Scene, StepControl, Stiction, StrainLimit, Volume
-from hairpipe.sim.simulate import Frame, next_state, start
+from hairpipe.sim.shot import Frame
+from hairpipe.sim.simulate import next_state, start
 
 Between = Literal["pairs", "locks", "volume", "nothing"]
 """What hair does to hair: stick and collide pair by pair, the same in locks, act on a grid, or pass through."""

@@ -29,11 +29,12 @@ from hairpipe.particles.links import LinkRule, link
 from hairpipe.particles.model import Moving, inverse_masses
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Fibre, Interaction, ParticleSettings
-from hairpipe.particles.simulate import ParticleFrame, Prepared, find_acting, next_state, prepare
+from hairpipe.particles.simulate import ParticleSimulation, Prepared, find_acting, prepare
 from hairpipe.particles.step import advance
 from hairpipe.particles.stiffness import measure_links, stiffen
 from hairpipe.sim.build import bodies_of
 from hairpipe.sim.settings import BodyContact
+from hairpipe.sim.shot import Frame, next_state
 
 T = TypeVar("T")
 PARTS = ("search", "pairs", "directions", "stiffness", "solve", "body")
@@ -121,25 +122,26 @@ def particles_on(bust: Body, count: int) -> Particles:
     return link(sample(groom, count, "strands", 0), RULE, Fibre().line_density)
 
 
-def frames_of(bust: Body, count: int) -> list[ParticleFrame]:
+def frames_of(bust: Body, count: int) -> list[Frame]:
     """Make so many frames of a bust that turns to and fro."""
     meshes = [mesh_at(bust, frame / FPS) for frame in range(count + 1)]
     surfaces = [bake(mesh, VOXEL, HALF_WIDTH) for mesh in meshes]
     pairs = enumerate(zip(pairwise(meshes), pairwise(surfaces), strict=True))
-    return [ParticleFrame(leads, (around,), (), frame / FPS, 1 / FPS) for frame, (leads, around) in pairs]
+    return [Frame(leads, (around,), (), frame / FPS, 1 / FPS) for frame, (leads, around) in pairs]
 
 
-def measure_frames(particles: Particles, frames: list[ParticleFrame], steps: int, settling: int) -> Case:
+def measure_frames(particles: Particles, frames: list[Frame], steps: int, settling: int) -> Case:
     """Simulate a shot and time its frames, but for the first ones, and their parts, each alone."""
     settings = ParticleSettings(steps=steps, interaction=Interaction())
     prepared = prepare(particles, settings)
-    state = next_state(particles, prepared, None, frames[0], settings)
+    simulation = ParticleSimulation(particles, prepared, settings)
+    state = next_state(simulation, None, frames[0])
     times, shares, counts = list[float](), list[dict[str, float]](), list[tuple[int, int]]()
-    next_state(particles, prepared, state, frames[0], settings)  # which may compile, or load what was
+    next_state(simulation, state, frames[0])  # which may compile, or load what was
     parts_of(particles, prepared, state, frames[0], settings)  # as may what is called alone there
     for number, frame in enumerate(frames):
         before = state
-        seconds, state = timed(lambda given=(before, frame): next_state(particles, prepared, *given, settings))
+        seconds, state = timed(lambda given=(before, frame): next_state(simulation, *given))
         if number >= settling:
             times.append(seconds)
             found, count = parts_of(particles, prepared, before, frame, settings)
@@ -154,7 +156,7 @@ def measure_frames(particles: Particles, frames: list[ParticleFrame], steps: int
 
 
 def parts_of(
-    particles: Particles, prepared: Prepared, state: ParticleState, frame: ParticleFrame, settings: ParticleSettings
+    particles: Particles, prepared: Prepared, state: ParticleState, frame: Frame, settings: ParticleSettings
 ) -> tuple[dict[str, float], tuple[int, int]]:
     """Do each part of a frame alone; return its seconds, and the numbers of pairs and of iterations."""
     model, axial, law = prepared.model, prepared.springs.axial, prepared.law

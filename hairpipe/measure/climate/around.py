@@ -7,7 +7,7 @@ from typing import NamedTuple
 from hairpipe.data import BodyParts, Ends, LevelSet, Mesh
 from hairpipe.errors import BadInput
 from hairpipe.sim.boundary import lead_of
-from hairpipe.sim.simulate import Frame
+from hairpipe.sim.shot import Frame
 
 
 class Around(NamedTuple):

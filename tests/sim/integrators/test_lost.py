@@ -11,7 +11,8 @@ from hairpipe.sim.hair_model import build_hair, build_models
 from hairpipe.sim.integrators.lost import carried_with
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Collisions, Scene, Scheme, StepControl, StrainLimit
-from hairpipe.sim.simulate import Frame, next_state, start
+from hairpipe.sim.shot import Frame
+from hairpipe.sim.simulate import next_state, start
 
 FRAME = 1 / 24
 SOFT = Material(diameter=0.2e-3, young=2e6, density=1e4, softening=1.0)

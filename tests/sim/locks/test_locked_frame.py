@@ -18,7 +18,8 @@ from hairpipe.sim.locks.guides import take_guides
 from hairpipe.sim.locks.locked_frame import check_locks
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Collisions, Locks, Scene, Stiction, Volume
-from hairpipe.sim.simulate import Frame, next_state
+from hairpipe.sim.shot import Frame
+from hairpipe.sim.simulate import next_state
 
 SEGMENTS, SIDE, SPACING = 8, 5, 4e-4
 CORNERS = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.0, -0.1]])

@@ -9,7 +9,8 @@ from hairpipe.graphs.experiments.studies.contact.bar import axis_at, bar_at, roo
 from hairpipe.graphs.experiments.studies.contact.cloud_energy import energy_of, work_on_links
 from hairpipe.graphs.experiments.studies.contact.worst import Seen, Worst
 from hairpipe.particles.settings import ParticleSettings
-from hairpipe.particles.simulate import ParticleFrame, Prepared, next_state, prepare
+from hairpipe.particles.simulate import ParticleSimulation, Prepared, prepare
+from hairpipe.sim.shot import Frame, next_state
 
 
 def meet(particles: Particles, settings: ParticleSettings, speed: float, rate: int, seconds: float) -> Worst:
@@ -22,12 +23,13 @@ def meet(particles: Particles, settings: ParticleSettings, speed: float, rate: i
     worst = Worst(np.zeros(len(held), bool), simulated=len(particles.points) - prepared.model.deep)
     mass, work = prepared.model.masses[prepared.model.deep :].sum(), 0.0
     start = _frame(particles, speed, -1, rate)
-    state = next_state(particles, prepared, None, start, settings)
+    simulation = ParticleSimulation(particles, prepared, settings)
+    state = next_state(simulation, None, start)
     with np.errstate(all="ignore"):
         for frame in range(round(seconds * rate)):
             before, began = state.points, axis_at(speed, frame / rate)[0]
             try:
-                state = next_state(particles, prepared, state, _frame(particles, speed, frame, rate), settings)
+                state = next_state(simulation, state, _frame(particles, speed, frame, rate))
             except ArithmeticError:
                 worst.finite = False
                 break
@@ -41,11 +43,11 @@ def meet(particles: Particles, settings: ParticleSettings, speed: float, rate: i
     return worst
 
 
-def _frame(particles: Particles, speed: float, frame: int, rate: int) -> ParticleFrame:
+def _frame(particles: Particles, speed: float, frame: int, rate: int) -> Frame:
     """Return the frame after so many, of so many a second; its motion of the roots is that of strands."""
     began, ended = frame / rate, (frame + 1) / rate
     leads = roots_at(particles.hair, speed, began), roots_at(particles.hair, speed, ended)
-    return ParticleFrame(leads, (), [(bar_at(speed, began), bar_at(speed, ended))], began, 1.0 / rate)
+    return Frame(leads, (), [(bar_at(speed, began), bar_at(speed, ended))], began, 1.0 / rate)
 
 
 def _seen(prepared: Prepared, held: np.ndarray, points: np.ndarray, velocities: np.ndarray, axis: np.ndarray) -> Seen:

@@ -13,9 +13,10 @@ from hairpipe.particles.links import LinkRule, link
 from hairpipe.particles.model import Moving, inverse_masses
 from hairpipe.particles.sampling import sample
 from hairpipe.particles.settings import Interaction, ParticleSettings
-from hairpipe.particles.simulate import ParticleFrame, next_state, prepare
+from hairpipe.particles.simulate import ParticleSimulation, prepare
 from hairpipe.particles.step import Forces, advance
 from hairpipe.sim.settings import Air
+from hairpipe.sim.shot import Frame, next_state
 
 SETTINGS = ParticleSettings(steps=1, interaction=Interaction())
 
@@ -96,14 +97,15 @@ def energies_of_fall(particles, settings, rate, seconds=0.05):
     """Energy and work against links after every step of a tuft that is kicked, over the energy of the kick."""
     prepared, settings = prepare(particles, settings), replace(settings, steps=1)
     model, lead = prepared.model, roots_at(particles.hair, 0.0, 0.0)
-    frame = ParticleFrame((lead, lead), (), (), 0.0, 1.0 / rate)
-    state = next_state(particles, prepared, None, frame, settings)
+    frame = Frame((lead, lead), (), (), 0.0, 1.0 / rate)
+    simulation = ParticleSimulation(particles, prepared, settings)
+    state = next_state(simulation, None, frame)
     kick = 0.3 * np.random.default_rng(3).normal(size=state.points.shape)
     kick[: model.deep] = 0.0
     state, work = replace(state, velocities=kick), 0.0
     found = [energy_of(prepared, state, settings.gravity)]
     for _ in range(round(seconds * rate)):
-        after = next_state(particles, prepared, state, frame, settings)
+        after = next_state(simulation, state, frame)
         work += work_on_links(model, prepared.springs, state.points, after.points)
         state = after
         found.append(energy_of(prepared, state, settings.gravity) + work)

@@ -15,7 +15,8 @@ from hairpipe.sim.cuts import carry_over_cut
 from hairpipe.sim.hair_model import Precision, build_hair
 from hairpipe.sim.material import Material
 from hairpipe.sim.settings import Air, Collisions, Scene, Scheme, StepControl, Stiction
-from hairpipe.sim.simulate import Frame, advance_frame, next_state, start
+from hairpipe.sim.shot import Frame
+from hairpipe.sim.simulate import advance_frame, next_state, start
 from hairpipe.sim.strands.rod.frames import TWIST
 
 FRAME = 1 / 24

@@ -1,0 +1,77 @@
+"""A shot of hair of any model: its first frame, those after it, and cuts, over which hair goes with its roots.
+
+A model of hair provides a `Simulation`; what a shot does between two frames is the same for all of them.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Protocol, TypeVar
+
+from hairpipe.data import BodyParts, Density, Groom, LevelSet
+from hairpipe.sim.boundary import Lead
+from hairpipe.sim.cuts import lead_before, parts_at_cut, surfaces_at_cut
+
+S = TypeVar("S")
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """The surroundings of hair at a frame and the one before it, in this order in all pairs.
+
+    leads     what leads the roots
+    surfaces  level sets of whole bodies
+    parts     bodies in parts
+    began     time of the shot at the previous frame [s]
+    frame_dt  time between the two [s]
+    cut       the shot is cut at this frame: hair is carried over with its roots
+    target    densities that hair is led to, where `volume.target` says how
+    """
+
+    leads: tuple[Lead, Lead]
+    surfaces: Sequence[tuple[LevelSet, LevelSet]]
+    parts: Sequence[tuple[BodyParts, BodyParts]]
+    began: float
+    frame_dt: float
+    cut: bool = False
+    target: tuple[Density, Density] | None = None
+
+    @property
+    def number(self) -> int:
+        """The number of the frame in the shot; the first is 0."""
+        return round(self.began / self.frame_dt) + 1
+
+
+class Simulation(Protocol[S]):
+    """Hair of one model with its settings; states of type S are never changed in place."""
+
+    @property
+    def groom(self) -> Groom:
+        """The strands whose roots are led."""
+
+    def start(self, frame: Frame) -> S:
+        """Return the hair at the first frame."""
+
+    def advance(self, state: S, frame: Frame) -> S:
+        """Return the hair at a frame from that at the previous one; the shot is not cut between them."""
+
+    def carry_over_cut(self, state: S, leads: tuple[Lead, Lead]) -> S:
+        """Return the hair moved with its roots, from what leads them before a cut to what leads them after it."""
+
+
+def next_state(simulation: Simulation[S], previous: S | None, frame: Frame) -> S:
+    """Return the hair at a frame from that at the previous one; None: it is the first. Pure."""
+    if previous is None:
+        return simulation.start(frame)
+    if frame.cut:
+        before = lead_before(frame.leads[1], simulation.groom, frame.frame_dt)
+        previous = simulation.carry_over_cut(previous, (frame.leads[0], before))
+        frame = after_cut(frame, before)
+    return simulation.advance(previous, frame)
+
+
+def after_cut(frame: Frame, before: Lead) -> Frame:
+    """Return a frame whose bodies come from where the roots come from, after the cut; pure."""
+    surfaces = surfaces_at_cut(frame.surfaces, frame.frame_dt)
+    parts = parts_at_cut(frame.parts, frame.frame_dt)
+    target = None if frame.target is None else (frame.target[1], frame.target[1])
+    return replace(frame, leads=(before, frame.leads[1]), surfaces=surfaces, parts=parts, target=target, cut=False)
