@@ -28,7 +28,7 @@ WITHIN = {
         vdb_read vdb_grids""",
     "sim": """material layout axis strands.construction strands.forces strands boundary state air.wind settings
         contact.hair.couplings interactions air hair_model cuts shot contact.contact_points contact.body contact.ccd
-        contact.hair filters volume_filter volume_target solve surroundings integrators build diagnostics statics
+        contact.hair filters volume_target solve surroundings integrators build diagnostics statics
         precision locks simulate""",
     "io": """text polygons mocap makehuman obj usd usd.check.finding usd.check.snapshot usd.check.track usd.check.scene
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules

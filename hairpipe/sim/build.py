@@ -22,6 +22,7 @@ from hairpipe.sim.contact.hair.exclusions import REST
 from hairpipe.sim.contact.hair.hair_contacts import HairContacts
 from hairpipe.sim.contact.hair.stiction import Connections, same_hair_keys
 from hairpipe.sim.filters.limit_strain import StrainFilter
+from hairpipe.sim.filters.volume_filter import VolumeFilter, rest_density
 from hairpipe.sim.hair_model import HairModel
 from hairpipe.sim.integrators.backward_euler import BackwardEuler
 from hairpipe.sim.integrators.bdf2 import Bdf2
@@ -34,7 +35,6 @@ from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Rule
 from hairpipe.sim.strands.interface import StrandModel, kind_of, may_be_lost
 from hairpipe.sim.surroundings import Surroundings
-from hairpipe.sim.volume_filter import VolumeFilter, rest_density
 from hairpipe.spatial.pairs import key_of, renumbered
 from hairpipe.spatial.proximity import near_pairs
 from hairpipe.volume.strand_samples import reach_of

@@ -13,8 +13,8 @@ from hairpipe.groom.keys.interpolating import interpolated
 from hairpipe.groom.keys.key_weights import weigh_keys
 from hairpipe.groom.sampling import thinned
 from hairpipe.groom.strand_arrays import offsets_of
+from hairpipe.sim.filters.volume_filter import VolumeFilter
 from hairpipe.sim.settings import Pressure, Volume
-from hairpipe.sim.volume_filter import VolumeFilter
 from hairpipe.spatial.morton import morton_order
 from hairpipe.volume.pressure import SWEEPS, densest, filled_cells, spread
 from hairpipe.volume.strand_samples import reach_of, sample_strands

@@ -8,9 +8,9 @@ import pytest
 
 from hairpipe.errors import BadInput
 from hairpipe.sim.axis import axis_of, following_masses
+from hairpipe.sim.filters.volume_filter import VolumeFilter, rest_density
 from hairpipe.sim.settings import Pressure, SagFree, Scheme, Volume
 from hairpipe.sim.simulate import advance_frame, start
-from hairpipe.sim.volume_filter import VolumeFilter, rest_density
 from hairpipe.volume.strand_samples import reach_of
 
 LENGTH = 0.2
