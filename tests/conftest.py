@@ -14,6 +14,7 @@ import pytest
 
 from hairpipe.data import Mesh
 from hairpipe.graph.file.data_folder import data_folder
+from hairpipe.graph.run.kernel_cache import guard_kernels
 from hairpipe.graph.run.machine_code import share_kernels
 
 # Where tests use more threads than there are cores left, one that waits must not hold a core.
@@ -28,7 +29,8 @@ os.environ["XDG_CONFIG_HOME"], os.environ["XDG_STATE_HOME"] = f"{_OWN.name}/conf
 # What most tests wait for is the compiler: the level below what ships takes it less time, for a little slower code.
 os.environ.setdefault("NUMBA_OPT", "2")
 # Tests, too, must never run old machine code of a helper that was edited; they share what runs have compiled.
-share_kernels()
+# A process of xdist has inherited what the one that started it was told.
+guard_kernels() if "PYTEST_XDIST_WORKER" in os.environ else share_kernels()
 
 # Compiling makes and keeps many small objects, which the collector would go through again and again.
 gc.set_threshold(100_000, 20, 100)

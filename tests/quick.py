@@ -1,7 +1,7 @@
-"""A plugin of pytest, for `make quick`: whatever needs compiled kernels is skipped at the moment it asks for one.
+"""A plugin of pytest, for `make quick`: tests that need no compiled kernels, and take little time.
 
-Tests of this process are skipped by numba's dispatcher. Tests whose other processes compile are skipped when these have
-left kernels in their folder, which is empty at first; the long ones are marked `kernels` and do not begin.
+A test that calls a kernel is skipped at that moment, by numba's dispatcher. Tests whose processes compile are marked
+`kernels`, and those that take seconds without compiling, in a browser or in many processes, `slow`: they do not begin.
 """
 
 import os
@@ -14,14 +14,17 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 _FOLDER = tempfile.TemporaryDirectory(prefix="hairpipe-quick-")
+REASONS = {"kernels": "its processes compile kernels", "slow": "takes seconds"}
+"""Markers of tests that do not begin."""
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skip what compiles in other processes, and give those an empty folder for kernels."""
+    """Skip marked tests, and give the processes of others an empty folder for kernels."""
     os.environ["NUMBA_CACHE_DIR"] = _FOLDER.name
     for item in items:
-        if item.get_closest_marker("kernels"):
-            item.add_marker(pytest.mark.skip(reason="its processes compile kernels"))
+        for name, reason in REASONS.items():
+            if item.get_closest_marker(name):
+                item.add_marker(pytest.mark.skip(reason=reason))
 
 
 def refuse(self: Dispatcher, sig: object) -> None:
@@ -31,12 +34,12 @@ def refuse(self: Dispatcher, sig: object) -> None:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_call(item: pytest.Item) -> Iterator[None]:
-    """Skip a test whose processes have compiled."""
+    """Fail a test whose processes have compiled: unmarked, it would take a minute each time."""
     yield
-    if any(Path(_FOLDER.name).rglob("*.nbi")):
+    if any(Path(_FOLDER.name).rglob("*.nbc")):
         for folder in Path(_FOLDER.name).iterdir():
             shutil.rmtree(folder)
-        pytest.skip("its processes compile kernels")
+        pytest.fail("its processes compile kernels: mark it `kernels`", pytrace=False)
 
 
 Dispatcher.compile = refuse

@@ -67,6 +67,7 @@ def test_making_a_wedge_costs_in_proportion_to_its_variants(shot, monkeypatch):
     assert len(named) <= 3 * count
 
 
+@pytest.mark.slow
 def test_results_are_shared_with_runs_of_one_variant_both_ways(wedged):
     loaded = hairpipe.load(wedged)
     wedge = loaded.wedge("steps")

@@ -1,5 +1,7 @@
 """Phases of the first frame of a worker."""
 
+import pytest
+
 from hairpipe.bench.first_frame import IMPORTS, NUMBA, PYTHON, SECOND, Clock, measure_first_frame
 
 
@@ -12,6 +14,7 @@ def test_a_phase_is_counted_without_the_phases_within_it(monkeypatch):
     assert clock.seconds == {"outer": 5.0, "inner": 2.0}
 
 
+@pytest.mark.slow
 def test_a_new_process_is_measured(shot):
     phases = measure_first_frame(shot.path, {}, "sum")
     assert phases[PYTHON] > 0 and phases[NUMBA] > 0

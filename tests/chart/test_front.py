@@ -26,6 +26,7 @@ def drawn(path, rows, columns=COLUMNS, **changes):
     return path.read_bytes()
 
 
+@pytest.mark.slow
 def test_every_point_shows_and_bytes_repeat(tmp_path):
     plain = drawn(tmp_path / "a.png", ROWS)
     assert drawn(tmp_path / "b.png", ROWS) == plain
@@ -52,6 +53,7 @@ def red_in(path):
         return np.sum(np.abs(np.asarray(image)[:, :, :3].astype(int) - FAILED).sum(axis=2) < 10)
 
 
+@pytest.mark.slow
 def test_intervals_are_bars_and_what_is_below_the_floor_stands_on_it(tmp_path):
     names = [*NAMES, "low", "high", "floor"]
     columns = COLUMNS._replace(low="low", high="high", floor="floor")

@@ -25,6 +25,7 @@ def drawn(path, rows, limits=(0.01, 100.0), **changes):
     return path.read_bytes()
 
 
+@pytest.mark.slow
 def test_every_cell_shows_and_bytes_repeat(tmp_path):
     plain = drawn(tmp_path / "a.png", ROWS)
     assert drawn(tmp_path / "b.png", ROWS) == plain

@@ -44,6 +44,15 @@ in.number = "move"
 """
 
 Hairpipe = Callable[..., Result]
+START = [
+    sys.executable,
+    "-c",
+    """from hairpipe.graph.run import machine_code
+machine_code.kernel_modules = lambda: iter(())
+from hairpipe.cli import main
+main()""",
+]
+"""The command line as a process; like `shot`, it does not analyse modules with kernels, which no toy calls."""
 
 
 def write_shot(folder: Path) -> Path:
@@ -87,10 +96,9 @@ def shot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder in which the shot was run once, for all tests that want to copy it."""
     folder = tmp_path_factory.mktemp("result")
-    command = [sys.executable, "-c", "from hairpipe.cli import main; main()", "run", "shot.toml", "-j1", "-q"]
     write_shot(folder)
     told = {"TOY_TALLY": str(folder / "tally"), "HAIRPIPE_TRUST": str(folder / "nodes")}
-    subprocess.run(command, cwd=folder, env=os.environ | told, check=True)
+    subprocess.run([*START, "run", "shot.toml", "-j1", "-q"], cwd=folder, env=os.environ | told, check=True)
     return folder
 
 

@@ -12,8 +12,9 @@ import pytest
 from hairpipe import __version__
 from hairpipe.cli.entry import COMMANDS
 
+from .conftest import START
+
 HEAVY = ("numpy", "scipy", "numba", "pydantic", "rich", "h5py", "pxr")
-START = [sys.executable, "-c", "from hairpipe.cli import main; main()"]
 
 
 def test_help_names_every_command(hairpipe):
@@ -114,6 +115,7 @@ def bash(*words: str, cwd=None) -> list[str]:
     return [line.partition(",")[2] for line in process.stdout.splitlines() if line.startswith("plain")]
 
 
+@pytest.mark.slow
 def test_the_shell_completes_settings_values_and_outputs(shot):
     """bash takes = for a word of its own, and is offered what stands behind it."""
     assert bash("run", "demo", "--set", "h") == ["head.", "hair."]

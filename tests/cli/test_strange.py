@@ -3,15 +3,15 @@
 import os
 import shutil
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
+from .conftest import START
+
 ESCAPE = "a\x1b]0;owned\x07\nb\u202e\u2028c\udce4"
 SHOWN = r"a\x1b]0;owned\x07\nb\u202e\u2028c\udce4"
 LONG = "x" * 5000
-COMMAND = [sys.executable, "-c", "from hairpipe.cli import main; main()"]
 PIPED = {"capture_output": True, "text": True}
 
 
@@ -66,7 +66,7 @@ def test_where_files_are_is_one_line(shot, monkeypatch):
     shutil.copytree("nodes", folder / "nodes")
     shutil.copy(shot, folder)
     monkeypatch.setenv("HAIRPIPE_TRUST", str(folder / "nodes"))
-    result = subprocess.run([*COMMAND, "run", f"{folder.name}/shot.toml", "-j1", "--to=list"], **PIPED)
+    result = subprocess.run([*START, "run", f"{folder.name}/shot.toml", "-j1", "--to=list"], **PIPED)
     assert result.returncode == 0, result.stderr
     shown = SHOWN.replace(r"\n", "").replace(r"\udce4", "")
     assert is_clean(result.stdout) and f"{shown}/out/list.txt" in result.stdout
@@ -76,7 +76,7 @@ def test_where_files_are_is_one_line(shot, monkeypatch):
     "words", [["plan", ESCAPE], ["run", "shot.toml", "-j", ESCAPE], ["get", "shot.toml", ESCAPE, "-o", "x"]]
 )
 def test_words_of_the_command_line_are_shown_too(words, shot):
-    result = subprocess.run([*COMMAND, *words], **PIPED)
+    result = subprocess.run([*START, *words], **PIPED)
     assert result.returncode == 2 and SHOWN in result.stderr and is_clean(result.stderr)
 
 

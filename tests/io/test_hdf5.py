@@ -285,6 +285,7 @@ def test_a_file_that_leads_elsewhere_or_in_a_circle_is_refused(tmp_path, make, m
         hdf5.read(tmp_path / "a.h5")
 
 
+@pytest.mark.slow
 def test_damage_is_refused_or_shows_in_the_digest(tmp_path):
     """Bits flipped, bytes scrambled, ends cut off: never another value under this digest, or another exception."""
     path, damaged = tmp_path / "a.h5", tmp_path / "b.h5"

@@ -12,6 +12,8 @@ import pytest
 import hairpipe
 from hairpipe.graph.run import machine_code
 
+from ..cli.conftest import START
+
 TOYS = Path(__file__).parent / "toys"
 SHOT = """schema = 1 # of the file
 frames = [1, 5]
@@ -69,8 +71,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.setattr(sys, "path", list(sys.path))
         patch.setattr(machine_code, "kernel_modules", lambda: iter(()))
         before = set(sys.modules)
-        command = [sys.executable, "-c", "from hairpipe.cli import main; main()", "run", "shot.toml", "-j1", "-q"]
-        subprocess.run(command, cwd=folder, env=os.environ, check=True)
+        subprocess.run([*START, "run", "shot.toml", "-j1", "-q"], cwd=folder, env=os.environ, check=True)
         yield folder
         for name in set(sys.modules) - before:
             if str(folder) in str(getattr(sys.modules[name], "__file__", "")):

@@ -20,6 +20,8 @@ from hairpipe.page.session import Session
 from ..pages import data_of
 from .conftest import SHOT
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def report(folder):

@@ -10,6 +10,7 @@ from hairpipe.page.assets import WEB
 COMPILER = ("npm", "exec", "--yes", "--package=typescript@5.9.3", "--", "tsc")
 
 
+@pytest.mark.slow
 def test_the_scripts_of_the_page_have_types():
     if not shutil.which("npm") or subprocess.run([*COMPILER, "--version"], capture_output=True).returncode:
         pytest.skip("no npm, or no registry of its packages, to check the types of scripts with")

@@ -55,7 +55,7 @@ def test_sites_on_edges_and_vertices_are_in_the_lowest_triangle_that_meets_there
     assert np.array_equal(found.triangles[6::7], triangles[6::7])
     for t, w, lowest in zip(triangles, sites.barycentrics, found.triangles, strict=True):
         ends = mesh.triangles[t][w > 0]
-        meeting = np.flatnonzero([np.isin(ends, corners).all() for corners in mesh.triangles])
+        meeting = np.flatnonzero((mesh.triangles[:, :, None] == ends).any(axis=1).all(axis=1))
         assert lowest == meeting.min()
 
 

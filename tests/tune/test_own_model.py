@@ -195,6 +195,7 @@ def scene(tmp_path, monkeypatch) -> Path:
     return tmp_path / "scene.toml"
 
 
+@pytest.mark.slow
 def test_it_is_tuned_by_what_it_lists_and_by_what_all_models_have(scene):
     command = f"tune {scene} --node hair --tolerance 5mm --json --cache {scene.parent}/cache".split()
     result = CliRunner().invoke(commands, command, prog_name="hairpipe")
@@ -205,6 +206,7 @@ def test_it_is_tuned_by_what_it_lists_and_by_what_all_models_have(scene):
     assert found["chosen"]["seconds"] < 0.9 * found["full"]["seconds"]
 
 
+@pytest.mark.slow
 def test_it_is_timed_and_put_on_the_chart(scene):
     scene.write_text(SCENE + CHART)
     shot = load(scene, cache=scene.parent / "cache")

@@ -13,7 +13,7 @@ import pytest
 
 from hairpipe.api import source
 
-START = [sys.executable, "-c", "from hairpipe.cli import main; main()"]
+from ..conftest import START
 
 
 def test_the_first_run_computes_and_the_second_finds(shot, hairpipe):

@@ -22,6 +22,7 @@ def nothing_stays():
         leave(folder)
 
 
+@pytest.mark.slow
 def test_everything_holds_in_short():
     said = []
     report = try_faults(said.append, digest_file, 3, SHORT)
@@ -30,6 +31,7 @@ def test_everything_holds_in_short():
     assert sum(row.tries for row in report.rows) == 4 == sum(row.same + row.refused for row in report.rows)
 
 
+@pytest.mark.slow
 def test_what_is_wrong_is_found(tmp_path, monkeypatch):
     """A listing that is believed is published under a wrong name."""
     monkeypatch.setattr(faults, "DAMAGES", (faults.plant_json,))

@@ -106,6 +106,7 @@ def test_the_undamaged_are_read(good: list[Path]) -> None:
 
 @settings(max_examples=3, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(damages)
+@pytest.mark.slow
 def test_damaged_files_are_results_or_bad_input(good: list[Path], damage: list) -> None:
     harmed = []
     for path in good:

@@ -92,6 +92,7 @@ def doubling(tmp_path: Path) -> Path:
         ("RLIMIT_CPU", (2, -1), "takes more than 60 s of processor time, and 1 s per MB of its layers"),
     ],
 )
+@pytest.mark.slow
 def test_references_that_double_at_each_level_end_at_a_limit(
     doubling: Path, limit: str, most: tuple[int, int], message: str
 ) -> None:

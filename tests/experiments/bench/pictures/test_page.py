@@ -11,6 +11,7 @@ needs_browser = pytest.mark.skipif(shutil.which("chromium") is None, reason="no 
 
 
 @needs_browser
+@pytest.mark.slow
 def test_work_of_the_browser_is_counted(tmp_path):
     idle = "<script>document.body.dataset.state = 'ready'</script>"
     busy = "<script>for (let end = performance.now() + 1500; performance.now() < end; );</script>"
@@ -25,6 +26,7 @@ def test_work_of_the_browser_is_counted(tmp_path):
 
 
 @needs_browser
+@pytest.mark.slow
 def test_a_page_that_does_not_become_ready_is_refused(tmp_path):
     (tmp_path / "index.html").write_text("<body>nothing</body>")
     with pytest.raises(BadInput, match="did not become ready"):
