@@ -1,7 +1,10 @@
 """What benches print: the machine, tables of measured values, and JSON documents."""
 
 import json
-from collections.abc import Callable
+import shlex
+import sys
+from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,6 +13,9 @@ from hairpipe.api.formatting import plural, table
 
 if TYPE_CHECKING:
     from hairpipe.bench.machine import Machine
+
+RECORDING = "hairpipe.recording"
+"""What records the report of a command, in the meta data of its context."""
 
 
 def show_machine(machine: "Machine") -> None:
@@ -23,12 +29,49 @@ def show_table(title: str, rows: list[tuple[str, ...]], text: int = 1) -> None:
     click.echo(f"\n{title}\n{table(rows, '<' * text + '>' * (len(rows[0]) - text))}")
 
 
-def tell(report: Any, show: Callable[[Any], None], as_json: bool) -> None:
-    """Print a report, as a document or as people read it."""
+def tell(report: Any, show: Callable[[Any], None], as_json: bool, files: Iterable[Path] = ()) -> None:
+    """Print a report, as a document or as people read it, and record it where `--record` asks for that.
+
+    files  that it was made from besides its code
+    """
+    recording = click.get_current_context().meta.get(RECORDING)
+    if recording is not None:
+        recording.write(report, document(report), measuring_command(), files)
     if as_json:
         click.echo(json.dumps(document(report), indent=2))
     else:
         show(report)
+
+
+def prepare_recording(ctx: click.Context, param: click.Parameter, folder: Path | None) -> None:
+    """Check that a report can be recorded, before anything is measured; BadInput where it cannot be."""
+    if folder is not None:
+        from hairpipe.results.bench_recording import BenchRecording
+
+        ctx.meta[RECORDING] = BenchRecording(folder, str(ctx.info_name))
+
+
+record = click.option(
+    "--record",
+    metavar="FOLDER",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    callback=prepare_recording,
+    expose_value=False,
+    help="Folder of the page for which results/NAME.json keeps the tables.",
+)
+
+
+def measuring_command() -> str:
+    """Write the command of this process, without what changes no result."""
+    program = str(click.get_current_context().find_root().info_name).split()
+    words = iter(sys.argv[1:])
+    kept = []
+    for word in words:
+        if word == "--cache":
+            next(words, None)
+        elif word != "--json" and not word.startswith("--cache="):
+            kept.append(word)
+    return shlex.join([*program, *kept])
 
 
 def document(report: Any) -> dict[str, Any]:

@@ -57,7 +57,7 @@ class Figures:
             return [self.word(column)]
         found = self._table(table)
         wanted = dict(part.split("=", 1) for part in rest if "=" in part)
-        values = values_of(found, column, wanted)
+        values: Sequence[Value] = values_of(found, column, wanted)
         spec = ""
         for part in rest:
             if part in REDUCTIONS:
@@ -96,7 +96,7 @@ def is_equal(value: Value, text: str) -> bool:
     return value == text
 
 
-def reduced(name: str, values: list[Value]) -> float:
+def reduced(name: str, values: Sequence[Value]) -> float:
     """Reduce values to one number; BadInput where one is not a number."""
     numbers = [value for value in values if isinstance(value, int | float)]
     if len(numbers) < len(values):

@@ -11,7 +11,7 @@ from typing import Any
 
 from hairpipe.errors import BadInput
 from hairpipe.graph.store.atomic import write_text
-from hairpipe.graph.store.digest import digest, parsed
+from hairpipe.graph.store.digest import digest, digest_bytes, parsed
 from hairpipe.plain_file import content
 
 FORMAT = 1
@@ -63,7 +63,7 @@ class Results:
     frames     that the command has selected, None for all
     module     that has measured where no graph did, empty otherwise
     processor  seconds of the processor that the results cost [s]
-    nodes, shot, modules, python  as in a recipe of the engine
+    nodes, shot, modules, python  as in a recipe of the engine; without a graph, nodes are files by path and digest
     """
 
     commit: str
@@ -79,6 +79,11 @@ class Results:
     shot: str
     modules: dict[str, str]
     python: str
+
+
+def file_digest(path: Path) -> str:
+    """Digest the bytes of a file that results depend on; BadInput where it cannot be read."""
+    return digest_bytes("file", content(path, "the file that was measured with"))
 
 
 def results_path(folder: Path, name: str) -> Path:

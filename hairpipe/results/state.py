@@ -1,6 +1,6 @@
 """Whether results are current: what they are made of now, compared with what they were made of when measured."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import hairpipe
@@ -8,7 +8,7 @@ from hairpipe.api.formatting import shown
 from hairpipe.api.shot import Recipe, module_recipe
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.overrides import parse_value
-from hairpipe.results.file import Results, read_results
+from hairpipe.results.file import Results, file_digest, read_results
 
 CURRENT, OLDER, UNKNOWN = "current", "older code", "not compared"
 WORDS = (CURRENT, OLDER, UNKNOWN)
@@ -44,7 +44,8 @@ def state_of(path: Path) -> State:
 def recipe_now(path: Path, results: Results) -> Recipe:
     """Build the recipe of the tables of a results file; BadInput where the graph has changed beyond that."""
     if results.graph is None:
-        return module_recipe(results.module)
+        files = {name: file_digest(path.parent.parent / name) for name in results.nodes}
+        return replace(module_recipe(results.module), nodes=files)
     settings = {target: parse_value(text) for target, text in results.settings.items()}
     shot = hairpipe.load(path.parent.parent / results.graph, settings)
     return shot.recipe(results.frames, to=results.tables)

@@ -10,7 +10,7 @@ import click
 
 from hairpipe.api.formatting import duration, plural, size
 from hairpipe.bench.machine import share_kernels
-from hairpipe.cli import options
+from hairpipe.cli import measured, options
 from hairpipe.cli.entry import Group
 from hairpipe.cli.measured import document, show_machine, show_table, tell
 from hairpipe.cli.stderr import say
@@ -42,6 +42,7 @@ bench.add_command(needs)
 
 @bench.command()
 @options.as_json
+@measured.record
 def core(as_json: bool) -> None:
     """Measure the strand core: time per particle of a solve and of a step, for every model of a strand.
 
@@ -62,6 +63,7 @@ def core(as_json: bool) -> None:
 @click.option("--between", type=click.Choice(["pairs", "locks", "volume", "nothing"]), multiple=True, help="See above.")
 @options.moving(default=20)
 @options.as_json
+@measured.record
 def contact(segments: tuple[int, ...], between: tuple["Between", ...], moving: int, as_json: bool) -> None:
     """Measure hair in contact: seconds a frame of a shaking head, and their shares.
 
@@ -80,6 +82,7 @@ def contact(segments: tuple[int, ...], between: tuple["Between", ...], moving: i
 
 @bench.command()
 @options.as_json
+@measured.record
 def volume(as_json: bool) -> None:
     """Measure hair as a volume: 10,000 hairs of 50 segments on a grid, and 100,000 interpolated between them.
 
@@ -121,6 +124,7 @@ def show_page(report: "PageReport") -> None:
 
 @bench.command()
 @options.as_json
+@measured.record
 def particles(as_json: bool) -> None:
     """Measure hair of particles: a frame of a shaking head, of 500 to 200,000 particles, at one step and at two.
 
@@ -137,6 +141,7 @@ def particles(as_json: bool) -> None:
 
 @bench.command()
 @options.as_json
+@measured.record
 def picture(as_json: bool) -> None:
     """Measure a picture of hair at rest on our bust: processor seconds of `preview`, by part, and with deep shadows.
 

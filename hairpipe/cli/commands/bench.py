@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from hairpipe.api.formatting import plural
-from hairpipe.cli import options
+from hairpipe.cli import measured, options
 from hairpipe.cli.measured import show_machine, show_table, tell
 from hairpipe.cli.stderr import say
 
@@ -27,6 +27,7 @@ def bench() -> None:
 @options.overrides
 @options.cache
 @options.as_json
+@measured.record
 def paper(scenes: tuple[str, ...], moving: int, overrides: dict[str, str], cache: Path, as_json: bool) -> None:
     """Reproduce Table 2 of Selle, Lentine, Fedkiw 2008: seconds a frame of the scenes in graphs/paper.
 
@@ -43,7 +44,7 @@ def paper(scenes: tuple[str, ...], moving: int, overrides: dict[str, str], cache
     cache.mkdir(parents=True, exist_ok=True)
     graphs = {name: find_graph(f"paper/{name}") for name in scenes or PRINTED}
     report = measure_paper(say, graphs, cache, overrides, moving)
-    tell(report, show_paper, as_json)
+    tell(report, show_paper, as_json, graphs.values())
 
 
 def show_paper(report: "PaperReport") -> None:
