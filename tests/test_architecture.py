@@ -4,17 +4,13 @@ import ast
 import re
 import subprocess
 import sys
-import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-HOME = Path(__file__).resolve().parents[1]
-SOURCES = sorted(path for room in ("hairpipe", "nodes", "graphs") for path in (HOME / room).rglob("*.py"))
-TESTS = sorted((HOME / "tests").rglob("*.py"))
-PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name == "__init__.py")
+from .sources import HOME, PACKAGES, SOURCES, TESTS, imports_of, length_of, module_of, name_of, tree_of
 
 ORDER = (
     *("errors", "units", "simplification", "plain_file", "child", "processor"),  # what everything may need
@@ -121,26 +117,6 @@ FRAGMENTS = {
 """The files that are shorter, and why."""
 
 
-def tree_of(path: Path) -> ast.Module:
-    return ast.parse(path.read_text(encoding="utf-8"), str(path))
-
-
-def name_of(path: Path) -> str:
-    return path.relative_to(HOME).as_posix()
-
-
-def imports_of(path: Path) -> Iterator[str]:
-    """Name the modules that a file imports, those in functions and those by `importlib` too."""
-    for item in ast.walk(tree_of(path)):
-        if isinstance(item, ast.Import):
-            yield from (alias.name for alias in item.names)
-        elif isinstance(item, ast.ImportFrom):
-            assert item.level == 0, f"{path}: relative import"
-            yield from (f"{item.module}.{alias.name}" for alias in item.names)
-        elif isinstance(item, ast.Call) and ast.unparse(item.func).endswith(("import_module", "find_spec")):
-            yield from (value.value for value in item.args if isinstance(value, ast.Constant) and value.value)
-
-
 def room_of(path: Path) -> str:
     first, *inner = path.relative_to(HOME).with_suffix("").parts
     if first == "graphs" and inner[0] == "experiments":
@@ -184,16 +160,6 @@ def whole_of(target: ast.expr) -> ast.expr:
     while isinstance(target, ast.Subscript):
         target = target.value
     return target
-
-
-def length_of(path: Path) -> int:
-    return len(path.read_text(encoding="utf-8").splitlines())
-
-
-def module_of(path: Path) -> str:
-    """Name the module of a file as it is imported."""
-    name = ".".join(path.relative_to(HOME).with_suffix("").parts)
-    return name if path.is_relative_to(HOME / "hairpipe") else f"hairpipe.{name}"
 
 
 def floor_of(module: str, order: list[str]) -> int | None:
@@ -384,10 +350,3 @@ def test_no_package_imports_anything_heavy():
     code = "import sys, importlib\nfor name in sys.argv[1:]: importlib.import_module(name)\nprint(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code, *names], capture_output=True, text=True, check=True)
     assert not HEAVY & set(loaded.stdout.split())
-
-
-def test_a_wheel_has_every_package():
-    with (HOME / "pyproject.toml").open("rb") as file:
-        listed = tomllib.load(file)["tool"]["setuptools"]["packages"]
-    names = {".".join(("hairpipe", *path.parts[path.parts[0] == "hairpipe" :])) for path in PACKAGES}
-    assert sorted(listed) == sorted(names)

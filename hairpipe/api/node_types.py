@@ -6,10 +6,11 @@ from typing import Any
 
 from hairpipe.api.source import Source, find_graph
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.registry import Registry, experiments_folder
+from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.file.trust import Untrusted
 from hairpipe.graph.node.declare import NodeType, Socket
 from hairpipe.graph.node.fields import Field, fields_of
+from hairpipe.graph.node.import_paths import EXPERIMENTS, folder_of
 
 __all__ = [
     "Field",
@@ -31,11 +32,11 @@ def node_types(graph: str | Path | None = None, *, experiments: bool = False) ->
     """Return the node types that a graph finds: `names()` lists them, `find(name)` imports one.
 
     graph        path of a file, or name of a shipped graph; None for those that every graph finds
-    experiments  without a graph: those that only our experiments find, too
+    experiments  without a graph: those that only our experiments find, too, which a checkout alone has
     """
     if graph is not None:
         return Registry(find_graph(graph).parent / FOLDER)
-    return Registry(experiments_folder() if experiments else None)
+    return Registry(folder_of(EXPERIMENTS) if experiments else None)
 
 
 def type_of(source: Source, node: str) -> NodeType | None:

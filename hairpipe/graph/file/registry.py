@@ -17,7 +17,7 @@ from hairpipe.errors import BadInput
 from hairpipe.graph.file.trust import doubt_about
 from hairpipe.graph.node.declare import NodeType
 from hairpipe.graph.node.fields import fields_of
-from hairpipe.graph.node.import_paths import EXPERIMENTS, OUR_NODES, UncompiledLoader, enter, leads_to
+from hairpipe.graph.node.import_paths import EXPERIMENTS, OUR_NODES, UncompiledLoader, enter, folder_of, leads_to
 from hairpipe.graph.node.messages import nearest
 
 ENTRY_POINTS = "hairpipe.nodes"
@@ -81,8 +81,9 @@ class Registry:
         package = next((p for p in packages() if name in modules_in(p)), None)
         if package is None:
             right = nearest(name, self.names())
-            if name in modules_in(EXPERIMENTS):
-                right = f"only graphs in {experiments_folder().parent} find it"
+            experiments = folder_of(EXPERIMENTS)
+            if experiments and name in modules_in(EXPERIMENTS):
+                right = f"only graphs in {experiments.parent} find it"
             raise BadInput(f"no node type '{name}'", right=right)
         return importlib.import_module(f"{package}.{name}")
 
@@ -92,11 +93,6 @@ def packages() -> list[str]:
     """List the packages of node types: ours, then those of the entry points."""
     found = importlib.metadata.entry_points(group=ENTRY_POINTS)
     return list(dict.fromkeys([OUR_NODES, *(entry.value for entry in found)]))
-
-
-def experiments_folder() -> Path:
-    """Find the folder of the node types of our experiments."""
-    return Path(importlib.import_module(EXPERIMENTS).__path__[0])
 
 
 def modules_in(package: str) -> list[str]:

@@ -4,7 +4,6 @@ Trust covers the bytes of everything that Python could import from the folder, w
 recorded in a folder of the user. Our own nodes, and those of installed packages, need none.
 """
 
-import importlib
 import json
 import os
 import shlex
@@ -16,7 +15,7 @@ from importlib.machinery import BYTECODE_SUFFIXES, all_suffixes
 from pathlib import Path
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.node.import_paths import EXPERIMENTS, OUR_NODES
+from hairpipe.graph.node.import_paths import EXPERIMENTS, OUR_NODES, folder_of
 from hairpipe.graph.store.atomic import replacing
 from hairpipe.graph.store.digest import digest_bytes
 from hairpipe.graph.store.fingerprint import digest_file
@@ -138,7 +137,7 @@ def named_folders() -> set[Path]:
 @cache
 def shipped_folders() -> set[Path]:
     """Find the folders of our own nodes, by where the running hairpipe imports them from: no name makes another one."""
-    return {Path(importlib.import_module(name).__path__[0]).resolve() for name in (OUR_NODES, EXPERIMENTS)}
+    return {folder.resolve() for folder in map(folder_of, (OUR_NODES, EXPERIMENTS)) if folder}
 
 
 def code_in(folder: Path) -> dict[str, str]:

@@ -3,6 +3,7 @@
 It is last so that no file of a user hides a library that our own code imports.
 """
 
+import importlib
 import sys
 from importlib.machinery import (
     BYTECODE_SUFFIXES,
@@ -25,10 +26,18 @@ HOUSE = "hairpipe"
 OUR_NODES = f"{HOUSE}.nodes"
 """The package of the node types that every graph finds: the folder `nodes` of a checkout."""
 EXPERIMENTS = f"{HOUSE}.graphs.experiments.nodes"
-"""The package of those that only the graphs beside it find: the folder `graphs/experiments/nodes` of a checkout."""
+"""The package of those that only the graphs beside it find: `graphs/experiments/nodes`, in a checkout alone."""
 
 _folders: set[str] = set()
 """All folders that were ever on the path."""
+
+
+def folder_of(package: str) -> Path | None:
+    """Find the folder of one of these packages; None where it is not installed."""
+    try:
+        return Path(importlib.import_module(package).__path__[0])
+    except ModuleNotFoundError:
+        return None
 
 
 class UncompiledLoader(SourceFileLoader):

@@ -6,9 +6,10 @@ import sys
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.graph.file.registry import Registry, experiments_folder
+from hairpipe.graph.file.registry import Registry
 from hairpipe.graph.file.trust import Untrusted
 from hairpipe.graph.key.code import CodeReader
+from hairpipe.graph.node.import_paths import EXPERIMENTS, folder_of
 
 
 def test_what_a_file_prints_when_it_is_imported_is_no_result(shot, capsys):
@@ -26,7 +27,7 @@ def test_a_node_type_cannot_have_the_name_of_a_module_of_python(shot):
 
 
 def test_a_type_of_the_experiments_is_found_beside_them_only():
-    home = experiments_folder()
+    home = folder_of(EXPERIMENTS)
     assert Registry(home).find("measure_writhe").name == "measure_writhe"
     code = CodeReader(lambda name, make: make(), home).code_of("measure_writhe")
     assert {"measure_writhe", "hairpipe.graphs.experiments.studies.theory.twist_buckling"} <= code.parts.keys()
@@ -34,8 +35,12 @@ def test_a_type_of_the_experiments_is_found_beside_them_only():
         Registry().find("measure_writhe")
 
 
+def test_an_installation_without_experiments_has_no_folder_of_them():
+    assert folder_of(f"{EXPERIMENTS}.absent") is None
+
+
 def test_a_folder_of_the_same_name_is_not_trusted(tmp_path):
-    copy = shutil.copytree(experiments_folder(), tmp_path / "graphs" / "experiments" / "nodes")
+    copy = shutil.copytree(folder_of(EXPERIMENTS), tmp_path / "graphs" / "experiments" / "nodes")
     (copy / "measure_writhe.py").write_text("1 / 0")
     with pytest.raises(Untrusted):
         Registry(copy).find("measure_writhe")
