@@ -15,7 +15,7 @@ from .sources import HOME, PACKAGES, SOURCES, TESTS, imports_of, length_of, modu
 ORDER = (
     *("errors", "units", "simplification", "plain_file", "child", "processor"),  # what everything may need
     *("kernels", "data", "spatial", "volume", "body", "levelset", "groom", "scripted_ends"),
-    *("sim", "particles", "table", "measure"),
+    *("sim", "particles", "measure"),
 )
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 WITHIN = {
@@ -46,19 +46,21 @@ ASKED = {"graph.file.trust"}  # before anything is loaded, a person is asked whe
 ROOMS = {
     **{room: set(ORDER[:place]) for place, room in enumerate(ORDER)},
     "render": {*BASE, "spatial", "volume", "groom"},
-    "chart": BASE,
     "io": {*BASE, "spatial"},
     "graph": {"errors", "units", "child", "plain_file", "processor", "kernels.call_cost"},
     "api": {"data", "errors", "graph", "graphs", "io", "plain_file"},
     "__init__": {"api", "errors"},
     "bench": {*ORDER, "render", "graph"},
-    "nodes": {*ORDER, "render", "chart", "io", "graph"},
-    "graphs": {*ORDER, "io"},
+    "nodes": {*ORDER, "render", "io", "graph"},
+    "graphs": {*ORDER, "io", "assets"},
     "experiments.bench": {*ORDER, "render", "graph", "io", "api", "bench", "cli", "tune", "experiments.scenes"},
+    "experiments.chart": BASE,
     "experiments.elastic": {*ORDER},
+    "experiments.measure": {*ORDER, "experiments.elastic"},
+    "experiments.table": BASE,
     "experiments.scenes": {*ORDER, "graph", "api", "tune"},
     "experiments.studies": {*ORDER},
-    "experiments.nodes": {*ORDER, "render", "chart", "io", "graph", "experiments"},
+    "experiments.nodes": {*ORDER, "render", "io", "graph", "experiments"},
     "tune": {*BASE, "api", *PURE, "measure.climate", "groom.random_streams"},
     "page": {*BASE, "api", "io", "spatial", "wedge", "graph.File", *PURE},
     "wedge": {*BASE, "api", "io", *PURE},
@@ -87,7 +89,7 @@ PLACES = {
     "bpy": "hairpipe/render/cycles/",
     "h5py": "hairpipe/io/hdf5.py",
     "PIL": "hairpipe/io/",
-    "matplotlib": "hairpipe/chart/",
+    "matplotlib": "graphs/experiments/chart/",
     "pydantic": "hairpipe/graph/node/settings.py",
     "click": ("hairpipe/cli/", "graphs/experiments/bench/"),
     "tomlkit": "hairpipe/graph/file/saving.py",

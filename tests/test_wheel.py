@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .sources import HOME, PACKAGES, SOURCES, imports_of, length_of, module_of, tree_of
 
-MOST_LINES_OF_THE_WHEEL = 50_000
+MOST_LINES_OF_THE_WHEEL = 54_600
 """Of `hairpipe/`; nodes and graphs apart."""
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from bust_clip import bust_clip, rise
 
 from hairpipe.data.clip import Clip
-from hairpipe.io.mocap.bvh_writing import write_bvh
+from hairpipe.graphs.assets.bvh_writing import write_bvh
 
 RATE = 60.0  # samples a second
 SECONDS = 10.4

@@ -2,7 +2,6 @@
 
 from hairpipe.data.body import Body, Pose, Skeleton
 from hairpipe.data.density import Density
-from hairpipe.data.elastic import ElasticState, Shell, Solid
 from hairpipe.data.ends import Ends
 from hairpipe.data.groom import Groom, Strands
 from hairpipe.data.levelset import LevelSet
@@ -17,7 +16,6 @@ __all__ = [
     "BodyParts",
     "Cloud",
     "Density",
-    "ElasticState",
     "Ends",
     "Groom",
     "LevelSet",
@@ -26,9 +24,7 @@ __all__ = [
     "Particles",
     "PointValues",
     "Pose",
-    "Shell",
     "Skeleton",
-    "Solid",
     "Strands",
     "Table",
 ]

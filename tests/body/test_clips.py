@@ -8,8 +8,8 @@ import pytest
 
 from hairpipe.body.mannequin.bust import build_skeleton
 from hairpipe.body.mocap.performer import place_at_zero
+from hairpipe.graphs.assets.bvh_writing import write_bvh
 from hairpipe.io.mocap.bvh import read_bvh
-from hairpipe.io.mocap.bvh_writing import write_bvh
 
 ASSETS = Path(__file__).resolve().parents[2] / "graphs" / "assets"
 

@@ -8,7 +8,7 @@ import pytest
 
 from hairpipe.data import Strands
 from hairpipe.errors import BadInput
-from hairpipe.measure.volume.target import target_table
+from hairpipe.graphs.experiments.measure.target import target_table
 from hairpipe.sim.settings import Target, Volume
 from hairpipe.sim.shot import Frame
 from hairpipe.sim.simulate import next_state, strands_of

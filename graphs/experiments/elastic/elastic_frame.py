@@ -4,10 +4,10 @@ from math import floor
 
 import numpy as np
 
-from hairpipe.data.elastic import ElasticState
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.elastic.elastic_settings import ElasticScene
 from hairpipe.graphs.experiments.elastic.elastic_stage import Body
+from hairpipe.graphs.experiments.elastic.elastic_values import ElasticState
 from hairpipe.graphs.experiments.elastic.spring_assembly import find_forces, spring_energy
 from hairpipe.graphs.experiments.elastic.spring_mesh import Springs
 from hairpipe.graphs.experiments.elastic.time_stepping import SCHEMES

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.data.elastic import Shell
+from hairpipe.graphs.experiments.elastic.elastic_values import Shell
 
 
 def build_noodle(ring: float, tube: float, along: int, around: int, height: float) -> Shell:

@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from hairpipe.data.elastic import Solid
+from hairpipe.graphs.experiments.elastic.elastic_values import Solid
 
 Shape = Literal["plane", "line", "slanted_line", "mirrored", "scrambled", "scrambled_line", "point"]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hairpipe.data.elastic import Solid
+from hairpipe.graphs.experiments.elastic.elastic_values import Solid
 
 
 def build_torus(ring: float, tube: float, layers: int, around: int, height: float) -> Solid:

@@ -2,8 +2,8 @@
 
 from typing import Annotated
 
-from hairpipe.data import Solid
 from hairpipe.graph import node
+from hairpipe.graphs.experiments.elastic.elastic_values import Solid
 from hairpipe.units import Gt, Interval, Metres
 
 

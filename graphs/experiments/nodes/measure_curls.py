@@ -7,6 +7,6 @@ from hairpipe.graph import Frames, Time, node
 @node(frames="once")
 def measure_curls(hair: Frames[Strands], time: Time) -> Table:
     """Measure the radius of curls at every frame: the distance of points from the mean of the turn around them."""
-    from hairpipe.measure.shape.curls import measure_radii
+    from hairpipe.graphs.experiments.measure.curls import measure_radii
 
     return measure_radii(hair, time.fps)

@@ -28,6 +28,6 @@ def measure_event(
     last    value of `x` at which the search ends; by default that of the last row
     theory  value expected from theory
     """
-    from hairpipe.table.series import event
+    from hairpipe.graphs.experiments.table.series import event
 
     return event(table, what, x, y, level, (first, last), theory)

@@ -2,8 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import ElasticState, Shell, Table
+from hairpipe.data import Table
 from hairpipe.graph import Frames, node
+from hairpipe.graphs.experiments.elastic.elastic_values import ElasticState, Shell
 from hairpipe.units import Ge
 
 
@@ -13,6 +14,6 @@ def measure_shell(shell: Shell, states: Frames[ElasticState], *, every: Annotate
 
     every  number of frames from one row to the next
     """
-    from hairpipe.graphs.experiments.elastic.elastic_measures import measure_angles
+    from hairpipe.graphs.experiments.measure.elastic_measures import measure_angles
 
     return measure_angles(shell, (states[frame] for frame in states.numbers[::every]))

@@ -2,8 +2,9 @@
 
 from typing import Annotated
 
-from hairpipe.data import ElasticState, Solid, Table
+from hairpipe.data import Table
 from hairpipe.graph import Frames, node
+from hairpipe.graphs.experiments.elastic.elastic_values import ElasticState, Solid
 from hairpipe.units import Ge
 
 
@@ -13,6 +14,6 @@ def measure_solid(solid: Solid, states: Frames[ElasticState], *, every: Annotate
 
     every  number of frames from one row to the next
     """
-    from hairpipe.graphs.experiments.elastic.elastic_measures import measure_volume
+    from hairpipe.graphs.experiments.measure.elastic_measures import measure_volume
 
     return measure_volume(solid, (states[frame] for frame in states.numbers[::every]))

@@ -28,7 +28,7 @@ def plot_interpolation(
     width       width of the picture
     height      height of the picture
     """
-    from hairpipe.chart.sections import draw_sections
+    from hairpipe.graphs.experiments.chart.sections import draw_sections
     from hairpipe.graphs.experiments.studies.interpolation.sections import sections
 
     path, found = workspace / "sections.png", sections(case, fractions, voxel, half_width)

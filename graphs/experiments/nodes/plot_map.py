@@ -38,7 +38,7 @@ def plot_map(
     width    width of the picture
     height   height of the picture
     """
-    from hairpipe.chart.maps import MapColumns, draw_maps
+    from hairpipe.graphs.experiments.chart.maps import MapColumns, draw_maps
     from hairpipe.io.table import lay_below
 
     path, size = workspace / "map.png", (width, height)

@@ -35,7 +35,7 @@ def plot_strand(
     width    width of the picture
     height   height of the picture
     """
-    from hairpipe.chart.poses import draw_poses, panels_of
+    from hairpipe.graphs.experiments.chart.poses import draw_poses, panels_of
 
     panels = panels_of(hair, time.fps, poses, moments, strands, cases)
     draw_poses(workspace / "poses.png", panels, plane, apart, title, (width, height))

@@ -12,6 +12,6 @@ def select_rows(tables: tuple[Table, ...], *, cases: tuple[str, ...] = (), colum
     column  name of the examined column of numbers
     value   value of the selected rows
     """
-    from hairpipe.table.rows import select
+    from hairpipe.graphs.experiments.table.rows import select
 
     return select(tables, cases, column, value)

@@ -22,6 +22,6 @@ def summarize_tables(
     against  values of the varied parameter, one per table in order
     name     name of the varied parameter, with its unit
     """
-    from hairpipe.table.rows import summary
+    from hairpipe.graphs.experiments.table.rows import summary
 
     return summary(tables, columns, take, against, name)

@@ -16,7 +16,7 @@ from hairpipe.cli.entry import commands
 from hairpipe.data import Skeleton
 from hairpipe.data.clip import Clip
 from hairpipe.errors import BadInput
-from hairpipe.io.mocap.bvh_writing import write_bvh
+from hairpipe.graphs.assets.bvh_writing import write_bvh
 
 Y_TO_Z = Rotation.from_euler("x", 90.0, degrees=True).as_matrix()
 ASF = {"Hips": "root", "Spine": "thorax", "Neck": "lowerneck", "Head": "head"}

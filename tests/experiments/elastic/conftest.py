@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Shell, Solid
+from hairpipe.graphs.experiments.elastic.elastic_values import Shell, Solid
 from hairpipe.graphs.experiments.elastic.sparsity import multiply
 
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from hairpipe.data import Solid
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.elastic.elastic_frame import advance_frame, begin
 from hairpipe.graphs.experiments.elastic.elastic_settings import ElasticScene, Ground, Stir
+from hairpipe.graphs.experiments.elastic.elastic_values import Solid
 from hairpipe.graphs.experiments.elastic.matter import Rubber
 from hairpipe.graphs.experiments.elastic.spring_mesh import solid_springs
 

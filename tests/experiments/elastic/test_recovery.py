@@ -5,7 +5,6 @@ import pytest
 
 from hairpipe.graphs.experiments.elastic import mesh_geometry
 from hairpipe.graphs.experiments.elastic.elastic_frame import advance_frame, begin
-from hairpipe.graphs.experiments.elastic.elastic_measures import measure_angles, measure_volume
 from hairpipe.graphs.experiments.elastic.elastic_settings import ElasticScene, Ground, Stir
 from hairpipe.graphs.experiments.elastic.hinges import hinges
 from hairpipe.graphs.experiments.elastic.matter import Fabric, Rubber
@@ -13,6 +12,7 @@ from hairpipe.graphs.experiments.elastic.sheets import build_cloth, build_noodle
 from hairpipe.graphs.experiments.elastic.spring_mesh import shell_springs, solid_springs
 from hairpipe.graphs.experiments.elastic.squash import squash
 from hairpipe.graphs.experiments.elastic.torus import build_torus
+from hairpipe.graphs.experiments.measure.elastic_measures import measure_angles, measure_volume
 
 TORUS = build_torus(0.5, 0.2, 1, 16, 0.3)
 

@@ -5,9 +5,9 @@ from hypothesis import strategies as st
 
 from hairpipe.data.clip import Clip
 from hairpipe.errors import BadInput
+from hairpipe.graphs.assets.bvh_writing import write_bvh
 from hairpipe.io.mocap import bvh_hierarchy
 from hairpipe.io.mocap.bvh import read_bvh, recall_bvh
-from hairpipe.io.mocap.bvh_writing import write_bvh
 
 PLAIN = """HIERARCHY
 ROOT Hips

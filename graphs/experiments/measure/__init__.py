@@ -1,0 +1,1 @@
+"""Measures of hair that only experiments take."""
