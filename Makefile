@@ -6,7 +6,7 @@ INSTALL := $(RUN) pip install --quiet --disable-pip-version-check --no-compile -
 # neither all of Blender nor the tests of libraries.
 COMPILE := $(RUN) compileall -q -j 0 -x '/(bpy|tests)/' $(VENV)/lib hairpipe nodes graphs
 
-.PHONY: menu demo test quick cases check figures clean
+.PHONY: menu demo test quick cases check figures docs clean
 
 menu:
 	@echo "make demo    simulate hair on our bust and draw it: results in out/demo; FRAMES=1001-1010 for its first pictures"
@@ -15,6 +15,7 @@ menu:
 	@echo "make cases   run the inputs in ../shared/cases, where they are"
 	@echo "make check   lint, format and types"
 	@echo "make figures write recorded results into the pages; record with hairpipe run GRAPH --record"
+	@echo "make docs    build the documentation: out/docs/index.html"
 	@echo "make clean   remove the environment and the results, not the cache"
 
 demo: $(VENV)/installed
@@ -38,6 +39,9 @@ check: $(VENV)/tested
 
 figures: $(VENV)/installed
 	$(VENV)/bin/hairpipe results --write
+
+docs: $(VENV)/tested
+	$(RUN) sphinx -q -W --keep-going -E -j auto docs out/docs
 
 $(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { echo "hairpipe needs Python 3.11, 3.12 or 3.13; set PYTHON=..." >&2; exit 2; }

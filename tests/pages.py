@@ -14,9 +14,11 @@ from hairpipe.graphs.experiments.bench.commands import bench
 
 HOME = Path(__file__).resolve().parents[1]
 ROOMS = ("", "cache", "graphs", "hairpipe", "nodes", "tests")
+DOCS = sorted((HOME / "docs").rglob("*.md"))
 PAGES = [
     HOME / "CONTRIBUTING.md",
     *sorted(page for room in ROOMS for page in (HOME / room).glob("**/README.md" if room else "README.md")),
+    *DOCS,
 ]
 BENCHES = "python -m hairpipe.graphs.experiments.bench "
 PROGRAMS = ("hairpipe ", "make ", BENCHES)

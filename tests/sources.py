@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 HOME = Path(__file__).resolve().parents[1]
-SOURCES = sorted(path for room in ("hairpipe", "nodes", "graphs") for path in (HOME / room).rglob("*.py"))
+SOURCES = sorted(path for room in ("hairpipe", "nodes", "graphs", "docs") for path in (HOME / room).rglob("*.py"))
 TESTS = sorted((HOME / "tests").rglob("*.py"))
 PACKAGES = sorted(path.parent.relative_to(HOME) for path in SOURCES if path.name == "__init__.py")
 

@@ -82,6 +82,7 @@ ROOMS = {
         *PURE,
         *ASKED,
     },
+    "docs": {"api", "cli", "data", "__init__"},
 }
 """Which other rooms the files of a room may import."""
 PLACES = {
@@ -96,6 +97,8 @@ PLACES = {
     "rich": "hairpipe/cli/",
     "starlette": "hairpipe/page/server.py",
     "uvicorn": "hairpipe/page/server.py",
+    "sphinx": "docs/",
+    "docutils": "docs/",
 }
 """Where alone a foreign library may be imported."""
 DATA_IMPORTS = {"numpy", "hairpipe", *sys.stdlib_module_names}

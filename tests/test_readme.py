@@ -18,7 +18,8 @@ from hairpipe.results.state import CURRENT
 
 from .pages import FENCE, HOME, PAGES, SPAN, command_of, commands_of, data_of, name_of, prose_of, tables_of
 
-MOST_LINES = 150
+MOST_LINES = 140
+INCLUDE = re.compile(r"^:::\{include\} (\S+)$", re.MULTILINE)
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 HEAD = re.compile(r"commit (?:[0-9a-f]{7}\b[^;]*; machine [^;]+|and machine as in each row); command .+")
 MADE = re.compile(
@@ -35,9 +36,13 @@ def paths_of(page):
 
 
 def anchors_of(page):
-    """List the anchors of a page, as its headings make them."""
-    headings = re.findall(r"^#+ (.+)$", page.read_text(encoding="utf-8"), re.MULTILINE)
-    return {re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in headings}
+    """List the anchors of a page, and of those that it includes, as their headings make them."""
+    text = page.read_text(encoding="utf-8")
+    inner = [anchors_of((page.parent / path).resolve()) for path in INCLUDE.findall(text)]
+    headings = re.findall(r"^#+ (.+)$", text, re.MULTILINE)
+    return set().union(*inner) | {
+        re.sub(r"[^\w -]", "", heading).strip().lower().replace(" ", "-") for heading in headings
+    }
 
 
 def has_figures(rows):

@@ -1,0 +1,54 @@
+"""What the pages in `docs/` are made of: node types by purpose, their examples, labels, and cards of graphs."""
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from hairpipe.api.node_types import node_types
+
+from .pages import DOCS, HOME, name_of
+
+CATALOGUE = node_types()
+
+
+@pytest.fixture
+def extension(monkeypatch):
+    """Let Python find the extension of Sphinx that makes these pages."""
+    monkeypatch.syspath_prepend(str(HOME / "docs"))
+
+
+@pytest.mark.parametrize("name", CATALOGUE.names())
+def test_node_type_is_on_the_page_of_its_purpose(name, extension):
+    from extension.purposes import purpose_of
+
+    purpose = purpose_of(CATALOGUE.find(name))
+    pages = [page for page in DOCS if f":::{{nodes}} {purpose}\n" in page.read_text(encoding="utf-8")]
+    assert len(pages) == 1
+
+
+@pytest.mark.parametrize("name", CATALOGUE.names())
+def test_example_of_a_node_type_connects_its_inputs(name, extension):
+    from extension.examples import example_of
+
+    node_type = CATALOGUE.find(name)
+    source, text = example_of(node_type)
+    [table] = tomllib.loads(text).values()
+    assert table["type"] == name and (not source or (HOME / source).is_file())
+    needed = {key for key, socket in node_type.sockets.items() if not socket.optional}
+    connected = table.get("in", {}).keys()
+    assert connected <= node_type.sockets.keys() and (source or needed <= connected)
+
+
+@pytest.mark.parametrize("page", DOCS, ids=name_of)
+def test_label_names_a_node_type(page):
+    labels = re.findall(r"\{ref\}`([^`]+)`", page.read_text(encoding="utf-8"))
+    assert set(labels) <= set(CATALOGUE.names())
+
+
+def test_every_folder_of_graphs_is_in_the_gallery():
+    page = (HOME / "docs/gallery.md").read_text(encoding="utf-8")
+    folders = re.findall(r"^:::\{gallery\} ?(.*)$", page, re.MULTILINE)
+    graphs = (path.parent.relative_to(HOME / "graphs") for path in (HOME / "graphs").rglob("*.toml"))
+    assert {Path(folder) for folder in folders} == set(graphs) - {Path("experiments")}
