@@ -68,7 +68,7 @@ def preview(
     shot = Shot(width, height, view, fov, eye, target, supersampling, turn * time.frame)
     if normals is not None and len(normals.vectors) != len(hair.points):
         what = f"{len(normals.vectors)} normals of {len(hair.points)} points"
-        raise BadInput(what, where="in.normals", right="those that this hair carries")
+        raise BadInput(what, where="in.normals", right="the normals of this hair")
     if curve == "bspline":
         points, velocities = (spline_knots(hull, hair.offsets) for hull in (hair.points, hair.velocities))
         hair = replace(hair, points=points, velocities=velocities)

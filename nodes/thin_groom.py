@@ -17,5 +17,5 @@ def thin_groom(groom: Groom, *, every: Annotated[int, Interval(ge=1, le=1_000_00
     from hairpipe.groom.sampling import thinned
 
     if every // 2 >= len(groom.ids):
-        raise BadInput(f"every = {every} leaves none of {len(groom.ids)} strands", right="less")
+        raise BadInput(f"every = {every} removes all {len(groom.ids)} strands", right="less")
     return thinned(groom, every)

@@ -29,7 +29,7 @@ def open_store(root: str | os.PathLike[str] | None = None, *, read_only: bool = 
     path = Path(root if root is not None else os.environ.get(VARIABLE) or USUAL)
     check_plain(path, "a folder")
     if path.is_file():
-        raise BadInput("it is a file", where=path, right="a folder")
+        raise BadInput("is a file", where=path, right="a folder")
     check_store(path)
     return Store(path, read_only=read_only)
 

@@ -62,7 +62,7 @@ class Plan:
     def __repr__(self) -> str:
         """Write a table: node, frames, and what would happen to them; then the totals."""
         counts = Counter(entry.status for entry in self.entries)
-        waiting = f", {counts['depends']:,} depend on what comes out" if counts["depends"] else ""
+        waiting = f", up to {counts['depends']:,} more, depending on these results" if counts["depends"] else ""
         total = f"{plural(counts['run'], 'result')} to compute{waiting}, {counts['cached']:,} cached"
         return f"{table(plan_rows(self.entries), '<<<')}\n{total}{stop_lines(self.stopped)}"
 
@@ -187,7 +187,7 @@ class Run:
 
     def failure_lines(self) -> list[str]:
         """List the failures, and whether the run was interrupted."""
-        interrupted = ["interrupted; what was computed is kept, and the same run goes on from there"]
+        interrupted = ["interrupted; computed results are kept, and the same run resumes"]
         return [f"failed: {failure}" for failure in self.failures] + interrupted * self.outcome.interrupted
 
     def _places(self) -> str:

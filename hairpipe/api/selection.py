@@ -27,7 +27,9 @@ def read_target(text: str) -> Target:
     """Read `NODE[.OUTPUT][@FRAME]`; BadInput where a text is nothing like it."""
     match = re.fullmatch(r"([^.@]+)(?:\.([^.@]+))?(?:@(-?\d{1,9}))?", text)
     if not match:
-        raise BadInput(f"'{text}' names no result", right="NODE@FRAME, NODE.OUTPUT@FRAME, or NODE for the shot")
+        raise BadInput(
+            f"'{text}' is not the name of a result", right="NODE@FRAME, NODE.OUTPUT@FRAME, or NODE for the shot"
+        )
     return Target(match[1], match[2], int(match[3]) if match[3] else None)
 
 

@@ -75,7 +75,7 @@ def read_table(graph: Graph, store: Store, task: Task, record: Record) -> Table:
     """Read a result that is a table; BadInput for any other."""
     value = read_value(graph, store, task, record)
     if not isinstance(value, Table):
-        raise BadInput(f"'{task}' is no table", where=graph.path, right="a node that gives a Table, to measure with")
+        raise BadInput(f"'{task}' is not a table", where=graph.path, right="a node with a Table as output")
     return value
 
 

@@ -94,7 +94,7 @@ def measure_scene(
     say(f"{name}: body and groom")
     replay.prepare(settling + FRAMES)
     for frame in range(settling):
-        say(f"{name}: frame {frame + 1} of {settling} before the first that counts")
+        say(f"{name}: frame {frame + 1} of {settling} before the measured ones")
         replay.advance(replay.arguments())
     found: list[tuple[float, dict[str, float]]] = []
     states: list[HairState] = []

@@ -36,7 +36,7 @@ class Replay:
         keep_freed()
         node = self.graph.node(self.name)
         if node.type.state is None:
-            raise BadInput(f"'{self.name}' does not go from frame to frame", where=self.graph.path, right="a scan")
+            raise BadInput(f"'{self.name}' is not a scan from frame to frame", where=self.graph.path, right="a scan")
         self.frame = self.graph.begin
 
     def prepare(self, frames: int) -> None:

@@ -46,8 +46,8 @@ def seated(scalp: Scalp, points: np.ndarray) -> Scalp:
         return scalp
     at = between_ears(points)
     place = ", ".join(f"{x:.3f}" for x in at)
-    guessed = f"the body has no skeleton that tells where its head is: the hairline goes around ({place}) m"
-    warnings.warn(f"{guessed}; state scalp.at, the point between the ears, where that is wrong", stacklevel=3)
+    guessed = f"the body has no skeleton to locate its head: the hairline is centred at ({place}) m"
+    warnings.warn(f"{guessed}; scalp.at, the point between the ears, corrects this", stacklevel=3)
     return replace(scalp, at=at)
 
 

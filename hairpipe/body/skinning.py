@@ -21,7 +21,7 @@ def skin(rest: Body, pose: Pose | None) -> Mesh:
         return Mesh(mesh.points, mesh.triangles, np.zeros_like(mesh.points), mesh.uv)
     if len(pose.transforms) != len(rest.skeleton.names):
         what = f"a pose of {len(pose.transforms)} joints, the body has {len(rest.skeleton.names)}"
-        raise BadInput(what, where="in.pose", right="a motion that was loaded for this body")
+        raise BadInput(what, where="in.pose", right="a motion loaded for this body")
     unbind = invert(rest.skeleton.rest)
     moved = np.empty_like(mesh.points), np.empty_like(mesh.points)
     for matrices, result in zip((pose.transforms, pose.rates), moved, strict=True):

@@ -48,7 +48,7 @@ def read_overrides(ctx: click.Context, param: click.Parameter, given: tuple[str,
     pairs = [text.partition("=") for text in given]
     for name, equals, _ in pairs:
         if not equals:
-            raise BadInput(f"'{name}' sets nothing", where="--set", right="NODE.SETTING=VALUE")
+            raise BadInput(f"'{name}' is not an assignment", where="--set", right="NODE.SETTING=VALUE")
     return {name.strip(): value for name, _, value in pairs}
 
 
@@ -88,27 +88,27 @@ overrides = click.option(
     metavar="NODE.SETTING=VALUE",
     callback=read_overrides,
     shell_complete=complete_setting,
-    help="Change a setting for this command only; any number of times.",
+    help="Setting to change for this command only; repeatable.",
 )
 frames = click.option(
-    "--frames", metavar="1-100x2,150", callback=read_frames, help="Frames to compute; by default all of the graph."
+    "--frames", metavar="1-100x2,150", callback=read_frames, help="Frames to compute; by default those of the graph."
 )
 to = click.option(
     "--to",
     multiple=True,
     metavar="NODE",
     shell_complete=complete_node,
-    help="Only this node and what it depends on; any number of times.",
+    help="Node to compute, with its dependencies only; repeatable.",
 )
 wedge = click.option(
-    "--wedge", metavar="WEDGE", shell_complete=complete_wedge, help="All variants of this wedge, in one run."
+    "--wedge", metavar="WEDGE", shell_complete=complete_wedge, help="Wedge of which all variants are computed."
 )
 wedge_name = click.argument("name", metavar="WEDGE", shell_complete=complete_wedge)
 publish_root = click.option(
     "--publish-root",
     metavar="FOLDER",
     type=click.Path(path_type=Path),
-    help="Folder below which the graph may publish, as well as below the folder of its project.",
+    help="Additional folder for published files, besides that of the project.",
 )
 cache = click.option(
     "--cache",
@@ -118,7 +118,7 @@ cache = click.option(
     show_default="cache in the current folder",
     callback=read_cache,
     type=click.Path(path_type=Path),
-    help="Folder where results are kept.",
+    help="Folder of the cache of results.",
 )
 jobs = click.option(
     "-j",
@@ -127,14 +127,14 @@ jobs = click.option(
     metavar="N",
     default=os.cpu_count,
     show_default="all cores",
-    help="Number of processes, and of threads of a simulation; no result depends on it.",
+    help="Number of processes, and of threads per simulation; results do not depend on it.",
 )
-as_json = click.option("--json", "as_json", is_flag=True, help="One JSON document instead of text.")
+as_json = click.option("--json", "as_json", is_flag=True, help="Print a JSON document instead of text.")
 moving = partial(
     click.option,
     "--moving",
     type=click.IntRange(min=0),
     show_default=True,
-    help="Frames of motion before; locks take some.",
+    help="Number of frames before the measured ones, for locks to form.",
 )
-as_markdown = click.option("--markdown", "as_markdown", is_flag=True, help="A table of Markdown.")
+as_markdown = click.option("--markdown", "as_markdown", is_flag=True, help="Print a Markdown table.")

@@ -23,7 +23,7 @@ def say_faults(done: Run, verbose: bool) -> None:
         hint = "; -v shows where in the code" if raised and not verbose else ""
         say(f"hairpipe: {names} failed{missed}{hint}")
     if outcome.interrupted:
-        say("hairpipe: interrupted; what was computed is kept, the same command goes on from there")
+        say("hairpipe: interrupted; computed results are kept, and the same command resumes")
 
 
 def document(done: Run) -> dict[str, Any]:

@@ -33,7 +33,7 @@ def bind_roots(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: float, id
     sites, distances = nearest_sites(mesh, roots)
     far = distances > reach
     if far.any():
-        what = f"roots up to {distances.max():.3g} m off the body: {name_strands(ids[far])}"
+        what = f"roots up to {distances.max():.3g} m away from the body: {name_strands(ids[far])}"
         cause = cause_of_misfit(mesh, roots, tips, reach) if far.mean() > SOME else None
         within = f"every root within reach = {reach:g} m of the body"
         raise BadInput(f"{what}; {cause.what}" if cause else what, right=cause.right if cause else within)
@@ -49,7 +49,7 @@ def bind_tips(mesh: Mesh, groom: Groom, held: np.ndarray, reach: float) -> Groom
         return groom
     sites, distances = nearest_sites(mesh, groom.points[groom.offsets[1:] - 1])
     if len(far := groom.ids[held & (distances > reach)]):
-        told = f"{len(far)} tips are held more than reach = {reach:g} m off the body, by its closest place"
+        told = f"{len(far)} tips are bound to a place of the body more than reach = {reach:g} m away"
         warnings.warn(f"{told}: {name_strands(far)}", stacklevel=3)
     frames = root_frames(mesh.points, mesh.triangles, *sites)
     triangles = np.where(held, sites.triangles, FREE).astype(np.int32)

@@ -170,15 +170,15 @@ def warn_of_ironing(given: np.ndarray, offsets: np.ndarray, points: np.ndarray, 
         curves, new = take_strands(given, offsets, short), offsets_of(np.full(len(short), needed + 1))
         short = short[strand_lengths(equal_segments(*curves, new), new) < lengths[short]]
     if count:
-        lost = f"{count} strands lose more than {1.0 - KEPT:.0%} of their length to segments that cut through curls"
-        warnings.warn(f"{lost}: with segments = {needed} none would", stacklevel=3)
+        lost = f"{count} strands become more than {1.0 - KEPT:.0%} shorter, as their segments cut through curls"
+        warnings.warn(f"{lost}; segments = {needed} avoids this", stacklevel=3)
 
 
 def warn_of_shared_roots(roots: np.ndarray) -> None:
     """Warn where several strands grow from one and the same point."""
     shared = len(roots) - len(np.unique(roots, axis=0))
     if shared:
-        warnings.warn(f"{shared} strands grow from a point from which another grows", stacklevel=3)
+        warnings.warn(f"{shared} strands share their root with another strand", stacklevel=3)
 
 
 def warn_of_fewer(ids: np.ndarray, shortest: float) -> None:

@@ -50,8 +50,8 @@ def cause_of_misfit(mesh: Mesh, roots: np.ndarray, tips: np.ndarray, reach: floa
     offset = common_offset(mesh, tree, roots, reach)
     if offset is not None:
         vector = ", ".join(f"{x:.4g}" for x in np.round(offset, 4) + 0.0)
-        right = "points that are moved once: they may include a transform that is applied to them again"
-        return Cause(f"all are off by one vector, ({vector}) m", right)
+        right = "points with one transform; the present ones may have been transformed twice"
+        return Cause(f"all are displaced by one vector, ({vector}) m", right)
     return None
 
 

@@ -30,11 +30,11 @@ def read_body(
     """
     if (skeleton is None) != (weights is None):
         raise BadInput(
-            "a skeleton and weights only make sense together", where="skeleton, weights", right="both or neither"
+            "a skeleton requires weights, and weights a skeleton", where="skeleton, weights", right="both or neither"
         )
     if path.suffix.lower() in USD_SUFFIXES:
         if skeleton is not None:
-            raise BadInput("USD files carry their own skeleton", where="skeleton", right="no skeleton and weights")
+            raise BadInput("USD files contain their skeleton", where="skeleton", right="no skeleton and weights")
         from hairpipe.io.usd.read import read_body as read_usd_body
 
         return read_usd_body(path, group, time)

@@ -188,7 +188,7 @@ def read(path: Path) -> Tree:
     """
     found = path.stat()
     if odd := oddity(found):
-        raise BadInput(f"not a whole HDF5 value: it is {odd}", where=path)
+        raise BadInput(f"not a complete HDF5 value: {odd}", where=path)
     try:
         with h5py.File(path, "r", locking=False) as file:
             return Reader(found.st_size).group(file)["value"]
@@ -196,7 +196,7 @@ def read(path: Path) -> Tree:
         refused = REFUSED.search(str(error))
         if refused:
             raise OSError(int(refused[1]), os.strerror(int(refused[1])), str(path)) from None
-        raise BadInput(f"not a whole HDF5 value: {error}", where=path) from None
+        raise BadInput(f"not a complete HDF5 value: {error}", where=path) from None
 
 
 def digest_file(path: Path) -> str:

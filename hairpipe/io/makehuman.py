@@ -56,7 +56,7 @@ def _weight_rows(path: Path, bone: str, rows: Any, vertices: int) -> tuple[np.nd
     right = f"pairs [vertex 0 to {vertices - 1}, weight of 0 or more]"
     where = f"{path}, weights.{bone}"
     if not isinstance(rows, list) or not all(isinstance(row, list) and len(row) == 2 for row in rows):
-        raise BadInput("these are not pairs", where=where, right=right)
+        raise BadInput("the list does not consist of pairs", where=where, right=right)
     for vertex, weight in rows:
         if not _is_index(vertex, vertices) or not _is_weight(weight):
             raise BadInput(f"[{vertex!r:.40}, {weight!r:.40}] is out of range", where=where, right=right)
@@ -88,7 +88,7 @@ def _read_object(path: Path) -> dict[str, Any]:
 def _member(path: Path, content: dict[str, Any], name: str, kind: type) -> Any:
     value = content.get(name)
     if not isinstance(value, kind) or not value:
-        raise BadInput(f"{name!r} is missing, empty or no {kind.__name__}", where=path, right="a MakeHuman rig")
+        raise BadInput(f"{name!r} is missing, empty or not a {kind.__name__}", where=path, right="a MakeHuman rig")
     return value
 
 

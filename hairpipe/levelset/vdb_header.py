@@ -86,7 +86,7 @@ def box(path: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """
     found = next((grid.box for grid in inspect(path) if grid.name == "surface" and grid.box), None)
     if found is None:
-        raise BadInput("it has no level set 'surface' of known size", where=path, right="a file of export_vdb")
+        raise BadInput("the file has no level set 'surface' of known size", where=path, right="a file of export_vdb")
     return found
 
 
@@ -98,7 +98,7 @@ def read_grids(cursor: Cursor) -> list[Grid]:
 def open_archive(cursor: Cursor) -> int:
     """Read the head of a file, from its first byte to its first grid; return how many grids follow."""
     if cursor.number("q") != MAGIC:
-        raise cursor.fail("this is no OpenVDB file")
+        raise cursor.fail("not an OpenVDB file")
     version, _, _ = cursor.numbers("3I")
     if version < OLDEST:
         raise cursor.fail(f"the file has version {version}", f"version {OLDEST} or later")

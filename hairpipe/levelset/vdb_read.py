@@ -72,7 +72,7 @@ def _find(cursor: Cursor, name: str) -> str:
         if known[-1] == name:
             return kind
         cursor.seek(end)
-    raise BadInput(f"it has no grid '{name}'", where=cursor.path, right=", ".join(known) or "a grid")
+    raise BadInput(f"the file has no grid '{name}'", where=cursor.path, right=", ".join(known) or "a grid")
 
 
 def _read_grid(cursor: Cursor, kind: str) -> Voxels:
@@ -111,10 +111,10 @@ def _read_map(cursor: Cursor) -> tuple[float, np.ndarray]:
         matrix[np.arange(3), np.arange(3)] = cursor.numbers("3d")
         cursor.numbers("12d")
     else:
-        raise cursor.fail(f"the grid lies in space by a {kind}", "a uniform scale, and a translation")
+        raise cursor.fail(f"the grid is placed by a {kind}", "a uniform scale, and a translation")
     voxel = float(matrix[0, 0])
     if not (np.isfinite(matrix).all() and voxel > 0.0 and np.allclose(matrix[:3, :3], voxel * np.eye(3), 1e-6)):
-        raise cursor.fail("the grid is turned, or its voxels are no cubes", "a uniform scale, and a translation")
+        raise cursor.fail("the grid is rotated, or its voxels are not cubes", "a uniform scale, and a translation")
     return voxel, matrix[3, :3].copy()
 
 
@@ -150,7 +150,7 @@ def _read_values(cursor: Cursor, coding: _Coding, active: np.ndarray) -> np.ndar
     """Read the values of a node, (n,) float32; those that are not active are 0."""
     stored = cursor.number("b")
     if not 0 <= stored <= ALL_VALUES:
-        raise cursor.fail(f"inactive values are stored in a way {stored} that is unknown")
+        raise cursor.fail(f"inactive values have the unknown encoding {stored}")
     cursor.bytes(4 * ((stored in (ONE_VALUE, MASK_ONE)) + 2 * (stored == MASK_TWO)))
     if stored in (MASK, MASK_ONE, MASK_TWO):
         cursor.bytes(len(active) // 8)

@@ -86,7 +86,7 @@ def _errors(
     try:
         away = deviation(hair, truth, whose)
     except ValueError as error:
-        raise BadInput(f"hair and reference do not correspond: {error}", right="grooms, to know them by ids") from None
+        raise BadInput(f"hair and reference do not correspond: {error}", right="grooms, which give their ids") from None
     which = slice(None) if whose is None else whose
     energy = (_heads(hair, gravity) - _heads(truth, gravity)[which]) / strand_lengths(truth.points, truth.offsets)[
         which

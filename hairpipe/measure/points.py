@@ -45,7 +45,7 @@ def measure_points(
                 found["lock"] = np.repeat(GOLDEN * leaders % 1.0, counts)
                 found["follows"] = np.repeat(leaders != np.arange(len(leaders)), counts).astype(float)
     if not found:
-        raise BadInput("nothing to measure by", right="in.surfaces, in.parts, or in.groom, with in.state or without")
+        raise BadInput("no input to measure with", right="in.surfaces, in.parts, or in.groom, with in.state or without")
     return PointValues(tuple(found), np.stack(list(found.values())).astype(np.float32), hair.offsets)
 
 

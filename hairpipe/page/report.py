@@ -103,9 +103,9 @@ def check_place(place: Path, single: bool) -> None:
     """Refuse to write over what is no report."""
     if single:
         if place.is_dir() or place.suffix.lower() not in (".html", ".htm"):
-            raise BadInput("is no file for a report", where=place, right="report.html")
+            raise BadInput("is not a file for a report", where=place, right="report.html")
     elif place.exists() and not (place.is_dir() and ((place / MARK).exists() or not any(place.iterdir()))):
-        raise BadInput("holds something that is no report", where=place, right="a new or an empty folder")
+        raise BadInput("the folder contains files that are not a report", where=place, right="a new or an empty folder")
 
 
 def plain_documents(

@@ -114,7 +114,7 @@ class Session:
         """Begin a run of the graph with its edits; BadInput where one goes on."""
         with self._lock:
             if self._run is not None:
-                raise BadInput("a run goes on", where=self._base.path.name, right="its end, or stop")
+                raise BadInput("a run is in progress", where=self._base.path.name, right="wait for its end, or stop it")
             settings = {target: parse_value(text) for target, text in self._edits.items()}
             job = Job(self._base.given, settings, self.frames, to, str(self._base.cache), self._wedge)
             self._run = subprocess.Popen(

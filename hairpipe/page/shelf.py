@@ -94,4 +94,4 @@ class Shelf:
         try:
             return place.shot.read(place.task, place.record, place.output)
         except FileNotFoundError as error:
-            raise BadInput("is not in the cache any more", where=name, right="a run, which makes it again") from error
+            raise BadInput("is no longer in the cache", where=name, right="a run, which computes it again") from error

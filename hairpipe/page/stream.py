@@ -88,7 +88,7 @@ def send(out: BinaryIO, player: Player, show: Show) -> None:
     played = player.advance()
     hair = played.values[show.output]
     if not isinstance(hair, Strands):
-        raise BadInput("is no hair", where=f"{show.node}.{show.output}", right="an output of strands")
+        raise BadInput("is not hair", where=f"{show.node}.{show.output}", right="an output of strands")
     shown, lengths, kept = thinned(hair.offsets, show.most)
     places, box = quantised(hair.points[kept])
     head = {

@@ -48,7 +48,7 @@ def weigh_carriers(particles: Particles, groom: Groom) -> Carriers:
     from scipy.spatial import KDTree  # here: a node that names this function is read without it
 
     if len(particles.points) <= CARRIERS:
-        what = f"{len(particles.points)} particles cannot carry hair"
+        what = f"{len(particles.points)} particles are too few for interpolation"
         raise BadInput(what, where="in.particles", right=f"more than {CARRIERS}")
     distances, nearest = map(np.asarray, KDTree(particles.points).query(groom.points, k=CARRIERS + 1))
     end = (1.0 + _TINY) * distances[:, CARRIERS:] + _TINY

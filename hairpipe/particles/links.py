@@ -98,7 +98,7 @@ def find_links(
     directions  unit vectors, (N, 3)
     reach       h_1 [m]
 
-    BadInput where particles hang on no root.
+    BadInput where particles are not linked to a root.
     """
     near = _candidates(points, directions, deep, reach)
     near = Candidates(*(column[near.alignments >= rule.alignment] for column in near))
@@ -171,10 +171,10 @@ def _pruned(near: Candidates, count: int, most: int) -> np.ndarray:
 
 
 def _check_connected(pairs: np.ndarray, count: int, deep: int) -> None:
-    """Raise BadInput where particles hang on no root."""
+    """Raise BadInput where particles are not linked to a root."""
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
     labels = connected_components(graph, directed=False)[1]
     loose = ~np.isin(labels, labels[:deep])
     if loose.any():
-        told = f"{np.count_nonzero(loose)} of {count - deep} particles hang on no root"
+        told = f"{np.count_nonzero(loose)} of {count - deep} particles are not linked to a root"
         raise BadInput(told, where="particles", right="more particles, or neighbours")

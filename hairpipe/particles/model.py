@@ -183,7 +183,7 @@ def keep_within_reach(
     said = f"{np.count_nonzero(beyond)} of {len(beyond)} particles are too far from their roots at frame {frame}, {far}"
     if distances[worst] > TORN * most[worst]:
         raise ArithmeticError(f"diverged: {said}: {who}")
-    warn(f"{said}, and were taken back: {who} (more steps, or less wind)", stacklevel=3)
+    warn(f"{said}, and were moved back: {who} (more steps, or less wind)", stacklevel=3)
     units = ways[beyond] / distances[beyond, None]
     moving.points[deep:][beyond] = roots[strands[beyond]] + most[beyond, None] * units
     drift = drifts[strands[beyond]]

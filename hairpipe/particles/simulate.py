@@ -133,8 +133,8 @@ def start(particles: Particles, prepared: Prepared, frame: Frame, bodies: Sequen
     points, directions = moved(motions, particles.points), turned(motions, particles.directions)
     deep, links = prepared.model.deep, prepared.model.links
     if bodies and (look(bodies, points[deep:], frame.frame_dt).distance < 0.0).all():
-        right = "hair outside the body; look at the unit, the place and the pose of groom and body"
-        raise BadInput("the body swallows all particles", where="in.body", right=right)
+        right = "hair outside the body: check unit, position and pose of groom and body"
+        raise BadInput("all particles are inside the body", where="in.body", right=right)
     stiffness = np.empty(len(links.ends))
     redirect(links, prepared.model.reach, prepared.springs.axial, deep, points, stiffness, directions.copy())
     tensions = stiffness * (links.lengths - prepared.springs.rest)
@@ -295,8 +295,8 @@ def _forces_on(prepared: Prepared, settings: ParticleSettings, state: ParticleSt
         add_wind(settings.wind, LooseFibres(*now, counts, segment, settings.fibre.diameter), seconds, *forces)
     strongest = max(float(np.abs(values).max()) for values in forces)
     if not strongest < LIMIT_OF_SOLVE:
-        said = f"diverged: the air acts on a particle with {strongest:.3g} N, or N s/m"
-        raise ArithmeticError(f"{said}, and a solve holds less than {LIMIT_OF_SOLVE:.3g} (less wind)")
+        said = f"diverged: the force of air on a particle is {strongest:.3g} N, or N s/m"
+        raise ArithmeticError(f"{said}, above the limit of the solver, {LIMIT_OF_SOLVE:.3g} (less wind)")
     return forces
 
 

@@ -27,11 +27,11 @@ def carried(mesh: Mesh, track: Track, time: float) -> Mesh:
 def carried_surface(surface: LevelSet, track: Track, time: float) -> BodyParts:
     """Return the level set of a body where keys take it at a time [s], as a body of one part.
 
-    The pivot of the track is a place in space. Raises BadInput where the body moves by itself, too: its level set would
+    The pivot of the track is a place in space. Raises BadInput where the body is not at rest, too: its level set would
     have to be baked at every frame.
     """
     if surface.velocity.any():
-        right = "the level set of a mesh that stands still, before it is moved"
-        raise BadInput("the body moves by itself", where="in.surface", right=right)
+        right = "the level set of a mesh at rest, before it is moved"
+        raise BadInput("the body is not at rest", where="in.surface", right=right)
     place, rate = follow(track, np.zeros((1, 3)), time)
     return gathered((NAME,), place, rate, [surface])

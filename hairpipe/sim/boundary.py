@@ -87,7 +87,7 @@ def about(origin: np.ndarray, x: np.ndarray, layout: Layout) -> np.ndarray:
 def lead_of(body: B | None, ends: E | None) -> B | E | None:
     """Choose what leads the roots; None: they stand still. BadInput where two would."""
     if body is not None and ends is not None:
-        raise BadInput("both a body and driven ends would lead the roots", right="in.body or in.ends")
+        raise BadInput("both a body and driven ends move the roots", right="in.body or in.ends")
     return ends if body is None else body
 
 
@@ -202,7 +202,7 @@ def clamp_at(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout, origin:
         short = layout.strands[(tips > 0.0) & (np.diff(layout.first) < 2 * clamped)[:, None]]
         if len(short):
             strands = name_strands(groom.ids[np.unique(short)])
-            raise BadInput(f"strands of one segment are led at both ends: {strands}", right="two segments or more")
+            raise BadInput(f"strands of one segment are held at both ends: {strands}", right="two segments or more")
     return Clamp(positions, velocities, tips)
 
 

@@ -137,7 +137,7 @@ def check_scheme(model: StrandModel, scene: Scene) -> None:
     name = kind_of(model).name
     if scene.scheme.value == "nine_steps":
         right = '"tr_bdf2", "bdf2" or "backward_euler"'
-        raise BadInput(f"the nine steps are those of springs, not of a {name}", where="scheme.value", right=right)
+        raise BadInput(f"scheme nine_steps is for springs, not for a {name}", where="scheme.value", right=right)
     if scene.scheme.spring not in ("multiplier", "tension"):
         said = f'"{scene.scheme.spring}" leaves out stiffness that a {name} needs'
         raise BadInput(said, where="scheme.spring", right='"multiplier" or "tension"')

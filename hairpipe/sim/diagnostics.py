@@ -26,8 +26,8 @@ _EXACT = 0.005
 def warn_of_sweep(scene: Scene) -> None:
     """Warn where the published solver of contact is chosen, which gives energy to hairs that touch."""
     if scene.collisions is not None and scene.collisions.solver == "sweep":
-        said = 'collisions.solver = "sweep" gives energy to hairs that rest on each other without friction'
-        warn(f'{said}, which then do not come to rest (solver = "coupled")', stacklevel=3)
+        said = 'collisions.solver = "sweep" adds energy to strands that rest on each other without friction'
+        warn(f'{said}, so that they do not come to rest (solver = "coupled" avoids this)', stacklevel=3)
 
 
 def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[Collider]) -> None:
@@ -47,7 +47,7 @@ def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[
         ids = hair.groom.ids[order[deep[order]]]
         said = f"{np.count_nonzero(deep)} of {len(deep)} roots are inside the body by more than a segment"
         worst = f"the deepest by {-1e3 * probe.distance.min():.3g} mm: {name_strands(ids)}"
-        mend = "roots on the skin; look at the unit, the place and the pose of groom and body"
+        mend = "roots on the skin: check unit, position and pose of groom and body"
         warn(f"{said}, {worst} ({mend})", stacklevel=3)
 
 
@@ -67,7 +67,10 @@ def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame:
         return told
     strand = int(np.searchsorted(offsets[1:] - np.arange(1, len(offsets)), worst, side="right"))
     far = f"a segment of strand {hair.groom.ids[strand]} is stretched to {stretch[worst]:.3g} times its length"
-    warn(f"{far} at frame {frame}, beyond the limit of {1.0 + limit:.3g}: what holds it is too strong", stacklevel=3)
+    warn(
+        f"{far} at frame {frame}, above the limit of {1.0 + limit:.3g}: the constraints exceed the strain limit",
+        stacklevel=3,
+    )
     return float(stretch[worst])
 
 
@@ -80,8 +83,8 @@ def warn_of_lost(hair: HairModel, before: HairState, after: HairState, frame: in
     if new.any():
         steps = int(after.tensions[rows, 1][~hair.layout.idle].sum())
         who = name_strands(hair.groom.ids[np.unique(hair.layout.strands[new])])
-        said = f"{np.count_nonzero(new)} strands were lost by a step at frame {frame} and did it again: {who}"
-        warn(f"{said} ({steps} steps of all strands so far; a shorter steps.longest loses none)", stacklevel=3)
+        said = f"{np.count_nonzero(new)} strands were re-solved with backward Euler at frame {frame}: {who}"
+        warn(f"{said} ({steps} such steps of all strands so far; a shorter steps.longest avoids them)", stacklevel=3)
 
 
 def warn_of_held(hair: HairModel, now: State, mended: np.ndarray, steps: int, frame: int) -> None:
@@ -97,14 +100,14 @@ def warn_of_held(hair: HairModel, now: State, mended: np.ndarray, steps: int, fr
     if (mended & used).any():
         who = name_strands(hair.groom.ids[np.sort(hair.layout.strands[mended & used])])
         said = f"{np.count_nonzero(mended & used)} strands were not finite before frame {frame}"
-        warn(f"{said} and start anew as groomed: {who}", stacklevel=3)
+        warn(f"{said} and restart from the groom: {who}", stacklevel=3)
     if not held.any():
         return
     count, total = np.count_nonzero(held[used]), np.count_nonzero(used)
     who = name_strands(hair.groom.ids[np.sort(hair.layout.strands[used & (held > 0)])])
-    said = f"{count} of {total} strands could not be solved in {held.max()} of {steps} steps of frame {frame}: {who}"
+    said = f"{count} of {total} strands had no solution in {held.max()} of {steps} steps of frame {frame}: {who}"
     if now.failed >= steps:
         raise ArithmeticError(f"diverged: {said}")
     if hair.in_double is not None:
         raise ArithmeticError(f"{said} (in single precision)")
-    warn(f"{said} (they kept their shape and moved rigidly with their roots)", stacklevel=3)
+    warn(f"{said} (they moved rigidly with their roots)", stacklevel=3)

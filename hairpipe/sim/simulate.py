@@ -120,7 +120,7 @@ def _led(hair: HairModel, frame: Frame, scene: Scene) -> Scene:
         return scene
     if target is None or frame.target is None:
         missing = "[volume.target]" if target is None else "in.target"
-        raise BadInput(f"hair is to be led to a density, and there is no {missing}", right="both, or neither")
+        raise BadInput(f"attraction to a density requires {missing}", right="both, or neither")
     points, offsets = hair.groom.points, hair.layout.offsets
     reach = hair.once("reach", lambda: reach_of(points, offsets))
     lengths = hair.once("lengths", lambda: lengths_at_points(points, offsets))
@@ -238,8 +238,8 @@ def _too_many(hair: HairModel, scene: Scene, many: TooManySteps) -> ArithmeticEr
     who = "hair" if many.lane is None else f"strand {hair.groom.ids[hair.layout.strands[many.lane]]}"
     asked = getattr(scene.steps, many.setting)
     mend = f"more by steps.most, or fewer by a greater steps.{many.setting}"
-    what = f"{who} takes more than {scene.steps.most:,} steps in a frame by steps.{many.setting} = {asked:g}"
-    return ArithmeticError(f"{what}: there are {many.steps:.2g} to go ({mend})")
+    what = f"{who} needs more than {scene.steps.most:,} steps per frame by steps.{many.setting} = {asked:g}"
+    return ArithmeticError(f"{what}: {many.steps:.2g} remain ({mend})")
 
 
 def _lost(hair: HairModel, points: np.ndarray) -> ArithmeticError:

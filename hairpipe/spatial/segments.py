@@ -23,7 +23,7 @@ class LostPoints(ArithmeticError):
     """Points, (n,) int64, are not finite, or farther away than a light-hour."""
 
     def __init__(self, points: np.ndarray) -> None:
-        super().__init__(f"{len(points)} points of the hair are lost, the first of them number {points[0]}")
+        super().__init__(f"{len(points)} points of the hair are not finite, the first is number {points[0]}")
         self.points = points
 
 

@@ -134,7 +134,7 @@ def refusal(climate: Climate, chaos: Chaos, tolerance: Tolerance, limit: float) 
         return "the floor of chaos is above the tolerance"
     name = max(climate.told, key=lambda name: climate.told[name], default="")
     if name and climate.told[name] > limit and climate.p is not None and climate.p <= CHANCE:
-        return f"told apart by {name} ({climate.told[name]:.2g} times chance)"
+        return f"significantly different in {name} ({climate.told[name]:.2g} times chance)"
     if not SPREADS[0] <= climate.spread <= SPREADS[1]:
         return f"spreads {climate.spread:.2g} times as far as the reference"
     return ""

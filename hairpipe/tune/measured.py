@@ -62,7 +62,7 @@ def failed(fault: str) -> Measured:
 def measured_of(table: Table, tolerance: Tolerance, seconds: float, frames: Iterable[int]) -> Measured:
     """Sum the table of `measure_patches` up, at these frames; hair is lost at any."""
     if np.any(table["lost"]):
-        return failed("hair came out that is not finite")
+        return failed("hair is not finite")
     rows = np.isin(table["frame"], list(frames))
     table = table_of_columns({name: np.asarray(table[name])[rows] for name in table.names})
     error, bound = np.max(

@@ -37,8 +37,8 @@ def take_apart(text: str, units: tuple[str, ...], where: str, right: str) -> tup
     """Split a text into a positive number and one of these units."""
     match = NUMBER.fullmatch(text)
     if not match or float(match[1]) <= 0.0:
-        raise BadInput(f"'{text}' is no positive number with a unit", where=where, right=right)
+        raise BadInput(f"'{text}' is not a positive number with a unit", where=where, right=right)
     if match[2] not in units:
-        what = f"'{text}' has no unit" if not match[2] else f"'{match[2]}' is no unit for this"
+        what = f"'{text}' has no unit" if not match[2] else f"'{match[2]}' is not a valid unit here"
         raise BadInput(what, where=where, right=right)
     return float(match[1]), match[2]

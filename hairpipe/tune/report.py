@@ -116,7 +116,9 @@ def why(tuned: Tuned, parts: Combination, found: Measured) -> str:
     if found.refused:
         return f"kept: {found.refused}"
     if chosen is None:
-        return "kept: keeps it only as far as hair can be predicted" if found.screened else "kept: nearer by luck"
+        return (
+            "kept: keeps it only as far as hair can be predicted" if found.screened else "kept: smaller error by chance"
+        )
     if chosen and parts <= chosen:
         return "left out"
     if not all(saves(part, found, tuned.full) for part in parts):
@@ -131,17 +133,17 @@ def conclusion(tuned: Tuned) -> list[str]:
     choice, full, tolerance = tuned.choice, tuned.full, tuned.tolerance
     if choice.parts is None:
         found = choice.measured
-        lines = [f"nothing keeps {tolerance}: not even the graph as it is, off by {shown(found, tolerance)}"]
+        lines = [f"nothing keeps {tolerance}: not even the unchanged graph, with an error of {shown(found, tolerance)}"]
         if found.refused:
             lines.append(found.refused)
         if isinstance(tuned.reference, Chaos) and tuned.reference.chaotic:
             lines.append(f"up to frame {tuned.reference.frame} its tips are {millimetres(full.tip)} mm off")
         else:
-            lines.append("shorter steps may; what comes nearer with less does so by luck")
+            lines.append("shorter steps may; a smaller error of a simpler model is chance")
     else:
         saved = f"{full.seconds / choice.measured.seconds:.1f} times as fast"
         lines = [
-            f"left out: {'; '.join(names_of(choice.parts)) or 'nothing, the scene needs the graph as it is'}",
+            f"left out: {'; '.join(names_of(choice.parts)) or 'nothing, the scene needs the unchanged graph'}",
             f"error {shown(choice.measured, tolerance)}",
             f"{choice.measured.seconds:.3g} s a frame, not {full.seconds:.3g}: {saved}",
             *promise_lines(tuned),
@@ -160,11 +162,11 @@ def promise_lines(tuned: Tuned) -> list[str]:
         f"keeps {tuned.tolerance} with {100 * CONFIDENCE:.0f} % confidence up to frame {chaos.frame} "
         f"({chaos.seconds:.2f} s); chaos: from then on two references are {length(chaos.apart, tuned.tolerance)} apart"
     ]
-    means = f"afterwards its mean is at most {length(climate.bound, tuned.tolerance)} off"
+    means = f"afterwards the error of its mean is at most {length(climate.bound, tuned.tolerance)}"
     if climate.score is None:
-        return [*lines, f"{means}; too few frames are left to tell more"]
+        return [*lines, f"{means}; too few frames remain for statistics"]
     alike = ", ".join(name for name in TOLD if name not in climate.told) or "nothing"
-    lines.append(f"{means}, and it is not told apart from the reference in {alike}")
+    lines.append(f"{means}, and statistics do not differ significantly from the reference in {alike}")
     apart = ", ".join(f"{name} ({ratio:.2g} times chance)" for name, ratio in climate.told.items())
     return [*lines, f"allowed to differ in {apart}; p {climate.p:.2g}"] if apart else lines
 

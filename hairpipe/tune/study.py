@@ -169,7 +169,7 @@ class Study:
         results, tolerance = Results(compared.shot, self._frames), self.request.tolerance
         pairs = compared.pairs(results)
         if any(np.any(table["lost"]) for table in pairs.values()):
-            return failed("hair of a member came out that is not finite")
+            return failed("hair of a member is not finite")
         climate = climate_of(pairs, results.value(CLIMATE), tolerance, chaos)
         refused = refusal(climate, chaos, tolerance, self.request.limit)
         error, bound = max(found.error, climate.bias), max(found.bound, climate.bound)

@@ -94,7 +94,9 @@ def tune(request: Request, say: Callable[[str], None] = lambda line: None) -> Tu
     say  receives a line about each measurement
     """
     if len(request.shot.frames) < 2:
-        raise BadInput("one frame is no motion", where=request.shot.path, right="frames = [first, last] farther apart")
+        raise BadInput(
+            "a motion needs two frames or more", where=request.shot.path, right="frames = [first, last] farther apart"
+        )
     with request.shot.keeping_workers() as shot:
         return measured_and_chosen(replace(request, shot=shot), say)
 
@@ -112,7 +114,7 @@ def measured_and_chosen(request: Request, say: Callable[[str], None]) -> Tuned:
     full = study.measure([])
     fault = full.fault or (reference.fault if isinstance(reference, Measured) else "")
     if fault:
-        raise Untunable(f"the graph itself does not get through the sample: {fault}", where=request.shot.path)
+        raise Untunable(f"the unchanged graph fails on the sample: {fault}", where=request.shot.path)
     singles = {part: study.measure([part]) for part in parts}
     if full.screened:
         full, screened = study.confirm([]), full

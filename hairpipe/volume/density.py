@@ -45,7 +45,7 @@ def density_of_voxels(indices: np.ndarray, values: np.ndarray, cell: float, firs
     low = np.floor(at.min(axis=0))
     counts = np.ceil(at.max(axis=0)) - low + 1.0
     if np.prod(counts) > MOST_NODES:
-        raise BadInput(f"a box around it has {np.prod(counts):.2g} nodes", right=f"at most {MOST_NODES:,}")
+        raise BadInput(f"a box around the density has {np.prod(counts):.2g} nodes", right=f"at most {MOST_NODES:,}")
     shape = counts.astype(int)
     node, flat = np.floor(at), np.zeros(int(np.prod(shape)))
     share = at - node

@@ -32,7 +32,7 @@ def shell_of(density: Density, blur: float, level: float) -> Mesh:
     axes = tuple(density.cell * (low - margin + np.arange(n)) for low, n in zip(density.low, hair.shape, strict=True))
     points, triangles = extract_surface(surface - blurred, axes)
     if not len(triangles):
-        raise BadInput(f"no hair is as dense as {level:g} of the median", where="level", right="less")
+        raise BadInput(f"no density reaches {level:g} of the median", where="level", right="less")
     places = (points / density.cell - density.low + margin).T
     mass = map_coordinates(blurred, places, order=1)
     momenta = hair[..., None] * np.pad(density.velocity, [*[(margin, margin)] * 3, (0, 0)])

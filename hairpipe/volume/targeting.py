@@ -48,7 +48,7 @@ def target_grids(target: Density, cell: float, levels: int, total: float) -> lis
     if not target.length.any():
         raise BadInput("there is no hair in the target", where="in.target", right="a density that is not 0 everywhere")
     if target.cell > 1.001 * cell:
-        what = f"the target has cells of {target.cell:g} m, hair is led on cells of {cell:g} m"
+        what = f"the target has cells of {target.cell:g} m, more than volume.target.cell = {cell:g} m"
         raise BadInput(what, where="volume.target.cell", right=f"at least {target.cell:g} m, or a finer target")
     places = np.argwhere(target.length)
     amounts = target.length[tuple(places.T)].astype(float)

@@ -59,5 +59,5 @@ def picture_of(wedge: WedgeShot, task: Task, records: Mapping[str, Record]) -> P
         return None
     value = wedge.value(task, record)
     if not isinstance(value, File):
-        raise BadInput(f"'{task}' is no picture", where=wedge.path, right="show = a node whose output is a File")
+        raise BadInput(f"'{task}' is not a picture", where=wedge.path, right="show = a node whose output is a File")
     return value.path

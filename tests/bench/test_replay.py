@@ -79,7 +79,7 @@ def test_what_is_prepared_is_prepared_once(shot):
 
 
 def test_what_does_not_go_from_frame_to_frame_is_refused(shot):
-    with pytest.raises(BadInput, match="does not go from frame to frame"):
+    with pytest.raises(BadInput, match="is not a scan from frame to frame"):
         Replay(shot.load(), shot.store, "move")
 
 

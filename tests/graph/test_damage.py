@@ -181,9 +181,9 @@ def test_a_listing_leads_nowhere(shot, listed):
 @pytest.mark.parametrize("stem", ["../../shot", "a", "A" * 40, "a" * 40 + "\n", "a" * 39 + "/", ""])
 def test_what_is_no_name_becomes_no_path(shot, stem):
     for name in (stem + ".h5", "a" * 40 + ".py"):
-        with pytest.raises(ValueError, match="is no object"):
+        with pytest.raises(ValueError, match="is not an object"):
             shot.store.object_path(name)
-    with pytest.raises(ValueError, match="is no key"):
+    with pytest.raises(ValueError, match="is not a key"):
         shot.store.action_path(stem)
 
 

@@ -46,7 +46,7 @@ def test_files_of_a_format_that_is_not_read_are_refused_when_the_graph_is(shot):
     shot.path.write_text('schema = 1\nframes = [1, 1]\nfps = 24\n[head]\ntype = "load_body"\nfile = "body.glb"\n')
     with pytest.raises(BadInput) as caught:
         load_graph(shot.path)
-    fault = "[head]: file = 'body.glb' is no file that load_body reads (a file, .obj, .usd, .usda, .usdc or .usdz)"
+    fault = "[head]: file = 'body.glb' is not a file that load_body reads (a file, .obj, .usd, .usda, .usdc or .usdz)"
     assert str(caught.value) == f"{shot.path}:6: {fault}"
     (shot.folder / "body.OBJ").touch()
     shot.path.write_text(shot.path.read_text().replace("body.glb", "body.OBJ"))

@@ -90,7 +90,7 @@ def test_frames_of_a_collapsed_triangle_are_finite(mesh, sites):
 def test_roots_out_of_reach_are_named(mesh, sites):
     roots = site_points(mesh, sites)
     roots[[4, 17]] *= 1.3
-    with pytest.raises(BadInput, match=r"off the body: strands 104, 117 .*reach = 0.02 m"):
+    with pytest.raises(BadInput, match=r"away from the body: strands 104, 117 .*reach = 0.02 m"):
         bind_roots(mesh, roots, roots, 0.02, 100 + np.arange(100))
     assert name_strands(np.arange(8)) == "strands 0, 1, 2, 3, 4 and 3 more"
 

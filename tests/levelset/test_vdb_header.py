@@ -80,7 +80,7 @@ def test_what_says_nothing_of_its_size_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("data", "said"),
     [
-        (b"PNG\r\n" * 9, "this is no OpenVDB file"),
+        (b"PNG\r\n" * 9, "not an OpenVDB file"),
         (header(213), r"the file has version 213 \(version 222 or later\)"),
         (header(offsets=False), "written as a stream"),
         (header()[:90], "the file ends"),

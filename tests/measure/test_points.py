@@ -44,5 +44,5 @@ def test_what_does_not_fit_is_refused():
     hair = hair_of(HANGING, HANGING.points)
     with pytest.raises(BadInput, match="not the same strands"):
         measure_points(hair, other, None, ())
-    with pytest.raises(BadInput, match="nothing to measure by"):
+    with pytest.raises(BadInput, match="no input to measure with"):
         measure_points(hair, None, None, ())

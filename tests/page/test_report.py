@@ -41,7 +41,9 @@ def test_strands_are_thinned_to_fit(shot, tmp_path):
 def test_what_is_no_report_is_left_alone(single, shot, tmp_path):
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "letter.txt").write_text("dear")
-    with pytest.raises(BadInput, match="is no file for a report" if single else "holds something that is no report"):
+    with pytest.raises(
+        BadInput, match="is not a file for a report" if single else "the folder contains files that are not a report"
+    ):
         write_report(shot, tmp_path / "mine", single=single)
     assert (tmp_path / "mine" / "letter.txt").read_text() == "dear"
 

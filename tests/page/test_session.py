@@ -60,7 +60,7 @@ def test_a_run_computes_what_the_plan_said_and_saving_changes_one_value(session,
     session.edit("picture.red", "0.625")
     said = session.document("state")[0]["verdict"]["missing"]
     session.run([])
-    with pytest.raises(BadInput, match="a run goes on"):
+    with pytest.raises(BadInput, match="a run is in progress"):
         session.run([])
     until(lambda: not session.document("state")[0]["verdict"]["running"])
     verdict = session.document("state")[0]["verdict"]

@@ -202,7 +202,7 @@ def test_any_number_of_threads_gives_the_same_bytes(particles, groom, threads):
 
 def test_too_few_particles_and_another_cloud_are_refused(particles, groom):
     few = {name: getattr(particles, name)[:CARRIERS] for name in ("strands", "arcs", "points", "directions", "masses")}
-    with pytest.raises(BadInput, match="7 particles cannot carry hair"):
+    with pytest.raises(BadInput, match="7 particles are too few for interpolation"):
         weigh_carriers(replace(particles, **few), groom)
     with pytest.raises(BadInput, match="a cloud of 83 particles, at rest there are 84"):
         carry(cloud_of(particles.points[1:], particles.directions[1:]), particles, groom)

@@ -47,5 +47,5 @@ def test_too_few_particles_and_loose_ones_are_refused(curtain, rule):
     with pytest.raises(BadInput, match=r"cannot have 58 neighbours each \(more than 58\)"):
         link(sample(curtain, 30, "strands", 0), rule, 1e-5)
     points = np.array([[0.0, 0.0, 0.0], [0.0, -0.01, 0.0], [1.0, 0.0, 0.0], [1.0, -0.01, 0.0]])
-    with pytest.raises(BadInput, match="2 of 3 particles hang on no root"):
+    with pytest.raises(BadInput, match="2 of 3 particles are not linked to a root"):
         find_links(points, np.tile([0.0, -1.0, 0.0], (4, 1)), 1, 0.01, rule)

@@ -42,5 +42,5 @@ def test_wind_that_tears_hair_from_its_roots_diverges_with_numbers(shot):
 
 def test_wind_that_no_solve_can_hold_diverges_with_numbers(shot):
     """It left hair where it was, at speed 0."""
-    with pytest.raises(ArithmeticError, match=r"^diverged: the air acts on a particle with .*e\+\d\d N"):
+    with pytest.raises(ArithmeticError, match=r"^diverged: the force of air on a particle is .*e\+\d\d N"):
         shot(wind=Wind((0.0, 0.0, 1e30))).run(1)

@@ -166,5 +166,5 @@ def test_hair_that_is_not_finite_is_named_and_a_body_around_all_of_it_refused(sh
     with pytest.raises(ArithmeticError, match=f"strands {hair.particles.hair.ids[hair.particles.strands[lost]]}"):
         next_state(ParticleSimulation(hair.particles, hair.prepared, hair.settings), state, given)
     around = ball(np.array([0.0, -0.1, 0.0]), np.zeros(3), 2.0)
-    with pytest.raises(BadInput, match="the body swallows all particles"):
+    with pytest.raises(BadInput, match="all particles are inside the body"):
         start(hair.particles, hair.prepared, given, (around,))

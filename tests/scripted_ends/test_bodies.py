@@ -85,7 +85,7 @@ def test_between_frames_a_level_set_is_that_of_the_body_where_it_is_then(box, be
 def test_a_level_set_of_a_body_that_moves_by_itself_is_refused(box):
     mesh = box()
     falling = Mesh(mesh.points, mesh.triangles, np.tile([0.0, -1.0, 0.0], (len(mesh.points), 1)))
-    with pytest.raises(BadInput, match=r"in\.surface: the body moves by itself .*stands still"):
+    with pytest.raises(BadInput, match=r"in\.surface: the body is not at rest .*mesh at rest"):
         carried_surface(bake(falling, VOXEL, HALF_WIDTH), TURNING, 0.0)
 
 

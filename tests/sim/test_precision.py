@@ -74,7 +74,7 @@ def test_what_is_asked_for_is_used(swing):
 def test_the_choice_is_stated_once(swing):
     shot = swing("double", 10, 1 / 480)
     steps = round(highest_frequency(shot.hair.model) / 480)
-    with pytest.warns(UserWarning, match=f"in single precision: .* {steps} explicit steps in a step, of 400"):
+    with pytest.warns(UserWarning, match=f"in single precision: .* {steps} explicit steps per step, of 400"):
         choose("automatic", shot, first=True)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -49,5 +49,5 @@ def test_without_a_body_a_held_tip_stands_still(triangle, scene):
 
 def test_hair_held_at_its_tips_is_not_settled_as_if_it_were_free(triangle, scene):
     groom = bind_tips(triangle(), scene([arc()]).hair.groom, np.array([True]), 1.0)
-    with pytest.raises(BadInput, match="tips that the body holds would be let go of"):
+    with pytest.raises(BadInput, match="tips held by the body would be released"):
         settle_groom(groom, Material(), Construction(), 9.81)

@@ -85,7 +85,7 @@ def test_what_is_told_apart_or_spreads_too_little_is_refused():
     found, runs = chaos(), tables([MODEL, REFERENCE])
     apart = climate_of(runs, look(p=0.05, score=3.4, contacts=3.4, nearest_strand=1.2), TOLERANCE, found)
     assert set(apart.told) == {"contacts", "nearest strand"} <= set(TOLD)
-    assert refusal(apart, found, TOLERANCE, 2.0) == "told apart by contacts (3.4 times chance)"
+    assert refusal(apart, found, TOLERANCE, 2.0) == "significantly different in contacts (3.4 times chance)"
     assert refusal(apart, found, TOLERANCE, 4.0) == ""
     chance = climate_of(runs, look(p=0.2, score=1.2, contacts=1.2), TOLERANCE, found)
     assert refusal(chance, found, TOLERANCE, 1.0) == ""

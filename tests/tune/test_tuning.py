@@ -104,7 +104,7 @@ def test_one_frame_is_refused(scene):
     (scene.parent / "still.toml").write_text(SCENE.replace("frames = [1, 8]", "frames = [1, 1]"))
     command = ["tune", str(scene.parent / "still.toml"), "--node", "hair", "--tolerance", "2mm"]
     result = CliRunner().invoke(commands, command, prog_name="hairpipe")
-    assert result.exit_code == 2 and "one frame is no motion" in result.stderr
+    assert result.exit_code == 2 and "a motion needs two frames or more" in result.stderr
 
 
 def test_what_a_scene_cannot_be_modelled_by_is_kept(scene):

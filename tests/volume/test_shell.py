@@ -73,5 +73,5 @@ def test_no_hair_and_a_level_beyond_all_of_it_are_refused(ball):
     nothing = Density(np.zeros(3, np.int32), CELL, np.zeros((0, 0, 0), np.float32), np.zeros((0, 0, 0, 3), np.float32))
     with pytest.raises(BadInput, match="there is no hair"):
         shell_of(nothing, 1.0, 0.2)
-    with pytest.raises(BadInput, match=r"no hair is as dense as 5 of the median"):
+    with pytest.raises(BadInput, match=r"no density reaches 5 of the median"):
         shell_of(density_of(ball, CELL), 1.0, 5.0)

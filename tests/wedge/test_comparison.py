@@ -83,5 +83,5 @@ def test_what_is_measured_must_be_a_table(wedge, shot):
     shot.write_text(shot.read_text().replace('measures = ["weight"]', 'measures = ["sum"]'))
     wedge = hairpipe.load(shot).wedge("steps")
     wedge.run(jobs=1)
-    with pytest.raises(BadInput, match="is no table"):
+    with pytest.raises(BadInput, match="is not a table"):
         compare(wedge)

@@ -77,7 +77,7 @@ def measure_contact(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
         say(f"{named}: growing them")
         head = grow_head(segments, between)
         for frame in range(sizes.moving):
-            say(f"{named}: frame {frame + 1} of {sizes.moving} before the first that counts")
+            say(f"{named}: frame {frame + 1} of {sizes.moving} before the measured ones")
             head.advance(head.surroundings())
         begun = head.state, head.frame
         for count in threads:

@@ -106,7 +106,7 @@ class Report(NamedTuple):
 def measure_core(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
     """Measure every case, and report progress."""
     threads = [count for count in THREADS if count <= numba.get_num_threads()]
-    say("compiling every kernel, nothing being warm")
+    say("compiling every kernel with an empty cache")
     compiled = measure_compilation()
     say("multiply-adds and the triad")
     roofs = measure_roofs(DTYPES, threads, sizes.triad, sizes.seconds)

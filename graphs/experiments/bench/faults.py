@@ -102,13 +102,13 @@ def try_faults(say: Say, check_value: CheckValue, seed: int, trials: Trials | No
     trials, begun = trials or Trials(), time.monotonic()
     rows: list[Row] = []
     with tempfile.TemporaryDirectory(prefix="hairpipe-faults-") as name, toy_shot(Path(name)) as shot:
-        say("a run that nobody disturbs")
+        say("an undisturbed run")
         truth = undisturbed(shot)
         campaigns = {
             "poisoned folders": lambda: try_poison(shot, truth, trials.modules),
             "kills": lambda: try_kills(shot, truth, random.Random(f"{seed} kills"), trials.kills),
             "damages": lambda: try_damages(shot, truth, random.Random(f"{seed} damages"), trials.damages, check_value),
-            "cleanings beside runs": lambda: try_beside(shot, truth, random.Random(f"{seed} beside"), trials.beside),
+            "cleanings during runs": lambda: try_beside(shot, truth, random.Random(f"{seed} beside"), trials.beside),
         }
         for title, campaign in campaigns.items():
             say(title)
@@ -268,7 +268,7 @@ def files_in(folder: Path) -> list[Path]:
 
 def try_beside(shot: ToyShot, truth: Truth, chance: random.Random, times: int) -> list[Count]:
     """Clean a store of everything, at random moments, while two runs share it."""
-    count = Count("cleaning", "beside two runs")
+    count = Count("cleaning", "during two runs")
     for number in range(times):
         store = shot.folder / f"shared-{number}"
         if chance.randrange(2):

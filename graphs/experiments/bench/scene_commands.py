@@ -49,7 +49,7 @@ def read_tolerances(ctx: click.Context, param: click.Parameter, texts: tuple[str
 
 
 @click.command()
-@click.option("--seed", type=int, default=1, show_default=True, help="Of all scenes: others, with another.")
+@click.option("--seed", type=int, default=1, show_default=True, help="Seed of all random scenes.")
 @click.option(
     "--scenes",
     "numbers",
@@ -57,7 +57,7 @@ def read_tolerances(ctx: click.Context, param: click.Parameter, texts: tuple[str
     default="1-20",
     show_default=True,
     callback=read_numbers,
-    help="Numbers of scenes.",
+    help="Range of scene numbers.",
 )
 @options.cache
 @options.as_markdown
@@ -93,7 +93,7 @@ def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool
 
 @click.command()
 @options.graphs
-@click.option("--node", default="hair", show_default=True, metavar="NODE", help="That simulates hair, in each.")
+@click.option("--node", default="hair", show_default=True, metavar="NODE", help="Node of the simulation in each graph.")
 @click.option(
     "--tolerance",
     "tolerances",
@@ -102,7 +102,7 @@ def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool
     show_default=True,
     metavar="2mm|0.5%",
     callback=read_tolerances,
-    help="As of `hairpipe tune`; any number of times.",
+    help="Tolerance, as for `hairpipe tune`; repeatable.",
 )
 @options.overrides
 @options.cache
@@ -146,7 +146,7 @@ def ending_where_interrupted() -> Iterator[None]:
     try:
         yield
     except Interrupted:
-        say("hairpipe: interrupted; what was measured is kept, the same command goes on from there")
+        say("hairpipe: interrupted; measurements are kept, and the same command resumes")
         sys.exit(INTERRUPTED)
 
 

@@ -72,7 +72,7 @@ def draw_front(
     names, failed = labels_of(table, columns), texts(table, columns.failed)
     good = np.array([not text for text in failed]) & (x >= 0) & (y >= 0) & np.isfinite(x) & np.isfinite(y)
     if not good.any():
-        raise BadInput("no variant has a cost and an error", right="one that does not fail")
+        raise BadInput("no variant has a cost and an error", right="at least one variant without failure")
     low, high = limits_of(x[np.isfinite(x)], np.concatenate([y[good], bars[1][good & np.isfinite(bars[1])]]))
     places = np.stack([clipped(x, low[0], high[0]), clipped(y, low[1], high[1])], axis=1)
     groups = list(dict.fromkeys(texts(table, columns.series)))
@@ -92,9 +92,9 @@ def draw_front(
             labels += [Label(names[k], tuple(places[k]), colour) for k in np.flatnonzero(mine & good)]
         lost = np.flatnonzero(~good)
         labels += [Label(f"{names[k]}: {failed[k] or 'no error'}", tuple(places[k]), FAILED) for k in lost]
-        keys.append(Line2D([], [], linewidth=5, color="#bbbbbb", alpha=0.6, label="nothing beats these in both"))
+        keys.append(Line2D([], [], linewidth=5, color="#bbbbbb", alpha=0.6, label="Pareto front"))
         if floor > 0.0:
-            keys.append(axes.axhspan(low[1], floor, color="#eeeeee", zorder=0, label="nothing is told apart in here"))
+            keys.append(axes.axhspan(low[1], floor, color="#eeeeee", zorder=0, label="not significantly different"))
         if len(lost):
             axes.plot(*places[lost].T, linestyle="", marker="X", markersize=10, color=FAILED, zorder=5, clip_on=False)
             cross = Line2D(

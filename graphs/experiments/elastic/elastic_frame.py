@@ -63,7 +63,7 @@ def advance_frame(
     time = state.time + frame
     lost = np.flatnonzero(~np.isfinite(body.x).all(axis=1))
     if len(lost):
-        raise BadInput(f"particle {lost[0]} and {len(lost) - 1} more blew up before {time:.3f} s", right="more steps")
+        raise BadInput(f"particle {lost[0]} and {len(lost) - 1} more diverged before {time:.3f} s", right="more steps")
     energy = _energy(body.springs, body.x, body.v, scene)
     return ElasticState(time, body.x, body.v, body.a, body.T, body.pressed, energy)
 

@@ -33,7 +33,7 @@ class Around(NamedTuple):
         frames = list(known[0])[:count]
         for before, after in pairwise(frames):
             if after != before + 1:
-                what = f"no frames between {before} and {after}, and a simulation goes from frame to frame"
+                what = f"no frames between {before} and {after}, which a simulation needs"
                 raise BadInput(what, where="frames", right=f"{count} of them in a row")
         return frames
 

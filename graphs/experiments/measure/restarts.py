@@ -33,7 +33,7 @@ def restart_frames(frames: list[int], count: int, window: int) -> list[int]:
     There are fewer where frames are. Raises BadInput where none fits, or frames are left out.
     """
     if frames[-1] - frames[0] + 1 != len(frames):
-        raise BadInput("frames are left out, and a simulation goes from frame to frame", right="all frames in a row")
+        raise BadInput("frames are missing, which a simulation needs", right="all frames in a row")
     if len(frames) <= window:
         raise BadInput(f"{len(frames)} frames", where="frames", right=f"more than the {window} of a window")
     places = (np.arange(count) + 1) * (len(frames) - 1 - window) // (count + 1)
@@ -75,12 +75,14 @@ def check_state(hair: HairModel, state: HairState, strands: Strands, settings: H
         or state.tensions.shape != hair.model.inverse_lengths.shape
     ):
         raise BadInput(
-            "the state of the reference is of other strands, segments or springs, and is not carried over to them",
+            "the state of the reference is of other strands, segments or springs",
             where="in.state",
             right="a reference with the same groom and model",
         )
     if state.locks is not None and settings.locks is None:
-        raise BadInput("the reference is in locks", where="in.state", right="[locks] here, too, or a reference without")
+        raise BadInput(
+            "the reference has locks", where="in.state", right="[locks] in this node, too, or a reference without locks"
+        )
 
 
 def _errors(

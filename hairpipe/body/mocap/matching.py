@@ -79,7 +79,7 @@ def warn_of_losses(clip: Clip, body: Roles, follows: np.ndarray) -> None:
     lost = [_name_of(role) for role in lost_limbs(body, follows)]
     if lost:
         message = f"no joint of the clip matches these parts of the body, which keep their rest pose: {', '.join(lost)}"
-        warnings.warn(f"{message} (`joints` pairs a joint of the body with one of the clip)", stacklevel=3)
+        warnings.warn(f"{message} (`joints` gives pairs of a joint of the body and a joint of the clip)", stacklevel=3)
     unused = [name for name, used in zip(clip.names, used_joints(clip, follows), strict=True) if not used]
     if unused:
         message = f"{len(unused)} of {len(clip.names)} joints of the clip are not used: {', '.join(unused)}"

@@ -58,7 +58,9 @@ def pose_at(
         raise BadInput(f"skip = {skip} leaves none of the {len(clip.values)} frames", where="skip", right="less")
     played = replace(clip, values=clip.values[skip:])
     if seconds < 0.0:
-        warnings.warn("the shot begins before the clip does, whose first pose is held (see `at`)", stacklevel=2)
+        warnings.warn(
+            "the shot begins before the clip; the first pose of the clip is held until then (see `at`)", stacklevel=2
+        )
     at, frame_time = seconds / clip.frame_time, clip.frame_time
     take = take_at(len(played.values), at, [(before / frame_time, after / frame_time) for before, after in cuts])
     instants, span = take.window(at)
@@ -83,7 +85,7 @@ def lift(retarget: Retarget, clip: Clip, floor: str | None) -> float:
     if abs(height) > HOVER:
         where = "above" if height > 0.0 else "below"
         message = f"where the clip's feet rest, those of the body are {abs(height):.2g} m {where} its floor"
-        warnings.warn(f'{message} (floor = "feet" puts them on it, "clip" leaves them without a word)', stacklevel=2)
+        warnings.warn(f'{message} (floor = "feet" moves them to the floor, "clip" silences this warning)', stacklevel=2)
     return 0.0
 
 
@@ -100,6 +102,6 @@ def leading_frames(clip: Clip) -> int:
     steps = 2.0 * np.arccos(np.minimum(cosines, 1.0)).max(axis=1)
     if steps[0] < JUMP or steps[0] < 3.0 * steps[1:].max():
         return 0
-    message = f"the clip's first frame is {np.degrees(steps[0]):.0f} degrees off the second: it is taken for a T pose"
+    message = f"the clip's first frame is {np.degrees(steps[0]):.0f} degrees away from the second: a T pose is assumed"
     warnings.warn(f"{message} and dropped (skip = 0 keeps it)", stacklevel=2)
     return 1

@@ -75,11 +75,11 @@ def find_up(clip: Clip, roles: Roles) -> str:
     rest = _axis_along(trunk_directions(place_at_zero(clip).positions, roles)[0])
     axis, stated = motion or rest or "y", "(`up` states it)"
     if motion is None:
-        what = "the clip has no trunk that stands in most of its frames, to tell which axis points up"
-        warnings.warn(f"{what}: {axis.upper()} is taken {stated}", stacklevel=4)
+        what = "the clip has no trunk that is upright in most frames"
+        warnings.warn(f"{what}: {axis.upper()} is assumed as the vertical axis {stated}", stacklevel=4)
     elif rest not in (None, motion):
         what = f"the trunk of the clip is along {rest.upper()} at rest, along {motion.upper()} in most of the motion"
-        warnings.warn(f"{what}: {axis.upper()} is taken for the axis that points up {stated}", stacklevel=4)
+        warnings.warn(f"{what}: {axis.upper()} is assumed as the vertical axis {stated}", stacklevel=4)
     return axis
 
 

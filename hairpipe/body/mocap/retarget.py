@@ -111,8 +111,8 @@ def body_heading(skeleton: Skeleton, body: Roles) -> np.ndarray:
     if heading[0, 0] > np.sqrt(0.5):
         return np.eye(3)
     angle = np.degrees(np.arctan2(heading[0, 2], heading[0, 0]))
-    message = f"at rest the body faces {angle:.0f} degrees from +Z about Y, as its left and right tell"
-    warnings.warn(f"{message}: it follows the clip as one that faces +Z", stacklevel=3)
+    message = f"at rest the body faces {angle:.0f} degrees from +Z about Y, by its left and right"
+    warnings.warn(f"{message}: the clip is applied as to a body that faces +Z", stacklevel=3)
     return heading
 
 
@@ -151,7 +151,7 @@ def find_scale(skeleton: Skeleton, follows: np.ndarray, body: Roles, performer: 
         if own > 0.0 and theirs > 0.0:
             return float(own / theirs)
     if (follows[skeleton.parents < 0] >= 0).any():
-        warnings.warn("cannot tell the clip's unit: it is taken for a metre (`unit` states it)", stacklevel=2)
+        warnings.warn("unknown unit of the clip: metres are assumed (`unit` states it)", stacklevel=2)
     return 1.0
 
 

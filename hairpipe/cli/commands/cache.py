@@ -32,7 +32,7 @@ def measured(units: dict[str, int]) -> Callable:
         match = re.fullmatch(r"(\d{1,15}(?:\.\d{1,9})?)\s*([A-Za-z]*)", text.strip())
         if not match or match[2] not in units:
             right = f"a number and one of {', '.join(filter(None, units))}"
-            raise BadInput(f"'{text}' is no measure", where=param.opts[0], right=right)
+            raise BadInput(f"'{text}' is not a measure", where=param.opts[0], right=right)
         return float(match[1]) * units[match[2]]
 
     return read
@@ -115,16 +115,16 @@ def verify(cache: Path, as_json: bool) -> None:
 @cache.command()
 @options.graphs
 @click.option(
-    "--older", metavar="7d", callback=measured(AGES), help="Remove only results that were not used for this long."
+    "--older", metavar="7d", callback=measured(AGES), help="Minimum time since the last use of a removed result."
 )
 @click.option(
     "--size",
     "limit",
     metavar="20GB",
     callback=measured(SIZES),
-    help="Remove only as many as it takes to get below this size.",
+    help="Size of the cache at which removal ends.",
 )
-@click.option("--dry-run", is_flag=True, help="Only report what would be removed.")
+@click.option("--dry-run", is_flag=True, help="List removable results, without removing them.")
 @options.cache
 @options.as_json
 def gc(
@@ -132,7 +132,7 @@ def gc(
 ) -> None:
     """Remove results, the least recently used first; results of the given graphs always stay."""
     if not graphs and older is None and limit is None:
-        raise BadInput("nothing says what to keep", where="gc", right="graphs, --older or --size")
+        raise BadInput("no criterion of what to keep", where="gc", right="graphs, --older or --size")
     keep = [hairpipe.load(graph, cache=cache) for graph in graphs]
     gone = hairpipe.Cache(cache).clean(keep, older=older or 0.0, size=int(limit or 0), dry_run=dry_run)
     if as_json:

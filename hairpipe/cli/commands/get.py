@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @options.graph
 @options.target
 @options.frames
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="File to write.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Path of the file to write.")
 @options.overrides
 @options.cache
 def get(

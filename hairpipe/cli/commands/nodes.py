@@ -29,7 +29,7 @@ MODES = {
 @click.command()
 @click.argument("name", metavar="[TYPE]", required=False, shell_complete=completion.complete_type)
 @click.option(
-    "--graph", shell_complete=completion.complete_graph, help="Also the types in the folder `nodes` next to this graph."
+    "--graph", shell_complete=completion.complete_graph, help="Graph whose folder `nodes` is included."
 )
 @click.option("--all", "everything", is_flag=True, help="Also the types of graphs/experiments, in a checkout.")
 @options.as_json

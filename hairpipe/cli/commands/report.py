@@ -14,8 +14,8 @@ from hairpipe.cli import options
 @options.frames
 @options.overrides
 @options.wedge
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder to write, or file.")
-@click.option("--single", is_flag=True, help="One HTML file with everything in it.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder or file to write.")
+@click.option("--single", is_flag=True, help="Write a single HTML file.")
 @click.option(
     "--size",
     "megabytes",
@@ -23,7 +23,7 @@ from hairpipe.cli import options
     default=60.0,
     show_default=True,
     metavar="MB",
-    help="Of all of it: so many strands are shown as fit.",
+    help="Maximum size of the report; it limits the number of strands shown.",
 )
 @options.cache
 def report(

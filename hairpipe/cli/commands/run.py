@@ -23,21 +23,24 @@ if TYPE_CHECKING:
 @options.to
 @options.wedge
 @options.jobs
-@click.option(
-    "-k", "--keep-going", is_flag=True, help="After a failure, continue with the nodes that do not depend on it."
-)
+@click.option("-k", "--keep-going", is_flag=True, help="Continue after a failure with independent nodes.")
 @options.publish_root
-@click.option("--force", is_flag=True, help="Overwrite files that hairpipe has not published, or that were changed.")
-@click.option("--report", type=click.Path(path_type=Path), metavar="FOLDER", help="Write a report, as `report` does.")
+@click.option("--force", is_flag=True, help="Overwrite files that are not from hairpipe or were changed.")
+@click.option(
+    "--report",
+    type=click.Path(path_type=Path),
+    metavar="FOLDER",
+    help="Folder for a report of the run, as from `hairpipe report`.",
+)
 @click.option(
     "--record",
     is_flag=False,
     flag_value="",
     metavar="[NAME]",
-    help="Write the tables of the graph to results/NAME.json beside it; by default NAME is that of the graph.",
+    help="Write the tables of the graph to results/NAME.json next to the graph; by default NAME is that of the graph.",
 )
 @options.cache
-@click.option("-v", "--verbose", is_flag=True, help="Show the traceback of a node that failed.")
+@click.option("-v", "--verbose", is_flag=True, help="Print the traceback of a failed node.")
 @click.option("-q", "--quiet", is_flag=True, help="Print only warnings and failures.")
 @options.as_json
 def run(

@@ -20,8 +20,8 @@ Result = TypeVar("Result")
 
 @click.command()
 @click.argument("folder", required=False, type=click.Path(path_type=Path))
-@click.option("--list", "as_list", is_flag=True, help="List what is trusted.")
-@click.option("--revoke", is_flag=True, help="Trust FOLDER no longer.")
+@click.option("--list", "as_list", is_flag=True, help="List the trusted folders.")
+@click.option("--revoke", is_flag=True, help="Revoke the trust in FOLDER.")
 def trust(folder: Path | None, as_list: bool, revoke: bool) -> None:
     """Trust the code in a folder of nodes.
 
@@ -46,7 +46,7 @@ def trust(folder: Path | None, as_list: bool, revoke: bool) -> None:
         return
     files = trusting.code_in(folder.resolve()) if folder.is_dir() else {}
     if folder.absolute().name != "nodes" or not files:
-        raise BadInput("is no folder of node types", where=folder, right="the folder nodes beside a graph file")
+        raise BadInput("not a folder of node types", where=folder, right="the folder nodes next to a graph file")
     trusting.trust(folder, files)
     click.echo(one_line(f"trusted: {folder}: {', '.join(files)}"))
 
@@ -69,7 +69,7 @@ def asking(load: Callable[[], Result]) -> Result:
         if sys.stdin is None or not sys.stdin.isatty() or not sys.stderr.isatty():
             raise
         say(f"{doubt.folder}: {doubt.what}")
-        if not click.confirm("This code would run with your rights. Do you trust it?", err=True):
+        if not click.confirm("This code will run with your rights. Do you trust this code?", err=True):
             raise
         note(doubt.folder, doubt.files)
     return load()

@@ -48,7 +48,7 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
     check_plain(path, "the name of a file")
     path = path.resolve()
     if path.exists() and not path.is_file():
-        raise BadInput("is no file", where=path, right="the name of a file")
+        raise BadInput("is not a file", where=path, right="the name of a file")
     if not os.access(path.parent, os.W_OK | os.X_OK):
         what = "cannot be written to" if path.parent.is_dir() else "no such folder"
         raise BadInput(what, where=path.parent, right="-o FILE in a folder that can be written to")
@@ -58,33 +58,35 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
 @click.command()
 @options.graph
 @click.option(
-    "--node", required=True, metavar="NODE", shell_complete=completion.complete_node, help="That simulates hair."
+    "--node", required=True, metavar="NODE", shell_complete=completion.complete_node, help="Node of the simulation."
 )
 @click.option(
     "--tolerance",
     required=True,
     metavar="2mm|0.5%",
     callback=read_tolerance,
-    help="How far tips and whole strands may be off: a length, or a share of that of the strands.",
+    help="Maximum error of tips and of whole strands: a length, or a percentage of the length of strands.",
 )
 @click.option(
     "--budget",
     metavar="5s",
     callback=read_budget,
-    help="Processor time for a frame: report the smallest error within it.",
+    help="Maximum processor time per frame; the smallest error within it is reported.",
 )
 @click.option(
     "--limit",
     type=click.FloatRange(1.0),
     default=1.0,
     show_default=True,
-    help="Where hair is chaotic: how far from the reference it may look, over what that differs from itself by.",
+    help="For chaotic hair: maximum ratio of its distance from the reference to the spread of the reference.",
 )
-@click.option("--check", is_flag=True, help="Also measure the choice on other strands and frames.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), callback=read_output, help="File for the settings.")
+@click.option("--check", is_flag=True, help="Measure the choice on other strands and frames, too.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), callback=read_output, help="TOML file to write the settings to."
+)
 @options.overrides
 @options.cache
-@click.option("-q", "--quiet", is_flag=True, help="Do not report the runs.")
+@click.option("-q", "--quiet", is_flag=True, help="Print no progress of runs.")
 @options.as_json
 def tune(
     graph: str,
@@ -123,7 +125,7 @@ def tune(
     try:
         tuned = find(request, say if not quiet else lambda line: None)
     except Interrupted:
-        say("hairpipe: interrupted; what was measured is kept, the same command goes on from there")
+        say("hairpipe: interrupted; measurements are kept, and the same command resumes")
         sys.exit(INTERRUPTED)
     fragment = None
     if tuned.choice.parts is not None:

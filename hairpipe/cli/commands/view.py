@@ -16,9 +16,13 @@ from hairpipe.cli import options
 @options.overrides
 @options.wedge
 @click.option(
-    "--port", type=click.IntRange(0, 65535), default=0, metavar="N", help="Port; by default any that is free."
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=0,
+    metavar="N",
+    help="Port of the server; by default any free port.",
 )
-@click.option("--no-browser", is_flag=True, help="Print the address, open nothing.")
+@click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
 @options.cache
 def view(
     graph: str,

@@ -73,10 +73,13 @@ def compare(
 @wedge.command()
 @options.graph
 @options.wedge_name
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="PNG file to write.")
-@click.option("--frame", type=int, help="Of the pictures; by default the last of the shot.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Path of the PNG file to write.")
+@click.option("--frame", type=int, help="Frame of the pictures; by default the last of the shot.")
 @click.option(
-    "--node", metavar="NODE", shell_complete=completion.complete_node, help="One that the wedge shows; else the first."
+    "--node",
+    metavar="NODE",
+    shell_complete=completion.complete_node,
+    help="Node of the pictures; by default the first that the wedge shows.",
 )
 @options.overrides
 @options.cache

@@ -24,7 +24,7 @@ def read_axis(name: str, given: Any) -> tuple[Any, ...]:
         raise BadInput("no values", right=LIST)
     twice = next((value for place, value in enumerate(values) if value in values[:place]), None)
     if twice is not None:
-        raise BadInput(f"{brief(twice)} is there twice", right="every value once")
+        raise BadInput(f"{brief(twice)} occurs twice", right="every value once")
     return values
 
 
@@ -40,7 +40,7 @@ def values_of(name: str, given: Any) -> tuple[Any, ...]:
         draw = random.Random(f"{seed} {name}")
         return tuple(rounded(between(start, end, draw.random(), log=log), RANDOM_DIGITS) for _ in range(count))
     if not isinstance(given, dict):
-        raise BadInput(f"{brief(given)} is no axis", right=f"{LIST}, or {RANGE}")
+        raise BadInput(f"{brief(given)} is not an axis", right=f"{LIST}, or {RANGE}")
     start, end, count, log = read_span(given, RANGE)
     numbers = [rounded(between(start, end, k / max(1, count - 1), log=log), DIGITS) for k in range(count)]
     whole = isinstance(start, int) and isinstance(end, int) and all(number.is_integer() for number in numbers)

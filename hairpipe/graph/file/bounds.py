@@ -50,11 +50,11 @@ class Bounds:
         folders = [self.graph.project, *([self.root.resolve()] if self.root else ())]
         found = next((folder for folder in folders if folder in place.parents), None)
         if found is None:
-            what = f"it leads out of {' and of '.join(map(str, folders))}"
+            what = f"the path leaves {' and '.join(map(str, folders))}"
             raise BadInput(what, where=place, right="a path within, or --publish-root FOLDER")
         kept = self.graph.role(place) or self._kind(place, place.relative_to(found).parts) or python_around(place)
         if kept:
-            raise BadInput(f"it is {kept}", where=place, right="a folder of its own to publish in")
+            raise BadInput(f"the path is {kept}", where=place, right="a folder of its own to publish in")
         return found
 
     def _kind(self, place: Path, names: Sequence[str]) -> str | None:
@@ -64,7 +64,7 @@ class Bounds:
         if any(name.startswith(".") for name in names):
             return "hidden"
         if any(name.startswith("-") for name in names):
-            return "a name that commands take for an option"
+            return "a name that looks like an option of a command"
         if not all(map(is_printed, "".join(names))):
             return "a name with invisible characters"
         return "in a folder of node types" if NODES in map(str.casefold, names) else None
@@ -87,7 +87,9 @@ def python_around(place: Path) -> str | None:
 def check_way(place: Path) -> None:
     """Refuse a path through a link: links were resolved when the graph was read, so this one is new."""
     if place.parent.resolve() != place.parent or place.is_symlink():
-        raise BadInput("a link lies on the way", where=place, right="a folder without links, or --publish-root FOLDER")
+        raise BadInput(
+            "the path contains a link", where=place, right="a folder without links, or --publish-root FOLDER"
+        )
 
 
 @contextmanager

@@ -19,7 +19,7 @@ MOST_GIVERS = 4
 def read_edges(given: Any, node_type: NodeType, place: Place) -> dict[str, Edge]:
     """Read the table `in`: socket to "node" or "node.output", or to a list of those where the socket takes many."""
     if not isinstance(given, dict):
-        raise BadInput(f"in = {brief(given)} is no table", where=place(["in"]), right='in.body = "node"')
+        raise BadInput(f"in = {brief(given)} is not a table", where=place(["in"]), right='in.body = "node"')
     edges = {}
     for name, value in given.items():
         where = place(["in", name])

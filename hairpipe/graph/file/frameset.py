@@ -15,7 +15,7 @@ def parse_frames(text: str) -> tuple[int, ...]:
     for part in text.split(","):
         match = PART.fullmatch(part.strip())
         if not match:
-            raise BadInput(f"'{text}' is no set of frames", right="frames and ranges such as 1-100x2,150")
+            raise BadInput(f"'{text}' is not a valid frame set", right="frames and ranges such as 1-100x2,150")
         first, last, step = int(match[1]), int(match[2] or match[1]), int(match[3] or 1)
         if last < first or step < 1:
             raise BadInput(f"'{part}' is an empty range", right="first-last with first <= last, step >= 1")

@@ -40,7 +40,7 @@ def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
     for name in order:
         if not bases[name] and "without" in tables[name]:
             where, right = text.place(name, ["without"]), 'like = "node"'
-            raise BadInput("without, in a node that is like no other", where=where, right=right)
+            raise BadInput("without, in a node that has no `like`", where=where, right=right)
         base = {key: value for base in bases[name] for key, value in written[base].items() if key not in OWN}
         try:
             written[name] = stated(text, name, tables[name], base)
@@ -60,7 +60,7 @@ def base_of(text: GraphText, name: str, tables: dict[str, Table]) -> str:
     """Read which node one is like."""
     base, where = tables[name]["like"], text.place(name, ["like"])
     if not isinstance(base, str):
-        raise BadInput(f"like = {brief(base)} is no name of a node", where=where, right='like = "node"')
+        raise BadInput(f"like = {brief(base)} is not the name of a node", where=where, right='like = "node"')
     if base not in tables:
         right = nearest(base, [other for other in tables if other != name])
         raise BadInput(f"like: no node '{base[:60]}'", where=where, right=right)

@@ -87,11 +87,11 @@ def read_frames(text: GraphText) -> tuple[int, int]:
     right = f"frames = [first, last], whole numbers, first <= last, at most {MOST_FRAMES}"
     place = text.place(None, ["frames"])
     if not isinstance(frames, list) or len(frames) != 2 or any(type(f) is not int for f in frames):
-        what = "no frames" if frames is None else f"frames = {brief(frames)} is no range"
+        what = "no frames" if frames is None else f"frames = {brief(frames)} is not a range"
         raise BadInput(what, where=place, right=right)
     first, last = frames
     if not 0 <= last - first < MOST_FRAMES or abs(first) > 10**9:
-        raise BadInput(f"frames = {brief(frames)} is no range", where=place, right=right)
+        raise BadInput(f"frames = {brief(frames)} is not a range", where=place, right=right)
     return first, last
 
 
@@ -99,7 +99,7 @@ def read_fps(text: GraphText) -> float:
     """Read `fps`."""
     fps = text.tables.get("fps")
     if not isinstance(fps, (int, float)) or isinstance(fps, bool) or not 0.01 <= fps <= 100_000:
-        what = "no fps" if fps is None else f"fps = {brief(fps)} is no frame rate"
+        what = "no fps" if fps is None else f"fps = {brief(fps)} is not a frame rate"
         raise BadInput(what, where=text.place(None, ["fps"]), right="fps = 24; a number in 1/s, 0.01 to 100000")
     return float(fps)
 
@@ -108,7 +108,10 @@ def read_preroll(text: GraphText) -> int:
     """Read `preroll`, the number of frames before the first that scans begin at; none where it is not given."""
     preroll = text.tables.get("preroll", 0)
     if type(preroll) is not int or not 0 <= preroll < MOST_FRAMES:
-        what, right = f"preroll = {brief(preroll)} is no number of frames", "preroll = 24; a whole number, not negative"
+        what, right = (
+            f"preroll = {brief(preroll)} is not a number of frames",
+            "preroll = 24; a whole number, not negative",
+        )
         raise BadInput(what, where=text.place(None, ["preroll"]), right=right)
     return preroll
 
@@ -126,10 +129,10 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Regis
     """Read one table; the edges are names until all nodes are known."""
     plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum()
     if not plain or not name[:1].isalpha() or len(name) > MOST_LETTERS:
-        raise BadInput(f"'{name[:60]}' is no name of a node", where=text.place(name), right=NAME)
+        raise BadInput(f"'{name[:60]}' is not the name of a node", where=text.place(name), right=NAME)
     type_name = table.get("type")
     if not isinstance(type_name, str):
-        what = "no type" if type_name is None else f"type = {brief(type_name)} is no text"
+        what = "no type" if type_name is None else f"type = {brief(type_name)} is not a text"
         raise BadInput(what, where=text.place(name, ["type"]), right='type = "...", see `hairpipe nodes`')
     try:
         node_type = registry.find(type_name)
@@ -161,11 +164,13 @@ def check_file(text: GraphText, node: str, node_type: NodeType, dotted: str, fil
     field, right = field_at(node_type, names), RIGHT if is_data(file) else f"a file, relative to {text.path.parent}"
     try:
         kind = special(path)
-        fault = f"is {kind}" if kind else None if path.is_file() else "is a folder" if path.is_dir() else "is not there"
+        fault = (
+            f"is {kind}" if kind else None if path.is_file() else "is a folder" if path.is_dir() else "does not exist"
+        )
     except (OSError, ValueError) as error:
         fault = f"cannot be a file: {error}"
     if field is not None and field.suffixes and path.suffix.lower() not in field.suffixes:
-        fault, right = f"is no file that {node_type.name} reads", field.allowed
+        fault, right = f"is not a file that {node_type.name} reads", field.allowed
     if fault:
         raise BadInput(f"{dotted} = {file[:200]!r} {fault}", where=text.place(node, names), right=right)
 
@@ -177,7 +182,7 @@ def read_publish(publish: Any, folder: Path, node_type: NodeType, where: str) ->
     if list(node_type.outputs.values()).count(File) != 1:
         raise BadInput(f"{node_type.name} has no file to publish", where=where, right="a node whose output is a File")
     if not isinstance(publish, str) or not publish.strip("/.") or "\0" in publish or publish.endswith("/"):
-        raise BadInput(f"publish = {brief(publish)} is no path", where=where, right='"../out/shot.####.usd"')
+        raise BadInput(f"publish = {brief(publish)} is not a path", where=where, right='"../out/shot.####.usd"')
     path = (folder / publish).resolve()
     marks = len(FRAME_MARK.findall(path.name))
     if "#" in str(Path(publish).parent) or marks > 1:

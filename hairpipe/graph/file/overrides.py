@@ -30,7 +30,7 @@ def put(tables: Tables, target: str, value: Any) -> None:
     for name in names[:-1]:
         table = table.setdefault(name, {})
         if not isinstance(table, dict):
-            raise BadInput(f"'{name}' in '{target}' is no group", where="--set", right="node.setting=value")
+            raise BadInput(f"'{name}' in '{target}' is not a group", where="--set", right="node.setting=value")
     table[names[-1]] = value
 
 

@@ -40,7 +40,7 @@ class Untrusted(BadInput):
     """
 
     def __init__(self, folder: Path, files: Files, what: str) -> None:
-        right = f"hairpipe trust {shlex.quote(os.fspath(folder))}, once you have read it"
+        right = f"hairpipe trust {shlex.quote(os.fspath(folder))}, after reading the code"
         super().__init__(what, where=folder, right=right)
         self.folder, self.files = folder, files
 
@@ -68,10 +68,10 @@ def doubt_about(folder: Path) -> Untrusted | None:
         return None
     before = next((entry.files for entry in known if entry.folder == folder), None)
     if fault:
-        return Untrusted(folder, files, f"its code is not trusted: {fault}")
+        return Untrusted(folder, files, f"the code is not trusted: {fault}")
     if before is None:
-        return Untrusted(folder, files, f"its code is not trusted: {listed(list(files))}")
-    return Untrusted(folder, files, f"its code has changed since it was trusted: {listed(differing(before, files))}")
+        return Untrusted(folder, files, f"the code is not trusted: {listed(list(files))}")
+    return Untrusted(folder, files, f"the code has changed since it was trusted: {listed(differing(before, files))}")
 
 
 def trust(folder: Path, files: Files) -> None:
@@ -120,7 +120,7 @@ def fault_of_register() -> str | None:
         faults = ((path, fault_of(path)) for path in (register().parent, register()))
         return next((f"{path} {fault}" for path, fault in faults if fault), None)
     except OSError as error:
-        return f"there is no place to keep what is trusted ({error.strerror or error})"
+        return f"no folder for the list of trusted code ({error.strerror or error})"
 
 
 def entry_path(folder: Path) -> Path:

@@ -95,7 +95,9 @@ def read_wedges(text: GraphText) -> dict[str, Wedge]:
         plain = name.isascii() and name.replace("-", "").replace("_", "").isalnum() and len(name) <= MOST_LETTERS
         if not isinstance(table, dict) or not plain:
             right = "[wedge.NAME], of letters, digits, - and _; no node is called wedge"
-            raise BadInput(f"wedge.{name} = {brief(table)} is no wedge", where=text.place(WEDGE, [name]), right=right)
+            raise BadInput(
+                f"wedge.{name} = {brief(table)} is not a wedge", where=text.place(WEDGE, [name]), right=right
+            )
     return {name: WedgeReader(text, name, table).read() for name, table in given.items()}
 
 
@@ -134,7 +136,7 @@ class WedgeReader:
         """Read what varies, each setting once."""
         given = self._table.get("axes")
         if not isinstance(given, dict) or not given:
-            what = "no axes" if given is None else f"axes = {brief(given)} is no table of axes"
+            what = "no axes" if given is None else f"axes = {brief(given)} is not a table of axes"
             raise self.fault(what, ["axes"], "axes.NODE.SETTING = [0.1, 0.2]")
         axes: dict[str, tuple[Any, ...]] = {}
         for target, value in flat(given):
@@ -188,9 +190,13 @@ class WedgeReader:
         for comparison in found:
             self.check_node("stop", comparison.node)
             if not comparison.column:
-                raise self.fault(f"stop: '{comparison.left[:60]}' names no column", ["stop"], '"node.column"')
+                raise self.fault(
+                    f"stop: '{comparison.left[:60]}' is not the name of a column", ["stop"], '"node.column"'
+                )
             if not isinstance(comparison.right, int | float) or isinstance(comparison.right, bool):
-                raise self.fault(f"stop: {brief(comparison.right)} is no number", ["stop"], "a number to compare with")
+                raise self.fault(
+                    f"stop: {brief(comparison.right)} is not a number", ["stop"], "a number to compare with"
+                )
         return tuple(found)
 
     def comparisons(self, key: str, right: str) -> list[Comparison]:
@@ -200,9 +206,9 @@ class WedgeReader:
             raise self.fault(f"{key} = {brief(given)}", [key], right)
         for row in given:
             if not isinstance(row, list) or len(row) != 3 or not all(isinstance(word, str) for word in row[:2]):
-                raise self.fault(f"{key}: {brief(row)} is no comparison", [key], right)
+                raise self.fault(f"{key}: {brief(row)} is not a comparison", [key], right)
             if row[1] not in RELATIONS:
-                raise self.fault(f"{key}: '{row[1][:60]}' is no relation", [key], RIGHT)
+                raise self.fault(f"{key}: '{row[1][:60]}' is not a relation", [key], RIGHT)
         return [Comparison(*row) for row in given]
 
     def names(self, key: str) -> tuple[str, ...]:

@@ -36,7 +36,7 @@ def check_settings(node_type: NodeType, given: Plain, place: Place) -> Plain:
     except ValidationError as error:
         raise explain(error.errors(include_url=False)[0], fields, place) from None
     except TypeError:
-        raise BadInput("a date or a time is no setting", where=place([])) from None
+        raise BadInput("a setting cannot be a date or a time", where=place([])) from None
     except (ValueError, RecursionError) as error:
         raise BadInput(f"settings cannot be read: {error}", where=place([])) from None
     plain = model.model_dump(mode="json")

@@ -100,7 +100,7 @@ class Planner:
         while pending:
             for producer in self.gone(pending.pop()):
                 if entries[producer].status == "cached":
-                    reason = "its full state was not kept and is needed to go on"
+                    reason = "its full state, needed to continue, was not kept"
                     entries[producer] = Entry(producer, "run", reason, entries[producer].key)
                     pending.append(producer)
         return list(entries.values())
@@ -116,7 +116,7 @@ class Planner:
         key = action_key(parts)
         record = self.resolver.find(task, key)
         if record is None and self.store.recall(divergence_note(key)) is not None and end_scan(self.resolver, task):
-            return Entry(task, "run", "it diverged, and what came before was used", key)
+            return Entry(task, "run", "diverged; frames before were used", key)
         if record is None:
             return Entry(task, "run", next(iter(self.reasons(task, parts)), "its key differs"), key)
         results[task] = record
@@ -132,7 +132,7 @@ class Planner:
             return [] if self.resolver.find(task, key) else ["its result is missing or damaged"]
         record = self.store.record(key)
         if record is None:
-            return ["its latest result is gone"]
+            return ["its latest result is missing"]
         return list(differences(record.parts, parts, self.resolver.codes[task.node].parts, self.store))
 
     def gone(self, task: Task) -> set[Task]:

@@ -65,7 +65,7 @@ class Member:
         code = self.process.wait()
         if code >= 0:
             return f"the worker process ended with exit code {code}"
-        hint = ", perhaps for lack of memory" if -code == signal.SIGKILL else ""
+        hint = ", possibly out of memory" if -code == signal.SIGKILL else ""
         return f"the worker process was ended by {signal.Signals(-code).name}{hint}"
 
 

@@ -61,13 +61,13 @@ class Publisher:
         check_way(place)
         writes = {*DATA_SUFFIXES, *self.bounds.graph.nodes[task.node].type.writes}
         if place.suffix.lower() not in writes:  # that of a companion is known only now
-            raise BadInput(f"'{place.suffix}' is no suffix of data", where=place, right=", ".join(sorted(writes)))
+            raise BadInput(f"'{place.suffix}' is not a suffix of data", where=place, right=", ".join(sorted(writes)))
         other, there = self.placed.get(place, (task, name))
         if other != task and there != name:
-            what = f"'{other}' has published another file there"
+            what = f"'{other}' has published another file at this path"
             raise BadInput(what, where=place, right="a folder of its own to publish in")
         if not self._is_ours(place, name) and not self.force:
-            what = "there is a file that hairpipe has not published, or that was changed since"
+            what = "a file exists that is not from hairpipe, or was changed since"
             raise BadInput(what, where=place, right="another path, or --force to overwrite it")
         return root
 
@@ -111,7 +111,7 @@ def digest_there(place: Path, store: Store) -> str | None:
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(place))
     if not stat.S_ISREG(mode):
-        raise BadInput("what is there is no file", where=place, right="another path")
+        raise BadInput("the existing path is not a file", where=place, right="another path")
     return fingerprint(place, store)
 
 

@@ -30,7 +30,7 @@ from hairpipe.graph.store.store import LostObject, Store
 POLL = 0.1
 """Interval at which a task that another process is evaluating is checked again [s]."""
 HEALED = "compiled kernels were damaged, and are compiled again"
-KEPT = "what lies where it is published is not hairpipe's, and stays unless it comes out equal (--force overwrites it)"
+KEPT = "the existing file is not from hairpipe, and is kept unless its new content is equal (--force overwrites it)"
 MOST_LOSSES = 10
 """Number of times that a task may find its inputs damaged before it fails: the disk is failing."""
 
@@ -227,7 +227,7 @@ class Scheduler:
         """Whether a task that met a damaged object is tried again; after too many attempts it fails."""
         self.losses[task] += 1
         if self.losses[task] > MOST_LOSSES:
-            self.fail(Failure(task, "disk", f"objects are damaged again and again in {self.store.root}"))
+            self.fail(Failure(task, "disk", f"repeatedly damaged objects in {self.store.root}"))
         return self.losses[task] <= MOST_LOSSES
 
     def establish(self, task: Task, record: Record, how: Kind) -> None:
@@ -247,7 +247,9 @@ class Scheduler:
         for message in record.warnings if before is None else ():
             self.report(Event("warning", task, message=message))
         if before is not None and before.outputs != record.outputs:
-            self.report(Event("warning", task, message="gave another result than before: the node is not reproducible"))
+            self.report(
+                Event("warning", task, message="the result differs from the previous one: the node is not reproducible")
+            )
         if not self.publish(task, record):
             return
         for waiter in self.waiters.pop(task, ()):
@@ -289,7 +291,7 @@ class Scheduler:
         if divergence is not None:
             self.ended |= divergence.lost
             self.store.note(divergence_note(self.keys[failure.task]), failure.message)
-            self.report(Event("warning", failure.task, message=f"{failure.message}; what came before is used"))
+            self.report(Event("warning", failure.task, message=f"{failure.message}; frames before are used"))
             for task in divergence.consumers:
                 self.unmet[task] -= divergence.lost
                 if not self.unmet[task]:

@@ -71,7 +71,7 @@ def growth_warning(name: str) -> str:
     cost = cost_of(name) if name == "tbb" and is_loadable(name) else CallCost(0.0, 0.0)
     if cost.late <= GROWTH * cost.early:
         return ""
-    return f"calls of the threading layer tbb grow dearer, from {cost.early:.3g} to {cost.late:.3g} us: {NAME}=omp"
+    return f"calls of the threading layer tbb become slower, from {cost.early:.3g} to {cost.late:.3g} us: {NAME}=omp"
 
 
 @cache

@@ -90,7 +90,7 @@ def replacing(path: Path, folder: Path | None = None, *, lasting: bool = True) -
         if lasting:
             flush(temporary)
         if not is_at(handle, temporary):
-            raise OSError(errno.ESTALE, "somebody has put another file in its place", str(temporary))
+            raise OSError(errno.ESTALE, "another process has replaced the file", str(temporary))
         path.parent.mkdir(parents=True, exist_ok=True)
         temporary.replace(path)
 

@@ -72,4 +72,4 @@ def check_name(label: str) -> None:
     path = PurePosixPath(label)
     is_plain = bool(path.parts) and not path.is_absolute() and ".." not in path.parts and str(path) == label
     if not is_plain or any(category(letter) in ("Cc", "Cs") for letter in label):
-        raise ValueError(f"companion {label!r} is no relative name")
+        raise ValueError(f"companion {label!r} is not a relative name")

@@ -55,13 +55,13 @@ class Store:
     def action_path(self, key: str) -> Path:
         """Where the record of a key lies; ValueError for what is no key."""
         if not is_key(key):
-            raise ValueError(f"{key!r} is no key")
+            raise ValueError(f"{key!r} is not a key")
         return self.root / "actions" / key[:2] / f"{key}.json"
 
     def object_path(self, name: str) -> Path:
         """Where an object lies; ValueError for what is no name of one."""
         if not is_object(name):
-            raise ValueError(f"{name!r} is no object")
+            raise ValueError(f"{name!r} is not an object")
         return self.root / "objects" / name[:2] / name
 
     def record_keys(self) -> Iterator[str]:

@@ -93,7 +93,7 @@ class Values:
     def _get_spent(self, key: str) -> Spent:
         record = self.store.record(key)
         if record is None:
-            raise BadInput(f"the record of the result {key} is gone", where=self.store.root, right="run again")
+            raise BadInput(f"the record of the result {key} is missing", where=self.store.root, right="run again")
         return Spent(record.seconds, record.seconds if record.processor is None else record.processor)
 
     def put(self, value: Any, kind: type, workspace: Path | None) -> Output:

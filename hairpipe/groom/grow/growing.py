@@ -84,8 +84,8 @@ def warn_of_zigzag(turns: np.ndarray, segments: np.ndarray) -> None:
     if coarse.any():
         count, most = np.count_nonzero(coarse), int(np.ceil(needed[coarse].max()))
         warnings.warn(
-            f"{count} curls have fewer than {FEWEST_SEGMENTS_A_TURN} segments a turn and come out angular: "
-            f"with segments = {most} none would",
+            f"{count} curls have fewer than {FEWEST_SEGMENTS_A_TURN} segments per turn and are angular; "
+            f"segments = {most} avoids this",
             stacklevel=3,
         )
 

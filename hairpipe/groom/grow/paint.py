@@ -58,7 +58,7 @@ def vertex_coat(body: Body, map_name: str, where: str) -> Coat:
 def image_coat(body: Body, picture: np.ndarray, where: str) -> Coat:
     """Return the paint of a picture laid over the texture coordinates of the body."""
     if body.mesh.uv is None:
-        raise BadInput("the body has no texture coordinates to lay an image over", where=where, right="a vertex map")
+        raise BadInput("the body has no texture coordinates for an image", where=where, right="a vertex map")
     return lambda sites: sample_picture(picture, site_uv(body.mesh, sites))
 
 

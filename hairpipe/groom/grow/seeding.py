@@ -38,7 +38,7 @@ def seed_roots(mesh: Mesh, density: Density, count: int, random: np.random.Gener
     mesh = rounded_mesh(mesh, values.any(axis=1))
     mass = np.linalg.norm(area_vectors(mesh), axis=1) * values.sum(axis=1) / SAMPLES
     if not mass.any():
-        raise BadInput("hair grows nowhere: the density is zero everywhere", right="paint some of the scalp")
+        raise BadInput("no hair: the density is zero everywhere", right="paint some of the scalp")
     sites = spread(mesh, density, choose(density, samples, values, mass, count, random), mass)
     order = morton_order(site_points(mesh, sites))
     return Sites(*(array[order] for array in sites))

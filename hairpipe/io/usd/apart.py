@@ -66,7 +66,7 @@ def _death(child: subprocess.CompletedProcess[bytes], path: Path) -> BadInput:
     if b"bad_alloc" in child.stderr:
         return _too_large(path, most_memory())
     cause = signal.Signals(-child.returncode).name
-    return BadInput(f"OpenUSD breaks down reading it ({cause})", where=path, right="a file that is not damaged")
+    return BadInput(f"OpenUSD fails to read the file ({cause})", where=path, right="a file that is not damaged")
 
 
 def _too_large(path: Path, most: int) -> BadInput:

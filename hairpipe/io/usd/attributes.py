@@ -64,7 +64,7 @@ def widths(curves: UsdGeom.BasisCurves, counts: np.ndarray) -> list[np.ndarray]:
     bad = ~(np.isfinite(values) & (values >= 0.0))
     if bad.any():
         what = f"widths: {bad.sum()} of {len(values)} are negative or not finite"
-        warnings.warn(f"{location(curves.GetPrim())}: {what}: replaced by those beside them", stacklevel=3)
+        warnings.warn(f"{location(curves.GetPrim())}: {what}: replaced by those of neighbouring points", stacklevel=3)
     values, layout = np.where(bad, np.nan, values), layouts[len(values)]
     return [values] * len(counts) if layout is None else np.split(values, np.cumsum(layout)[:-1])
 
@@ -91,7 +91,7 @@ def own_ids(ids: np.ndarray, path: Path) -> np.ndarray:
     kept &= ids != NONE
     free = np.setdiff1d(np.arange(len(ids)), ids[kept])
     if kept.any() and not kept.all():
-        told = f"ids of {(~kept).sum()} of {len(ids)} curves are missing or repeat: these are numbered anew"
+        told = f"ids of {(~kept).sum()} of {len(ids)} curves are missing or repeated, and get new numbers"
         warnings.warn(f"{path}: {told}", stacklevel=2)
     found = ids.copy()
     found[~kept] = free[: (~kept).sum()]

@@ -77,7 +77,7 @@ def _solid_faces(prim: UsdGeom.Mesh, count: int) -> np.ndarray:
     """Return which faces are no holes, (count,) bool."""
     holes, where = numbers(prim.GetHoleIndicesAttr(), kind=np.int64), location(prim.GetPrim())
     if len(holes) and (holes.min() < 0 or holes.max() >= count):
-        raise BadInput("holeIndices names no face", where=where, right=f"0 to {count - 1}")
+        raise BadInput("holeIndices has an index without a face", where=where, right=f"0 to {count - 1}")
     solid = np.ones(count, bool)
     solid[holes] = False
     if not solid.any():

@@ -74,7 +74,7 @@ def _query(cache: UsdSkel.Cache, skeleton: UsdSkel.Skeleton) -> UsdSkel.Skeleton
         _, why = UsdSkel.Topology(skeleton.GetJointsAttr().Get() or []).Validate()
         right = "each joint once, a parent before its children"
         raise BadInput(
-            f"the joints are no tree: {why or 'there are none'}", where=location(skeleton.GetPrim()), right=right
+            f"the joints do not form a tree: {why or 'there are none'}", where=location(skeleton.GetPrim()), right=right
         )
     return query
 
@@ -149,7 +149,7 @@ def read_influences(rig: Rig, skinning: UsdSkel.SkinningQuery, n: int) -> tuple[
     weights = np.array(influences[1], np.float64).reshape(n, -1)
     order = _joint_order(rig, skinning, where)
     if joints.min() < 0 or joints.max() >= len(order):
-        raise BadInput("jointIndices names no joint", where=where, right=f"0 to {len(order) - 1}")
+        raise BadInput("jointIndices has an index without a joint", where=where, right=f"0 to {len(order) - 1}")
     if not np.isfinite(weights).all() or weights.min() < 0:
         raise BadInput("jointWeights holds a negative or not finite weight", where=where, right="0 or more")
     first = np.take_along_axis(joints, weights.argmax(axis=1)[:, None], axis=1)

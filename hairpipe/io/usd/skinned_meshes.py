@@ -63,10 +63,10 @@ def _read_rigs(bindings: Sequence[Binding]) -> dict[Sdf.Path, Rig]:
 def _read_piece(mesh: UsdGeom.Mesh, binding: Binding | None, rigs: dict[Sdf.Path, Rig]) -> Piece:
     points = numbers(mesh.GetPointsAttr(), 3)
     if has_blend_shapes(mesh):
-        warnings.warn(f"{mesh.GetPath()} has blend shapes; they are not followed, it is read at rest", stacklevel=2)
+        warnings.warn(f"{mesh.GetPath()} has blend shapes, which are ignored: the mesh is read at rest", stacklevel=2)
     if binding is None:
         if rigs:
-            warnings.warn(f"{mesh.GetPath()} is bound to no skeleton; it follows the first joint", stacklevel=2)
+            warnings.warn(f"{mesh.GetPath()} is not bound to a skeleton, and follows the first joint", stacklevel=2)
         painted, k = read_mesh(mesh, points, place(mesh.GetPrim())), min(len(rigs), 1)
         return Piece(painted, np.zeros((len(points), k), np.int32), np.ones((len(points), k)))
     rig = rigs[binding.skeleton.GetPrim().GetPath()]

@@ -55,7 +55,7 @@ def open_alone(path: Path, time: float | None = None) -> Usd.Stage:
     files = {Path(layer.realPath.partition("[")[0]).resolve() for layer in stage.GetUsedLayers() if layer.realPath}
     others = sorted(file.name for file in files - {path.resolve()})
     if others:
-        what = f"it is composed of other files, among them {others[0]}, whose changes nothing would notice"
+        what = f"the file is composed of others, such as {others[0]}, whose changes would not be detected"
         raise BadInput(what, where=path, right="one file, as usdcat --flatten makes it")
     stage.GetSessionLayer().startTimeCode = (common_time(stage) or 0.0) if time is None else time
     return stage
@@ -81,7 +81,7 @@ def read_time(prims: Sequence[Usd.Prim], time: float | None) -> float | None:
     if time is None:
         why = "the first at which all meshes and curves have samples"
         told = f"{stage_path(stage)} is read at time code {stage.GetStartTimeCode():g}, {why}"
-        warnings.warn(f"{told}: time_code states another", stacklevel=2)
+        warnings.warn(f"{told}; time_code selects another", stacklevel=2)
     return stage.GetStartTimeCode()
 
 
@@ -110,7 +110,7 @@ def usd_faults(path: Path) -> Iterator[None]:
         what = f"not a readable USD file: {said(error)}"
         raise BadInput(what, where=path, right="a file OpenUSD can open") from None
     except UnicodeDecodeError:
-        raise BadInput("a name or text in it is not UTF-8", where=path, right="a USD file in UTF-8") from None
+        raise BadInput("a name or text in the file is not UTF-8", where=path, right="a USD file in UTF-8") from None
 
 
 def said(error: Tf.ErrorException) -> str:

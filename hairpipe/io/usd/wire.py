@@ -104,6 +104,6 @@ def record_named(name: str) -> type:
     module, _, own = name.partition(":")
     kind = getattr(importlib.import_module(module), own, None) if module.startswith(OURS) else None
     if not isinstance(kind, type) or kind.__module__ != module:
-        raise TypeError(f"{name} is no record of ours")
+        raise TypeError(f"{name} is not a record of hairpipe")
     fields_of(kind)
     return kind

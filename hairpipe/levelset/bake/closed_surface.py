@@ -41,7 +41,7 @@ def closed_surface(mesh: Mesh, open_edges: str) -> Surface:
     if found:
         warn(f"body: capped {describe(found)}", stacklevel=2)
     if crowded:
-        warn(f"body: {crowded} edges have more than two triangles; what the outside touches is used", stacklevel=2)
+        warn(f"body: {crowded} edges have more than two triangles; the outer surface is used", stacklevel=2)
     mesh = capped(mesh, found)
     surface = Surface(mesh.points[mesh.triangles], mesh.rates[mesh.triangles])
     wide_triangles(surface.corners)  # of a flat body there are none: it is refused before the samples are searched

@@ -51,7 +51,7 @@ def bake_parts(rest: Body, pose: Pose | None, voxel: float, half_width: float, s
         lost += [label] * (share > LOST)
     if lost:
         thin = f"more than {LOST:.0%} of {', '.join(lost)}"
-        warn(f"body: {thin} is too thin for voxel = {voxel:g} m, and stops no hair", stacklevel=2)
+        warn(f"body: {thin} is too thin for voxel = {voxel:g} m, and does not stop hair", stacklevel=2)
     return gathered(labels, poses, rates, found)
 
 

@@ -35,7 +35,7 @@ def bake(mesh: Mesh, voxel: float, half_width: float, open_edges: str = "fill") 
     found, lost = bake_surface(closed_surface(mesh, open_edges), voxel, half_width)
     if lost > LOST:
         share = f"{lost:.0%} of the surface"
-        warn(f"body: {share} is too thin for voxel = {voxel:g} m, and stops no hair", stacklevel=2)
+        warn(f"body: {share} is too thin for voxel = {voxel:g} m, and does not stop hair", stacklevel=2)
     return found
 
 

@@ -56,7 +56,7 @@ def climate_table(
         failed = f"member {min(lost)[1]} not finite at frame {min(lost)[0]}"
         return _table({name: np.inf for name in (*ERRORS[:-1], *BIASES[:-1])}, "", failed)
     if len(frames) < 2:
-        raise BadInput("a single frame", where="frames", right="two at least: at the first nothing has moved")
+        raise BadInput("a single frame", where="frames", right="at least two: nothing has moved at the first")
     frames, runs = frames[1:], [*model, *reference]
     squares = position_squares(runs, frames, criteria.patches)
     whole = squares.mean(axis=1)
@@ -83,7 +83,7 @@ def predictable(spreads: np.ndarray, tolerance: float) -> int:
     """
     count = frames_within(spreads, 50.0 * tolerance)
     if not count:
-        what = f"members of the reference are {spreads[0]:.2g} % of their length apart at once"
+        what = f"members of the reference are {spreads[0]:.2g} % of their length apart at the first frame"
         right = f"more than {0.02 * spreads[0]:.2g}, or members that differ by less"
         raise BadInput(what, where="tolerance", right=right)
     return count
@@ -94,7 +94,7 @@ def said_of(frames: Sequence[int], count: int, spreads: np.ndarray, tolerance: f
     apart = f"two references are at most {spreads.max():.2g} % of length apart, {50.0 * tolerance:.2g} % is allowed"
     if count == len(frames):
         return f"none: {apart}"
-    short = ", and too few frames are left to tell a climate" if len(frames) - count < LEAST else ""
+    short = ", and too few frames remain to compare statistics" if len(frames) - count < LEAST else ""
     return f"from frame {frames[count]} on: {apart}{short}"
 
 

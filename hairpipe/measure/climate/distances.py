@@ -54,7 +54,7 @@ def _apart(one: Any, other: Any) -> float:
 
 
 OBSERVABLES: Mapping[str, Callable[[Any, Any], float]] = {
-    "where hair is": wasserstein,
+    "position": wasserstein,
     "density": density_distance,
     "silhouettes": silhouette_distance,
     "nearest strand": _apart,

@@ -124,7 +124,7 @@ def floors(distances: np.ndarray, sides: Sides, statistic: Statistic = energy_di
     reference = np.flatnonzero(~sides.model)
     count = len(reference)
     if count < 3:
-        raise BadInput(f"{count} members of the reference", right="three at least, to know what they differ by")
+        raise BadInput(f"{count} members of the reference", right="at least three, to estimate their spread")
     part = min(int(sides.model.sum()), count // 2)
     labels = np.array([np.isin(np.arange(count), chosen) for chosen in combinations(range(count), part)])
     _check(len(labels))

@@ -28,7 +28,7 @@ def measure_spread(hair: Mapping[int, Strands], fps: float) -> Table:
     """
     frames = list(hair)
     if len(hair[frames[0]].offsets) < 3:
-        raise BadInput("one strand alone is no tuft", where="hair", right="two strands or more")
+        raise BadInput("a tuft needs more than one strand", where="hair", right="two strands or more")
     rows = []
     for frame in frames:
         levels = at_levels(hair[frame])
@@ -52,7 +52,7 @@ def measure_crossing(hair: Mapping[int, Strands], count: int, fps: float) -> Tab
     frames = list(hair)
     total = len(hair[frames[0]].offsets) - 1
     if not 0 < count < total:
-        raise BadInput(f"{count} of {total} strands are no lock beside another", where="in.lock", right="fewer")
+        raise BadInput(f"{count} of {total} strands leave none for a second lock", where="in.lock", right="fewer")
     rows = []
     for frame in frames:
         roots = hair[frame].points[hair[frame].offsets[:-1]].astype(float)

@@ -31,7 +31,7 @@ def main() -> None:
     """Render the scene on standard input."""
     scene = json.load(sys.stdin)
     if os.getppid() != scene["parent"]:
-        sys.exit("nobody waits for the picture")
+        sys.exit("the parent process has ended")
     bpy.ops.wm.read_factory_settings(use_empty=True)
     with np.load(scene["arrays"]) as arrays:
         add_hair(arrays, scene["fibre"])

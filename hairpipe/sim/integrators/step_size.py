@@ -30,7 +30,7 @@ class TooManySteps(ArithmeticError):
     """A frame would take more steps than it may: what is left of it so many [1], by a setting, for a strand."""
 
     def __init__(self, setting: str, steps: float, lane: Lane) -> None:
-        super().__init__(f"{setting} asks for {steps:.2g} steps more in a frame")
+        super().__init__(f"{setting} requires {steps:.2g} further steps in a frame")
         self.setting, self.steps, self.lane = setting, steps, lane
 
 

@@ -44,16 +44,18 @@ class Around(NamedTuple):
 def check_locks(hair: HairModel, lead: Lead, scene: Scene) -> None:
     """Raise BadInput where hair cannot be in locks: it must stick, pair by pair, in the solve, and have free tips."""
     if scene.stiction is None:
-        raise BadInput("locks are of hair that sticks together", where="locks", right="[hair.stiction], too")
+        raise BadInput("locks require stiction", where="locks", right="[hair.stiction], too")
     if scene.volume is not None or (scene.collisions is not None and scene.collisions.solver == "sweep"):
         right = 'solver = "coupled", and no [hair.volume]'
-        raise BadInput("locks keep distances pair by pair, in the solve", where="locks", right=right)
+        raise BadInput("locks require the coupled contact solver", where="locks", right=right)
     if own_interactions(scene):
-        raise BadInput("interactions of your own would see guides alone", where="locks", right="one or the other")
-    if len(held_tips(lead, hair.groom, hair.layout)):
         raise BadInput(
-            "hair that follows in a lock has a free tip", where="locks", right="strands held at the root alone"
+            "user-defined interactions would act on guides only",
+            where="locks",
+            right="locks or user-defined interactions",
         )
+    if len(held_tips(lead, hair.groom, hair.layout)):
+        raise BadInput("locks require free tips", where="locks", right="strands held at the root alone")
 
 
 def no_locks(strands: int, stuck: int = 0) -> LockState:

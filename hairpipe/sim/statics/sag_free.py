@@ -110,7 +110,7 @@ def stand(
     Raises BadInput where the model has too few springs for it, or where strands that cannot stand are refused.
     """
     if kind_of(model).carry is None and model.inverse_lengths.shape[1] != SPRINGS:
-        said = f"a {kind_of(model).name} cannot hold a groomed shape under its weight"
+        said = f"a {kind_of(model).name} has no equilibrium in a groomed shape"
         raise BadInput(said, where="model", right='"network" or "rod"')
     found = carry_weight(model, x, gravity)
     able = stands(model, x, found, wanted.strain)
@@ -130,7 +130,7 @@ def _report(able: np.ndarray, layout: Layout, ids: np.ndarray, unstable: str) ->
     unable = ids[np.unique(layout.strands[~able])]
     if not len(unable):
         return
-    said = f"{len(unable)} of {len(ids)} strands cannot stand as groomed under their weight"
+    said = f"{len(unable)} of {len(ids)} strands have no stable equilibrium as groomed"
     if unstable == "refuse":
         raise BadInput(
             f"{said}: {name_strands(unable)}",

@@ -26,7 +26,7 @@ def settle_groom(
     Strands that do not come to rest are named in a warning. Raise BadInput where the body holds tips.
     """
     if groom.tip_triangles is not None:
-        raise BadInput("tips that the body holds would be let go of", where="in.groom", right="a groom of free tips")
+        raise BadInput("tips held by the body would be released", where="in.groom", right="a groom of free tips")
     hair = build_hair(groom, material, model, construction)
     everyone = np.ones(hair.layout.strands.shape, bool)
     settled = settle(hair.model, hair.layout, groom.ids, hair.rest, gravity_of(Scene(gravity)), everyone)

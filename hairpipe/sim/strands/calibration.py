@@ -83,7 +83,7 @@ def _fit(slack: float, ratio: float, altitude: float, turn: float) -> tuple[floa
         log = log - np.clip(np.linalg.solve(np.transpose(slopes), misfit), -1, 1)
     else:
         raise BadInput(
-            f"no spring constants give a lattice that turns by {np.rad2deg(turn):.3g} deg the stiffness of a rod",
+            f"no spring constants give the stiffness of a rod at a turn of {np.rad2deg(turn):.3g} deg",
             where="construction",
             right="turn = 60 to 110, or altitude = 0",
         )

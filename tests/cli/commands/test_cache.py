@@ -81,10 +81,10 @@ def test_limits_of_age_and_size(computed, hairpipe):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ("gc", "nothing says what to keep (graphs, --older or --size)"),
-        ("gc --older soon", "--older: 'soon' is no measure (a number and one of s, min, h, d, w)"),
-        ("gc --older 3MB", "'3MB' is no measure"),
-        ("gc --size -1GB", "'-1GB' is no measure"),
+        ("gc", "no criterion of what to keep (graphs, --older or --size)"),
+        ("gc --older soon", "--older: 'soon' is not a measure (a number and one of s, min, h, d, w)"),
+        ("gc --older 3MB", "'3MB' is not a measure"),
+        ("gc --size -1GB", "'-1GB' is not a measure"),
         ("gc none.toml", "none.toml: no such file"),
         ("ls --cache shot.toml", "is a file"),
         ("gcc", "No such command 'gcc'"),

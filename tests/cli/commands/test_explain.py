@@ -33,7 +33,7 @@ def test_a_frame_too_many_or_too_few_is_refused(shot, hairpipe):
     assert "'sum' has no output 'stat' (did you mean 'state'?)" in hairpipe("explain shot.toml sum.stat@2").stderr
     assert "frame 99 is outside the graph (frames 1-6)" in hairpipe("explain shot.toml sum@99").stderr
     result = hairpipe("explain shot.toml sum@x")
-    assert result.exit_code == 2 and "'sum@x' names no result" in result.stderr
+    assert result.exit_code == 2 and "'sum@x' is not the name of a result" in result.stderr
 
 
 def test_it_says_of_a_state_that_was_not_kept_what_get_says(computed, hairpipe):

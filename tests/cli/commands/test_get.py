@@ -59,7 +59,7 @@ def test_what_looks_at_the_frames_of_a_run_is_found_by_them(shot, hairpipe):
         ("sum -o s.npz", "'sum' has a value per frame (sum@1)"),
         ("sum@2 -o s.npz --set seed.value=9", "'sum@2' has not been computed"),
         ("sum@2", "Missing option '-o'"),
-        ("@2 -o s.npz", "'@2' names no result"),
+        ("@2 -o s.npz", "'@2' is not the name of a result"),
     ],
 )
 def test_what_cannot_be_had_is_one_message(arguments, message, computed, hairpipe):

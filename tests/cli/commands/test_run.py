@@ -92,11 +92,11 @@ def test_quiet_says_only_what_matters(failing, hairpipe):
     [
         ("shot.toml --frames 0-3", "frame 0 is outside the graph (frames 1-6)"),
         ("shot.toml --frames 3-1", "--frames: '3-1' is an empty range"),
-        ("shot.toml --frames much", "--frames: 'much' is no set of frames"),
+        ("shot.toml --frames much", "--frames: 'much' is not a valid frame set"),
         ("shot.toml --set seed.vale=3", "unknown setting 'vale' (did you mean 'value'?)"),
         ("shot.toml --set seed.value=three", 'value = "three" is not allowed (a number'),
         ("shot.toml --set sed.value=3", "cannot set 'sed.value' (did you mean 'seed'?)"),
-        ("shot.toml --set seed.value", "'seed.value' sets nothing (NODE.SETTING=VALUE)"),
+        ("shot.toml --set seed.value", "'seed.value' is not an assignment (NODE.SETTING=VALUE)"),
         ("shot.toml --to lits", "no node 'lits' (did you mean 'list'?)"),
         ("shto.toml", "shto.toml: no such file"),
         ("shto", "no graph 'shto' (a graph file, or one that is shipped"),
@@ -145,7 +145,7 @@ def test_an_interrupted_run_says_so_and_keeps_what_it_has(failing, hairpipe):
     process.send_signal(signal.SIGINT)
     *_, last = process.stderr.read().splitlines()
     assert process.wait() == 130
-    assert last == "hairpipe: interrupted; what was computed is kept, the same command goes on from there"
+    assert last == "hairpipe: interrupted; computed results are kept, and the same command resumes"
     assert json.loads(hairpipe("run shot.toml -j1 --json --to list").stdout)["evaluated"] == 0
 
 

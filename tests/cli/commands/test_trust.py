@@ -40,7 +40,7 @@ def strange(shot, monkeypatch, tmp_path) -> Path:
 def test_no_command_imports_it_and_each_says_so_in_a_line(words, strange, hairpipe):
     result = hairpipe(words)
     assert result.exit_code == 2 and result.stdout == "" and result.stderr.count("\n") == 1
-    assert "/nodes: its code is not trusted: add_up.py, " in result.stderr and "(hairpipe trust /" in result.stderr
+    assert "/nodes: the code is not trusted: add_up.py, " in result.stderr and "(hairpipe trust /" in result.stderr
     assert not Path("mark").exists()
 
 
@@ -80,7 +80,7 @@ def test_on_a_terminal_one_is_asked(answer, strange, monkeypatch, capsys):
     with nullcontext() if answer else pytest.raises(Untrusted):
         asking(lambda: load_graph(strange))
     assert Path("mark").exists() == answer
-    assert "its code is not trusted: add_up.py" in capsys.readouterr().err
+    assert "the code is not trusted: add_up.py" in capsys.readouterr().err
 
 
 def test_completion_imports_nothing(strange):

@@ -68,7 +68,7 @@ def promise(number: int, tuned: Tuned | None = TUNED, other: Check | None = GOOD
         (found(3.1), found(0.2), "broken"),
         (found(2.1), found(0.2), "untold"),
         (failed("hair is lost"), found(0.2), "broken"),
-        (found(1.0, refused="told apart by contacts"), found(0.2), "broken"),
+        (found(1.0, refused="significantly different in contacts"), found(0.2), "broken"),
         (found(3.1), found(2.5), "untold"),
         (found(3.1), found(0.2, refused="the floor of chaos is above the tolerance"), "untold"),
     ],
@@ -120,7 +120,7 @@ def test_a_choice_is_checked_in_the_other_motion_on_strands_that_were_not_sample
     assert promises.try_promise(shot, 3, SCENE, never, print) == promise(3, NOTHING, None)
 
     def stuck(request, say):
-        raise Untunable("the graph itself does not get through the sample")
+        raise Untunable("the unchanged graph fails on the sample")
 
     monkeypatch.setattr(promises, "tune", stuck)
     assert promises.try_promise(shot, 4, SCENE, never, print) == promise(4, None, None)

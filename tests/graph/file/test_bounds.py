@@ -43,7 +43,7 @@ def test_a_project_is_what_holds_the_graphs(tmp_path, monkeypatch):
 @pytest.mark.parametrize("path", ["../list.txt", "../../home/.hidden.txt", "{outside}/list.txt", "out/../../list.txt"])
 def test_what_leads_out_is_refused_before_anything_runs(shot, outside, path):
     publish_to(shot, path.format(outside=outside))
-    assert f"it leads out of {shot.folder} (a path within, or --publish-root FOLDER)" in refused(shot)
+    assert f"the path leaves {shot.folder} (a path within, or --publish-root FOLDER)" in refused(shot)
     assert not list(outside.iterdir())
 
 
@@ -53,7 +53,7 @@ def test_links_that_lead_out_are_refused(shot, outside, way):
     link = shot.folder / way
     link.parent.mkdir(exist_ok=True)
     link.symlink_to(outside / "list.txt" if way.endswith("txt") else outside)
-    assert "it leads out of" in refused(shot)
+    assert "the path leaves" in refused(shot)
     assert not list(outside.iterdir())
 
 
@@ -72,7 +72,7 @@ def test_a_link_that_comes_later_is_not_followed(shot, outside, swapped):
     link.parent.mkdir(exist_ok=True)
     link.symlink_to(outside)
     (failure,) = publish_all(shot, graph).failures
-    assert failure.kind == "publish" and "a link lies on the way" in failure.message
+    assert failure.kind == "publish" and "the path contains a link" in failure.message
     assert not list(outside.iterdir())
 
 
@@ -106,15 +106,15 @@ def test_a_name_that_somebody_foresaw_is_not_written_to(shot, outside, monkeypat
 @pytest.mark.parametrize(
     ("path", "what"),
     [
-        ("lib/nodes/hat.txt", "it is in a folder of node types"),
-        ("lib/NODES/hat.txt", "it is in a folder of node types"),
-        (".git/list.txt", "it is hidden"),
-        ("out/--checkpoint-action=exec.txt", "it is a name that commands take for an option"),
-        ("out/list\u202egnp.txt", "it is a name with invisible characters"),
-        ("out/a\\u001bb.txt", "it is a name with invisible characters"),
-        ("cache/actions/list.txt", "it is in the store"),
-        ("lib/Site-Packages/list.txt", "it is in the packages of Python"),
-        ("dist-packages/a/list.txt", "it is in the packages of Python"),
+        ("lib/nodes/hat.txt", "the path is in a folder of node types"),
+        ("lib/NODES/hat.txt", "the path is in a folder of node types"),
+        (".git/list.txt", "the path is hidden"),
+        ("out/--checkpoint-action=exec.txt", "the path is a name that looks like an option of a command"),
+        ("out/list\u202egnp.txt", "the path is a name with invisible characters"),
+        ("out/a\\u001bb.txt", "the path is a name with invisible characters"),
+        ("cache/actions/list.txt", "the path is in the store"),
+        ("lib/Site-Packages/list.txt", "the path is in the packages of Python"),
+        ("dist-packages/a/list.txt", "the path is in the packages of Python"),
     ],
 )
 def test_some_places_are_nobodys_to_publish_to_even_with_force(shot, path, what):
@@ -133,8 +133,8 @@ def test_an_environment_of_python_is_not_written_to(shot, tmp_path_factory, mark
     (environment / mark).touch()
     publish_to(shot, "link/lib/list.txt")
     (shot.folder / "link").symlink_to(environment)
-    assert "it is in an environment of Python" in refused(shot, root=environment, force=True)
-    assert "it is in an environment of Python" in refused(shot, root=environment / "lib", force=True)
+    assert "the path is in an environment of Python" in refused(shot, root=environment, force=True)
+    assert "the path is in an environment of Python" in refused(shot, root=environment / "lib", force=True)
     assert [path.name for path in environment.iterdir()] == [mark]
 
 
@@ -154,7 +154,7 @@ def test_a_file_without_a_suffix_is_not_published(shot, name):
 def test_companions_have_suffixes_of_data(shot):
     shot.edit("write_list.py", "parts/sums.txt", "parts/aa.pth")
     (failure,) = shot.run(list__parts="true").failures
-    assert failure.kind == "publish" and "'.pth' is no suffix of data" in failure.message
+    assert failure.kind == "publish" and "'.pth' is not a suffix of data" in failure.message
     assert not list(shot.folder.rglob("*.pth"))
 
 
@@ -219,4 +219,4 @@ def test_a_pipe_in_the_way_is_refused(shot):
     (shot.folder / "out").mkdir()
     os.mkfifo(shot.folder / "out" / "list.txt")
     (failure,) = shot.run(force=True).failures
-    assert failure.kind == "publish" and "what is there is no file" in failure.message
+    assert failure.kind == "publish" and "the existing path is not a file" in failure.message

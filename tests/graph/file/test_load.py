@@ -66,7 +66,7 @@ BAD = {
     "file": (SEED + 'file = "no.bvh"\n', ":6: [seed]: file = 'no.bvh' is not there", "relative to"),
     "folder": (SEED + 'file = "nodes"\n', ":6: [seed]: file = 'nodes' is a folder", "a file"),
     "NUL": (SEED + 'file = "a\\u0000b"\n', ":6: [seed]: file", "a file"),
-    "in": (MOVE.replace("in.seed =", "in ="), "[move] move_seed: in = 'seed' is no table", "in.body"),
+    "in": (MOVE.replace("in.seed =", "in ="), "[move] move_seed: in = 'seed' is not a table", "in.body"),
     "socket": (MOVE.replace("in.seed", "in.sead"), ":8: [move] move_seed: no socket 'sead'", "'seed'?"),
     "socket by its type": (
         LIST.replace("in.numbers", "in.numeral"),
@@ -97,8 +97,8 @@ BAD = {
     "publish mark": (FULL.replace("out/list", "out/####"), "does not fit write_list", "no ####"),
     "publish no mark": (FULL.replace("####.png", "a.png"), "does not fit draw_number", "####"),
     "publish folder": (FULL.replace("####.png", "####/a.png"), "frames go in one place", "####.png"),
-    "publish 3": (FULL.replace('"out/list.txt"', "3"), "publish = 3 is no path", ""),
-    "publish dir": (FULL.replace("out/list.txt", "out/"), "is no path", ""),
+    "publish 3": (FULL.replace('"out/list.txt"', "3"), "publish = 3 is not a path", ""),
+    "publish dir": (FULL.replace("out/list.txt", "out/"), "is not a path", ""),
     "publish graph": (FULL.replace("out/list.txt", "bad.toml"), "is the graph file", "a path of its own"),
     "publish nodes": (FULL.replace("out/list.txt", "nodes/a.txt"), "in the folder of its node types", "a path of"),
     "publish twice": (

@@ -37,8 +37,8 @@ def test_nothing_is_imported_before_it_is_trusted(marked):
         marked.load()
     fault = caught.value
     begin, end = (
-        f"{marked.nodes}: its code is not trusted: ",
-        f" (hairpipe trust {marked.nodes}, once you have read it)",
+        f"{marked.nodes}: the code is not trusted: ",
+        f" (hairpipe trust {marked.nodes}, after reading the code)",
     )
     assert str(fault).startswith(begin) and str(fault).endswith(end)
     named, _, more = str(fault).removeprefix(begin).removesuffix(end).partition(" and ")
@@ -52,7 +52,7 @@ def test_what_is_trusted_runs_and_what_has_changed_is_named(marked):
     assert not marked.run(frames=[1]).failures
     marked.edit("tally.py", "import", "import sys, ")
     (marked.nodes / "new.py").write_text("")
-    with pytest.raises(Untrusted, match=r"its code has changed since it was trusted: new\.py, tally\.py \("):
+    with pytest.raises(Untrusted, match=r"the code has changed since it was trusted: new\.py, tally\.py \("):
         marked.load()
 
 
@@ -63,7 +63,7 @@ def test_what_changes_after_it_was_read_is_not_run(marked):
     (marked.folder / "mark").unlink()
     (marked.nodes / "make_seed.py").write_text("1 / 0")
     (failure,) = run(graph, marked.store, options=Options(jobs=1)).failures
-    assert "its code has changed since it was trusted: make_seed.py" in failure.message
+    assert "the code has changed since it was trusted: make_seed.py" in failure.message
     assert not (marked.folder / "mark").exists()
 
 

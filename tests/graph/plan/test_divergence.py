@@ -71,7 +71,7 @@ def test_what_was_reached_is_used_and_somebody_says_so(diverging):
     outcome = diverging.run(report=said.append)
     assert outcome.exit_code == 0 and not outcome.failures and outcome.blocked == 0
     warnings = [(str(event.task), event.message) for event in said if event.kind == "warning"]
-    assert warnings == [("wild@4", "ArithmeticError: too much; what came before is used")]
+    assert warnings == [("wild@4", "ArithmeticError: too much; frames before are used")]
     assert diverging.tally()["blow_up"] == 6 + 4
 
 

@@ -62,7 +62,7 @@ def test_plan_names_the_input_that_changed(shot):
     plan = shot.plan(move__turn=7)
     assert shown(plan, "move@7", "sum@6", "sum@7", "sum@8") == [
         ("cached", ""),
-        ("run", "its full state was not kept and is needed to go on"),
+        ("run", "its full state, needed to continue, was not kept"),
         ("run", "input number"),
         ("depends", "sum@7"),
     ]

@@ -57,7 +57,9 @@ def test_a_failure_passes_and_the_next_frame_is_the_first(shot):
     assert player.advance().frame == 1
 
 
-@pytest.mark.parametrize("node, what", [("move", "follows no simulation"), ("list", "follows no simulation")])
+@pytest.mark.parametrize(
+    "node, what", [("move", "does not depend on a simulation"), ("list", "does not depend on a simulation")]
+)
 def test_only_what_follows_a_simulation_is_played(shot, node, what):
     shot.run()
     graph = shot.load()

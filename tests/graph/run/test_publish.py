@@ -58,7 +58,7 @@ def test_nobody_overwrites_the_companion_of_another(shot):
     first = "list" if str(failure.task) == "other" else "other"
     assert failure.kind == "publish" and outcome.exit_code == 1
     place = shot.folder / "out" / "parts" / "sums.txt"
-    assert failure.message.startswith(f"cannot publish to {place}: '{first}' has published another file there")
+    assert failure.message.startswith(f"cannot publish to {place}: '{first}' has published another file at this path")
     assert outcome.published == (str(shot.folder / "out" / f"{first}.txt"),)
 
 

@@ -108,5 +108,5 @@ def test_every_third_strand_keeps_its_id_and_its_points(groom):
         ours, theirs = (slice(*g.offsets[k : k + 2]) for g, k in ((some, n), (groom, strand)))
         assert np.array_equal(some.points[ours], groom.points[theirs])
     assert np.array_equal(thin_groom(groom, every=1).points, groom.points)
-    with pytest.raises(BadInput, match="leaves none of 12"):
+    with pytest.raises(BadInput, match="removes all 12"):
         thin_groom(groom, every=24)

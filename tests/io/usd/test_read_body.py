@@ -153,7 +153,7 @@ BROKEN = {
     "short indices": (bent(lambda m: m.CreateFaceVertexIndicesAttr(QUADS[:-1])), "has 23 elements"),
     "two corners": (bent(lambda m: m.CreateFaceVertexCountsAttr([2, 4, 4, 4, 5, 5])), "face 0 has 2 corners"),
     "negative count": (bent(lambda m: m.CreateFaceVertexCountsAttr([-4, 8, 4, 4, 8, 4])), "face 0 has -4 corners"),
-    "hole": (bent(lambda m: m.CreateHoleIndicesAttr([6])), "holeIndices names no face"),
+    "hole": (bent(lambda m: m.CreateHoleIndicesAttr([6])), "holeIndices has an index without a face"),
     "all holes": (bent(lambda m: m.CreateHoleIndicesAttr(range(6))), "all faces are holes"),
     "scale": (bent(lambda m: UsdGeom.SetStageMetersPerUnit(m.GetPrim().GetStage(), 0)), "metersPerUnit is 0"),
     "transform": (bent(lambda m: m.AddTranslateOp().Set(Gf.Vec3d(np.inf))), "transform is not finite"),

@@ -237,8 +237,13 @@ def test_several_skeletons_become_one(new_stage, saved) -> None:
 
 
 BROKEN = {
-    "joint": ("/char/mesh", "primvars:skel:jointIndices", [4] * 2 * N, "jointIndices names no joint"),
-    "negative joint": ("/char/mesh", "primvars:skel:jointIndices", [-1] * 2 * N, "jointIndices names no joint"),
+    "joint": ("/char/mesh", "primvars:skel:jointIndices", [4] * 2 * N, "jointIndices has an index without a joint"),
+    "negative joint": (
+        "/char/mesh",
+        "primvars:skel:jointIndices",
+        [-1] * 2 * N,
+        "jointIndices has an index without a joint",
+    ),
     "weight": ("/char/mesh", "primvars:skel:jointWeights", [-1.0] * 2 * N, "negative or not finite"),
     "NaN weight": ("/char/mesh", "primvars:skel:jointWeights", [float("nan")] * 2 * N, "negative or not finite"),
     "short weights": ("/char/mesh", "primvars:skel:jointWeights", [1.0], "do not fit the points"),

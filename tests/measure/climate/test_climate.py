@@ -66,14 +66,14 @@ def test_a_shift_is_seen_at_its_size_early_and_late_though_chaos_is_larger():
     # points swing by a share of WILD, rms over the shares and axes
     spread = np.sqrt(2.0 * 3.0 * np.mean(np.linspace(0.25, 1.0, 4) ** 2)) * 5.0
     assert table[BIAS][0] + spread > 2.0  # which any one run is off by
-    assert table["where hair is T/F"][0] > 1.0 and table["p"][0] < 0.1 and table["Z"][0] > 1.0
+    assert table["position T/F"][0] > 1.0 and table["p"][0] < 0.1 and table["Z"][0] > 1.0
     assert table["kinetic energy T/F"][0] < 1.0
 
 
 def test_hair_that_is_too_lively_is_told_by_that_alone():
     table = measured([run(seed, 1, liveliness=1.5) for seed in MEMBERS])
     assert table["Z"][0] == max(table["kinetic energy T/F"][0], table["speed spectrum T/F"][0]) > 3.0
-    assert table["where hair is T/F"][0] < 1.0 and table[ERROR][0] == 0.0
+    assert table["position T/F"][0] < 1.0 and table[ERROR][0] == 0.0
 
 
 def test_intervals_are_by_patches_where_there_are_some():
@@ -114,7 +114,7 @@ def test_a_member_that_is_not_finite_fails_the_model():
 def test_what_cannot_be_compared_is_refused():
     with pytest.raises(BadInput, match="no member is on both sides"):
         measured(members=(5, 6, 7))
-    with pytest.raises(BadInput, match="apart at once"):
+    with pytest.raises(BadInput, match="apart at the first frame"):
         measured(tolerance=1e-6)
     with pytest.raises(BadInput, match="as many of each"):
         measured(members=(0, 1))

@@ -94,7 +94,7 @@ def test_a_strand_that_cannot_be_solved_is_held_and_named_and_spares_the_others(
     shot, body = Scene(steps=StepControl(longest=1 / 240), scheme=Scheme(scheme)), triangle()
     good, _ = thrown(hair, body, shot, 0.0)
     state, said = thrown(hair, body, shot, 1e200)
-    assert [each for each in said if "1 of 3 strands could not be solved in 1 of 10 steps of frame 1" in each]
+    assert [each for each in said if "1 of 3 strands had no solution in 1 of 10 steps of frame 1" in each]
     assert all("strands 1" in each for each in said)
     points, others = hair.layout.axis(state.positions), hair.layout.axis(good.positions)
     np.testing.assert_array_equal(np.delete(points, slice(11, 22), 0), np.delete(others, slice(11, 22), 0))
@@ -119,7 +119,7 @@ def test_a_frame_in_which_single_precision_loses_a_strand_is_computed_in_double(
 def test_a_shot_diverges_where_no_strand_can_be_solved(scene, straight, triangle):
     hair = scene([straight(0.1, 10, [1, 0.2 * k, 0]) for k in range(3)]).hair
     body, shot = triangle(), replace(Scene(steps=StepControl(longest=1 / 240)), gravity=1e300)
-    said = r"diverged: 3 of 3 strands could not be solved in 10 of 10 steps of frame 1: strands 0, 1, 2"
+    said = r"diverged: 3 of 3 strands had no solution in 10 of 10 steps of frame 1: strands 0, 1, 2"
     with pytest.raises(ArithmeticError, match=said):
         next_state(hair, start(hair, body, shot), Frame((body, body), (), (), 0.0, FRAME), shot)
 

@@ -164,14 +164,14 @@ def endless(scene, straight, steps, jump, speed):
             StepControl(courant=1e-300),
             0.0,
             0.0,
-            "strand 1 takes more than 20,000 steps in a frame by steps.courant",
+            "strand 1 needs more than 20,000 steps per frame by steps.courant",
         ),
         (StepControl(strain_rate=1e-12), 0.0, 1.0, "strand 1 .* by steps.strain_rate = 1e-12"),
         (StepControl(strain_rate=1e-300), 0.0, 1.0, "strand 1 .* by steps.strain_rate = 1e-300"),
         (StepControl(), 1000.0, 0.0, "strand 0 .* by steps.root = 0.01"),
         (StepControl(travel=2e-5), 0.0, 100.0, "strand 1 .* by steps.travel = 2e-05"),
-        (StepControl(longest=2e-6), 0.0, 0.0, "hair takes .* by steps.longest = 2e-06"),
-        (StepControl(most=5), 0.0, 0.0, "hair takes more than 5 steps"),
+        (StepControl(longest=2e-6), 0.0, 0.0, "hair needs .* by steps.longest = 2e-06"),
+        (StepControl(most=5), 0.0, 0.0, "hair needs more than 5 steps"),
     ],
 )
 def test_a_frame_that_would_never_end_is_ended_and_strand_and_setting_are_named(

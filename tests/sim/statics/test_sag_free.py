@@ -129,7 +129,7 @@ def test_without_it_hair_sags(scene, straight):
 def test_what_cannot_stand_is_named_and_falls_as_it_did(sag_free, scene, straight):
     strands = [straight(0.1, 25, OUT), straight(0.3, 25, OUT), straight(0.3, 25, DOWN)]
     s = sag_free(strands)
-    assert s.said == ["1 of 3 strands cannot stand as groomed under their weight and fall: strands 1"]
+    assert s.said == ["1 of 3 strands have no stable equilibrium as groomed and fall: strands 1"]
     alone = scene([strands[1]])
     before = s.points
     after = s.run(0.25).points

@@ -40,7 +40,7 @@ def measure_page(folder: Path) -> Report:
     if not page.is_file():
         raise BadInput("holds no report", where=folder, right="a folder that `hairpipe report` has written")
     if browser is None:
-        raise BadInput("no browser to open it in", right="chromium on the path")
+        raise BadInput("no browser is installed", right="chromium on the path")
     sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()]
     return Report(this_machine(), len(sizes), sum(sizes), opening_seconds(browser, page))
 

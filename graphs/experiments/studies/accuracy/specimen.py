@@ -111,7 +111,7 @@ def specimen_of(sample: Sample, points: np.ndarray) -> Specimen:
     if sample.constants == "guessed":
         if sample.model != "network":
             raise BadInput(
-                f"constants of a {sample.model} are never guessed", where="sample.constants", right='"calibrated"'
+                f"constants of a {sample.model} cannot be guessed", where="sample.constants", right='"calibrated"'
             )
         unit = sample.material.bending / np.linalg.norm(points[1] - points[0]) ** 2
         hair.model.constants[:, 1:] = unit * np.array([1.0, 1.0, sample.construction.altitude])[:, None]

@@ -43,7 +43,7 @@ def writhe_tables(sample: Sample, segments: Sequence[int]) -> tuple[Table, Table
         theory = buckling_twist(held_length(specimen), sample.material.bending, sample.material.torsion)
         states = list(stand(specimen, theory))
         if not states:
-            raise BadInput(f"{count} segments do not stand straight without twist", right="springs that bend and twist")
+            raise BadInput(f"{count} segments are not straight without twist", right="springs that bend and twist")
         unit = states[0].stiffness
         way += [(sample.name(count), count, state.twist / theory, state.stiffness / unit) for state in states]
         last, left = states[-1].twist, states[-1].stiffness / unit

@@ -55,7 +55,7 @@ def stiffness_of(stiction: Stiction) -> float:
     """Stiffness of a connection [N/m]; BadInput where it would let go before it pulls."""
     if not stiction.release > stiction.reach:
         raise BadInput(
-            f"stiction lets go at {stiction.release} m, before it pulls at {stiction.reach} m",
+            f"the release distance of stiction, {stiction.release} m, is less than its reach, {stiction.reach} m",
             where="stiction.release",
             right="more than stiction.reach",
         )

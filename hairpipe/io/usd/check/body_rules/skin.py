@@ -49,7 +49,9 @@ def roots_on_skin(scene: Scene) -> Iterator[Fault]:
             yield Fault(track.path("points"), f"{message}; {upside.sum()} such, the root comes first", first.code)
         elif off.mean() > SOME or roots.far(first, first.code).any():
             far = roots.misses(first, first.code)
-            message = f"{off.sum()} of {len(off)} roots are off {roots.mesh.prim.GetPath()}, by up to {far.max():.3g}"
+            message = (
+                f"{off.sum()} of {len(off)} roots are away from {roots.mesh.prim.GetPath()}, by up to {far.max():.3g}"
+            )
             yield Fault(track.path("points"), f"{message}; a root is a point of the skin", first.code)
         else:
             yield from _goes_along(roots)
@@ -65,7 +67,9 @@ def _goes_along(roots: Roots) -> Iterator[Fault]:
         drift = roots.misses(hair, time) - (0 if roots.told else still)
         off = np.abs(drift) > roots.reach
         if off.mean() > SOME or roots.far(hair, time).any():
-            message = f"{off.sum()} of {len(off)} roots are off {roots.mesh.prim.GetPath()}, by up to {drift.max():.3g}"
+            message = (
+                f"{off.sum()} of {len(off)} roots are away from {roots.mesh.prim.GetPath()}, by up to {drift.max():.3g}"
+            )
             yield Fault(roots.hair.path("points"), f"{message}{_late(roots, hair, time)}", time)
             return
 

@@ -122,7 +122,7 @@ def hair_ids(curves: Snapshot) -> Iterator[Fault]:
     if not (attribute and attribute.HasValue()):
         moves = curves.prim.GetAttribute("points").GetNumTimeSamples() > 1
         if moves and not any(IDS.search(name) for name in curves.prim.GetAuthoredPropertyNames()):
-            message = "has no value; strands that move are told from each other by whole numbers, one a strand"
+            message = "has no value; moving strands are identified by whole numbers, one per strand"
             yield Fault(curves.path("primvars:hairId"), message)
         return
     if ids is None or ids.dtype.kind == "f":

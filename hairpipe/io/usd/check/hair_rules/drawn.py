@@ -96,7 +96,7 @@ def instanced(scene: Scene) -> Iterator[Fault]:
     for prim in scene.stage.Traverse():
         prototypes = UsdGeom.PointInstancer(prim).GetPrototypesRel().GetTargets() if _scatters(prim) else []
         for path in (hair for hair in moving if any(hair.HasPrefix(above) for above in prototypes)):
-            yield Fault(str(path), f"is simulated, but scattered by {prim.GetPath()}; all of it moves alike")
+            yield Fault(str(path), f"is simulated, but scattered by {prim.GetPath()}; all instances move alike")
 
 
 def _scatters(prim: Usd.Prim) -> bool:
@@ -109,11 +109,11 @@ def doubled(scene: Scene) -> Iterator[Fault]:
         marks = [_marks(track.first) for track in shapes]
         for i, mark in enumerate(marks):
             if len(np.unique(mark, axis=0)) < (1 - NEAR) * len(mark) and shapes is scene.hair:
-                message = f"{len(mark) - len(np.unique(mark, axis=0))} strands lie where others lie"
+                message = f"{len(mark) - len(np.unique(mark, axis=0))} strands coincide with others"
                 yield Fault(shapes[i].path("points"), message, shapes[i].first.code)
             twin = next((j for j in range(i) if _share(mark, marks[j]) > SAME), None)
             if twin is not None:
-                message = f"lies where {shapes[twin].prim.GetPath()} lies; all of it is drawn twice"
+                message = f"coincides with {shapes[twin].prim.GetPath()}; the hair is drawn twice"
                 yield Fault(str(shapes[i].prim.GetPath()), message, shapes[i].first.code)
 
 

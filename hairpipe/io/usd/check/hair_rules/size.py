@@ -91,7 +91,9 @@ def volume_size(scene: Scene) -> Iterator[Fault]:
         ratio = sizes[0] / max(sizes[1], np.finfo(np.float64).tiny)
         apart = np.maximum(corners.min(axis=0) - body.max(axis=0), body.min(axis=0) - corners.max(axis=0)).max()
         if apart > 0 or not HULL[0] <= ratio <= HULL[1]:
-            message = f"is {ratio:.3g} times as large as the body" if apart <= 0 else f"is {apart:.3g} off the body"
+            message = (
+                f"is {ratio:.3g} times the size of the body" if apart <= 0 else f"is {apart:.3g} away from the body"
+            )
             yield Fault(str(track.prim.GetPath()), f"{message}; both stand in one space", track.first.code)
 
 

@@ -144,7 +144,9 @@ def rest(scene: Scene) -> Iterator[Fault]:
         elif _is_mirrored(track.first, track.still) and stands(scene, track):
             yield Fault(track.path("primvars:pref"), "is a mirror image of points; mirror it back")
         elif (others := _scrambled(track.first, track.still)) > OTHERS:
-            message = f"{others:.0%} of strands have other neighbours there than in points: those of other strands"
+            message = (
+                f"{others:.0%} of strands have other neighbours there than in points: they belong to other strands"
+            )
             yield Fault(track.path("primvars:pref"), message)
 
 

@@ -78,7 +78,7 @@ def _values(layer: Sdf.Layer, spec: Sdf.AttributeSpec) -> Iterator[Asset]:
 def missing_file(asset: Asset) -> Iterator[Fault]:
     """Find files that are not where they are said to be."""
     if not asset.file:
-        yield Fault(asset.path, f"names {asset.name}, which is not there", asset.time)
+        yield Fault(asset.path, f"names {asset.name}, which does not exist", asset.time)
     elif kind := special(Path(asset.file.partition("[")[0])):
         yield Fault(asset.path, f"names {asset.name}, which is {kind}", asset.time)
 
@@ -96,11 +96,11 @@ def broken_layer(asset: Asset) -> Iterator[Fault]:
 def absolute_path(asset: Asset) -> Iterator[Fault]:
     """Find files that nobody finds on another machine."""
     if ABSOLUTE.match(asset.name):
-        yield Fault(asset.path, f"names {asset.name}; write it relative to the layer", asset.time)
+        yield Fault(asset.path, f"names {asset.name}; use a path relative to the layer", asset.time)
     elif "\\" in asset.name:
         yield Fault(asset.path, f"names {asset.name}, found on one system alone; write / between folders", asset.time)
     elif asset.data and asset.name.startswith("../"):
-        yield Fault(asset.path, f"names {asset.name}, which does not lie beside or below the layer", asset.time)
+        yield Fault(asset.path, f"names {asset.name}, which is not in the folder of the layer or below", asset.time)
 
 
 class Grid(Protocol):

@@ -25,7 +25,7 @@ def material_binding(prim: Usd.Prim) -> Iterator[Fault]:
         for path in binding.GetTargets():
             target = prim.GetStage().GetPrimAtPath(path)
             if target and not target.IsA(UsdShade.Material) and "collection" not in binding.GetName():
-                yield Fault(str(binding.GetPath()), f"leads to {path}, a {target.GetTypeName()} and no Material")
+                yield Fault(str(binding.GetPath()), f"leads to {path}, a {target.GetTypeName()}, not a Material")
 
 
 def shader_id(prim: Usd.Prim) -> Iterator[Fault]:
@@ -37,7 +37,7 @@ def shader_id(prim: Usd.Prim) -> Iterator[Fault]:
     if not name:
         yield Fault(str(prim.GetPath()), "the shader has no info:id")
     elif not Sdr.Registry().GetShaderNodeByIdentifier(name) and not name.startswith(FAMILIES):
-        yield Fault(str(prim.GetPath()), f"the shader {name!r} is known to no client; use {OWN}")
+        yield Fault(str(prim.GetPath()), f"the shader {name!r} is unknown to clients; use {OWN}")
 
 
 def surface(prim: Usd.Prim) -> Iterator[Fault]:
@@ -50,7 +50,7 @@ def surface(prim: Usd.Prim) -> Iterator[Fault]:
             for path in out.GetAttr().GetConnections():
                 source = prim.GetStage().GetAttributeAtPath(path)
                 if source and not UsdShade.Output.IsOutput(source):
-                    yield Fault(str(out.GetAttr().GetPath()), f"leads to {path}, which is no output of a shader")
+                    yield Fault(str(out.GetAttr().GetPath()), f"leads to {path}, which is not an output of a shader")
 
 
 def shader_inputs(prim: Usd.Prim) -> Iterator[Fault]:
@@ -63,7 +63,7 @@ def shader_inputs(prim: Usd.Prim) -> Iterator[Fault]:
     for given in shader.GetInputs():
         name, value = given.GetBaseName(), None if given.HasConnectedSource() else given.Get()
         if name not in known:
-            yield Fault(str(given.GetAttr().GetPath()), f"is no input of {OWN}, which has {', '.join(known)}")
+            yield Fault(str(given.GetAttr().GetPath()), f"is not an input of {OWN}, which has {', '.join(known)}")
         elif given.GetTypeName() != (kind := node.GetShaderInput(name).GetTypeAsSdfType().GetSdfType()):
             yield Fault(str(given.GetAttr().GetPath()), f"is of type {given.GetTypeName()}; it has to be {kind}")
         elif value is not None and name in BETWEEN:
@@ -88,7 +88,7 @@ def hair_looks(scene: Scene) -> Iterator[Fault]:
         if material and not has and not tries:
             some = track.prim.GetAuthoredPropertiesInNamespace("material:binding")
             message = f"{some[0].GetName()} alone leaves out previews" if some else "the stage has some"
-            yield Fault(str(track.prim.GetPath()), f"is bound to no material for all purposes; {message}")
+            yield Fault(str(track.prim.GetPath()), f"is not bound to a material for all purposes; {message}")
 
 
 PRIM_RULES = (

@@ -96,7 +96,7 @@ def volume_fields(prim: Usd.Prim) -> Iterator[Fault]:
         target = prim.GetStage().GetPrimAtPath(path)
         if target and not target.IsA(UsdVol.FieldBase):
             yield Fault(
-                f"{prim.GetPath()}.field:{name}", f"leads to {path}, which is a {target.GetTypeName()}, no field"
+                f"{prim.GetPath()}.field:{name}", f"leads to {path}, which is a {target.GetTypeName()}, not a field"
             )
 
 
@@ -108,7 +108,7 @@ def skin_binding(prim: Usd.Prim) -> Iterator[Fault]:
     if skinned and not prim.HasAPI(UsdSkel.BindingAPI):
         yield Fault(str(prim.GetPath()), "has skinning attributes without the SkelBindingAPI")
     elif skinned and not _within(prim, UsdSkel.Root):
-        yield Fault(str(prim.GetPath()), "is skinned, but stands under no SkelRoot")
+        yield Fault(str(prim.GetPath()), "is skinned, but is not under a SkelRoot")
 
 
 def _within(prim: Usd.Prim, schema: type) -> bool:
