@@ -1,7 +1,7 @@
 """A process of its own with this Python: it finds modules where this one does, and never in the current folder.
 
 Python looks there with -c and -m, and wherever an entry of PYTHONPATH is empty, as `$PYTHONPATH:lib` often begins. But
-one works in folders that are strangers', and a `json.py` beside a graph is not ours to run.
+one works in folders that are strangers', and a `json.py` next to a graph is not ours to run.
 """
 
 import ctypes

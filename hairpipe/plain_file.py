@@ -8,7 +8,7 @@ from pathlib import Path
 from hairpipe.errors import BadInput
 
 SYSTEM = ("/proc", "/sys")
-"""Where files are no files: reading one may wait for ever (`/proc/kmsg`), or give what has no end."""
+"""Places of special files: reading one may wait for ever (`/proc/kmsg`), or give what has no end."""
 KINDS = {
     stat.S_IFDIR: "a directory",
     stat.S_IFCHR: "a device",

@@ -1,7 +1,7 @@
 """Simplifications of a simulation, as data: settings of the graph with less physics, or coarser.
 
 A node that simulates hair names the module that lists its own, `@node(..., tuning="my_model.tuning")`. It is named and
-not imported, so that what may be tried is no part of the key of a result. The module has any of these functions:
+not imported, so that what may be tried is not part of the key of a result. The module has any of these functions:
 
     simplifications(settings, sockets, dt)  lists them for the settings of a node, its connected sockets, and frames of
                                             dt [s]; targets of `puts` and `drops` are settings of the node, as
@@ -29,7 +29,7 @@ class Simplification:
              name of the node, its table, the edge of the groom of all strands, and the simplification, and returns
              tables by name: that of the same name gives the strands. Empty: the node stays
     count    of what `instead` simulates in place of at least as many strands
-    beside   axes of which something can be left out as well; None: of all
+    beside   axes that can be simplified at the same time; None: all
     """
 
     axis: str

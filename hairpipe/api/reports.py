@@ -44,7 +44,7 @@ class Plan:
     """What a run would do to every node and frame, each after those it needs.
 
     records  of the results that are in the cache: what each is made of, when, in how long
-    stopped  variants of a wedge that were given up, and why
+    stopped  stopped variants of a wedge, with reasons
     """
 
     entries: tuple[Entry, ...]
@@ -81,7 +81,7 @@ def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
 
 
 def stop_lines(stopped: dict[str, str]) -> str:
-    """Write below a table which variants were given up, and why."""
+    """Write below a table which variants were stopped, with reasons."""
     return "".join(f"\nstopped: {variant}: {why}" for variant, why in stopped.items())
 
 
@@ -133,7 +133,7 @@ class Run:
     warnings  tasks by node and message, in the order in which they came
     fates     what became of every task that was reached
     seconds   that the run took altogether [s]
-    stopped   variants of a wedge that were given up, and why
+    stopped   stopped variants of a wedge, with reasons
     """
 
     shot: "Shot"

@@ -34,7 +34,7 @@ def read_target(text: str) -> Target:
 
 
 def read_frames(given: FrameSet) -> tuple[int, ...] | None:
-    """Read a set of frames, in ascending order; None for all of them. BadInput for a text that is no such set."""
+    """Read a set of frames, in ascending order; None for all of them. BadInput for any other text."""
     if given is None:
         return None
     if isinstance(given, str):

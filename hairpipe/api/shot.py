@@ -169,7 +169,7 @@ class Shot:
         return self.graph.upto(names) if names else self.graph
 
     def stopping(self) -> Stopping:
-        """Return what gives variants up during a run; a shot of one variant has nothing to give up."""
+        """Return what stops variants during a run; None for a shot of one variant."""
         return Stopping(self.graph, self._store, (), {})
 
     def reloaded(self) -> "Shot":
@@ -274,7 +274,7 @@ class Shot:
         return read_value(self.graph, self._store, task, record, output)
 
     def object_path(self, name: str) -> Path:
-        """Where an object of a result lies in the cache, whole or not; ValueError for what is no name of one."""
+        """Where an object of a result lies in the cache, complete or not; ValueError for an invalid name."""
         return self._store.object_path(name)
 
     def player(self, node: str) -> Player:

@@ -16,7 +16,7 @@ from hairpipe.graph.store.store import Store
 
 
 class Stopping(Judge):
-    """Which variants are given up, at which frame, and why.
+    """Stopped variants, with frame and reason.
 
     Frames up to the one that fails a criterion are still computed: which that is does not depend on the order of tasks.
 
@@ -41,7 +41,7 @@ class Stopping(Judge):
         self._limits: dict[str, int] = {}
 
     def limits(self, task: Task, record: Record) -> Mapping[str, int]:
-        """Judge a result; return the frames beyond which nodes are given up, by name. BadInput for a missing column."""
+        """Check a result; return the frames beyond which nodes are stopped, by name. BadInput for a missing column."""
         for criterion in self._criteria.get(task.node, ()):
             assert task.frame is not None, "checked when the wedge was read"
             why = broken(criterion, read_table(self._graph, self._store, task, record))
@@ -50,19 +50,19 @@ class Stopping(Judge):
         return self._limits
 
     def gives_up(self, task: Task) -> bool:
-        """Whether a task is of no variant that goes on, and beyond the frame at which the last was given up."""
+        """Whether all variants of a task are stopped, and the task is beyond the last frame of these."""
         return is_beyond(task, self._limits)
 
     def stopped(self) -> dict[str, str]:
-        """Return why variants were given up, by name, in the order of the wedge."""
+        """Return the reasons for stopped variants, by name, in the order of the wedge."""
         return {variant: self._found[variant][1] for variant in self._variants if variant in self._found}
 
     def frame_of(self, variant: str) -> int | None:
-        """Return the frame at which a variant was given up; None where it was not."""
+        """Return the frame at which a variant was stopped; None where it was not."""
         return self._found[variant][0] if variant in self._found else None
 
     def _give_up(self, task: Task, why: str) -> None:
-        """Give up every variant that has a task; what it shares goes on as long as another variant needs it."""
+        """Stop every variant that has a task; shared tasks continue as long as another variant needs them."""
         assert task.frame is not None
         for variant in self._users[task.node]:
             self._found[variant] = min(self._found.get(variant, (task.frame, why)), (task.frame, why))

@@ -45,7 +45,7 @@ def check_data() -> tuple[Path, dict[Source, State]]:
 
 
 def state_of(source: Source, folder: Path) -> State:
-    """Compare a file in a data folder with its digest; what is no regular file differs, and is not read."""
+    """Compare a file in a data folder with its digest; anything but a regular file differs, and is not read."""
     path = folder / source.name
     if not path.exists():
         return "absent"

@@ -121,7 +121,7 @@ class WedgeShot(Shot):
         return variant_name(self.definition.short_names, {target: first[target] for target in alike})
 
     def _check_stop(self) -> None:
-        """Refuse a criterion on what has no value per frame: nothing would be left to give up."""
+        """Refuse a criterion on a node without a value per frame: nothing could be stopped."""
         for criterion in self.definition.stop:
             node = self.original.nodes[criterion.node]
             if not node.per_frame:

@@ -66,7 +66,7 @@ class Clock:
 def measure_first_frame(graph_path: Path, overrides: Mapping[str, str], node: str = HAIR) -> dict[str, float]:
     """Measure the first frames of a scan of a graph in a new process, after another one has compiled all kernels.
 
-    Returns processor seconds by phase. Raises BadInput where the node is no scan, or what it depends on fails.
+    Returns processor seconds by phase. Raises BadInput where the node is not a scan, or what it depends on fails.
     """
     graph = load_graph(graph_path, overrides)
     modules = [node.type.module for node in graph.nodes.values()]

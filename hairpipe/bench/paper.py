@@ -41,7 +41,7 @@ HAIR = "hair"
 class Row(NamedTuple):
     """A frame of one scene.
 
-    particles  of the strands, those beside their axes too
+    particles  of the strands, including those off their axes
     simulated  share of the strands that are, where others follow in locks
     seconds    the median; shares  of the parts of the work, in seconds of that frame
     memory     the most that this process had until then [bytes]

@@ -21,7 +21,7 @@ from hairpipe.graph.store.store import Store
 class Replay:
     """A node of a graph that depends on its own previous frame; what it depends on is computed and stored as usual.
 
-    Raises BadInput where the node is no scan, or what it depends on fails.
+    Raises BadInput where the node is not a scan, or what it depends on fails.
     """
 
     graph: Graph

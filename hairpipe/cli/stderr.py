@@ -17,7 +17,7 @@ class Unheard(Exception):
 
 
 def say(line: str) -> None:
-    """Write a line to the standard error stream, which takes everything that is no result."""
+    """Write a line to the standard error stream, which takes everything except results."""
     try:
         click.echo(one_line(line), err=True)
     except BrokenPipeError:

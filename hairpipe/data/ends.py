@@ -10,7 +10,7 @@ class Ends:
     """Both ends of every strand at one frame, as rigid motions from where the groom put them: x -> R x + t.
 
     Columns are those of R and then t [m], in the groom's own coordinates. A tip that is free is NaN; one that is held
-    at a frame and free at the next is let go of at the first of the two.
+    at a frame and free at the next is released at the first of the two.
 
     roots       (S, 3, 4) float64
     roots_rate  derivative of roots by time [1/s, m/s], same shape

@@ -39,7 +39,7 @@ class Groom:
 class Strands:
     """Hair at one frame: what is drawn and exported; strands, order and counts are those of the groom.
 
-    points      [m], (p, 3) float64: single precision is off by 0.03 mm a kilometre from the origin
+    points      [m], (p, 3) float64: single precision has an error of 0.03 mm a kilometre from the origin
     velocities  [m/s], (p, 3) float32
     offsets     strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
     diameter    of every strand [m]

@@ -76,10 +76,10 @@ def taken(curves: Curves, strands: np.ndarray) -> Curves:
 def spread_along(
     values: np.ndarray, points: np.ndarray, offsets: np.ndarray, strands: np.ndarray, new_offsets: np.ndarray
 ) -> np.ndarray:
-    """Return values of points, (p,), at the points of strands cut anew, by their share of the length, (P,) float64.
+    """Return values of points, (p,), at the points of resegmented strands, by their share of the length, (P,) float64.
 
     points, offsets  of all strands
-    strands          those cut anew, with offsets new_offsets
+    strands          resegmented strands, with offsets new_offsets
     """
     along = []
     for strand, count in zip(strands, np.diff(new_offsets), strict=True):
@@ -141,7 +141,7 @@ def drop_short(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray, shortes
 
 
 def cut_up(points: np.ndarray, offsets: np.ndarray, ids: np.ndarray, cut: Cut) -> tuple[np.ndarray, np.ndarray]:
-    """Return points and offsets of strands cut anew, no segment shorter than it may be but where it is the only one.
+    """Return points and offsets of resegmented strands, no segment shorter than it may be but where it is the only one.
 
     Chords cut through curls: what is left of the length tells how many segments it bears, until none is too short.
     """

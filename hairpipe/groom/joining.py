@@ -11,7 +11,7 @@ from hairpipe.groom.strand_arrays import offsets_of
 
 
 def joined_strands(grooms: tuple[Groom, ...]) -> Groom:
-    """Return the strands of all grooms in turn, numbered anew; pure.
+    """Return the strands of all grooms in turn, renumbered; pure.
 
     Roots keep their triangles, so that grooms on a body belong to the same body. Tips are free in grooms that do not
     say, and widths are kept where all have some.

@@ -1,4 +1,4 @@
-"""Members of an ensemble of grooms, which differ by as little as nobody cares about: they tell chaos from bias."""
+"""Members of an ensemble of grooms, which differ imperceptibly: they separate chaos from bias."""
 
 from dataclasses import replace
 

@@ -108,7 +108,7 @@ def catmull_rom(a: Vector, b: Vector, c: Vector, d: Vector, t: float) -> Vector:
 
 
 def spline_knots(hull: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the knots of uniform cubic B-splines, (p, 3), each beside a point of their control hull; pure.
+    """Return the knots of uniform cubic B-splines, (p, 3), each next to a point of their control hull; pure.
 
     (p_k-1 + 4 p_k + p_k+1) / 6; the ends are pinned by mirrored points, as in USD: there it is the point itself.
 
@@ -122,7 +122,7 @@ def spline_knots(hull: np.ndarray, offsets: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, parallel=True)
 def equal_segments(points: np.ndarray, offsets: np.ndarray, new_offsets: np.ndarray) -> np.ndarray:
-    """Return strands cut anew, along smooth curves through their points, into segments of equal length each.
+    """Return resegmented strands, along smooth curves through their points, into segments of equal length each.
 
     points       of all strands [m], (p, 3) float64; no strand without length
     offsets      strand s owns points offsets[s]:offsets[s+1], (S+1,)

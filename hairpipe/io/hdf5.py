@@ -35,7 +35,7 @@ Tree = Any
 DIGEST_BYTES = 20
 FORMAT = ("v110", "v110")
 BLOCK, OVERHEAD = 1 << 16, 4096
-"""What HDF5 writes beside the data, about: once, and for each entry [bytes]."""
+"""Approximate overhead of HDF5: once, and for each entry [bytes]."""
 NUMBERS = "biuf"
 """Kinds of numpy arrays that are stored: bool, integers with and without sign, floats."""
 ESCAPES = {"%": "%25", "/": "%2F", ".": "%2E"}
@@ -92,7 +92,7 @@ def plain_array(array: np.ndarray, name: str) -> np.ndarray:
 
 
 def plain_scalar(value: Any, name: str) -> Tree:
-    """Turn numpy's scalars into Python's; TypeError for anything that is no scalar."""
+    """Turn numpy's scalars into Python's; TypeError for other values."""
     value = value.item() if isinstance(value, np.generic) else value
     if value is None or type(value) in (bool, float):
         return value
@@ -182,7 +182,7 @@ def write_entry(group: h5py.Group, name: str, tree: Tree) -> None:
 
 
 def read(path: Path) -> Tree:
-    """Read a tree; BadInput where the file is no HDF5 value, OSError where the system does not let it be read.
+    """Read a tree; BadInput where the file is not an HDF5 value, OSError where the system does not let it be read.
 
     Only its digest tells that all of it is as written.
     """

@@ -17,7 +17,7 @@ def read_image(path: Path) -> np.ndarray:
     """Return an image as values 0..1, (height, width) float64, the top row first; of colours the luma, alpha ignored.
 
     Values are those in the file over the largest there can be: paint is a number, not light, and no gamma is undone.
-    Raise BadInput where the file cannot be read, is no image, is broken, or has more pixels than Pillow takes for sane.
+    Raise BadInput where the file cannot be read, is not an image, is broken, or has more pixels than Pillow allows.
     """
     checked_size(path, FORMATS)
     try:

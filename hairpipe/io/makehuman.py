@@ -16,7 +16,7 @@ def read_skeleton(path: Path, points: np.ndarray) -> Skeleton:
 
     points  all vertices of the base mesh, helpers included, (n, 3)
 
-    Raises BadInput where the file is no rig or does not fit the mesh.
+    Raises BadInput where the file is not a rig or does not fit the mesh.
     """
     content = _read_object(path)
     bones, spots = _member(path, content, "bones", dict), _member(path, content, "joints", dict)

@@ -62,7 +62,7 @@ class _Obj:
                 case "o":
                     self.object = (" ".join(words[1:]),)
                 case "vn" | "s" | "usemtl" | "mtllib":
-                    pass  # normals and materials are made anew
+                    pass  # normals and materials are made again
                 case other:
                     self.unread[other] += 1
 

@@ -31,7 +31,7 @@ def write_webp(
     APNG, which is lossless, is ten times as large.
 
     frames   their numbers, ascending
-    picture  file of a frame, all of one size; BadInput names the first that is no picture or has another size
+    picture  file of a frame, all of one size; BadInput names the first that is not a picture or has another size
     fps      frames of the shot per second [1/s]
     scale    size of the animation over that of the pictures
     quality  0..100 of the lossy compression
@@ -48,7 +48,7 @@ def write_webp(
 def reduced(data: bytes, quality: int) -> bytes:
     """Return a picture as WebP, 0..100 of quality, which is lossy; one that is WebP already, perhaps a film, as it is.
 
-    BadInput where it is no picture.
+    BadInput where it is not a picture.
     """
     try:
         with Image.open(io.BytesIO(data)) as image:

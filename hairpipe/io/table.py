@@ -36,7 +36,7 @@ def write_markdown(path: Path, table: Table) -> None:
 
 
 def spoken(value: Any) -> str:
-    """Write a value as people read it; what is no number is a dash."""
+    """Write a value as people read it; other values are dashes."""
     if isinstance(value, float):
         return f"{value:.4g}" if math.isfinite(value) else "-" if math.isnan(value) else str(value)
     return str(value)

@@ -7,7 +7,7 @@ of p + 1, then x, y, z of p + 2:
 
     A[p, 0:11]   A[p, 11:21]   A[p, 21:30]   A[p, 30:38]
 
-`eliminate` makes L D L^T of it, a row at a time as rows are complete, and leaves 1 / D on the diagonal and L^T beside
+`eliminate` makes L D L^T of it, a row at a time as rows are complete, and leaves 1 / D on the diagonal and L^T next to
 it: 164 multiply-adds a row, and 34 multiplications. Nothing is pivoted. Where a pivot is not positive the matrix is not
 positive definite: its magnitude is taken, so that what follows stays finite, and the least pivot is given back.
 """

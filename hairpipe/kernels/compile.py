@@ -19,7 +19,7 @@ _OPTIONS = {"error_model": "numpy", "_nrt": False}
 
 
 class Inlined(CPUDispatcher):
-    """A function for kernels alone, which is compiled without the entries for Python and for C, which nobody calls.
+    """A function for kernels alone, which is compiled without the entries for Python and for C, which are never called.
 
     Numba compiles a function once for every literal that it is called with. Here a literal counts as any number of its
     type: LLVM sees the constant anyway, when it inlines the function.

@@ -239,7 +239,7 @@ def lowest(typingctx, a):
 
 
 def _lanes_of(array: types.Type) -> LanesType:
-    """Give the lanes that lie in an array; a row of one not in C order is no row of memory."""
+    """Give the lanes that lie in an array; a row of one not in C order is not contiguous."""
     if isinstance(array, types.Array) and array.layout == "C" and isinstance(array.dtype, types.Float):
         return LanesType(array.dtype)
     raise _refusal("an array of float32 or float64 in C order", array)

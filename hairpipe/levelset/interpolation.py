@@ -75,7 +75,7 @@ def two_sided(field0: Field, field1: Field, a: float, dt: float, x: float, y: fl
     phi(x, a) = (1 - a) phi0(x - dt a v) + a phi1(x + dt (1 - a) v),  v = (v0(x) + v1(x)) / 2   (Selle et al. 2008, 5)
 
     We differ from the paper: where only one frame has a velocity at x, it stands for both, instead of its half. An
-    ellipsoid that moves by its radius in a frame is then off by 0.26 % of it instead of 4.1 %.
+    ellipsoid that moves by its radius in a frame then has an error of 0.26 % of it instead of 4.1 %.
     """
     ux, uy, uz = velocity(field0, x, y, z)
     vx, vy, vz = velocity(field1, x, y, z)
@@ -136,7 +136,7 @@ def normal_at(field0: Field, field1: Field, at: DeparturePoints) -> tuple[float,
     """Return the unit outward normal, that of the blended gradients; 0 where both are.
 
     It leaves out how the velocity varies in space: that would give the gradient of phi(x, a) itself, but while the body
-    turns it is farther from the body's normal (at 30 degrees a frame 1.3 degrees on the mean instead of 0.8) and
+    turns it is farther from the body's normal (at 30 degrees a frame 1.3 degrees on average instead of 0.8) and
     dearer.
     """
     px, py, pz = gradient(field0, at.x0, at.y0, at.z0)

@@ -100,8 +100,8 @@ def distance(field: Field, x: float, y: float, z: float) -> float:
 def gradient(field: Field, x: float, y: float, z: float) -> tuple[float, float, float]:
     """Return the gradient of the distance by central differences over one voxel.
 
-    The interpolant's own gradient jumps from voxel to voxel: by 1.2 degrees on the mean and 5 at most on a body of 6 to
-    12 cm at 5 mm, where this one is off by 0.1 and 0.4. A hair that slides feels those jumps as chatter.
+    The interpolant's own gradient jumps from voxel to voxel: by 1.2 degrees on average and 5 at most on a body of 6 to
+    12 cm at 5 mm, where the error of this one is 0.1 and 0.4. A hair that slides feels those jumps as chatter.
     """
     e = 0.5 / field.per_metre
     per = field.per_metre

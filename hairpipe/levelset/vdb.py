@@ -55,7 +55,7 @@ class Tree(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """A grid, and what its metadata tell beside its extent: its class and so on."""
+    """A grid, and its metadata besides its extent: its class and so on."""
 
     name: str
     tree: Tree
@@ -66,7 +66,7 @@ def write(path: Path, grids: Sequence[Grid], frame: int, half: bool = False) -> 
     """Write grids as an OpenVDB file.
 
     frame  number of the frame, kept as metadata
-    half   keep 16 bits of every value: half the size, and off by at most 1 in 2000
+    half   keep 16 bits of every value: half the size, with a relative error of at most 1 / 2000
 
     The same values give the same bytes. Raise BadInput where a value is too large for 16 bits.
     """

@@ -26,7 +26,7 @@ SPLIT = (
     "gap at first [mm]",
     "widest [mm]",
     "at the end [mm]",
-    "links let go [%]",
+    "links released [%]",
     "open at the end [%]",
     "on the wrong side [%]",
 )
@@ -62,9 +62,9 @@ def split_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
 
     Its halves lie on both sides of the widest room along x that there is at any frame, in the middle half of the hair.
 
-    gap     between the halves: each without the 5 % nearest to the other
-    let go  links from one half to the other that are out of reach, at the widest
-    wrong   particles that end more than 10 mm beyond where the other half ends
+    gap       between the halves: each without the 5 % nearest to the other
+    released  links from one half to the other that are out of reach, at the widest
+    wrong     particles that end more than 10 mm beyond where the other half ends
     """
     hair, ends = particles.hair, particles.links
     low = particles.arcs > 0.5 * strand_lengths(hair.points, hair.offsets)[particles.strands]

@@ -1,4 +1,4 @@
-"""Hair in locks, frame by frame: what is simulated, and what the rest is off by."""
+"""Hair in locks, frame by frame: simulated strands, and errors of followers."""
 
 from collections.abc import Mapping
 

@@ -52,7 +52,7 @@ def measure_points(
 def spread(values: np.ndarray, inner: np.ndarray, root: float | None = None) -> np.ndarray:
     """Return values of all points but roots as values of all points, (p,); pure.
 
-    inner  which points are no roots, (p,) bool
+    inner  which points are not roots, (p,) bool
     root   value of the roots; without, that of the point after
     """
     spread_out = np.zeros(len(inner))

@@ -19,7 +19,7 @@ Suffix = Callable[[str], str | None]
 NAMED = 10
 """Letters of the name of an object that are shown."""
 RESERVED = ("type", "in", "publish", "checkpoint")
-"""Keys in the table of a node that are no settings."""
+"""Keys in the table of a node that are not settings."""
 
 
 def graph_document(shot: Shot) -> dict[str, Any]:

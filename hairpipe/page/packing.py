@@ -56,7 +56,7 @@ def zigzag(values: np.ndarray) -> np.ndarray:
 
 
 def pack(arrays: Mapping[str, np.ndarray], **meta: Any) -> Packed:
-    """Pack arrays of uint8, uint16 or uint32, column by column and byte by byte, with plain values beside; pure."""
+    """Pack arrays of uint8, uint16 or uint32, column by column and byte by byte, with plain values added; pure."""
     places, planes = [], []
     for name, array in arrays.items():
         flat = np.ascontiguousarray(array.T if array.ndim == 2 else array).ravel()

@@ -100,7 +100,7 @@ def write_report(
 
 
 def check_place(place: Path, single: bool) -> None:
-    """Refuse to write over what is no report."""
+    """Refuse to overwrite anything but a report."""
     if single:
         if place.is_dir() or place.suffix.lower() not in (".html", ".htm"):
             raise BadInput("is not a file for a report", where=place, right="report.html")

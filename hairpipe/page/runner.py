@@ -62,7 +62,7 @@ def tell(event: Any) -> None:
 
 
 def say(document: dict[str, Any]) -> None:
-    """Write a line; nothing where nobody listens any more."""
+    """Write a line; nothing where the reader has gone."""
     try:
         print(json.dumps(document), flush=True)
     except BrokenPipeError:

@@ -1,4 +1,4 @@
-"""Serves a live page on this machine, to who knows its address, and to nobody else.
+"""Serves a live page on this machine, only to clients that know its address.
 
 The address holds a random token. Requests for other hosts are refused, which a foreign page can make a browser send to
 127.0.0.1 under a name of its own (DNS rebinding), and so are those that come from other pages. Nothing is read but the
@@ -46,7 +46,7 @@ KINDS = {".js": "text/javascript", ".css": "text/css", ".txt": "text/plain"}
 MOST_DIGITS, MOST_BYTES = 18, 1 << 20
 """Of a number that a page sends, and of the body of a request."""
 PATIENCE = 1
-"""After which requests that are still answered are given up at the end [s]."""
+"""Time after which pending requests are cancelled at the end [s]."""
 
 
 class Server:
@@ -73,7 +73,7 @@ class Server:
         self.address = f"{self.origin}/{token}/"
         config = uvicorn.Config(
             application(session, token, self.origin),
-            log_level="critical",  # of requests that are given up at the end it would write tracebacks
+            log_level="critical",  # of requests that are stopped at the end it would write tracebacks
             lifespan="off",
             access_log=False,
             timeout_graceful_shutdown=PATIENCE,
@@ -219,7 +219,7 @@ class Handler:
         try:
             text = script(name, *self._session.document(name))
         except KeyError:
-            text = script(name, f"{name} is no result of this graph").replace("hairpipe.load", "hairpipe.fail", 1)
+            text = script(name, f"{name} is not a result of this graph").replace("hairpipe.load", "hairpipe.fail", 1)
         except BadInput as fault:
             text = script(name, str(fault)).replace("hairpipe.load", "hairpipe.fail", 1)
         return Response(text, media_type="text/javascript")

@@ -160,7 +160,7 @@ class Session:
         return "\n".join([found.entry.status, *found.reasons, made])
 
     def _live(self) -> dict[str, Any]:
-        """What the page can do beside showing."""
+        """Actions of the page besides display."""
         return {"edits": dict(self._edits), "saved": self._can_save(), "playable": playable(self._shot)}
 
     def _can_save(self) -> bool:

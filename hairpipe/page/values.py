@@ -43,7 +43,7 @@ def kinds_of(kind: type) -> tuple[str, ...]:
 
 
 def suffix_of(path: Path) -> str | None:
-    """Suffix of a picture by its bytes, whatever the file is called; None for what is no picture or is not there."""
+    """Suffix of a picture by its bytes, whatever the file is called; None for other or missing files."""
     try:
         with path.open("rb") as file:
             head = file.read(8)
@@ -76,7 +76,7 @@ def document_of(kind: str, value: Any, most: int) -> Packed:
 
 
 def table_document(table: Table) -> dict[str, Any]:
-    """Describe a table; what is no finite number is a text."""
+    """Describe a table; a number that is not finite is a text."""
     return {"names": list(table.names), "rows": [[plain(cell) for cell in row] for row in table.rows()]}
 
 

@@ -1,4 +1,4 @@
-"""Hair carried by particles: the vertices of a groom as the particles beside them move, strand by strand.
+"""Hair deformed by particles: the vertices of a groom follow neighbouring particles, strand by strand.
 
     target_k = sum_i v_i a_i,   a_i = x_i + Q_i (X_k - X_i),   v_i = w_i / (|a_i - x_k-1|^2 + b^2)^2 over their sum,
     x_k = x_k-1 + l_k unit(target_k - x_k-1)

@@ -14,7 +14,7 @@ mass, backward Euler of the pair gives
 
 We differ from the paper: explicit forces of these rates blow up, or make hair tremble that lies on a body; these
 impulses never do, at any rate. Pressure does not attract, as where hair is thin particles would clump. rho_0 is that of
-the densest hair at rest, for what stands apart there may lie as close as that: with its own as rho_0, hair let go of
+the densest hair at rest, for what stands apart there may lie as close as that: with its own as rho_0, released hair
 from above the head would keep its room. Friction has Coulomb's bound. Rates do not depend on how many particles stand
 for the hair.
 """
@@ -122,7 +122,7 @@ def _press(law, pairs, particles, dt, k, room, velocities, pressed):
     """Let particle k, which is too dense, press on those around it, in place; add the impulse to those of its pairs.
 
     particles  1 / m of all, and where they are
-    room       for those beside it, and for the gradient of its density by their places, and its length with its sign
+    room       for those next to it, and for the gradient of its density by their places, and its length with its sign
     """
     (inverse_masses, points), (others, gradients) = particles, room
     rate, weight, total, mine = 0.0, 0.0, (0.0, 0.0, 0.0), row(velocities, k)

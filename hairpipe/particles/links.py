@@ -5,7 +5,7 @@ With theta_ij the angle between the hair at i and the way x_ij from i to j,
     a_ij = |cos theta_ij - cos theta_ji| / 2 where the cosines have opposite signs, else 0      (6)
     c_ij = a_ij l_ij                                                                            (5)
 
-Pairs within 2 h_1 with a >= a_0 are linked. Of these the weakest, by c W(l, h_1), are let go as long as both ends keep
+Pairs within 2 h_1 with a >= a_0 are linked. Of these the weakest, by c W(l, h_1), are dropped as long as both ends keep
 more links than are wanted, and the end towards the tip keeps another one towards the root.
 
 We differ from the paper: reaches follow from the number of neighbours, since hair of even roots is uneven in space; a
@@ -34,8 +34,8 @@ class LinkRule(NamedTuple):
 
     most       links that a particle keeps, N_n
     alignment  least a of a link, a_0
-    linked     neighbours within 2 h_1, on the mean
-    touching   neighbours within 2 h_2, on the mean
+    linked     neighbours within 2 h_1, on average
+    touching   neighbours within 2 h_2, on average
     """
 
     most: int
@@ -73,7 +73,7 @@ def link(samples: Samples, rule: LinkRule, line_density: float) -> Particles:
 
 
 def reach_with(points: np.ndarray, neighbours: float) -> float:
-    """Return h [m] such that particles have so many neighbours within 2 h, on the mean; pure.
+    """Return h [m] such that particles have so many neighbours within 2 h, on average; pure.
 
     BadInput where there are no more particles than that.
     """

@@ -1,6 +1,6 @@
 """What particles are for the whole shot: flat arrays as kernels take them, computed once from those at rest.
 
-A particle of hair is no farther from its root than the hair is long, and than its links stretch it: by `sag` at the
+A particle of hair is at most as far from its root as the hair is long, with the stretch of its links: by `sag` at the
 root where it hangs, by half of that on average, and by ten times as much at ten times its weight.
 """
 
@@ -146,7 +146,7 @@ def reaches_of(particles: Particles, sag: float) -> np.ndarray:
     """Return how far from its root each particle may be [m], (N,); pure.
 
     The way along the hair, of a curl, whose places are along its axis, the share of its whole length, and the reach of
-    links more: so far a particle may stand for hair that lies beside it.
+    links more: so far from its hair a particle may represent it.
     """
     lengths = strand_lengths(particles.hair.points, particles.hair.offsets)
     farthest = np.zeros(len(lengths))

@@ -97,7 +97,7 @@ class ParticleSimulation:
         return self.particles.hair
 
     def start(self, frame: Frame) -> ParticleState:
-        """Return particles where their roots are; BadInput where a body swallows all of them."""
+        """Return particles where their roots are; BadInput where all of them are inside a body."""
         return start(self.particles, self.prepared, frame, self._bodies_at(frame))
 
     def advance(self, state: ParticleState, frame: Frame) -> ParticleState:

@@ -78,7 +78,7 @@ def starts_of(counts: np.ndarray) -> np.ndarray:
 def lay_body(ends: np.ndarray, fragments: np.ndarray, solid: np.ndarray) -> None:
     """Add the front of the body, BIAS behind it, to the fragments of every texel, in place.
 
-    solid  where rays of the texel meet it [texels], ascending, infinite beside it, (TEXELS^2, rays): each has its share
+    solid  where rays of the texel meet it [texels], ascending, infinite outside, (TEXELS^2, rays): each has its share
            of the transmittance, which therefore falls by equal steps
     """
     step = (1.0 - math.exp(-OPACITY * SOLID)) / solid.shape[1]
@@ -101,7 +101,7 @@ def scatter(ends: np.ndarray, fragments: np.ndarray, places: np.ndarray, offsets
             x, y, z = places[i, 0], places[i, 1], places[i, 2]
             dx, dy, dz = places[i + 1, 0] - x, places[i + 1, 1] - y, places[i + 1, 2] - z
             length = math.hypot(dx, dy)
-            pieces = math.ceil(min(length, TEXELS))  # longer ones are no hair any more
+            pieces = math.ceil(min(length, TEXELS))  # longer ones are not hair any more
             for n in range(pieces):
                 t = (n + 0.5) / pieces
                 add(ends, fragments, x + t * dx, y + t * dy, z + t * dz, width * length / pieces)

@@ -12,9 +12,9 @@ CENTRE = np.array([0.30, 0.325, 0.36])
 EDGE = np.array([0.06, 0.07, 0.09])
 """Colour of the backdrop far away from there, linear."""
 FAR = 1e6
-"""Depth of what is beside the body [m]."""
+"""Depth of the background [m]."""
 STEEP = 8.0
-"""Change of depth from pixel to pixel, over their distance, from which on it is no slope but an outline."""
+"""Change of depth from pixel to pixel, over their distance, from which on it counts as an outline."""
 
 
 def backdrop(height: int, width: int) -> np.ndarray:
@@ -33,7 +33,7 @@ def _wall(height: int, width: int) -> np.ndarray:
 def outlines(depth: np.ndarray, focal: float) -> tuple[np.ndarray, np.ndarray]:
     """Find the pixels on either side of where a body ends, or where it stands before itself: rows and columns.
 
-    depth  of the body along the view, infinite beside it [m], (height, width)
+    depth  of the body along the view, infinite outside [m], (height, width)
     focal  length of the camera [pixels]
     """
     outline, near = np.zeros(depth.shape, bool), np.where(np.isfinite(depth), depth, FAR)

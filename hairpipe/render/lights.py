@@ -26,7 +26,7 @@ class Shade(Protocol):
 
     @property
     def cell(self) -> float:
-        """Distance across the light below which nothing is told apart [m]."""
+        """Distance across the light below which nothing is distinguished [m]."""
         ...
 
     def between(self, points: np.ndarray) -> np.ndarray:

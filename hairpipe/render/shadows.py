@@ -89,7 +89,7 @@ def across(towards: np.ndarray) -> np.ndarray:
 
 
 def front(places: np.ndarray, triangles: np.ndarray, fine: int, cells: int) -> np.ndarray:
-    """Where along the rays the body begins [cells], infinite beside it, (fine*cells, fine*cells); vertices in cells."""
+    """Where along the rays the body begins [cells], infinite outside, (fine*cells, fine*cells); vertices in cells."""
     far = places[:, 2].max(initial=0.0) + 1.0
     _, close = rasterise(fine * places[:, 1::-1], triangles, far - places[:, 2], fine * cells, fine * cells)
     return np.where(close > 0.0, far - close, np.inf)
@@ -139,7 +139,7 @@ def accumulate(depth: np.ndarray, solid: np.ndarray) -> None:
 
 @njit(cache=True, nogil=True, inline="always")
 def look_up(depth: np.ndarray, to_cells: np.ndarray, px: float, py: float, pz: float) -> float:
-    """Optical depth at a world point, between the centres of the cells; none beside the cube."""
+    """Optical depth at a world point, between the centres of the cells; none outside the cube."""
     x = to_cells[0, 0] * px + to_cells[0, 1] * py + to_cells[0, 2] * pz + to_cells[0, 3] - 0.5
     y = to_cells[1, 0] * px + to_cells[1, 1] * py + to_cells[1, 2] * pz + to_cells[1, 3] - 0.5
     z = to_cells[2, 0] * px + to_cells[2, 1] * py + to_cells[2, 2] * pz + to_cells[2, 3] - 0.5

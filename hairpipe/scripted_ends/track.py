@@ -46,7 +46,7 @@ class Track:
 
 
 def instant_of(frame: int, at: int, fps: float, cuts: Sequence[int]) -> float:
-    """Return the time of a frame [s], an instant into its take where the shot is cut beside it; pure.
+    """Return the time of a frame [s], an instant into its take where the shot is cut next to it; pure.
 
     at    frame at which time is zero
     cuts  frames at which the shot is cut

@@ -116,11 +116,11 @@ class StepEnd:
         return points_at(self.axis, self.v)
 
     def move(self, change: np.ndarray, times: float = 1.0) -> None:
-        """Move points by so many times (P, 3) [m], with the particles beside the axis; held ones stay."""
+        """Move points by so many times (P, 3) [m], with the particles off the axis; held ones stay."""
         follow(self.axis, change, times, self.x)
 
     def push(self, change: np.ndarray) -> None:
-        """Change velocities of points by (P, 3) [m/s], with those of particles beside the axis."""
+        """Change velocities of points by (P, 3) [m/s], with those of particles off the axis."""
         if self._solved is None:
             self._solved = copied(self.v)
         follow(self.axis, change, 1.0, self.v)

@@ -1,7 +1,7 @@
 """When hair is computed in single precision: the tool chooses, from what hair touches, its steps, stiffness and mass.
 
-The matrix of an implicit step has stiffness beside mass, h^2 k to m, and what is lost when one is eliminated from the
-other grows with that: with the square of how many explicit steps there are in a step,
+The matrix of an implicit step has stiffness in addition to mass, h^2 k to m, and what is lost when one is eliminated
+from the other grows with that: with the square of how many explicit steps there are in a step,
 
     N = dt sqrt(max_p sum_s 4 k_s / (m_p l_s)),
 

@@ -17,7 +17,7 @@ def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int
     guess  place of a triangle that may be near; the better the guess, the less is searched
 
     Exact within reach: every box is opened that could hold a nearer point. The last bit of `waiting` tells whether the
-    box beside this one is still to be searched, those before it the same of the boxes around this one.
+    box next to this one is still to be searched, those before it the same of the boxes around this one.
     """
     boxes, leaves = tree.boxes, len(tree.starts) - 1
     place = guess

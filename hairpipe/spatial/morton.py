@@ -45,7 +45,7 @@ def morton_order_in_cube(points: np.ndarray, centre: np.ndarray, extent: float) 
     centre  of the cube [m], (3,)
     extent  half its edge [m]; points outside belong to the cells at its faces
 
-    The first axis varies slowest. Points in one cell keep their order. Cells are as fine as a key has bits left beside
+    The first axis varies slowest. Points in one cell keep their order. Cells are as fine as a key has bits left after
     the index of the point, so that one sort of int64 is enough.
     """
     shift = len(points).bit_length()

@@ -89,7 +89,7 @@ def farthest(rows, leaf, few, mine, lane, distance):
     distance  with what `blur_of` the one is, a number or lanes
 
     The other coordinates are as large, but for the distance R and the lengths of both; for them, and for the arithmetic
-    of squares, which is off by less than 128 ULP (R + |d| + |e|)^2, there is 512 ULP (R^2 + d.d + e.e).
+    of squares, which has an error of less than 128 ULP (R + |d| + |e|)^2, there is 512 ULP (R^2 + d.d + e.e).
     """
     lengths = (load(rows, (leaf, _SQUARE)) + few[mine, _SQUARE, lane]) * _BLURRED
     return distance * distance * np.float32(1.0 + _BLURRED) + lengths
@@ -116,8 +116,8 @@ def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):
     drift     the largest relative displacement, root of `fastest_squared`, as lanes
 
     Told by their gap along the way, the least of one less the most of the other: it is concave in time, and so least at
-    the start or at the end. What is not told so may be apart all the same. The arithmetic is off by less than 64 ULP
-    |way| (R + |d| + |e| + drift); for that there is 1024 ULP |way| (|way| + 2 sqrt(d.d + e.e) + drift).
+    the start or at the end. What is not told so may be apart all the same. The arithmetic has an error of less than 64
+    ULP |way| (R + |d| + |e| + drift); for that there is 1024 ULP |way| (|way| + 2 sqrt(d.d + e.e) + drift).
     """
     nx, ny, nz = way
     px, py, pz = few[mine, 0, lane], few[mine, 1, lane], few[mine, 2, lane]

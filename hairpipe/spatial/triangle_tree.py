@@ -17,7 +17,7 @@ class Tree(NamedTuple):
 
     boxes      low and high corner of every box [m], (2 L, 2, 3) float64; an empty one is inside out
     starts     leaf l holds the triangles from starts[l] to starts[l + 1], (L + 1,) int64
-    corners    of the triangles, neighbours beside each other [m], (k, 3, 3) float64
+    corners    of the triangles, neighbours next to each other [m], (k, 3, 3) float64
     triangles  which of the surface's triangles each of them is, (k,) int32
     """
 

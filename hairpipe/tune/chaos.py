@@ -26,7 +26,7 @@ INDIFFERENT, LEAST = 0.2, 1e-6
 SPREADS = (0.67, 1.5)
 """What the spread of a model may be, over that of the reference."""
 CHANCE = 0.05
-"""A model that is as far off by chance alone no more often than this is told apart."""
+"""Significance level: a model with such errors by chance no more often than this differs significantly."""
 PLACES = ("tip", "whole")
 
 

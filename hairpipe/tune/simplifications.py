@@ -144,7 +144,7 @@ def levelsets_of(node: Node) -> list[str]:
 
 
 def of_keys(node: Node) -> Iterator[Simplification]:
-    """Simulate key hairs and interpolate the others, where a sample has strands beside each other."""
+    """Simulate key hairs and interpolate the others, where a sample has neighbouring strands."""
     if touches(node):
         for level, every in enumerate(KEYS, 1):
             yield Simplification("keys", level, f"one hair in {every} simulated", keys=every)

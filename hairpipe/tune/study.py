@@ -230,7 +230,7 @@ class Study:
         if outcome.interrupted:
             raise Interrupted
         for failure in outcome.failures:
-            if failure.kind in ("disk", "crash", "publish"):  # which are no property of a model
+            if failure.kind in ("disk", "crash", "publish"):  # which are not a property of a model
                 raise BadInput(f"{text}: {failure}", where=self.shot.path)
         return next((str(failure.message) for failure in outcome.failures), "")
 

@@ -182,7 +182,7 @@ def look_at(request: Request) -> Scene:
 
 
 def tip_of(request: Request, groom: Groom) -> float | None:
-    """Return by how much members of an ensemble are to differ [m], which nobody cares about; None as in `Scene`."""
+    """Return the imperceptible difference of members of an ensemble [m]; None as in `Scene`."""
     held = groom.tip_triangles is not None and (groom.tip_triangles >= 0).any()
     if held or not touches(request.shot.graph.node(request.hair)):
         return None

@@ -59,7 +59,7 @@ def density_of_voxels(indices: np.ndarray, values: np.ndarray, cell: float, firs
 
 
 def lengths_at_points(points: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return half of the segments beside each point [m], (P,); 0 for strands that are not finite."""
+    """Return half of the segments next to each point [m], (P,); 0 for strands that are not finite."""
     lengths = np.append(np.linalg.norm(np.diff(points, axis=0), axis=1), 0.0)
     lengths[offsets[1:] - 1] = 0.0
     shares = 0.5 * (lengths + np.roll(lengths, 1))

@@ -16,7 +16,7 @@ REACH = 4
 
 
 def shell_of(density: Density, blur: float, level: float) -> Mesh:
-    """Return the closed surface of hair, outward, which moves as hair there does on the mean; pure.
+    """Return the closed surface of hair, outward, which moves as hair there does on average; pure.
 
     blur   standard deviation of a Gaussian by which the density is blurred before, in cells
     level  where it lies, over the median of the blurred density, each place counting by the hair in it

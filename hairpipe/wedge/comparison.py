@@ -45,7 +45,7 @@ def compare(wedge: WedgeShot, frames: FrameSet = None) -> list[Row]:
     """Compare the variants by what is in the cache: nothing is computed.
 
     frames  of the run that computed it, all by default
-    BadInput where something that is measured is no table.
+    BadInput where a measured value is not a table.
     """
     records = wedge.results(frames)
     numbers = wedge.graph.select(read_frames(frames))

@@ -22,7 +22,7 @@ def test_a_number_a_length_or_what_is_usual():
     assert int(Cut(segment_length=0.01).wanted(0.3, 50)) == 30
 
 
-def test_curls_have_sixteen_segments_a_turn_and_straight_hair_one_every_five_millimetres():
+def test_curls_have_sixteen_segments_per_turn_and_straight_hair_one_per_5_mm():
     lengths, turns = np.array([0.3, 0.3, 0.3, 0.02, 9.0]), np.array([np.inf, 0.099, 0.03, 0.001, np.inf])
     counts = fitting(lengths, turns)
     assert counts.tolist() == [60, 60, 160, 200, 200]

@@ -178,9 +178,7 @@ def test_the_shape_that_grows_from_the_body_is_taken(ball, strands):
         assert np.array_equal(groom.points[groom.offsets[:-1]], wanted[offsets[:-1]])
 
 
-def test_a_curve_begins_at_its_first_point_where_that_is_nearer_to_the_skin_than_where_the_file_lets_it_begin(
-    ball, strands
-):
+def test_curve_is_cut_at_the_skin(ball, strands):
     points, offsets = strands
     spare = np.full(20, 1)
     groom = adopt(ball, curves_of(points, offsets, spare=spare), cut=Cut(), strands=None, reach=0.01)

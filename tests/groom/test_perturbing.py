@@ -43,7 +43,7 @@ def test_strands_are_turned_rigidly():
     assert np.allclose(*grams, rtol=0.0, atol=1e-15)
 
 
-def test_a_strand_is_turned_alike_whichever_others_are_there_and_otherwise_by_each_member():
+def test_perturbation_depends_on_strand_and_member_and_not_on_other_strands():
     few = np.array([7, 3, 250])
     alone, among = perturbed(take(GROOM, few), 1, TIP), take(perturbed(GROOM, 1, TIP), few)
     assert np.array_equal(alone.points, among.points) and np.array_equal(alone.ids, among.ids)

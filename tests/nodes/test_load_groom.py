@@ -132,9 +132,7 @@ def test_what_is_wrong_with_strands_names_the_file(floor: Body, tmp_path: Path) 
         load_groom(floor, file=file)
 
 
-def test_a_b_spline_as_blender_writes_it_begins_at_its_first_control_vertex_on_the_skin(
-    floor: Body, tmp_path: Path
-) -> None:
+def test_a_b_spline_from_blender_begins_at_its_first_control_vertex(floor: Body, tmp_path: Path) -> None:
     file = tmp_path / "hair.usda"
     file.write_text(
         USD.replace('"linear"', '"cubic"')

@@ -59,7 +59,7 @@ def test_those_that_are_led_take_no_part_but_push_the_others():
     assert not np.array_equal(after[30:], crowd.velocities[30:])
 
 
-def test_pressure_pushes_only_what_is_denser_than_at_rest_and_however_stiff_no_farther_than_that():
+def test_pressure_acts_above_rest_density_only_and_does_not_overshoot():
     """A pair at rest: that too dense parts, and the stiffer the more, up to where its density would be right."""
     crowd = Crowd(2)
     crowd.points, crowd.velocities = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]]), np.zeros((2, 3))

@@ -52,7 +52,7 @@ def test_what_moves_is_what_the_dense_matrix_says_and_the_residual_is_what_is_le
     assert residual.reshape(-1, 4)[deep:, :3].ravel() == pytest.approx(left, abs=1e-4)
 
 
-def test_what_is_held_does_not_move_along_its_normal_and_gives_way_across_it_to_a_damper_too(systems):
+def test_held_particles_are_fixed_along_the_normal_and_damped_across_it(systems):
     system, matrix, deep = systems
     count = len(matrix) // 3
     pushes = np.random.default_rng(4).normal(size=(count, 3))

@@ -27,7 +27,7 @@ def groom(scene, straight):
     return of
 
 
-def test_short_strands_are_named_as_they_are_softened_less_and_the_others_are_what_they_were(groom):
+def test_less_softened_short_strands_are_named_and_others_are_unchanged(groom):
     material = Material()
     with pytest.warns(UserWarning, match=r"softening = 100: 1 of 2 strands .* by 81.2 at least: strands 1$"):
         models = build_models(groom(0.01, 0.00057), material)

@@ -62,7 +62,7 @@ def test_where_squares_add_the_cheapest_of_all_is_found_with_one_measurement(tol
 
 @pytest.mark.parametrize("together", [0.5, 1.5, 3.0, 30.0])
 @pytest.mark.parametrize("tolerance", [0.3, 1.0, 3.0])
-def test_what_is_chosen_was_measured_and_keeps_the_tolerance_whatever_parts_do_to_each_other(together, tolerance):
+def test_the_chosen_combination_was_measured_and_keeps_the_tolerance(together, tolerance):
     world = World(together)
     choice = choose(FULL, world.singles(), tolerance, world.measure)
     assert choice.parts is not None and choice.measured.bound <= tolerance
@@ -111,7 +111,7 @@ def test_what_saves_nothing_or_fails_is_not_left_out():
     assert choose(FULL, singles, 1.0, World().measure).parts == frozenset()
 
 
-def test_physics_that_makes_no_difference_is_left_out_with_the_rest_whatever_the_clock_says():
+def test_physics_without_effect_is_left_out_whatever_its_measured_time():
     idle = Simplification("stiction", 1, "no stiction", drops=("hair.stiction",))
     fewer = Simplification("segments", 1, "10 segments")
     singles = {idle: found(0.1, 10.5), fewer: found(0.5, 5.0)}

@@ -68,7 +68,7 @@ def test_each_column_is_a_value_of_the_last_axis(graph, tmp_path):
     assert shades(tmp_path / "sheet.png") == [[31, 32, 33], [61, 62, 63]]
 
 
-def test_places_that_a_condition_leaves_out_and_pictures_that_are_not_there_are_empty(graph, tmp_path):
+def test_places_without_a_variant_or_a_picture_are_empty(graph, tmp_path):
     wedge = graph.wedge("steps")
     assert [variant and variant.name for variant in layout(wedge)[0]] == [
         *("step=10,value=1", None, "step=10,value=3"),

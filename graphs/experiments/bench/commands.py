@@ -59,8 +59,18 @@ def core(as_json: bool) -> None:
 
 
 @bench.command()
-@click.option("--segments", type=click.IntRange(min=100), multiple=True, help="Of all hair; 1e4, 1e5 and 1e6 without.")
-@click.option("--between", type=click.Choice(["pairs", "locks", "volume", "nothing"]), multiple=True, help="See above.")
+@click.option(
+    "--segments",
+    type=click.IntRange(min=100),
+    multiple=True,
+    help="Total number of segments; by default 1e4, 1e5 and 1e6; repeatable.",
+)
+@click.option(
+    "--between",
+    type=click.Choice(["pairs", "locks", "volume", "nothing"]),
+    multiple=True,
+    help="Model of contact between strands; repeatable.",
+)
 @options.moving(default=20)
 @options.as_json
 @measured.record
@@ -170,7 +180,7 @@ def show_picture(report: "PictureReport") -> None:
 
 
 @bench.command()
-@click.option("--seed", type=int, default=0, show_default=True, help="Chooses what is done, and where.")
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the choice and place of faults.")
 @options.as_json
 def faults(seed: int, as_json: bool) -> None:
     """Test the engine against faults: poisoned folders, kills, damaged stores, cleanings during runs.
@@ -252,7 +262,7 @@ def show(report: "Report") -> None:
             code.append((model, dtype, f"{work.operations:.0f}", f"{work.bytes:.0f}", *counted))
     show_table("a solve", code, text=2)
     click.echo("(the last four: instructions of arithmetic, on vectors of 64, 32, 16 bytes and on one number)\n")
-    click.echo(f"every kernel of a frame compiled, nothing being warm: {duration(report.compiled)}")
+    click.echo(f"every kernel of a frame compiled, with an empty cache: {duration(report.compiled)}")
 
 
 def show_roofs(roofs: "Roofs") -> None:
@@ -264,7 +274,7 @@ def show_roofs(roofs: "Roofs") -> None:
     rows += [
         (f"triad, {plural(threads, 'thread')}", spread(rate, 1e-9) + " GB/s") for threads, rate in roofs.triad.items()
     ]
-    show_table("this machine at best", rows, text=2)
+    show_table("peak of this machine", rows, text=2)
 
 
 def row_of(case: "Case") -> tuple[str, ...]:
@@ -284,7 +294,7 @@ def row_of(case: "Case") -> tuple[str, ...]:
 
 
 def by_model(report: "Report") -> Iterator[tuple[str, ...]]:
-    """Write rows that have the models beside each other."""
+    """Write rows that have the models next to each other."""
     found = {(case.kernel, case.place, case.dtype, case.threads): {} for case in report.cases}
     for case in report.cases:
         found[case.kernel, case.place, case.dtype, case.threads][case.model] = case.segment

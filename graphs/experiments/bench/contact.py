@@ -39,7 +39,7 @@ FULL = Sizes()
 class Case(NamedTuple):
     """A frame of one head on so many threads.
 
-    particles  of the strands, those beside their axes too
+    particles  of the strands, including those off their axes
     simulated  share of the strands that are at the end, where others follow in locks
     seconds    a frame, the median
     shares     of the parts of the work, in seconds of that frame

@@ -1,6 +1,6 @@
 """Fault injection: poisoned folders, kills, damaged stores, runs concurrent with cleanings.
 
-Each trial ends in the bytes of a run that nobody disturbed, or in a refusal of one line; anything else is a fault. What
+Each trial ends in the bytes of an undisturbed run, or in a refusal of one line; anything else is a fault. What
 is done is chosen by a seed; when a kill strikes depends on the machine, too.
 """
 
@@ -29,11 +29,11 @@ CheckValue = Callable[[Path], str]
 
 
 class Trials(NamedTuple):
-    """How often each is tried: poisoned folders by module, kills, damages, shots of runs beside cleanings."""
+    """How often each is tried: poisoned folders by module, kills, damages, shots of runs during cleanings."""
 
     kills: int = 60
     damages: int = 400
-    beside: int = 30
+    cleanings: int = 30
     modules: tuple[str, ...] = ("json", "socket", "numpy", "h5py", "hairpipe", "numba", "typing", "toy_value")
 
 
@@ -108,7 +108,9 @@ def try_faults(say: Say, check_value: CheckValue, seed: int, trials: Trials | No
             "poisoned folders": lambda: try_poison(shot, truth, trials.modules),
             "kills": lambda: try_kills(shot, truth, random.Random(f"{seed} kills"), trials.kills),
             "damages": lambda: try_damages(shot, truth, random.Random(f"{seed} damages"), trials.damages, check_value),
-            "cleanings during runs": lambda: try_beside(shot, truth, random.Random(f"{seed} beside"), trials.beside),
+            "cleanings during runs": lambda: try_cleanings(
+                shot, truth, random.Random(f"{seed} cleanings"), trials.cleanings
+            ),
         }
         for title, campaign in campaigns.items():
             say(title)
@@ -266,7 +268,7 @@ def files_in(folder: Path) -> list[Path]:
     return sorted(path for path in folder.rglob("*") if path.is_file())
 
 
-def try_beside(shot: ToyShot, truth: Truth, chance: random.Random, times: int) -> list[Count]:
+def try_cleanings(shot: ToyShot, truth: Truth, chance: random.Random, times: int) -> list[Count]:
     """Clean a store of everything, at random moments, while two runs share it."""
     count = Count("cleaning", "during two runs")
     for number in range(times):

@@ -69,9 +69,9 @@ class Case(NamedTuple):
 
     particles   that move
     links       between them
-    pairs       near each other, on the mean
+    pairs       near each other, on average
     steps       in the frame
-    iterations  of all its solves, on the mean
+    iterations  of all its solves, on average
     median      of all frames [s]
     least       of them [s]
     shares      median time of the parts [s]

@@ -68,8 +68,8 @@ def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool
     Each scene, of a few hundred hairs, is tuned to a tolerance; what was chosen is then compared with a reference on
     other strands and frames, and in another motion. As nine in ten are promised, so many should be kept.
 
-    All is cached: the same command, given again, computes nothing, and goes on where it was stopped. Scenes beside each
-    other, on two cores: start `--scenes 1-10` and `--scenes 11-20` at once, then all for the table.
+    All is cached: the same command, given again, computes nothing, and goes on where it was stopped. Scenes next to
+    each other, on two cores: start `--scenes 1-10` and `--scenes 11-20` at once, then all for the table.
     """
     from hairpipe.api.source import shipped_graphs
     from hairpipe.graphs.experiments.scenes import promises as trying

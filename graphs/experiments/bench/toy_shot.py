@@ -108,7 +108,7 @@ from hairpipe.units import Suffixes
 
 @node(frames="once")
 def write_list(numbers: Frames[Number], workspace: Workspace) -> Annotated[File, Suffixes((".txt",))]:
-    """A file of all numbers, and their sum in one beside it."""
+    """A file of all numbers, and a companion file with their sum."""
     tally("write_list")
     values = [float(number.value[0]) for number in numbers.values()]
     (workspace / "list").write_text(repr(values))

@@ -57,8 +57,8 @@ def draw_front(
     """Draw a point for every row, and write a PNG; BadInput where there is no such column, or nothing to draw.
 
     What failed is a cross where it is, or at the edge where that is too far away. What is 0 is at the lower edge. Bars
-    are intervals, low and high, cut at the edges. Below the largest floor nothing can be told apart: it is a band, and
-    what is in it stands at its upper edge, hollow. A ratio of spreads is written beside the name, but near 1.
+    are intervals, low and high, cut at the edges. Below the largest floor nothing is significant: it is a band, and
+    what is in it stands at its upper edge, hollow. A ratio of spreads is written next to the name, but near 1.
 
     joined  series whose points a line joins, in the order of the table
     size    of the picture [px]
@@ -113,7 +113,7 @@ def floor_of(table: Table, columns: Columns) -> float:
 
 
 def labels_of(table: Table, columns: Columns) -> list[str]:
-    """Return what is written beside the points."""
+    """Return what is written next to the points."""
     names = texts(table, columns.label)
     spreads = table.numbers[columns.spread] if columns.spread else np.full(len(names), np.nan)
     far = (spreads < NEAR[0]) | (spreads > NEAR[1])

@@ -1,4 +1,4 @@
-"""Placement of labels beside points, so that they overlap each other and the points as little as possible."""
+"""Placement of labels next to points, so that they overlap each other and the points as little as possible."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -65,7 +65,7 @@ def place_labels(axes: Axes, labels: Sequence[Label]) -> None:
 
 
 def candidates(text: str, point: np.ndarray, inside: Box) -> Iterator[tuple[Box, float]]:
-    """List where a text may stand beside a point [pt], and what its distance and what leaves the axes count for."""
+    """List where a text may stand next to a point [pt], and what its distance and what leaves the axes count for."""
     wide, tall = WIDTH * FONT * len(text), HEIGHT * FONT
     for ring, distance in enumerate(RINGS):
         for turn in range(ANGLES):

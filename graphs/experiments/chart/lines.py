@@ -108,7 +108,7 @@ def lines_of(table: Table, columns: Columns) -> list[Line]:
 
 
 def label_lines(axes: Axes, lines: list[Line], colours: list[Any], heading: str | None) -> None:
-    """Write the name of every line beside its end, no two over each other."""
+    """Write the name of every line next to its end, no two over each other."""
     axes.margins(x=0.02)
     wanted = [height_of_end(axes, line) for line in lines]
     for place, line, colour in zip(spread(wanted), lines, colours, strict=True):

@@ -88,7 +88,7 @@ def draw_poses(
     """Draw all poses, coloured by time and to the same scale in all panels, and write a PNG.
 
     plane  which coordinates go right and up
-    apart  how far every pose is drawn from the one before, to the right and up [m]; with the time beside it then
+    apart  how far every pose is drawn from the one before, to the right and up [m]; with the time next to it then
     size   of the picture [px]
     """
     times = sorted({pose.time for panel in panels for pose in panel.poses})
@@ -148,7 +148,7 @@ def pieces_of(points: np.ndarray) -> np.ndarray:
 
 
 def name_time(axes: Axes, pose: Pose, plane: Plane, shift: np.ndarray, colour: Any, is_row: bool) -> None:
-    """Write the time of a pose beside its root, or upwards above it where poses stand in a row."""
+    """Write the time of a pose next to its root, or upwards above it where poses stand in a row."""
     right, up = PLANES[plane][:2]
     root = pose.strands[0][0, [right, up]]
     top = max(points[:, up].max() for points in pose.strands) if is_row else root[1]

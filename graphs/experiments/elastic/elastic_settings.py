@@ -32,15 +32,15 @@ class Stir:
 
 @dataclass(frozen=True)
 class ElasticScene:
-    """What a body of springs moves in, and how that is computed.
+    """Forces and time integration of shells and solids.
 
-    gravity  along -Y
-    drag     rate at which still air takes away speed
-    ground   it falls on; without one it falls for ever
-    stir     random velocities to start with
-    slack    time before which no spring acts
-    steps    of equal length in a frame
-    scheme   tr_bdf2 of second order, or backward_euler, which damps
+    gravity  gravitational acceleration along -Y
+    drag     damping rate of the velocity in still air
+    ground   level ground at y = 0; if absent, bodies fall freely
+    stir     random initial velocities; if absent, bodies start at rest
+    slack    time at which springs begin to act
+    steps    number of equal steps per frame
+    scheme   time integrator: tr_bdf2 (second order), or backward_euler (first order, damps)
     """
 
     gravity: Annotated[MetresPerSecondSquared, Interval(ge=0.0, le=1000.0)] = 9.81

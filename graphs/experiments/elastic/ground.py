@@ -1,7 +1,7 @@
 """Level ground at y = 0, with friction.
 
 A particle on the ground is held there by the solve, which gives the force N that the ground carries it with; where the
-ground would have to pull, it is let go. Coulomb friction is part of the solve as a drag mu N / |v| on the tangential
+ground would have to pull, it is released. Coulomb friction is part of the solve as a drag mu N / |v| on the tangential
 velocity, with N and |v| of the step before and |v| at least CREEP, so what rests creeps at most so fast. What is below
 the ground after a step is put on it and loses its downward velocity; the impulse of that, spread over a step, is its N.
 """
@@ -37,7 +37,7 @@ def drag_of(v: np.ndarray, pressed: np.ndarray, friction: float, drag: np.ndarra
 def land(
     x: np.ndarray, v: np.ndarray, pressed: np.ndarray, reaction: np.ndarray, mass: np.ndarray, h: float, dt: float
 ) -> None:
-    """Put what fell through on the ground and let go what would have to be pulled, in place.
+    """Put what fell through on the ground and release points that would have to be pulled, in place.
 
     x, v      positions [m] and velocities [m/s], (n, 3)
     pressed   force of the ground [N], (n,)

@@ -17,7 +17,7 @@ def build_torus(ring: float, tube: float, layers: int, around: int, height: floa
     radius = ring + tube * disc[:, 0]
     up = np.broadcast_to(height + tube * (1 + disc[:, 1]), (around, len(disc)))
     points = np.stack([radius * np.sin(angle), up, radius * np.cos(angle)], axis=2).reshape(-1, 3)
-    # Sorted corners give the two prisms beside a wall the same diagonal.
+    # Sorted corners give the two prisms next to a wall the same diagonal.
     i, j, k = np.sort(triangles, axis=1).T
     here, there = np.arange(around) * len(disc), np.roll(np.arange(around), -1) * len(disc)
     corners = [np.add.outer(at, c) for at in (here, there) for c in (i, j, k)]

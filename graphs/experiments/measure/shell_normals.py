@@ -28,7 +28,7 @@ def shell_table(hair: Mapping[int, Strands], normals: Mapping[int, Normals], she
     """Return a row a frame, of the points of hair that are near the shell.
 
     carried     angle between the normal that hair carries and that of the shell
-    terminator  angle between those of shell and hair, on the mean over lamps along the six axes: with n the normal of
+    terminator  angle between those of shell and hair, on average over lamps along the six axes: with n the normal of
                 the shell and N that of hair, where N.l, fitted as a line over n.l, is 0
     behind      diffuse light, over the brightest, where the shell is 30 degrees and more behind its terminator: by
                 normals, max(0, N.l), and after Kajiya and Kay, sin(t,l)

@@ -1,1 +1,1 @@
-"""Node types of the experiments, one a file: found by the graphs beside this folder."""
+"""Node types of the experiments, one a file: found by the graphs next to this folder."""

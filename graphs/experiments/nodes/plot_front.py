@@ -31,7 +31,7 @@ def plot_front(
 
     x       name of the column of numbers on the abscissa
     y       name of the column of numbers on the ordinate
-    label   name of the column of texts beside the points
+    label   name of the column of texts next to the points
     series  name of the column of texts that separates points by colour
     failed  name of the column of failures: empty, or kind and place; a failed point beyond the chart is drawn at its
             upper edge
@@ -39,7 +39,7 @@ def plot_front(
     low     name of the column of lower ends of error bars; empty: no bars
     high    name of the column of upper ends of error bars
     floor   name of the column of resolution limits, drawn as a band; empty: none
-    spread  name of the column of ratios of spreads, written beside points where they differ from 1; empty: none
+    spread  name of the column of ratios of spreads, written next to points where they differ from 1; empty: none
     joined  names of the series with points joined by a line, in the order of the table
     title   text above the chart
     width   width of the picture

@@ -15,7 +15,7 @@ def summarize_tables(
     against: tuple[float, ...],
     name: str,
 ) -> Table:
-    """Reduce every table to one row, beside the value of the parameter that was varied.
+    """Reduce every table to one row, with the value of the varied parameter.
 
     columns  names of the reduced columns of numbers
     take     reduction of a column: last, largest, smallest number or mean

@@ -16,7 +16,7 @@ def left_out(tuned: Tuned) -> str:
     if isinstance(reference, Chaos) and reference.floor > tuned.tolerance.value:
         below = f"nothing is promised below the floor of {length(reference.floor, tuned.tolerance)}"
         return "; ".join([below, *cheapest_at_first(tuned, reference)])
-    why = tuned.full.refused or "off by more"
+    why = tuned.full.refused or "with a larger error"
     return f"nothing is promised: the graph as it is, {why}"
 
 

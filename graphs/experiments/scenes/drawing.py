@@ -34,7 +34,7 @@ Motion = tuple[str, Tables]
 
 @dataclass(frozen=True)
 class DrawnScene:
-    """A scene, and the same hair in a motion that is drawn anew.
+    """A scene, and the same hair in a newly drawn motion.
 
     text    the hair, and what moves it, in words
     tables  of the graph; its node `hair` simulates

@@ -13,10 +13,10 @@ from hairpipe.tune.report import plain
 from hairpipe.tune.study import CarryOut, Request
 from hairpipe.tune.tuning import Check, Tuned, Untunable, checked, look_at, sample_of, tune
 
-Verdict = Literal["kept", "broken", "untold", "refused", "fails"]
+Verdict = Literal["kept", "broken", "inconclusive", "refused", "fails"]
 VERDICTS: dict[Verdict, str] = {
     "kept": "within the tolerance",
-    "untold": "beyond it by what may be chance, or where the graph as it is does not keep it either",
+    "inconclusive": "beyond it by what may be chance, or where the graph as it is does not keep it either",
     "broken": "beyond it, where the graph as it is keeps it",
     "refused": "nothing keeps the tolerance, and nothing was promised",
     "fails": "the graph as it is does not get through",
@@ -55,7 +55,7 @@ def verdict_of(check: Check, tolerance: float) -> Verdict:
     """Judge a promise where it was checked."""
     if check.chosen.kept(tolerance):
         return "kept"
-    return "broken" if check.chosen.broke(tolerance) and check.full.kept(tolerance) else "untold"
+    return "broken" if check.chosen.broke(tolerance) and check.full.kept(tolerance) else "inconclusive"
 
 
 def try_promise(shot: Shot, number: int, scene: DrawnScene, run: CarryOut, say: Callable[[str], None]) -> Promise:

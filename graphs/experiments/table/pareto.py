@@ -22,12 +22,12 @@ def variant_table(
     floor: str = "",
     bars: tuple[str, str] = ("", ""),
 ) -> Table:
-    """Lay the rows of variants below each other, errors beside costs, and mark those on the Pareto front with 1.
+    """Lay the rows of variants below each other, errors next to costs, and mark those on the Pareto front with 1.
 
     errors, costs  of `fidelity_table` or `climate_table`, and `cost_table`, of one row each
     cases, groups  name of every variant, and of what it varies; empty: all are of one group
     axes           the cost and the error that the front is of; what failed is never on it
-    floor          column of errors that are told apart from none: smaller ones count as equal to it
+    floor          column of resolution limits: smaller errors count as equal to the limit
     bars           columns of the ends of their intervals; without any, the errors are exact
     BadInput where there are not as many of each, or no such column.
     """

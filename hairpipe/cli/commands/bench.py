@@ -60,7 +60,7 @@ def show_paper(report: "PaperReport") -> None:
         ours = (*counts, f"{row.seconds:.1f}", f"{row.memory / 1e9:.1f} GB")
         times.append((row.scene, *ours, *theirs))
         parts.append((row.scene, *(f"{seconds:.1f}" for seconds in row.shares.values())))
-    show_table("seconds a frame; last the particles and seconds of the paper", times)
+    show_table("seconds per frame; last columns: particles and seconds of the paper", times)
     show_table("parts of it", parts)
 
 

@@ -31,7 +31,7 @@ MODES = {
 @click.option(
     "--graph", shell_complete=completion.complete_graph, help="Graph whose folder `nodes` is included."
 )
-@click.option("--all", "everything", is_flag=True, help="Also the types of graphs/experiments, in a checkout.")
+@click.option("--all", "everything", is_flag=True, help="Include the types of graphs/experiments, in a checkout.")
 @options.as_json
 def nodes(name: str | None, graph: str | None, everything: bool, as_json: bool) -> None:
     """List the node types, or describe one.

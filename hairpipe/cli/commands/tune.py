@@ -78,7 +78,7 @@ def read_output(ctx: click.Context, param: click.Parameter, path: Path | None) -
     type=click.FloatRange(1.0),
     default=1.0,
     show_default=True,
-    help="For chaotic hair: maximum ratio of its distance from the reference to the spread of the reference.",
+    help="Maximum ratio, for chaotic hair, of its distance from the reference to the spread of the reference.",
 )
 @click.option("--check", is_flag=True, help="Measure the choice on other strands and frames, too.")
 @click.option(

@@ -39,7 +39,7 @@ def view(
     run, runs begin and end, and what is saved changes only these values of the graph file. A run that another process
     makes is followed, too.
 
-    With --wedge the variants are shown beside each other, and a run computes all of them.
+    With --wedge the variants are shown next to each other, and a run computes all of them.
 
     The page is served to this machine alone, at an address with a secret in it. Ctrl-C ends it.
     """

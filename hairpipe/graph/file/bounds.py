@@ -28,7 +28,7 @@ class Bounds:
     """Folders below which a graph may publish, and the exceptions there.
 
     store  folder of results
-    root   folder that the user allows beside the graph's project, or None
+    root   folder that the user allows in addition to the graph's project, or None
     """
 
     graph: Graph

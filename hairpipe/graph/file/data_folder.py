@@ -1,4 +1,4 @@
-"""Files that are not beside the graph: `file.data = "NAME"` names one below the data folder, wherever that lies.
+"""Files outside of the folder of the graph: `file.data = "NAME"` names one below the data folder, wherever that lies.
 
 The folder is that of the variable HAIRPIPE_DATA; without it, of a checkout, `shared/data` next to the checkout.
 """

@@ -11,7 +11,7 @@ from hairpipe.graph.node.messages import listed, nearest
 
 Tables = dict[str, Any]
 WEDGE = "wedge"
-"""The one table of a graph file that is no node: it holds the wedges, by name."""
+"""The one table of a graph file that is not a node: it holds the wedges, by name."""
 
 
 def nodes_of(tables: Tables) -> Tables:

@@ -74,7 +74,7 @@ class GraphText:
 
 
 def read_graph_text(path: Path) -> GraphText:
-    """Read a graph file; BadInput where it is no readable UTF-8 text of a reasonable size, or no TOML."""
+    """Read a graph file; BadInput where it is not readable UTF-8 text of a reasonable size, or not TOML."""
     try:
         check_plain(path, "a graph file, such as demo.toml")
         handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)

@@ -1,4 +1,4 @@
-"""The registry of node types: ours, those of installed packages, and those in a trusted folder beside the graph file.
+"""The registry of node types: ours, those of installed packages, and those in a trusted folder next to the graph file.
 
 A file declares one node type of the same name; nothing is registered by hand. Only what a graph uses is imported.
 """

@@ -71,7 +71,7 @@ class Wedge:
     variants  settings of every variant, by its name, in the order of the last axis first
     show      nodes whose pictures are looked at
     measures  nodes whose tables are compared
-    stop      a variant is given up at the frame at which one of these holds; each names `node.column`
+    stop      a variant is stopped at the frame at which one of these holds; each names `node.column`
     """
 
     name: str
@@ -185,7 +185,7 @@ class WedgeReader:
         return settings
 
     def stop(self) -> tuple[Comparison, ...]:
-        """Read at what a variant is given up."""
+        """Read the criteria at which a variant is stopped."""
         found = self.comparisons("stop", '[["watch.longest stretch [%]", ">", 10.0]]')
         for comparison in found:
             self.check_node("stop", comparison.node)
@@ -221,7 +221,7 @@ class WedgeReader:
         return tuple(given)
 
     def check_node(self, key: str, name: str) -> None:
-        """Refuse a name that is no node."""
+        """Refuse a name that is not a node."""
         if name not in self._nodes:
             raise self.fault(f"{key}: no node '{name[:60]}'", [key], nearest(name, list(self._nodes)))
 

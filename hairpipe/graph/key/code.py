@@ -140,7 +140,7 @@ class CodeReader:
         return self._imports[module]
 
     def _submodule(self, module: str, name: str | None) -> set[str]:
-        """Name the module that `from module import name` may lead to within a package; none where it is no module."""
+        """Name the module that `from module import name` may import within a package; none where it is not a module."""
         return {f"{module}.{name}"} if name and self._spec(f"{module}.{name}") else set()
 
     def _submodules(self, module: str) -> set[str]:
@@ -186,7 +186,7 @@ class CodeReader:
             raise BadInput(f"cannot be read: {error}", where=path) from None
 
     def _analysed(self, path: Path) -> Source:
-        """Analyse the bytes of a file; one that is no source counts by them."""
+        """Analyse the bytes of a file; other files count by their bytes."""
         data = path.read_bytes()
         if path.suffix != ".py":
             return Source(digest_bytes("compiled", data), ())

@@ -124,13 +124,13 @@ class NodeType:
 def node(
     *, frames: Mode, prepare: Callable[..., Any] | None = None, tuning: str | None = None
 ) -> Callable[[Function], Function]:
-    """Declare a function as a node type and return it unchanged; BadInput where its signature is no declaration.
+    """Declare a function as a node type and return it unchanged; BadInput where its signature is not a declaration.
 
     frames   `once` gives a value for the shot, `each` one per frame, `scan` one per frame from `previous`
     prepare  function of inputs that are the same at all frames, and of settings, by the names that they have here. Its
              result is handed to the parameter `prepared`, which the node must not change. It is called once a worker
              for equal inputs and settings; the result is never stored, and no part of a key
-    tuning   module that lists what can be left out of it, see `hairpipe/simplification.py`; it is no part of a key
+    tuning   module that lists what can be left out of it, see `hairpipe/simplification.py`; not part of a key
     """
 
     def declare(function: Function) -> Function:
@@ -142,7 +142,7 @@ def node(
 
 
 def read_signature(function: Callable[..., Any], mode: Mode, prepare: Callable[..., Any] | None = None) -> NodeType:
-    """Read a node type off a function's signature; BadInput says what is no declaration."""
+    """Read a node type off a function's signature; BadInput names what is wrong."""
     refuse = Refusal(function)
     if mode not in get_args(Mode):
         refuse(f"frames={mode!r}", "once, each or scan")

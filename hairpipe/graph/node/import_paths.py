@@ -26,7 +26,7 @@ HOUSE = "hairpipe"
 OUR_NODES = f"{HOUSE}.nodes"
 """The package of the node types that every graph finds: the folder `nodes` of a checkout."""
 EXPERIMENTS = f"{HOUSE}.graphs.experiments.nodes"
-"""The package of those that only the graphs beside it find: `graphs/experiments/nodes`, in a checkout alone."""
+"""The package of those that only the graphs next to it find: `graphs/experiments/nodes`, in a checkout alone."""
 
 _folders: set[str] = set()
 """All folders that were ever on the path."""

@@ -65,7 +65,7 @@ def build(field: Field, value: Any) -> Any:
 
 
 def build_plain(kind: Any, value: Any) -> Any:
-    """Turn one plain value that is no group into a type; tuples may be nested."""
+    """Turn one plain value that is not a group into a type; tuples may be nested."""
     if get_origin(kind) is Annotated:
         return build_plain(get_args(kind)[0], value)
     if get_origin(kind) is tuple:

@@ -1,4 +1,4 @@
-"""What the signature of a node names beside values: what it sees of time, files, and a folder to write in."""
+"""Special parameters and outputs of a node, besides values: time, files, and a folder to write in."""
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -108,7 +108,7 @@ class File:
     A node that declares none may publish under those of `DATA_SUFFIXES`.
 
     path        of the file
-    companions  files that must lie beside it, by the relative name under which the file refers to them
+    companions  files that must lie next to it, by the relative name under which the file refers to them
     """
 
     path: Path

@@ -15,7 +15,7 @@ MOST_KEPT = 2
 
 
 class Prepared(NamedTuple):
-    """What a node is called with beside its inputs and settings, and the warnings that came of preparing it."""
+    """Arguments of a node in addition to inputs and settings, and the warnings of their preparation."""
 
     arguments: dict[str, Any]
     warnings: tuple[str, ...] = ()

@@ -79,7 +79,7 @@ def unroll(graph: Graph, frames: tuple[int, ...]) -> dict[Task, Inputs]:
 
 
 def is_beyond(task: Task, limits: Mapping[str, int]) -> bool:
-    """Whether a task is given up: it is beyond the last frame of its node, or needs all frames."""
+    """Whether a task is stopped: it is beyond the last frame of its node, or needs all frames."""
     limit = limits.get(task.node)
     return limit is not None and (task.frame is None or task.frame > limit)
 

@@ -30,7 +30,7 @@ class Judge:
     judged: frozenset[str] = frozenset()
 
     def limits(self, task: Task, record: Record) -> Mapping[str, int]:
-        """Judge a result; return the frames beyond which nodes are given up, by name."""
+        """Check a result; return the frames beyond which nodes are stopped, by name."""
         return {}
 
 
@@ -41,7 +41,7 @@ class Options:
     jobs          number of processes for values per frame, and of threads for the one that simulates
     keep_going    whether independent branches go on after a failure
     codec         module that writes and reads values
-    publish_root  folder below which files may be published beside the graph's project
+    publish_root  folder below which files may be published, in addition to the graph's project
     force         whether files are replaced that were not published by hairpipe
     judge         gives nodes up meanwhile
     spare         idle workers that stay between runs of which each is given this list; None: they end with the run

@@ -30,7 +30,7 @@ from hairpipe.graph.store.digest import digest, digest_bytes
 from hairpipe.graph.store.seal import is_there, seal
 
 TABLE = "HAIRPIPE_KERNELS"
-"""Variable that names the table of digests, a JSON object of the fields of `Entry` by file; kernels lie beside it."""
+"""Variable that names the table of digests, a JSON object of the fields of `Entry` by file; kernels lie next to it."""
 CACHING = "numba.core.caching"
 """The module of numba that reads and writes kernels."""
 FOLDER_DIGITS = 24
@@ -124,7 +124,7 @@ class KernelLocator:
         return self._path
 
     def get_source_stamp(self) -> str:
-        """Digest the bytes of the file: functions of one name are told apart by their lines."""
+        """Digest the bytes of the file: functions of one name are distinguished by their lines."""
         return digest_of_file(self._py_file, Path(self._py_file).stat().st_mtime_ns) if self._path else ""
 
     def get_disambiguator(self) -> str:

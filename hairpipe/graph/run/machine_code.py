@@ -82,7 +82,7 @@ def kernels_environment(folder: Path, reader: CodeReader, nodes: Iterable[str] =
 def share_kernels() -> None:
     """Prepare this process to compute, before it imports kernels: they lie where those of runs do.
 
-    The threading layer is that of runs, too. BadInput where others may write to the folder, or nobody.
+    The threading layer is that of runs, too. BadInput where others may write to the folder, or it is read-only.
     """
     try:
         folder = claim_kernels(kernels_parent())

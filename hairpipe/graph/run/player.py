@@ -1,7 +1,7 @@
 """Plays a graph: a scan, and what follows it up to one node, is evaluated frame by frame in this process.
 
 Nothing that it makes is stored, so settings may change from one frame to the next. What goes into it comes from the
-store. After the last frame it begins anew.
+store. After the last frame it restarts.
 """
 
 import time
@@ -65,7 +65,7 @@ class Player:
         self.graph, self.nodes = graph, nodes
 
     def advance(self) -> Played:
-        """Evaluate the next frame; an error of a node passes through, and the next call begins anew."""
+        """Evaluate the next frame; an error of a node passes through, and the next call restarts."""
         last = self.graph.frames[1]
         frame = self.graph.begin if self._frame >= last else self._frame + 1
         self._frame = last  # until it is done

@@ -22,7 +22,7 @@ from hairpipe.graph.store.store import LostObject, Store
 class Publisher:
     """Publishes the files of one run; no task overwrites the files of another one, or of the graph.
 
-    root   below which files may be published beside the graph's project, or None
+    root   below which files may be published, in addition to the graph's project, or None
     force  whether a file is replaced that hairpipe has not published
 
     Raises BadInput for a graph that would publish outside of both.
@@ -95,7 +95,7 @@ class Publisher:
 
 
 def files_of(store: Store, output: Output, path: Path) -> dict[Path, str]:
-    """Name the objects of a file that is published to a path, by where each goes; those beside the file come first."""
+    """Name the objects of a file that is published to a path, by where each goes; those next to the file come first."""
     if not output.object.endswith(".set"):
         return {path: output.object}
     listing = read_listing(store, output.object)

@@ -329,7 +329,7 @@ class Queue:
 
     The parallel worker takes scans, the critical path, then values for the shot; serial workers take values per frame,
     and values for the shot while the parallel one is busy. What is judged is on the critical path: were it left behind,
-    frames would be simulated that are given up.
+    stopped frames would be simulated.
     """
 
     def __init__(self, graph: Graph, judged: frozenset[str] = frozenset()) -> None:

@@ -172,7 +172,7 @@ def is_closed(connection: Connection) -> bool:
 def keep_freed() -> None:
     """Keep freed memory in this process for the next allocation, where its C library is glibc.
 
-    A step of a large groom allocates and frees hundreds of arrays. The kernel would provide large ones anew each time,
+    A step of a large groom allocates and frees hundreds of arrays. The kernel would provide new large ones each time,
     and zero them first.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)

@@ -23,7 +23,7 @@ STALE = 24 * 3600.0
 """Age after which a temporary file counts as left over where the file system has no locks [s]."""
 
 _NAME = re.compile(r"\.hairpipe-(?:([0-9a-f]{32})|[A-Za-z0-9]+-\d+-\d+)\.tmp")
-"""Of a temporary file, a name that nobody else gives; older versions wrote machine, process and number."""
+"""Unique name of a temporary file; older versions wrote machine, process and number."""
 _NO_LOCKS = (errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL, errno.EBADF)
 _held: set[int] = set()
 """Descriptors of the files that this process has in the making."""

@@ -16,7 +16,7 @@ MOST_BYTES = 64 << 20
 
 @dataclass(frozen=True)
 class Listing:
-    """Objects of a file and of what must lie beside it.
+    """Objects of a file and of what must lie next to it.
 
     path        object of the file itself
     companions  objects by relative name; ValueError for one that would lead out of the folder of the file

@@ -53,13 +53,13 @@ class Store:
             raise BadInput("cannot be written to", where=self.root, right="--cache FOLDER, or HAIRPIPE_CACHE")
 
     def action_path(self, key: str) -> Path:
-        """Where the record of a key lies; ValueError for what is no key."""
+        """Where the record of a key lies; ValueError for an invalid key."""
         if not is_key(key):
             raise ValueError(f"{key!r} is not a key")
         return self.root / "actions" / key[:2] / f"{key}.json"
 
     def object_path(self, name: str) -> Path:
-        """Where an object lies; ValueError for what is no name of one."""
+        """Where an object lies; ValueError for an invalid name."""
         if not is_object(name):
             raise ValueError(f"{name!r} is not an object")
         return self.root / "objects" / name[:2] / name

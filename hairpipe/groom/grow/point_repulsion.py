@@ -42,7 +42,7 @@ def sort_into_cells(points: np.ndarray, size: float, furthest: float) -> Cells:
 def push(i: int, j: int, points: np.ndarray, normals: np.ndarray, reach: np.ndarray) -> Vector:
     """Return the push of j on i [m]: r - d away from it, where both face the same way.
 
-    Within the lesser reach r of the two only: otherwise a dense region would drive the sparse hair beside it away.
+    Within the lesser reach r of the two only: otherwise a dense region would drive neighbouring sparse hair away.
     """
     away = minus(row(points, i), row(points, j))
     d, r = length(away), min(reach[i], reach[j])

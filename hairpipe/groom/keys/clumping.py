@@ -1,4 +1,4 @@
-"""Clumps: tips of interpolated hair that taper towards the key beside it.
+"""Clumps: tips of interpolated hair that taper towards the key next to it.
 
     y(a) = x(a) + p s((a - b) / (1 - b)) (x_g(a) - x(a)),   s(t) = t^2 (3 - 2 t)
 

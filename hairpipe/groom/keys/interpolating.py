@@ -1,4 +1,4 @@
-"""Hair interpolated between key hairs: its own segments at rest, turned as those of the keys beside it.
+"""Hair interpolated between key hairs: its own segments at rest, turned as those of the keys next to it.
 
     t_k = l_k sum_g w_g Q_g,k T_k / |sum_g w_g Q_g,k T_k|,   x_k+1 = x_k + t_k
 

@@ -5,7 +5,7 @@ outside by the plane that the body is there,
 
     n.(x_k+1 - x_k) >= h,   h = kept - phi(y) - n.(x_k - y)
 
-and what hangs on it follows. Since the body is no plane, it is looked at again, a few times. Lengths stay.
+and what hangs on it follows. Since the body is not a plane, the test is repeated a few times. Lengths stay.
 """
 
 from collections.abc import Sequence

@@ -13,7 +13,7 @@ IDS = ("hairId", "groom_id", "id")
 REST = ("pref", "rest")
 """Primvars of the rest shape: of many renderers, Houdini's."""
 DRAWN = ("displayColor", "displayOpacity", "st", "skinprim", "skinprimuv", "groom_guide", "lockId")
-"""Primvars of how others draw curves, and of what is found anew here: places of roots, guides, locks."""
+"""Primvars of how others draw curves, and of what is recomputed here: places of roots, guides, locks."""
 LARGEST = np.iinfo(np.int32).max
 NONE = np.iinfo(np.int64).min
 """The id of a curve that has none."""

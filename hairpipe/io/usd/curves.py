@@ -60,7 +60,7 @@ def read(path: Path, prim: str | None, time: float | None = None) -> Curves:
 class _Part(NamedTuple):
     """The curves of one prim.
 
-    lines   points on each, with the rest shape and the width beside them, (n, 7) float64; NaN where it has no width
+    lines   points on each, with the rest shape and the width next to them, (n, 7) float64; NaN where it has no width
     spare   points at either end of each that lie beyond where it ends, (S,) int64
     ids     of its own, (S,) int64, NONE where a curve has none
     rested  whether it has a rest shape of its own
@@ -116,7 +116,7 @@ def _report(faults: dict[int, BadInput], total: int, where: str) -> None:
 
 
 def _at_points(values: np.ndarray, count: int) -> np.ndarray:
-    """Return widths at so many points, (count,); unknown ones are between the known ones beside them.
+    """Return widths at so many points, (count,); unknown ones are interpolated.
 
     All are NaN where none is known, or where they are not those of the points.
     """

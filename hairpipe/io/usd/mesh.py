@@ -74,7 +74,7 @@ def _check_faces(prim: UsdGeom.Mesh, counts: np.ndarray, vertices: np.ndarray, n
 
 
 def _solid_faces(prim: UsdGeom.Mesh, count: int) -> np.ndarray:
-    """Return which faces are no holes, (count,) bool."""
+    """Return which faces are not holes, (count,) bool."""
     holes, where = numbers(prim.GetHoleIndicesAttr(), kind=np.int64), location(prim.GetPrim())
     if len(holes) and (holes.min() < 0 or holes.max() >= count):
         raise BadInput("holeIndices has an index without a face", where=where, right=f"0 to {count - 1}")

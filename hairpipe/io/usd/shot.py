@@ -3,7 +3,7 @@
 What is authored follows what renderers agree on: Catmull-Rom curves, unless others are asked for, pass through the
 simulated points, `pinned` keeps the root on the skin in every client, and widths on vertices are the only ones that all
 clients count alike. Points are about the origin of the world, in single precision, as USD keeps them: a kilometre away
-they are off by up to 0.03 mm.
+their errors are up to 0.03 mm.
 """
 
 from collections.abc import Mapping
@@ -64,9 +64,9 @@ class Frame:
 
 
 def write_shot(path: Path, shot: Shot) -> dict[str, Path]:
-    """Write the whole shot into one crate file, and level sets beside it.
+    """Write the whole shot into one crate file, and level sets next to it.
 
-    Returns the files beside it by the names, relative to the file, under which it refers to them.
+    Returns the files next to it by the names, relative to the file, under which it refers to them.
 
     Raises BadInput if points are not finite, or strands or triangles change from frame to frame.
     """
@@ -83,7 +83,7 @@ def write_shot(path: Path, shot: Shot) -> dict[str, Path]:
 
 
 def write_clips(path: Path, shot: Shot) -> dict[str, Path]:
-    """Write what does not change into a crate file, and each frame into a value clip of its own beside it.
+    """Write what does not change into a crate file, and each frame into a value clip of its own next to it.
 
     Returns these and the level sets by the names, relative to the file, under which it refers to them.
 
@@ -128,7 +128,7 @@ def _hold(stage: Usd.Stage, root: Sdf.Path, first: Frame) -> None:
 
 
 def _hold_weakly(stage: Usd.Stage, shot: Shot, first: Frame) -> None:
-    """Author the first frame without a time in a class that the shot refers to: beside the clips it would hide them."""
+    """Author the first frame without a time in a class that the shot refers to; elsewhere it would hide the clips."""
     path = Sdf.Path(f"/_{shot.name}_at_first")
     stage.CreateClassPrim(path)
     _declare(stage, path, first)

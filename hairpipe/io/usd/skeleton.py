@@ -46,7 +46,7 @@ def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
 
     A skeleton is handed down to all that is under its root: what says no joints to follow is not moved by it.
 
-    Raises BadInput if the joints of a skeleton are no tree.
+    Raises BadInput if the joints of a skeleton do not form a tree.
     """
     cache, found, predicate = UsdSkel.Cache(), {}, Usd.TraverseInstanceProxies()
     for prim in stage.Traverse(predicate):

@@ -74,7 +74,7 @@ def common_time(stage: Usd.Stage) -> float | None:
 
 
 def read_time(prims: Sequence[Usd.Prim], time: float | None) -> float | None:
-    """Return the time code at which shapes are read, None where none of them moves; warn where nobody has stated it."""
+    """Return the time code at which shapes are read, None where none of them moves; warn where it is not stated."""
     if not any(len(times) > 1 for prim in prims for times in _samples(prim)):
         return None
     stage = prims[0].GetStage()

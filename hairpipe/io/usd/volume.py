@@ -1,4 +1,4 @@
-"""The level set of the body as a volume, whose fields are OpenVDB files beside the stage, one a frame."""
+"""The level set of the body as a volume, whose fields are OpenVDB files next to the stage, one a frame."""
 
 import shutil
 from collections.abc import Mapping
@@ -27,7 +27,7 @@ class VolumeFile:
 
 
 def write_volume(stage: Usd.Stage, name: str, files: Mapping[int, VolumeFile]) -> dict[str, Path]:
-    """Author a volume under the default prim, a guide since it is no fog, and copy its files to beside the stage.
+    """Author a volume under the default prim, a guide since it is not a fog, and copy its files to next to the stage.
 
     Returns the files by the names, relative to the stage, under which it refers to them.
 

@@ -37,7 +37,7 @@ def unpack(data: bytes) -> Any:
 
 
 def plain(value: Any, arrays: list[np.ndarray]) -> Any:
-    """Turn a value into what JSON knows, arrays set aside: what is no plain scalar is a pair of kind and content."""
+    """Turn a value into what JSON knows, arrays set aside: any other value is a pair of kind and content."""
     value = value.item() if isinstance(value, np.generic) else value
     if value is None or isinstance(value, bool | int | float | str):
         return value

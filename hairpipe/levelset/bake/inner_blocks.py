@@ -17,7 +17,7 @@ def inner_corners(tree: Tree, velocities: np.ndarray, lattice: Lattice, places: 
     places      number of the brick at every place, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
     returns     (na + 1, nb + 1, nc + 1, 4) float32
 
-    Between them, a distance that bends with a radius of R is off by up to (8 voxel)^2 / 4 R.
+    Between them, a distance that bends with a radius of R has an error of up to (8 voxel)^2 / 4 R.
     """
     corners = np.zeros((*np.add(places.shape, 1), 4), np.float32)
     far = np.pad(places == LevelSet.FAR_INSIDE, 1)

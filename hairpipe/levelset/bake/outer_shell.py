@@ -31,7 +31,7 @@ def outer_surface(surface: Surface, marks: np.ndarray, lattice: Lattice) -> Oute
     marks  of the samples, from outside.marked_samples, (x, y, z) uint8
 
     A point outside is nearest to that part anyway. A point inside must not take a sheet hidden within the body for its
-    surface: its distance and its velocity would be those of something nobody can touch. Where parts meet, sheets end
+    surface: its distance and its velocity would be those of an unreachable surface. Where parts meet, sheets end
     within two voxels behind the crease.
     """
     triangles = np.concatenate([surface.corners / lattice.voxel - lattice.first, surface.velocities], axis=2)

@@ -27,7 +27,7 @@ def bake(mesh: Mesh, voxel: float, half_width: float, open_edges: str = "fill") 
 
     The distance is that to the triangles themselves, in double precision. The sign is that of a flood from outside
     along the samples, which no triangle lets pass. Neither is OpenVDB's: on a sphere of radius 12 voxels its conversion
-    of a mesh was off by up to 0.48 voxels where this is by 0.003; beside the MakeHuman body's surface, at 8 mm, it had
+    of a mesh had an error of up to 0.48 voxels, this 0.003; next to the MakeHuman body's surface, at 8 mm, it had
     191 of 20,000 samples on the wrong side, by the winding number, where this has none. A body bakes without it.
 
     Raises BadInput for a mesh that is broken, empty, encloses no sample, or is too large for its voxel.

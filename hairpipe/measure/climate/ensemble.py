@@ -17,7 +17,7 @@ from hairpipe.errors import BadInput
 CONFIDENCE = 0.9
 """How often an interval or a bound should hold the truth."""
 LIMIT = 0.95
-"""Quantile of what the reference differs from itself by, beyond which a model is told apart from it."""
+"""Quantile of the distances within the reference, beyond which a model differs significantly."""
 MOST = 20_000
 """Relabellings that are gone through, at most."""
 _ROUNDING = 1e-12
@@ -35,7 +35,7 @@ class Sides(NamedTuple):
 
 
 class Look(NamedTuple):
-    """Whether a model is told apart from its reference by any of some observables.
+    """Test whether a model differs significantly from its reference in any of some observables.
 
     ratios  energy distance T over its floor F for each, (Q,): beyond 1 is beyond what the reference differs from itself
     score   Z, the largest of them; of many one is often beyond 1 by chance

@@ -25,7 +25,7 @@ def transmittances(sprites: Sprites, levels: Levels, others: np.ndarray, front: 
     sprites  as the lamp sees them: rows and columns are those of its rays, depths run away from it
     levels   of the textures of billboards
     others   row and column, from 0 to as many as there are rays, and depth, (V, 3)
-    front    depth at which the body begins, infinite beside it, (rows, columns)
+    front    depth at which the body begins, infinite outside, (rows, columns)
     """
     order = np.argsort(np.concatenate([sprites.places[:, 2], others[:, 2]]), kind="stable")
     light = np.empty(len(order))
@@ -79,7 +79,7 @@ def _darken(through: np.ndarray, sprites: Sprites, levels: Levels, front: np.nda
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _read(through: np.ndarray, at: np.ndarray, front: np.ndarray) -> float:
-    """Light at a point, between the centres of four rays; all of it beside them."""
+    """Light at a point, between the centres of four rays; all of it outside."""
     height, width = through.shape
     x, y = at[0] - 0.5, at[1] - 0.5
     if not (0.0 <= x < width - 1 and 0.0 <= y < height - 1):

@@ -84,7 +84,7 @@ def texel_of(share: float, count: int) -> int:
 
 @njit(cache=True, nogil=True, inline="always", error_model="numpy")
 def level_of(levels: tuple[np.ndarray, ...], half: float) -> int:
-    """Return the finest level of textures, (kinds, along, across, 2) each, whose texels are no finer than pixels.
+    """Return the finest level of textures, (kinds, along, across, 2) each, with texels not finer than pixels.
 
     half  of the width of a billboard [pixels]
     """

@@ -24,7 +24,7 @@ class Breeze(Interaction):
         self._shield: Shield | None = None
 
     def begin(self, start: Start) -> None:
-        """Count the hair that shields, for all solves of a step; without it, every one counts anew."""
+        """Count the hair that shields, for all solves of a step; without it, each solve counts again."""
         self._shield = self._counted(start.points)
 
     def air(self, points: np.ndarray, seconds: float) -> np.ndarray:

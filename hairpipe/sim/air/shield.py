@@ -1,6 +1,6 @@
 """Shielding: the share of the wind that is left behind the hair that it passed through.
 
-In a volume V with segments of lengths L at angles q to the wind, air gives up the momentum that drag takes along the
+In a volume V with segments of lengths L at angles q to the wind, air loses the momentum that drag takes along the
 wind. With U the speed of the wind and s the way along it, the balance of momentum is
 
     rho U dU/ds = -sum L c_n U sin^2 q / V,   c_n = (1/2) rho d C_D U   (see `cylinder.py`)
@@ -25,7 +25,7 @@ from hairpipe.sim.air.wind import Wind
 from hairpipe.volume.trilinear import sample, splat, voxel_at
 
 MOST_NODES = 1 << 22
-"""Largest number of nodes of the grid, 32 MB: its cells are doubled until it is no larger."""
+"""Largest number of nodes of the grid, 32 MB: its cells are doubled until it is at most this large."""
 
 _NOTHING = 1e-6
 """Least share of the wind, so that its Reynolds number is not zero."""

@@ -1,7 +1,7 @@
-"""Hair as a volume, after Petrovic, Henne, Anderson 2005: hairs slow each other down and keep room, through a grid.
+"""Hair as a volume, after Petrovic, Henne, Anderson 2005: drag and pressure between strands, on a grid.
 
 Once a step, after its solves and before bodies and strain have the last word, strands are put on a grid. The velocity
-that hair around a point has on the mean, V(i) = (S v)(i), is where friction leads,
+that hair around a point has on average, V(i) = (S v)(i), is where friction leads,
 
     order 1   v' = v - (1 - exp(-c dt)) (1 - S) v
     order 2   v' = v - (1 - exp(-c dt)) (1 - S)^2 v
@@ -35,7 +35,7 @@ class VolumeFilter(Interaction):
     """Friction between hairs and pressure on a grid.
 
     offsets  of the points of strands, (S+1,) int32
-    masses   that move with each point, with particles beside the axis, finite [kg], (P,)
+    masses   that move with each point, with particles off the axis, finite [kg], (P,)
     reach    see `sample_strands` [m], (S,)
     rest     density without pressure [kg/m^3]; 0 where there is none
     """

@@ -4,7 +4,7 @@
 
 with r = dt / dt_before, w1 = (1 + r)^2 / (1 + 2 r), w0 = r^2 / (1 + 2 r). It remembers the step before, and a frame
 does not: the first step after a frame is one of TR-BDF2, so that a frame needs no more state than that scheme's, and
-with one step a frame the two are the same. What strands do to each other is no part of the differences; a strand whose
+with one step a frame the two are the same. What strands do to each other is not part of the differences; a strand whose
 forces jumped, as for TR-BDF2, does its next step by backward Euler, in one system with the others.
 """
 

@@ -1,7 +1,7 @@
 """Strands that a step has lost, and how each of them gets to a bounded state all the same.
 
 An edge that is strained by more than 10 % after a step was beyond the scheme. So is a rod whose matrix was not positive
-definite: what was solved then is no step of any scheme. (One that touches others takes what of it is, within the stage:
+definite: the result then is not a step of any scheme. (One that touches others takes what of it is, within the stage:
 `solve/implicit_stage.py`.) Lost strands do the step again, each as far as it needs:
 
     1  by backward Euler, with the tension of the present stretch and what of a rod's stiffness is positive semidefinite

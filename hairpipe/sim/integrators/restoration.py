@@ -17,7 +17,7 @@ def restored(hair: HairModel, state: HairState, lead: Lead) -> tuple[HairState, 
 
     lead  what leads the roots at the frame of the state
 
-    Returns also which strands these are, (blocks, W) bool. There is no other good shape of them to be known.
+    Returns also which strands these are, (blocks, W) bool. No other valid shape of them is known.
     """
     numbers = state.positions, state.velocities, state.accelerations, state.tensions
     finite = np.all([are_finite(hair.model, values) for values in numbers], axis=0)

@@ -19,7 +19,7 @@ _SHORTEST = 0.25
 _SHORTER, _LONGER = 0.5, 1.25
 """By what a step may follow the one before."""
 _COUNTED = 2**31
-"""Steps beyond which nobody counts them."""
+"""Maximum number of counted steps."""
 
 
 Lane = tuple[int, int] | None

@@ -1,14 +1,14 @@
-"""The audit: some locks, by turns, are simulated with all their hairs, and compared with where these would be carried.
+"""The audit: some locks, in turn, are simulated in full, and compared with interpolated followers.
 
 It is in the run, so that what is audited feels what guides feel. It lasts as many frames as a connection must, and
-comes to each lock every `1 / audit` times; the hairs of a lock that are off by too much at its end part. What it does
-not see is what the guides themselves are off by: one that stands for many touches other guides otherwise than many
+comes to each lock every `1 / audit` times; hairs of a lock whose error is too large at its end part. What it does
+not see is the errors of guides themselves: a guide of many strands touches other guides otherwise than many
 hairs would.
 
-Hair that has parted is on trial likewise, beside the guides that are nearest, from one audit to the next: hair by hair,
-it follows again where it is within the tolerance at the end, in the lock of the nearest that has room; or when its
-connections have lasted anew. Where there is no room, some are guides from then on, which the others are tried beside. A
-trial says nothing of those that follow.
+Hair that has parted is on trial likewise, next to the nearest guides, from one audit to the next: hair by hair, it
+follows again where it is within the tolerance at the end, in the lock of the nearest that has room; or when its
+connections have lasted again. Where there is no room, some are guides from then on, to which others on trial are
+assigned. A trial says nothing of those that follow.
 """
 
 import numpy as np
@@ -43,7 +43,7 @@ def means_of_locks(guides: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, 
 
 
 def passed(guides: np.ndarray, errors: np.ndarray, tolerance: float) -> np.ndarray:
-    """Tell which audited hairs may follow again, (S,) bool: of locks that are off by at most a tolerance [m]; pure.
+    """Find which audited hairs may follow again, (S,) bool: of locks with errors of at most a tolerance [m]; pure.
 
     guides, errors  as for `means_of_locks`
     """
@@ -60,7 +60,7 @@ def back_in(
     """Return the guide of every strand after trials, (S,) int32, and strands that shall lead others, ascending; pure.
 
     leaders    of every strand before, (S,) int32
-    beside     guides that those on trial are beside, the nearest first, -1: no more, of the others -1, (S, n)
+    beside     guides of those on trial, the nearest first, -1: no more, of the others -1, (S, n)
     errors     of strands [m], (S,)
     tolerance  up to which a hair follows again [m], by the numbers of strands while a lock has at most so many hairs
 

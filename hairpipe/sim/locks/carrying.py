@@ -1,4 +1,4 @@
-"""Hairs that follow, carried by the guides beside them.
+"""Followers, interpolated from neighbouring guides.
 
 A point goes where the places that it follows take it,
 
@@ -6,7 +6,7 @@ A point goes where the places that it follows take it,
 
 with x_j a place on a guide, Q_j the rotation there since rest (`groom/keys/key_turns.py`) and o_j the way from there
 when the hair began to follow, turned back to rest. So hair that is moved rigidly stays rigid. Near the root the rest of
-the way to the root itself is added; a hair is then smoothed where the places beside each other disagree, by what its
+the way to the root itself is added; a hair is then smoothed where neighbouring places disagree, by what its
 bend differs from that when it began to follow, and laid out at its own lengths from the root on. Velocities are the
 derivative of all of it, but for segments whose ways have nearly vanished.
 

@@ -18,7 +18,7 @@ class Deviations(NamedTuple):
     disagreement  of the guides
     pushed        by bodies
     off           from where they are themselves, of those that are audited or on trial
-    beside        guides that those on trial are beside, the nearest first, -1: no more, (S, FOLLOWED) int32
+    beside        guides of those on trial, the nearest first, -1: no more, (S, FOLLOWED) int32
     """
 
     disagreement: np.ndarray
@@ -49,7 +49,7 @@ def follows(leaders: np.ndarray) -> np.ndarray:
 
 
 def is_carried(leaders: np.ndarray, audited: np.ndarray) -> np.ndarray:
-    """Tell which hairs guides carry, (S,) bool: those that follow, and beside where they are, who is compared."""
+    """Find which hairs are interpolated, (S,) bool: followers, and compared ones."""
     return follows(leaders) | (audited >= 0)
 
 
@@ -80,7 +80,7 @@ def grouped(
         good = passed(np.where(audited, known.audited, -1), deviations.off, locks.tolerance)
         parted = np.where(audited & ~good, known.audited, parted)
         leaders[good] = leaders[known.audited[good]]
-        # What the others stick to must last anew before they follow again by that.
+        # What the others stick to must last again before they follow again by that.
         ages = np.where((audited & ~good)[owners].any(axis=1), 0, ages).astype(np.int32)
         leaders, leading = back_in(leaders, deviations.beside, deviations.off, locks.tolerance, locks.most)
         parted[leading] = -1

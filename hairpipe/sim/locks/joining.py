@@ -16,7 +16,7 @@ def ages_of(before: np.ndarray, places: np.ndarray, ages: np.ndarray, now: np.nd
 
     before, places, ages  of the frame before: segments, sorted by `key_of`, (n, 2) int32, where on them, (n, 2), and
                           frames that they had lasted, (n,) int32
-    now, here             segments and places at this frame, (m, 2): one that has broken and was made anew is elsewhere
+    now, here             segments and places at this frame, (m, 2): one that has broken and was made again is elsewhere
     """
     if not len(before):
         return np.zeros(len(now), np.int32)

@@ -1,4 +1,4 @@
-"""A frame of hair in locks: guides are simulated, the others carried; then it is said anew who leads and follows."""
+"""A frame of hair in locks: guides are simulated, followers interpolated; then guides are reassigned."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -150,7 +150,7 @@ def _distances(points: np.ndarray, others: np.ndarray, offsets: np.ndarray) -> n
 
 
 def _places(known: LockState, now: Grouping, points: np.ndarray, offsets: np.ndarray, turns: np.ndarray) -> Places:
-    """Return what hairs follow from now on that are at points [m], (P, 3); what was audited follows anew."""
+    """Return what hairs follow from now on that are at points [m], (P, 3); audited strands follow again."""
     before, ended = is_carried(known.leaders, known.audited), now.since == 0
     keeps = before & ~((known.audited >= 0) & ended)
     rows = np.repeat(keeps[before], np.diff(offsets)[before])

@@ -1,8 +1,8 @@
 """Where a hair that follows is, among the guides: the places nearest to each of its points, and the way from them.
 
-Hairs of a lock cross and slide along each other, so what is beside a hair changes along it. Each of its points follows
+Hairs of a lock cross and slide along each other, so neighbours of a hair change along it. Each of its points follows
 the few places of guides, of any lock, that are nearest to it when it begins to follow; where one of these guides
-follows others itself from then on, the point begins anew, not the whole hair. Against a hair that follows its own guide
+follows others itself from then on, the point restarts, not the whole hair. Against a hair that follows its own guide
 alone, that halves the distance from where it would be by itself (`measure_locks`).
 """
 

@@ -23,7 +23,7 @@ def stand_up(
 
     points, velocities  of the axes of all [m], [m/s], (P, 3)
 
-    Those beside an axis turn with its segments, twist carried along from the root; the held ones go with the root.
+    Those off an axis turn with its segments, twist carried along from the root; the held ones go with the root.
     Nothing is known of accelerations and tensions: strands restart.
     """
     if not who.any():

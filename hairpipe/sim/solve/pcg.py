@@ -7,7 +7,7 @@ x0 = P^-1 b, every residual lies on the axes too, as does P times every directio
     x = x0 + P^-1 R^T s,   r = -O (u + R P^-1 R^T s),   u = R x0,   R: take the axis points
 
 s being the impulses that points get from other strands. So all vectors are (points, 3), whatever particles a strand
-has beside its axis; P is never multiplied by, as P p follows from P z = r by the recurrence of p itself. The caller
+has off its axis; P is never multiplied by, as P p follows from P z = r by the recurrence of p itself. The caller
 gives z = R P^-1 R^T r, and gets s. Vectors are in single precision, since memory is all that they cost. Sums run in
 an order that does not depend on threads.
 

@@ -102,7 +102,7 @@ class StageDriver:
     def _act(self, here: Prediction, stage: Stage, who: np.ndarray, like: np.ndarray, *, anew: bool) -> np.ndarray:
         """Return what acts on strands who, (blocks, W); see `external_terms.py`.
 
-        anew  linearise what strands do to each other, too; else it is what solves since then have made of it
+        anew  linearise forces between strands again; else those of previous solves are used
         """
         push, damping = self._room("push", here.points), self._room("damping", here.points, 6)
         clear(here.active, push, damping)

@@ -55,7 +55,7 @@ def softenings(material: Material, length: np.ndarray) -> np.ndarray:
 
     length  of a segment [m], (s,)
 
-    Less than 1 is what no material has: segments shorter than 0.8 of the diameter are no rod.
+    Less than 1 is what no material has: segments shorter than 0.8 of the diameter are not a rod.
     """
     slack = material.bending / (material.axial * length**2)
     return material.softening * np.minimum(1.0, _SOFTEST / slack)

@@ -14,8 +14,8 @@ the tangent there and l its share of the arc,
     C^ = sum l [r]x^T ((I - t t^T) / EI + t t^T / GJ) [r]x + sum l t t^T / EA.
 
 The arc between two points is that of a circle. A strand counts as curled if it bends by more than `STRAIGHTEST` at a
-point, on the mean: where it bends by less the lattice makes less than half a percent, and hair that only turns to where
-it lies, or sags, is no curl. Not in the paper.
+point, on average: where it bends by less the lattice makes less than half a percent, and hair that only turns to where
+it lies, or sags, is not a curl. Not in the paper.
 """
 
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""The models of a strand that the house has: each is a file beside this one, and is named here."""
+"""The strand models: each is a file next to this one, and is named here."""
 
 from typing import TYPE_CHECKING, Literal, get_args
 

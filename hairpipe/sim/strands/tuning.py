@@ -20,7 +20,7 @@ CELL = 0.006
 LOCKS = (4, 16)
 """Hairs in a lock, at most."""
 LOCKED_BESIDE = ("model", "precision", "segments", "steps", "voxels", "collisions", "keys")
-"""Axes beside which hair can be in locks, for which it must stick pair by pair."""
+"""Axes to which locks can be added, as they need contact pair by pair."""
 PARTICLES = (2000, 500)
 """So many particles are simulated in place of at least as many strands."""
 LED = {"ends", "target"}

@@ -11,7 +11,7 @@ from hairpipe.graphs.experiments.bench import faults
 from hairpipe.graphs.experiments.bench.faults import Trials, toy_shot, try_damages, try_faults, undisturbed
 from hairpipe.io.hdf5 import digest_file
 
-SHORT = Trials(kills=1, damages=2, beside=1, modules=())
+SHORT = Trials(kills=1, damages=2, cleanings=1, modules=())
 
 
 @pytest.fixture(autouse=True)

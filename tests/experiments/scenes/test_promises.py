@@ -66,11 +66,11 @@ def promise(number: int, tuned: Tuned | None = TUNED, other: Check | None = GOOD
         (found(1.9), found(0.2), "kept"),
         (found(1.9), found(2.5), "kept"),
         (found(3.1), found(0.2), "broken"),
-        (found(2.1), found(0.2), "untold"),
+        (found(2.1), found(0.2), "inconclusive"),
         (failed("hair is lost"), found(0.2), "broken"),
         (found(1.0, refused="significantly different in contacts"), found(0.2), "broken"),
-        (found(3.1), found(2.5), "untold"),
-        (found(3.1), found(0.2, refused="the floor of chaos is above the tolerance"), "untold"),
+        (found(3.1), found(2.5), "inconclusive"),
+        (found(3.1), found(0.2, refused="the floor of chaos is above the tolerance"), "inconclusive"),
     ],
 )
 def test_a_promise_is_broken_only_where_it_could_be_kept(chosen, full, verdict):

@@ -57,7 +57,7 @@ def test_only_the_value_changes(target, value, expected, newline):
     assert after.count("\n") == after.count(newline)
 
 
-def test_a_line_that_is_new_stands_at_the_end_of_its_table_above_the_comments_of_the_next():
+def test_a_new_line_is_at_the_end_of_its_table_above_comments_of_the_next():
     lines = with_settings(TEXT, {"hair.model": "rod"}).splitlines()
     assert lines[lines.index('model = "rod"') - 1 : lines.index('model = "rod"') + 3] == [
         "]",

@@ -233,7 +233,7 @@ def result_unknown(a: Mesh): ...
         (None, "asks for `prepared`"),
     ],
 )
-def test_what_prepares_a_node_takes_its_inputs_and_settings_and_gives_what_it_asks_for(prepare, said):
+def test_a_prepare_function_takes_inputs_and_settings_and_returns_prepared(prepare, said):
     def simulate(a: Mesh, b: Pair[Mesh], prepared: "State", *, size: Annotated[float, Metres, Gt(0)] = 2.0) -> Mesh:
         """Simulate."""
 

@@ -51,7 +51,7 @@ def prepared(shot):
     return shot
 
 
-def test_it_is_called_once_for_all_frames_and_again_where_a_setting_of_its_own_changes(prepared):
+def test_prepare_is_called_once_for_all_frames_and_again_for_a_changed_setting(prepared):
     assert prepared.run().exit_code == 0
     assert prepared.tally() == Counter(make_seed=1, move_seed=10, make_factor=1, scale=10)
     names = {path.name for path in prepared.store.root.glob("objects/*/*")}

@@ -122,7 +122,7 @@ def test_code_that_was_edited_since_its_digest_leaves_no_kernel(studio):
     assert studio.run() == [VALUES, ALL | {"solve": 0}]
 
 
-def test_an_overload_that_a_user_registers_elsewhere_is_behind_all_kernels_of_the_user(studio, monkeypatch):
+def test_an_overload_registered_elsewhere_is_part_of_all_kernels_of_its_user(studio, monkeypatch):
     """The kernel that calls it does not import it."""
     monkeypatch.setattr(machine_code, "kernel_modules", lambda: iter(()))
     studio.nodes = MODULES

@@ -56,7 +56,7 @@ def keys(studio, *nodes):
     return {entry.module: entry.key for entry in kernel_digests(reader, nodes).values()}
 
 
-def test_an_edit_of_a_library_changes_the_keys_of_its_users_alone_and_an_undo_gives_them_back(studio):
+def test_an_edit_of_a_library_changes_keys_of_its_users_and_an_undo_restores_them(studio):
     helper = studio / "studio" / "helper.py"
     text, first = helper.read_text(), keys(studio, "double_hair")
     assert first.keys() - keys(studio).keys() == {"double_hair", "studio.helper"}
@@ -120,7 +120,7 @@ def make_states(folder, module, ages):
         os.utime(state, (time.time() - age,) * 2)
 
 
-def test_states_of_a_module_used_before_those_of_others_go_and_so_does_what_nobody_uses(tmp_path):
+def test_kernel_states_unused_for_longest_are_removed_first(tmp_path):
     make_states(tmp_path, "often", range(100, 100 + KEPT + 3))
     make_states(tmp_path, "rarely", [UNUSED - 100, UNUSED + 100])
     os.utime(tmp_path / f"often-{KEPT + 2:0{FOLDER_DIGITS}x}")

@@ -63,7 +63,7 @@ def test_a_worker_that_is_evaluating_ends_with_the_run(shot, spare):
     assert not spare and member.process.poll() is not None
 
 
-def test_a_new_worker_serves_the_runs_of_one_whose_place_it_takes_unless_its_sources_were_edited(shot, spare):
+def test_a_new_worker_replaces_an_old_one_unless_sources_were_edited(shot, spare):
     files = [shot.folder / name for name in ("one.py", "other.py", "edited.py")]
     for file in files:
         file.write_text("")

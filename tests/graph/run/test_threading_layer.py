@@ -57,7 +57,7 @@ def test_without_openmp_the_layer_with_the_cheapest_calls_is_chosen(installed):
     assert choose_layer() == ("workqueue", {ORDER: "workqueue omp tbb"}, "")
 
 
-def test_a_layer_that_the_user_names_is_obeyed_with_a_warning_where_calls_grow_dearer(installed, monkeypatch):
+def test_a_forced_threading_layer_is_used_with_a_warning_for_slow_calls(installed, monkeypatch):
     installed(omp=None, tbb=CallCost(9.5, 78.0), workqueue=None)
     for variable, value in ((NAME, "tbb"), (ORDER, "tbb omp workqueue")):
         with monkeypatch.context() as patch:

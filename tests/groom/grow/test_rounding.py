@@ -40,7 +40,7 @@ def bust():
 
 
 @pytest.mark.parametrize(("scale", "seed"), [(1.0, 0), (1.0, 1), (0.01, 2), (100.0, 3)])
-def test_errors_in_the_points_of_the_bust_and_in_what_is_painted_by_them_move_no_root(bust, scale, seed):
+def test_rounding_errors_in_points_and_maps_of_the_bust_move_no_root(bust, scale, seed):
     def make(errors):
         points = bust.mesh.points + errors[: len(bust.mesh.points)]
         maps = {"scalp": height_above(HAIRLINE, points - np.array(EARS))}

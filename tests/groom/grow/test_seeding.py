@@ -50,7 +50,7 @@ def random_sites(mesh, count):
 
 @pytest.mark.parametrize("count", [300, 2500, 8000])
 @pytest.mark.parametrize("level", [1, 3, 5])
-def test_distances_of_neighbours_vary_by_less_than_a_twentieth_on_coarse_and_fine_meshes(sphere, level, count):
+def test_distances_of_neighbours_vary_by_less_than_five_percent_on_any_mesh(sphere, level, count):
     mesh = sphere(0.1, level=level)
     for number in range(2):
         assert spacing_variation(site_points(mesh, seed(mesh, uniform, count, number))) < 0.05

@@ -133,7 +133,7 @@ def test_the_velocity_is_that_of_the_closest_point(sphere, positions):
     assert off.mean() < np.linalg.norm(spin) * 0.01
 
 
-def test_what_lies_beyond_the_band_has_the_velocity_of_what_is_near_not_of_another_part(sphere, together, positions):
+def test_samples_outside_the_band_have_the_velocity_of_the_nearest_part(sphere, together, positions):
     """Two spheres, one at rest and a fast one: whichever of them the search begins with, it is not what is found."""
     still = sphere(0.3, level=3)
     for side in (-1.0, 1.0):

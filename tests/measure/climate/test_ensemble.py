@@ -110,7 +110,7 @@ def test_the_floor_is_the_largest_of_few_splits_and_halves_are_the_most():
     assert signed_root(floors(within, SIDES, squared_bias)) < 0.5 * 30.0
 
 
-def test_relabellings_are_all_there_are_and_runs_of_one_seed_are_exchanged_for_each_other():
+def test_relabellings_are_complete_and_exchange_runs_of_one_seed():
     labels = relabellings(SIDES)
     assert len(labels) == comb(8, 3) == len(np.unique(labels, axis=0)) and np.array_equal(labels[0], SIDES.model)
     shared = sides_of((0, 10, 11), (0, 1, 2, 3, 4))
@@ -182,7 +182,7 @@ def test_a_bound_is_kept_by_nine_means_in_ten():
     assert uncertainty(np.ones(1)) == 0.0
 
 
-def test_runs_are_apart_by_the_mean_of_all_pairs_and_near_until_they_are_far_for_the_first_time():
+def test_distance_of_runs_is_the_mean_of_pairs_and_near_ends_at_the_first_far_frame():
     points = np.random.default_rng(6).standard_normal((5, 3))
     squares = ((points[:, None] - points) ** 2).sum(axis=2)
     pairs = [squares[i, j] for i in range(5) for j in range(i)]

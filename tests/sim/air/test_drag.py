@@ -126,7 +126,7 @@ def test_strands_that_are_not_asked_for_get_nothing_and_change_nothing():
         assert whole[~active].any() and not some[~active].any()
 
 
-def test_it_does_not_depend_on_threads_and_spares_the_neighbours_of_what_is_not_finite(threads):
+def test_drag_does_not_depend_on_threads_nor_on_strands_that_are_not_finite(threads):
     strands = 700
     points = np.cumsum(np.random.default_rng(2).normal(size=(strands * 20, 3)) * 0.003, axis=0)
     velocities, offsets = np.sin(points * 9.0), np.arange(0, len(points) + 1, 20).astype(np.int32)

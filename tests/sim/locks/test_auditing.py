@@ -40,7 +40,7 @@ def test_a_lock_goes_on_by_the_rms_of_its_hairs():
     np.testing.assert_array_equal(passed(guides, errors, 5.0), guides >= 0)
 
 
-def test_hair_on_trial_follows_the_nearest_guide_that_has_room_or_leads_where_none_has():
+def test_hair_on_trial_follows_the_nearest_guide_with_room_or_becomes_a_guide():
     leaders = np.array([0, 0, 2, 3, 4, 5, 6], np.int32)
     beside = np.full((7, 2), -1, np.int32)
     beside[2:6] = [[0, 6], [0, 6], [0, -1], [6, 0]]

@@ -149,7 +149,7 @@ def test_some_are_audited_by_turns_whom_nobody_follows_meanwhile(hair):
     same(shot(hair, audited, 4, states[7], 8)[-1], states[11])
 
 
-def test_hairs_that_an_audit_finds_off_do_not_follow_before_their_connections_have_lasted_anew(hair):
+def test_hairs_that_fail_an_audit_follow_only_after_connections_last_again(hair):
     locks = replace(SCENE.locks, after=3, audit=0.5)
     states = shot(hair, replace(SCENE, locks=locks), 9)
     last = next(k for k in range(8, 4, -1) if (states[k].locks.audited >= 0).any() and states[k].locks.since == 2)
@@ -162,7 +162,7 @@ def test_hairs_that_an_audit_finds_off_do_not_follow_before_their_connections_ha
         assert not np.isin(np.flatnonzero(who), followers(state)).any()
 
 
-def test_hair_that_has_parted_is_tried_beside_other_guides_and_comes_back_where_that_is_good_enough(hair, states):
+def test_parted_hair_is_tried_with_other_guides_and_follows_within_tolerance(hair, states):
     strict = replace(SCENE, locks=replace(SCENE.locks, tolerance=1e-9, part=2.0, after=1000))
     apart = shot(hair, strict, 1, states[-1], 10)[-1]
     who = np.flatnonzero(apart.locks.parted >= 0)

@@ -1,6 +1,6 @@
 """Energy of particles, and the work that is done against their links, which have none.
 
-The tension K (r - l) of a link would be that of an energy if K were constant. (7) to (14) share stiffness out anew as
+The tension K (r - l) of a link would be that of an energy if K were constant. (7) to (14) redistribute stiffness as
 links fade, so that the work on a way depends on the way: it is added up on the ways that particles go, straight in
 every step. Pressure (16) has the energy k_a m (ln(rho / rho_0) + rho_0 / rho - 1) where rho > rho_0.
 

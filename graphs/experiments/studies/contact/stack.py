@@ -50,7 +50,7 @@ def standing_table(law: Collisions, dt: float, layers: Sequence[int], sweeps: Se
     A top that fell to the bottom is at 0.
 
     dt       step [s]; layers  of each stack
-    sweeps   of the published solver, beside the coupled one
+    sweeps   of the published solver, in addition to the coupled one
     seconds  simulated
     """
     rows = []

@@ -9,7 +9,7 @@ from hairpipe.data.table import table_of_rows
 
 LEVELS = (1.0, 3.0, 10.0)
 FITTED = (0.01, 20.0)
-"""Errors [%] that the order is fitted to: less is that of the converged run, more is no error but another motion."""
+"""Range of errors [%] for the fit of the order: less is the error of the reference, more is another motion."""
 COLUMNS = ("scheme", "motion", "length [m]", "order", *(f"solves for {level:g} % [1/s]" for level in LEVELS))
 
 

@@ -138,7 +138,7 @@ class BodyContacts(Interaction):
         end.push(change)
 
     def _hold_normals(self, active: np.ndarray, normals: np.ndarray, masses: np.ndarray, dt: float) -> None:
-        """Give active points, (P,) bool, the body's normal velocity in the next solves, and let go of the others.
+        """Give active points, (P,) bool, the body's normal velocity in the next solves, and release the others.
 
         This is how the paper's velocity solve has it, in a step of dt [s]; friction has acted before.
         """

@@ -6,7 +6,7 @@ goes through something thick that rises by PUSH_OUT along the way out n,
     f = m r (w - v),   w = v_b + min(PUSH_OUT, (kept - phi) / dt) n,   r = (STRAIN E A / M) / PUSH_OUT
 
 with E A the stiffness of the strand along itself and M its mass: all of it together never strains the strand by more
-than STRAIN. The push is the slope of a potential, r PUSH_OUT m times the depth, and what the point goes beside it is
+than STRAIN. The push is the slope of a potential, r PUSH_OUT m times the depth, and the path of the point across it is
 lost: on a body that stands still the energy of hair only falls. Friction there is none. Held hard, a strand longer than
 it may be stored the work of the push in its springs, and was thrown about by it: at 5 to 14 m/s, for as long as it ran.
 

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit, prange
 
-_STRAIGHT = 0.02  # a mean turn from segment to segment below this [rad] is no curl
+_STRAIGHT = 0.02  # a mean turn from segment to segment below this [rad] is not a curl
 _LONGEST = 0.5  # of a strand, that a turn may take
 
 

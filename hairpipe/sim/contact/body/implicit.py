@@ -11,15 +11,15 @@ Across it there is Coulomb's friction, as a damper that is as strong as friction
 
 so that friction never drives, hair that sticks does not creep (c_t = c_n), and hair that slides feels mu N as soon as
 its speed is steady. A point that sticks with more force than mu N starts to slide at the speed it would have alone,
-from which the next solves come down. What the body would have to pull is let go of. Where that changes, or a point
-begins to touch or to slide, a strand is solved again, from where the solve before ended.
+from which the next solves come down. Points that the body would have to pull are released. Where that changes, or a
+point begins to touch or to slide, a strand is solved again, from where the solve before ended.
 
 A point that begins to touch is solved for without friction first: that solve knows its load and how fast it slides.
 Had it to stick first, the hair between it and the root would be strained by all that it should have slid, and pressed
 on the body by the tension of that: hair which a bar met at 1 m/s was flung away with 6 m/s. But what lies still where a
 step begins, and of which nothing is remembered, as at a new frame, sticks: without friction, if only for one solve, it
 would creep. And what slides around a body is held though a prediction, which goes straight, leads it off the surface:
-let go of and caught again in every stage it would need all the passes that there are, and forget its friction.
+released and caught again in every stage it would need all the passes that there are, and forget its friction.
 
 We differ from the paper, which moves positions first and holds the normals of what it moved in the velocity solve
 (equality, for a whole step): here nothing is stretched by being pushed, and friction and tension see each other, so
@@ -53,7 +53,7 @@ class ContactState(NamedTuple):
 
     state          FREE, TOUCHES, NEW: began to touch, without friction yet, or INSIDE: rises, (P,) int8
     c_t            tangential damping [kg/s], (P,)
-    freed          let go of in this stage, (P,) bool
+    freed          released in this stage, (P,) bool
     discontinuous  began or ceased to touch in this step, or were turned about: forces jumped, (P,) bool
     normal         (P, 3)
     c_n            normal damping [kg/s], (P,)

@@ -2,8 +2,8 @@
 
 A point that was moved out may be too far from the one before it, towards the root. It is drawn after that in the plane
 of its contact, so that it slides along the body and not back into it; where the body is curved it is moved out again.
-Where that does not help, as where a thin part is between the two, it is laid beside the one before, on the same side of
-the body. That one is outside, so there always is a place.
+Where that does not help, as where a thin part is between the two, it is laid next to the one before, on the same side
+of the body. That one is outside, so there always is a place.
 """
 
 from collections.abc import Callable
@@ -16,7 +16,7 @@ from hairpipe.levelset.collider import SdfSample
 STRETCH = 0.1
 """How far a segment may be stretched by what puts its ends right, of its length."""
 _ROUNDS = 64  # of both; what is inside then cannot be helped
-_PATIENCE = 4  # rounds until points are laid beside those before them
+_PATIENCE = 4  # rounds until points are laid next to those before them
 _SHORT = 0.5  # of what a point keeps from the body; nearer than that it is moved out again
 _SHORTEST = 1e-4  # [m]; nothing that is nearer by less than this is moved again
 _STEEPEST = 0.9  # of the longest way to a neighbour, that may be along the normal

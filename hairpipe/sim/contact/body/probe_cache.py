@@ -3,7 +3,7 @@
 Within a step points are queried many times: where they begin, where a stage is predicted to end, where it ends, where
 the step does. A point that has not moved need not be queried again within one time, nor a free point that cannot have
 come near since: distances change by at most STEEPEST times what the point went and the bodies may have gone meanwhile.
-Of such points the cached distance may be off by that; nothing reads it where it is so great.
+Of such points the cached distance may have an error of that; nothing reads it where it is so great.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
 """Broad phase: pairs of segments that may come near each other within a step, also while where it ends is changed.
 
 All pairs that come within reach are listed once. As long as no point ends farther than half of that from where it did
-when its pairs were listed, none is missed. The pairs of what ends farther are listed anew, or those of all hair, where
+when its pairs were listed, none is missed. The pairs of what ends farther are listed again, or those of all hair, where
 that is cheaper.
 """
 

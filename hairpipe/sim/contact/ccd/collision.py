@@ -6,7 +6,7 @@ g0 + dt n.u after it, u = J (x1 - x0) / dt. An impulse at these points changes n
     g = g0, but at most the thickness that is kept, and at least a hundredth of it;   dv = (g - g0) / dt - n.u > 0
 
 with restitution 0 and Coulomb friction. Impulses change x1 and v alike, by dt and by 1 times their effect on u. What
-they bring together anew is looked for among the pairs that they moved and added to what is solved, up to so many times;
+new crossings are looked for among the pairs that they moved and added to what is solved, up to so many times;
 crossings that then are left are accepted: no rigid zones, as published, since no state of hair is invalid.
 
 We differ from the paper, where an impulse stops the approach of the whole step, as if hair touched where it began: here

@@ -6,7 +6,7 @@ that takes velocities of points to the relative velocity of the two, first minus
     (A + sum_i J_i^T M_i J_i) dv = b + sum_i J_i^T push_i,   M = t (h K + C),   push = t (f - C v_rel),
 
 A and b being those of the strands without couplings, h the weight of the stage's end, the mean of those of the two
-strands, and t the time that the stage covers: what strands do to each other is no part of accelerations, so it acts all
+strands, and t the time that the stage covers: forces between strands are not part of accelerations, so it acts all
 that time. Every term of J^T M J is in exactly one of two places, so that
 P + O is the matrix of the whole system:
 

@@ -12,7 +12,7 @@ The impulses are +- M (dv n + change of u_t). Step 3 does all of it, step 9 leav
 code. Pairs whose closest point is an end of a segment are left out, also as in their code.
 
 In a stack this converges as slowly as a blow travels, one layer a sweep, and is far from it with the few sweeps that
-one can afford: `graphs/experiments/stack.toml` shows it beside `repulsion.py`, which is there for stacks.
+one can afford: `graphs/experiments/stack.toml` compares it with `repulsion.py`, which is there for stacks.
 
 We differ from the authors' code, which has friction in a pass of its own, before the approach is stopped; here as in
 Bridson et al. it comes with each impulse, so that Coulomb's law holds for each.

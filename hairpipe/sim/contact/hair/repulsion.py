@@ -18,9 +18,9 @@ second ignores the stack above, and the second for impacts.
 Where the solve is linearised at rest (backward Euler, the paper's half steps) that says nothing of how fast hair is,
 and u_t in b, N and what begins to act go by where the velocity lagged_velocity so far would lead.
 
-A contact acts if it would push at the prediction, or did so in the step before: it is let go one step late. Decided by
-the prediction alone, which does not know the forces to come, a contact at rest that trembles falls by h^2 g before it
-is caught again, half its thickness, and a stack sinks through itself (`graphs/experiments/stack.toml`).
+A contact acts if it would push at the prediction, or did so in the step before: it is released one step late. Decided
+by the prediction alone, which does not know the forces to come, a contact at rest that trembles falls by h^2 g before
+it is caught again, half its thickness, and a stack sinks through itself (`graphs/experiments/stack.toml`).
 
 We differ from the paper, which adapts Bridson et al. 2002, impulses pair by pair (`impulses.py`): they do not
 converge in stacks. The authors' code also leaves out pairs whose closest point is an end of a segment. We count them:

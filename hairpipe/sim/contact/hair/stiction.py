@@ -1,7 +1,7 @@
 """Stiction, Sec. 5.2: segments that came close are connected by a spring until they are pulled apart.
 
 A connection joins the two points where its segments were closest when it was made. It is a spring that resists both
-ways, and lets go at once, Fig. 10c:
+ways, and breaks at once, Fig. 10c:
 
     f = -k (l - reach) d + ...,   d = (x - y) / l,   k = force / (release - reach),   0 at l > release
 
@@ -10,7 +10,7 @@ alone: 1/m = sum w_i^2 / m_i. It is implicit, with all of its stiffness but what
 
     K = k d d^T + max(T, 0) / l (I - d d^T),   T = k (l - reach),   C = c d d^T,   c = 2 fraction sqrt(k m).
 
-Connections are broken and made at the beginning of a step. One that is beyond release at a prediction lets go within
+Connections are broken and made at the beginning of a step. One that is beyond release at a prediction breaks within
 the step: it gets the spring that does the same work on the whole way, k (release - reach)^2 / (l - reach)^2, and c less
 by the way it is there. Otherwise what it exerts would grow with the step, and take away whatever speed hair parts with.
 
@@ -52,7 +52,7 @@ def no_connections() -> Connections:
 
 
 def stiffness_of(stiction: Stiction) -> float:
-    """Stiffness of a connection [N/m]; BadInput where it would let go before it pulls."""
+    """Stiffness of a connection [N/m]; BadInput where it would break before it pulls."""
     if not stiction.release > stiction.reach:
         raise BadInput(
             f"the release distance of stiction, {stiction.release} m, is less than its reach, {stiction.reach} m",

@@ -5,7 +5,7 @@ line alone. Of what is then a tetrahedron the shortest altitude is chosen as of 
 direction at right angles to the line, and its weights are as good, so the full force of the spring takes the particles
 off the line. The displacement fades in where rounding begins to blur the true direction, and nothing jumps there.
 
-We differ from the paper and its code, which give up the true direction below an angle of 7.6 degrees and measure
+We differ from the paper and its code, which drop the true direction below an angle of 7.6 degrees and measure
 nothing then but the overlap of two edges. What is lost: nothing remembers from which side the particles came to the
 line, the direction turns abruptly as the line passes a diagonal of the axes, and angular momentum is kept to
 the size of the displacement only.

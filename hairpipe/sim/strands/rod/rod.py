@@ -4,14 +4,14 @@
 
 True at half the segments of the network, twist included, and the same in every orientation. A row has a node and the
 angle of the edge to the next. x_-1 stands behind the root and makes the clamp: with a root vertex of half a length it
-acts at x_0 exactly. q stands beside x_-1 and shows where the director of the buried edge points; q' does so beside x_n
+acts at x_0 exactly. q lies next to x_-1 and shows where the director of the buried edge points; q' does so next to x_n
 where the tip is held, and else goes along with it. Neither has an equation.
 
 A vertex has B/2l c^4 |k - k'|^2 + C/2l c^2 (psi - psi')^2 (`vertex.py`), with c = cos(phi'/2) of its natural bend phi':
 2 tan(phi/2) measures a coarse bend too stiffly, and a curl of 8 segments a turn were 18 % too stiff. Edges are springs
 with a multiplier, as in the network.
 
-We differ from the sources: twist has no inertia, so that its angles are no part of the motion but only of each solve,
+We differ from the sources: twist has no inertia, so that its angles are not part of the motion but only of each solve,
 and the state of a strand has its twists (`frames.py`). What a solve leaves (see `State.T`) is in a row
 
     0 tension of the edge to the next node [N], 1 twist of the vertex [rad], 2-4 director of the edge, 5 twist of the

@@ -50,7 +50,7 @@ def test_signs():
     assert signs(worst, 4.0) == "NaN"
 
 
-def test_energy_that_hair_wins_after_the_bar_has_come_to_rest_grows_and_that_which_it_loses_does_not():
+def test_energy_won_after_the_bar_rests_grows_and_energy_lost_does_not():
     """More than it takes to lift all of it by the radius of the bar, from any frame to a later one."""
     still = np.zeros((4, 3))
     for radii, sign in ((1.1, "growing"), (0.9, ""), (-1.0, "")):

@@ -221,7 +221,7 @@ def test_no_segment_gets_more_connections_than_the_cap_and_none_moves():
         np.testing.assert_array_equal(connections.fractions[~kept], near.fractions)
 
 
-def test_a_curl_does_not_stick_to_itself_where_it_is_near_at_rest_but_elsewhere_and_to_others():
+def test_a_curl_connects_to_itself_only_between_segments_distant_at_rest():
     angle = np.linspace(0, 6 * np.pi, 60)
     curl = np.stack([2e-3 * np.cos(angle), -4e-4 * angle / (2 * np.pi), 2e-3 * np.sin(angle)], axis=1)
     x, offsets = np.concatenate([curl, curl + np.array([3e-4, 0, 0])]), np.array([0, 60, 120], np.int32)

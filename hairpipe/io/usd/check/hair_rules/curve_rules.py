@@ -117,7 +117,7 @@ def two_of_one(curves: Snapshot) -> Iterator[Fault]:
 
 
 def hair_ids(curves: Snapshot) -> Iterator[Fault]:
-    """Find hair that moves without names, names that are no whole numbers, and two hairs of one name."""
+    """Find hair that moves without names, names that are not whole numbers, and two hairs of one name."""
     attribute, ids = curves.prim.GetAttribute("primvars:hairId"), curves.array("primvars:hairId")
     if not (attribute and attribute.HasValue()):
         moves = curves.prim.GetAttribute("points").GetNumTimeSamples() > 1

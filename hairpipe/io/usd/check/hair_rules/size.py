@@ -15,7 +15,7 @@ LENGTH = (2e-3, 1.5)
 SCALP = (0.03, 1.3)
 BODY = (0.08, 30.0)
 """What hair, where it grows, and the body may measure [m]: from down to dreadlocks, from a doll to a dragon."""
-ROOM = 0.05  # of a width, that positions in single precision may be off by
+ROOM = 0.05  # allowed error of positions in single precision, over the width
 HULL = (0.2, 4.0)  # of a body, sizes of level sets of it, or of a part
 FEW = 8  # strands that say nothing about the size of what they grow on
 

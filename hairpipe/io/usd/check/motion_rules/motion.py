@@ -40,7 +40,7 @@ def sample_gaps(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def sample_range(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find samples that nobody plays since they lie outside of the stage's time codes."""
+    """Find samples that are not played since they lie outside of the stage's time codes."""
     attribute, stage = _leader(prim), prim.GetStage()
     times = attribute.GetTimeSamples() if has_range(stage) else []
     outside = [t for t in times if not stage.GetStartTimeCode() <= t <= stage.GetEndTimeCode()]
@@ -82,7 +82,7 @@ def frame_names(prim: Usd.Prim) -> Iterator[Fault]:
     names = {time: NUMBER.search(attribute.Get(time).path) for time in times if attribute.Get(time)}
     late = {time: int(found[1]) - time for time, found in names.items() if found}
     usual = np.median(list(late.values())) if late else 0.0
-    wanted = 0.0 if abs(usual) <= NEAR else usual  # frames may be counted from 1, but hardly from one beside
+    wanted = 0.0 if abs(usual) <= NEAR else usual  # frames may be counted from 1, but hardly from another one
     wrong = [time for time, offset in late.items() if offset != wanted]
     if wrong:
         message = f"is frame {wrong[0] + late[wrong[0]]:g} by its name, not {wrong[0] + wanted:g}; {len(wrong)} such"

@@ -27,7 +27,7 @@ class Asset:
     path   of the prim or attribute where it does
     name   as it is written
     time   code of the sample, or None
-    data   whether it holds frames, which travel with the layer, and is no asset that many share
+    data   whether it holds frames, which travel with the layer, and is not a shared asset
     """
 
     layer: Sdf.Layer
@@ -94,7 +94,7 @@ def broken_layer(asset: Asset) -> Iterator[Fault]:
 
 
 def absolute_path(asset: Asset) -> Iterator[Fault]:
-    """Find files that nobody finds on another machine."""
+    """Find files that do not exist on another machine."""
     if ABSOLUTE.match(asset.name):
         yield Fault(asset.path, f"names {asset.name}; use a path relative to the layer", asset.time)
     elif "\\" in asset.name:

@@ -29,7 +29,7 @@ def material_binding(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def shader_id(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find shaders that do not say which one they are, or one that nobody knows."""
+    """Find shaders that do not say which one they are, or an unknown one."""
     shader = UsdShade.Shader(prim)
     if not shader or shader.GetImplementationSource() != UsdShade.Tokens.id:
         return
@@ -75,7 +75,7 @@ def shader_inputs(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def hair_looks(scene: Scene) -> Iterator[Fault]:
-    """Find hair that is drawn transparent, or without a material beside others that have one."""
+    """Find hair that is drawn transparent, or without a material while others have one."""
     for track in scene.hair:
         opacity = track.first.array("primvars:displayOpacity")
         if opacity is not None and len(opacity) and not opacity.any():

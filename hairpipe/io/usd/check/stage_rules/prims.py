@@ -58,7 +58,7 @@ def target_outside(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def proxy_target(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find a stand-in of the wrong purpose, which is drawn beside what it stands for."""
+    """Find a stand-in of the wrong purpose, which is drawn in addition to its original."""
     relationship = prim.GetRelationship("proxyPrim")
     for path in relationship.GetTargets() if relationship else ():
         proxy = UsdGeom.Imageable(prim.GetStage().GetPrimAtPath(path))
@@ -67,7 +67,7 @@ def proxy_target(prim: Usd.Prim) -> Iterator[Fault]:
 
 
 def kind(prim: Usd.Prim) -> Iterator[Fault]:
-    """Find kinds that nobody knows, and components in a component."""
+    """Find unknown kinds, and components in a component."""
     name = Usd.ModelAPI(prim).GetKind()
     if name and not Kind.Registry.HasKind(name):
         known = ", ".join(sorted(Kind.Registry.GetAllKinds()))

@@ -9,7 +9,7 @@ from hairpipe.io.usd.check.finding import Fault, Rule
 
 
 def default_prim(stage: Usd.Stage) -> Iterator[Fault]:
-    """Find a stage that nobody can reference."""
+    """Find a stage that cannot be referenced."""
     if not stage.GetDefaultPrim():
         yield Fault("/", "no defaultPrim that exists")
 

@@ -1,0 +1,149 @@
+"""The rule of words in CONTRIBUTING.md: help, messages, docstrings and pages in plain technical English."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+import pytest
+
+from hairpipe.api.node_types import node_types
+from hairpipe.cli.entry import commands
+from hairpipe.graph.node.fields import Field, fields_of
+
+HOME = Path(__file__).resolve().parents[1]
+SOURCES = sorted(path for room in ("hairpipe", "nodes", "graphs") for path in (HOME / room).rglob("*.py"))
+PAGES = [*HOME.glob("*.md"), *(page for room in ("hairpipe", "graphs") for page in (HOME / room).rglob("*.md"))]
+CATALOGUE = node_types(experiments=True)
+FEWEST_WORDS, MOST_LETTERS = 3, 80
+HANGING = frozenset(
+    word
+    for line in (
+        "about above across after against all along also among and as at because before below beneath beside between",
+        "beyond but by each else for from how if in inside into it its itself like likewise nor of off on once only",
+        "onto or otherwise out outside over per since so than that their them then there they this those through to",
+        "toward towards under unless until up upon what when where whether which while who whom whose why with",
+        "within without would",
+    )
+    for word in line.split()
+)
+"""Words that continue a sentence: a help text that begins with one cannot be read without the name of its setting."""
+PATTERNS = {
+    r"(?<!there )\b(is|are|was|were) no (?!longer\b|more\b|less\b|\w+er\b)": "is not a",
+    r"\b[io]n the mean\b": "on average",
+    r"\banew\b(?!  )": "again",
+    r"\bbeside\b(?!  )": "next to, in addition to, with",
+    r"\b(give|gives|gave|given|giving) up\b": "stop, omit",
+    r"\blooks? on\b": "ignore",
+    r"\boff by\b": "an error of",
+    r"\btold apart\b": "distinguished, significantly different",
+    r"\bnobody cares\b": "imperceptible, negligible",
+    r"\bkeeps? room\b": "resist compression",
+    r"\bswallow": "contain",
+    r"\b(let|lets|letting) go\b": "release",
+    r", by turns,": "in turn",
+    r"\buntold\b": "inconclusive",
+}
+"""Idioms, and the plain words in place of each; two spaces follow the name of a parameter in a docstring."""
+
+
+def settings_of(fields: tuple[Field, ...], prefix: str) -> Iterator[tuple[str, str]]:
+    """List the help texts of settings, and of the fields of groups, by dotted name."""
+    for field in fields:
+        yield prefix + field.name, field.help
+        yield from settings_of(field.group, f"{prefix}{field.name}.")
+
+
+def options_of(command: click.Command, name: str) -> Iterator[tuple[str, str]]:
+    """List the help texts of the options of a command, and of those within a group."""
+    for option in command.params:
+        if isinstance(option, click.Option) and option.help:
+            yield f"{name} {option.opts[-1]}", option.help
+    if isinstance(command, click.Group):
+        context = click.Context(command)
+        for inner in command.list_commands(context):
+            yield from options_of(command.get_command(context, inner), f"{name} {inner}")
+
+
+def idioms_in(text: str) -> list[str]:
+    """Name the idioms in a text, each with plain words."""
+    return [
+        f"'{found[0].strip()}': {plain}" for idiom, plain in PATTERNS.items() if (found := re.search(idiom, text, re.I))
+    ]
+
+
+def faults_of(text: str) -> list[str]:
+    """Name what is wrong with a help text."""
+    words = re.findall(r"[\w'`.-]+", text)
+    faults = [f"fewer than {FEWEST_WORDS} words"] if len(words) < FEWEST_WORDS else []
+    if words and words[0].lower() in HANGING:
+        faults.append(f"begins with '{words[0]}'")
+    return faults + idioms_in(text)
+
+
+def prose_of(page: Path) -> Iterator[tuple[int, str]]:
+    """List the lines of a page, without those of code and of tables, which commands write."""
+    is_code = False
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        if line.startswith("```"):
+            is_code = not is_code
+        elif not is_code and not line.startswith(("    ", "|")):
+            yield number, re.sub(r"`[^`]*`", "", line)
+
+
+def name_of(path: Path) -> str:
+    return path.relative_to(HOME).as_posix()
+
+
+@pytest.mark.parametrize("name", CATALOGUE.names())
+def test_help_of_a_setting_is_read_without_its_name(name):
+    found = settings_of(fields_of(CATALOGUE.find(name)), f"{name}.")
+    wrong = [f"{setting}: {text}: {faults}" for setting, text in found if (faults := faults_of(text))]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_help_of_an_option_is_read_without_its_name():
+    found = list(options_of(commands, "hairpipe"))
+    assert len(found) > 100
+    wrong = [f"{option}: {text}: {faults}" for option, text in found if (faults := faults_of(text))]
+    assert not wrong, "\n".join(wrong)
+
+
+@pytest.mark.parametrize(
+    "text", ["of the band", "maximum density", "distance at which it lets go, at once", "is no hair"]
+)
+def test_a_help_text_against_the_rule_is_found(text):
+    assert faults_of(text)
+
+
+def test_messages_and_docstrings_have_no_idioms():
+    wrong = [
+        f"{name_of(path)}:{item.lineno + row}: {idioms}"
+        for path in SOURCES
+        for item in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(item, ast.Constant) and isinstance(item.value, str)
+        for row, line in enumerate(item.value.splitlines())
+        if (idioms := idioms_in(line))
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_pages_have_no_idioms():
+    wrong = [
+        f"{name_of(page)}:{number}: {idioms}"
+        for page in PAGES
+        for number, line in prose_of(page)
+        if (idioms := idioms_in(line))
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_names_of_tests_are_short():
+    long = [
+        f"{name_of(path)}: {item.name}"
+        for path in sorted((HOME / "tests").rglob("test_*.py"))
+        for item in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(item, ast.FunctionDef) and item.name.startswith("test_") and len(item.name) > MOST_LETTERS
+    ]
+    assert not long, "\n".join(long)
