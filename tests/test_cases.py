@@ -155,7 +155,7 @@ CLIPS = [
     Case("teleport_cut/graph.toml", "cut", right=is_still_at_the_cut),
 ]
 SURFACES = [
-    Case("thin_ear/graph.toml", "surface", warned="stops no hair"),
+    Case("thin_ear/graph.toml", "surface", warned="does not stop hair"),
     Case("mixed_winding_hollow/graph.toml", "surface", right=is_solid),
 ]
 

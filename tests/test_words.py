@@ -11,6 +11,7 @@ import pytest
 from hairpipe.api.node_types import node_types
 from hairpipe.cli.entry import commands
 from hairpipe.graph.node.fields import Field, fields_of
+from hairpipe.graphs.experiments.bench.commands import bench
 
 HOME = Path(__file__).resolve().parents[1]
 SOURCES = sorted(path for room in ("hairpipe", "nodes", "graphs") for path in (HOME / room).rglob("*.py"))
@@ -104,7 +105,7 @@ def test_help_of_a_setting_is_read_without_its_name(name):
 
 
 def test_help_of_an_option_is_read_without_its_name():
-    found = list(options_of(commands, "hairpipe"))
+    found = [*options_of(commands, "hairpipe"), *options_of(bench, "bench")]
     assert len(found) > 100
     wrong = [f"{option}: {text}: {faults}" for option, text in found if (faults := faults_of(text))]
     assert not wrong, "\n".join(wrong)

@@ -67,7 +67,7 @@ def test_the_point_between_the_ears_may_be_said_in_place_of_the_joint():
 def test_a_bust_without_a_skeleton_gets_its_hairline_about_its_head():
     bust = build_bust()
     rigid = replace(bust, skeleton=Skeleton((), np.zeros(0, np.int32), np.zeros((0, 4, 4)), np.zeros((0, 3))))
-    with pytest.warns(UserWarning, match=r"no skeleton .* goes around \(0\.000, .*state scalp\.at"):
+    with pytest.warns(UserWarning, match=r"no skeleton .* centred at \(0\.000, .*scalp\.at"):
         painted = prepare(rigid, unit=1.0, up="y", joint="head", scalp=Scalp()).maps["scalp"]
     assert np.mean(np.abs(painted - bust.maps["scalp"]) > 0.5) < 0.02, "as on the bust itself"
     with warnings.catch_warnings():

@@ -174,7 +174,7 @@ def test_a_listing_leads_nowhere(shot, listed):
         shot.store.room(shot.store.object_path(name)).write_text(json.dumps(listing))
         with pytest.raises(LostObject):
             read_listing(shot.store, name)
-        with pytest.raises(ValueError, match="no relative name"):
+        with pytest.raises(ValueError, match="not a relative name"):
             check_name(label)
 
 

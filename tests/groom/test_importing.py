@@ -127,7 +127,7 @@ def test_roots_out_of_reach_are_refused(ball, strands):
 
 def test_roots_in_one_place_are_warned_of(ball, strands):
     points, offsets = np.concatenate([strands[0], strands[0][:5]]), np.append(strands[1], strands[1][-1] + 5)
-    with pytest.warns(UserWarning, match="1 strands grow from a point"):
+    with pytest.warns(UserWarning, match="1 strands share their root"):
         adopted(ball, (points, offsets.astype(np.int32)))
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -34,5 +34,5 @@ def test_a_usd_file_is_read_and_brings_its_own_rig(tmp_path):
     )
     body = read_body(path)
     np.testing.assert_allclose(np.ptp(body.mesh.points, axis=0), [1.0, 1.0, 0.0], atol=1e-6)
-    with pytest.raises(BadInput, match="their own skeleton"):
+    with pytest.raises(BadInput, match="contain their skeleton"):
         read_body(path, skeleton=path, weights=path)

@@ -97,7 +97,7 @@ def test_what_is_no_density_is_refused(written):
         read_voxels(path, "hair_vel")
     data = path.read_bytes()
     path.write_bytes(data.replace(b"UniformScaleMap", b"NonlinearFrstum"))
-    with pytest.raises(BadInput, match="lies in space by a NonlinearFrstum"):
+    with pytest.raises(BadInput, match="is placed by a NonlinearFrstum"):
         read_voxels(path, "density")
 
 

@@ -110,7 +110,7 @@ def test_no_hair_grows_through_a_bust_that_is_open_where_it_ends(bust: Body, sty
 
 
 def test_no_curl_grows_into_sintel_whose_bust_is_open_at_six_places(shared: Path) -> None:
-    with pytest.warns(UserWarning, match="no skeleton that tells where its head is"):
+    with pytest.warns(UserWarning, match="no skeleton to locate its head"):
         sintel = load_body(file=shared / "sintel" / "sintel.obj", scalp=Scalp())
     curl = {"radius": 0.015, "pitch": 0.03}
     groom = grow_groom(sintel, **given(strands=400, length=0.1, segments=25, curl=curl, seed=1))

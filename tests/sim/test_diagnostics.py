@@ -46,7 +46,7 @@ def test_the_largest_stretch_is_named_once_and_again_when_it_has_grown(shot):
 
 
 def test_the_published_solver_of_contact_is_warned_of(shot):
-    with pytest.warns(UserWarning, match=r'"sweep" gives energy to hairs that rest on each other .*"coupled"'):
+    with pytest.warns(UserWarning, match=r'"sweep" adds energy to strands that rest on each other .*"coupled"'):
         warn_of_sweep(replace(shot.scene, collisions=Collisions(solver="sweep")))
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -51,7 +51,9 @@ def test_curls_are_named_where_springs_hold_them_and_not_where_rods_do(groom):
     strands[2] = strands[2, 0] + wound(Helix(0.004, 0.02), 0.1, 10) - wound(Helix(0.004, 0.02), 0.1, 10)[0]
     strands[3] += 1e-4 * np.random.default_rng(1).normal(size=(11, 3)) * (at > 0)
     curly = replace(whole, points=strands.reshape(-1, 3))
-    with pytest.warns(UserWarning, match=r"1 of 4 strands are curls: strands 2; .* up to 10 % off, or they never rest"):
+    with pytest.warns(
+        UserWarning, match=r"1 of 4 strands are curls: strands 2; .* error of up to 10 %, or they do not come to rest"
+    ):
         choose_precision("double", build_models(curly, Material()), Scene(), bodies=True, first=True)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -87,9 +87,9 @@ def test_the_choice_is_stated_once(swing):
 def test_what_is_not_safe_is_warned_of_with_the_longest_step_that_is(swing):
     shot = swing("double", 50, 1 / 240)
     longest = MOST / highest_frequency(shot.hair.model)
-    with pytest.warns(UserWarning, match=f"too little for steps beyond {longest:.2g} s"):
+    with pytest.warns(UserWarning, match=f"insufficient for steps beyond {longest:.2g} s"):
         choose("single", shot, first=True)
-    with pytest.warns(UserWarning, match="too little for hair that touches a body"):
+    with pytest.warns(UserWarning, match="insufficient for hair that touches a body"):
         choose("single", shot, bodies=True, first=True)
 
 
@@ -104,6 +104,6 @@ def test_the_limit_is_a_number_of_explicit_steps_whatever_hair_is_made_of(swing)
 def test_it_is_refused_for_a_start_without_sag(swing):
     shot = swing("double", 6, 1 / 240)
     shot.scene = replace(shot.scene, sag_free=SagFree())
-    with pytest.raises(BadInput, match="cannot be found in single precision"):
+    with pytest.raises(BadInput, match="impossible in single precision"):
         choose("single", shot)
     assert of(choose("automatic", shot)) == "double"

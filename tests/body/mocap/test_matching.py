@@ -106,7 +106,7 @@ def test_a_rest_pose_along_another_axis_than_the_motion_is_warned_of(skeleton, m
     plain, _ = told(skeleton, clip, reference="first")
     other, said = told(skeleton, stood_along_z(clip))
     assert other == pytest.approx(plain, abs=1e-9)
-    assert [message for message in said if "along Y at rest, along Z in most of the motion: Z is taken" in message]
+    assert [message for message in said if "along Y at rest, along Z in most of the motion: Z is assumed" in message]
 
 
 def test_a_performer_who_lies_is_warned_of_and_the_rest_pose_decides(skeleton, make_clip):
@@ -114,7 +114,7 @@ def test_a_performer_who_lies_is_warned_of_and_the_rest_pose_decides(skeleton, m
     values = clip.values.copy()
     values[:, 3] = 90.0  # about Z
     other, said = told(skeleton, replace(clip, values=values))
-    assert [message for message in said if "no trunk that stands" in message and "Y is taken" in message]
+    assert [message for message in said if "no trunk that is upright" in message and "Y is assumed" in message]
     ways = other[:, skeleton.names.index("Head"), :3, 3] - other[:, 0, :3, 3]
     assert np.abs(ways[:, 0]).min() > 0.5
 

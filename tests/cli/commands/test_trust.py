@@ -58,14 +58,14 @@ def test_trusting_listing_and_revoking(strange, hairpipe):
     assert hairpipe("trust nodes").stdout.startswith("trusted: nodes: add_up.py, ")
     assert hairpipe("plan shot.toml").exit_code == 0 and Path("mark").exists()
     (Path("nodes") / "tally.py").write_text("changed = True")
-    assert hairpipe("plan shot.toml").stderr.startswith(f"hairpipe: {Path.cwd()}/nodes: its code has changed since")
+    assert hairpipe("plan shot.toml").stderr.startswith(f"hairpipe: {Path.cwd()}/nodes: the code has changed since")
     assert "changed since: tally.py" in hairpipe("trust --list").stdout
     assert hairpipe("trust --revoke nodes").stdout == "no longer trusted: nodes\n"
     assert "is not trusted" in hairpipe("trust --revoke nodes").stderr
 
 
 @pytest.mark.parametrize(
-    ("words", "message"), [("", "Missing argument"), (".", "no folder of node types"), ("none", "no")]
+    ("words", "message"), [("", "Missing argument"), (".", "not a folder of node types"), ("none", "no")]
 )
 def test_what_cannot_be_trusted_is_one_message(words, message, strange, hairpipe):
     result = hairpipe(f"trust {words}")

@@ -58,7 +58,7 @@ def test_what_was_found_is_said_though_the_file_cannot_be_written(tuned, hairpip
     ("output", "message"),
     [
         ("none/tuned.toml", "none: no such folder"),
-        ("nodes", "nodes: is no file"),
+        ("nodes", "nodes: is not a file"),
         ("/dev/null", "/dev/null: it is a device"),
     ],
 )

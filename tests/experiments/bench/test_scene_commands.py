@@ -59,7 +59,7 @@ def test_what_was_measured_is_kept_where_it_is_interrupted(bench, monkeypatch, t
 
     monkeypatch.setattr(needs, "needs_of", needs_of)
     result = bench(f"needs tune/short_slow --cache {tmp_path}")
-    assert result.exit_code == 130 and "goes on from there" in result.stderr
+    assert result.exit_code == 130 and "the same command resumes" in result.stderr
 
 
 @pytest.mark.parametrize("tolerance", ["3", "0%"])

@@ -82,5 +82,5 @@ def test_other_segments_other_hairs_and_other_models_are_refused(shot):
     finer = lay_strands(9, 0.05, 8, (1.0, -0.3, 0.0), (0.0, 0.0, 0.01), None, 0.0)
     fewer = lay_strands(8, 0.05, 4, (1.0, -0.3, 0.0), (0.0, 0.0, 0.01), None, 0.0)
     for groom, settings in ((finer, {}), (fewer, {}), (GROOM, {"model": "chain"})):
-        with pytest.raises(BadInput, match="not carried over"):
+        with pytest.raises(BadInput, match="of other strands, segments or springs"):
             restarted(shot, groom, **settings)

@@ -95,7 +95,7 @@ def test_every_row_has_what_was_promised_and_what_came_of_it():
         *("2", "300 hairs of 20 cm; then nods", "2 %", "no stiction"),
         *("1.5 (1.9)", "1 (1.2)", "3.1 (3.9)", "4.0", "broken: spreads twice as far"),
     )
-    assert rows[3][3] == "nothing is promised: the graph as it is, off by more" and rows[3][-1] == "refused"
+    assert rows[3][3] == "nothing is promised: the graph as it is, with a larger error" and rows[3][-1] == "refused"
     assert rows[4][-1] == "fails"
     documents = json.loads(json.dumps(promises.document([promise(1), promise(4, None, None)])))
     assert documents[0]["promised"]["error"] == 1.5 and documents[1]["promised"] is None

@@ -165,7 +165,7 @@ def test_a_file_of_the_users_stays_unless_he_says_so(shot):
     events = []
     (failure,) = shot.run(report=events.append).failures
     told = next(event for event in events if event.kind != "begun")
-    assert told.kind == "warning" and str(told.task) == "list" and "stays unless" in told.message, (
+    assert told.kind == "warning" and str(told.task) == "list" and "is kept unless" in told.message, (
         "before it is computed"
     )
     assert "a file that hairpipe has not published, or that was changed since" in failure.message

@@ -39,7 +39,7 @@ def test_a_file_of_the_data_folder_is_found_by_its_name(folder):
 
 
 def test_a_missing_file_points_to_the_check(folder):
-    with pytest.raises(BadInput, match=r"shot.toml:6.*b\.obj' is not there \(.*HAIRPIPE_DATA.*hairpipe data check"):
+    with pytest.raises(BadInput, match=r"shot.toml:6.*b\.obj' does not exist \(.*HAIRPIPE_DATA.*hairpipe data check"):
         load(folder, '.data = "bodies/b.obj"')
 
 

@@ -39,7 +39,7 @@ BAD = {
     "unknown": ('[other]\nlike = "moev"\n', ":21: [other]: like: no node 'moev'", "did you mean 'move'?"),
     "itself": ('[other]\nlike = "other"\n', ":21: [other]: circular `like`: other -> other", "without `like`"),
     "circle": ('[a]\nlike = "b"\n[b]\nlike = "c"\n[c]\nlike = "a"\n', "circular `like`: ", "without `like`"),
-    "number": ("[other]\nlike = 3\n", ":21: [other]: like = 3 is no name", 'like = "node"'),
+    "number": ("[other]\nlike = 3\n", ":21: [other]: like = 3 is not the name", 'like = "node"'),
     "nothing to leave out": (
         '[other]\nlike = "seed"\nwithout = ["bnet"]\n',
         ":22: [other]: without: 'seed' has no 'bnet'",

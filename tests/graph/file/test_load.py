@@ -63,7 +63,7 @@ BAD = {
         "'strength'?",
     ),
     "no group": (SEED + "bent = 3\n", ":6: [seed] make_seed: bent = 3", "a group"),
-    "file": (SEED + 'file = "no.bvh"\n', ":6: [seed]: file = 'no.bvh' is not there", "relative to"),
+    "file": (SEED + 'file = "no.bvh"\n', ":6: [seed]: file = 'no.bvh' does not exist", "relative to"),
     "folder": (SEED + 'file = "nodes"\n', ":6: [seed]: file = 'nodes' is a folder", "a file"),
     "NUL": (SEED + 'file = "a\\u0000b"\n', ":6: [seed]: file", "a file"),
     "in": (MOVE.replace("in.seed =", "in ="), "[move] move_seed: in = 'seed' is not a table", "in.body"),

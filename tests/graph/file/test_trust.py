@@ -155,6 +155,6 @@ def test_a_damaged_entry_is_none(shot):
 def test_without_a_home_nothing_is_trusted(shot, monkeypatch):
     monkeypatch.delenv("XDG_CONFIG_HOME")
     monkeypatch.setattr(os.path, "expanduser", lambda path: path)
-    assert "no place to keep what is trusted" in str(doubt_about(shot.nodes))
+    assert "no folder for the list of trusted code" in str(doubt_about(shot.nodes))
     with pytest.raises(OSError, match="no home folder"):
         trust(shot.nodes, code_in(shot.nodes))

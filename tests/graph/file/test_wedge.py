@@ -116,7 +116,7 @@ AXIS = "axes.seed.value = [1, 2]\n"
         (AXIS + 'where = ["value < 1"]', "is not a comparison"),
         (AXIS + 'stop = [["wait.x", ">", 1]]', r"stop: no node 'wait' \(did you mean 'weight'\?\)"),
         (AXIS + 'stop = [["weight", ">", 1]]', "is not the name of a column"),
-        (AXIS + 'stop = [["weight.x", ">", "heavy"]]', "is no number"),
+        (AXIS + 'stop = [["weight.x", ">", "heavy"]]', "is not a number"),
     ],
 )
 def test_what_is_wrong_is_named_with_its_place(text, message):
@@ -131,5 +131,5 @@ def test_an_unknown_wedge_is_told_from_its_neighbours():
 
 @pytest.mark.parametrize("text", ["wedge = 1", "[wedge]\ntype = 'make_seed'", "[wedge.'a b']\n"])
 def test_no_node_is_called_wedge(text):
-    with pytest.raises(BadInput, match="no wedge"):
+    with pytest.raises(BadInput, match="is not a wedge"):
         read_wedges(GraphText(Path("shot.toml"), text))

@@ -67,14 +67,14 @@ def test_a_companion_does_not_overwrite_an_input(shot):
     mine.parent.mkdir(parents=True)
     mine.write_text("mine")
     (failure,) = shot.run(list__parts="true", seed__file="out/parts/sums.txt").failures
-    assert failure.kind == "publish" and f"{mine}: it is an input of 'seed'" in failure.message
+    assert failure.kind == "publish" and f"{mine}: the path is an input of 'seed'" in failure.message
     assert mine.read_text() == "mine" and not (shot.folder / "out" / "list.txt").exists()
 
 
 def test_companion_outside_of_its_folder_is_refused(shot):
     shot.edit("write_list.py", "parts/sums.txt", "../sums.txt")
     (failure,) = shot.run(list__parts="true").failures
-    assert "no relative name" in failure.message
+    assert "not a relative name" in failure.message
     assert not (shot.folder / "sums.txt").exists()
 
 

@@ -149,7 +149,7 @@ def test_curls_painted_away_are_straight(ball, body_of):
 
 def test_too_few_segments_for_a_curl_are_warned_of(ball):
     with pytest.warns(
-        UserWarning, match=r"200 curls have fewer than 4 segments a turn .* segments = (\d+) none"
+        UserWarning, match=r"200 curls have fewer than 4 segments per turn .* segments = (\d+) avoids"
     ) as found:
         grown(ball, CURLY, segments=5)
     enough = int(str(found[0].message).split("segments = ")[1].split()[0])

@@ -65,5 +65,5 @@ def test_a_body_or_hair_that_is_spread_over_files_is_refused(tmp_path: Path) -> 
     ):
         (tmp_path / name).write_text(text)
     assert open_alone(tmp_path / "part.usda").GetPrimAtPath("/a")
-    with pytest.raises(BadInput, match=r"composed of other files, among them part.usda.*usdcat --flatten"):
+    with pytest.raises(BadInput, match=r"composed of others, such as part.usda.*usdcat --flatten"):
         open_alone(tmp_path / "whole.usda")

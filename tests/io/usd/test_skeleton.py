@@ -176,7 +176,7 @@ def test_blend_shapes_are_read_at_rest_with_a_warning(new_stage, saved, boned: b
     shape.CreateOffsetsAttr([Gf.Vec3f(0, 1, 0)] * N)
     binding.CreateBlendShapesAttr(["smile"])
     binding.CreateBlendShapeTargetsRel().SetTargets([shape.GetPath()])
-    with pytest.warns(UserWarning, match="/char/mesh has blend shapes; they are not followed"):
+    with pytest.warns(UserWarning, match="/char/mesh has blend shapes, which are ignored"):
         body = read(saved(stage), None)
     assert len(body.skeleton.names) == (4 if boned else 0)
     if not boned:
@@ -201,7 +201,7 @@ def test_a_mesh_without_joints_under_a_bound_root_follows_the_first(new_stage, s
     hat.CreatePointsAttr([Gf.Vec3f(n, 0, n * n) for n in range(3)])
     hat.CreateFaceVertexCountsAttr([3])
     hat.CreateFaceVertexIndicesAttr([0, 1, 2])
-    with pytest.warns(UserWarning, match="/char/hat is bound to no skeleton"):
+    with pytest.warns(UserWarning, match="/char/hat is not bound to a skeleton"):
         body = read(saved(stage), None)
     np.testing.assert_allclose(body.mesh.points[N:], [PLACE.Transform(Gf.Vec3d(n, 0, n * n)) for n in range(3)])
     assert (body.joints[N:] == 0).all() and (body.weights[N:, 0] == 1).all() and len(body.skeleton.names) == 4
@@ -228,7 +228,7 @@ def test_several_skeletons_become_one(new_stage, saved) -> None:
     UsdGeom.Mesh.Define(stage, "/hat").CreatePointsAttr([Gf.Vec3f(n, 0, n * n) for n in range(3)])
     UsdGeom.Mesh(stage.GetPrimAtPath("/hat")).CreateFaceVertexCountsAttr([3])
     UsdGeom.Mesh(stage.GetPrimAtPath("/hat")).CreateFaceVertexIndicesAttr([0, 1, 2])
-    with pytest.warns(UserWarning, match="/hat is bound to no skeleton"):
+    with pytest.warns(UserWarning, match="/hat is not bound to a skeleton"):
         body = read(saved(stage), None)
     skeleton = body.skeleton
     assert skeleton.parents.tolist() == [-1, 0, 1, 1, -1, 4, 5, 5] and len(set(skeleton.names)) == 8
@@ -250,7 +250,7 @@ BROKEN = {
     "bind": ("/char/skeleton", "bindTransforms", [Gf.Matrix4d(1)], "bindTransforms do not fit"),
     "flat bind": ("/char/skeleton", "bindTransforms", [Gf.Matrix4d(0)] * 4, "cannot be inverted"),
     "rest": ("/char/skeleton", "restTransforms", [Gf.Matrix4d(float("nan"))] * 4, "not finite"),
-    "order": ("/char/skeleton", "joints", ["a/b", "a", "c", "d"], "no tree"),
+    "order": ("/char/skeleton", "joints", ["a/b", "a", "c", "d"], "do not form a tree"),
     "method": ("/char/mesh", "primvars:skel:skinningMethod", "bent", "cannot be skinned by the method bent"),
     "own joints": ("/char/mesh", "skel:joints", ["nobody"], "skel:joints names nobody"),
 }

@@ -38,7 +38,7 @@ def test_lattice_chance_and_clumps():
 
 def test_one_strand_is_no_tuft():
     values = {1: hanging(np.zeros((1, 2)))}
-    with pytest.raises(BadInput, match="no tuft"):
+    with pytest.raises(BadInput, match="a tuft needs more than one strand"):
         measure_tuft(Frames((1,), values.__getitem__), Time(1, 24.0))
     values = {1: hanging(np.zeros((2, 2)))}
     together = measure_tuft(Frames((1,), values.__getitem__), Time(1, 24.0))

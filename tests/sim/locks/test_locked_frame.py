@@ -211,10 +211,10 @@ def test_guides_taken_out_and_put_back_are_what_they_were(hair, states):
 @pytest.mark.parametrize(
     ("scene", "said"),
     [
-        (replace(SCENE, stiction=None), "sticks together"),
-        (replace(SCENE, collisions=Collisions(solver="sweep")), "pair by pair"),
-        (replace(SCENE, volume=Volume()), "pair by pair"),
-        (with_interactions(SCENE, Interaction()), "guides alone"),
+        (replace(SCENE, stiction=None), "locks require stiction"),
+        (replace(SCENE, collisions=Collisions(solver="sweep")), "coupled contact solver"),
+        (replace(SCENE, volume=Volume()), "coupled contact solver"),
+        (with_interactions(SCENE, Interaction()), "act on guides only"),
     ],
 )
 def test_hair_that_cannot_be_in_locks_is_refused_at_the_first_frame(hair, scene, said):

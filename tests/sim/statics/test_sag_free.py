@@ -162,7 +162,7 @@ def test_what_has_settled_begins_with_the_body(sag_free, straight, triangle):
 
 
 def test_what_cannot_stand_may_be_refused(sag_free, straight):
-    with pytest.raises(BadInput, match=r"1 of 2 strands cannot stand.*: strands 1"):
+    with pytest.raises(BadInput, match=r"1 of 2 strands have no stable equilibrium.*: strands 1"):
         sag_free([straight(0.1, 25, OUT), straight(0.3, 25, OUT)], SagFree(unstable="refuse"))
 
 
