@@ -1,4 +1,4 @@
-"""Records what a bench reports: every list of cases as a table, in a results file beside the page that shows it."""
+"""Records what a bench reports: every list of cases as a table, in a results file next to the page that shows it."""
 
 import os
 from collections.abc import Iterable, Iterator, Mapping

@@ -1,7 +1,7 @@
 """A results file: tables of measured values, what they were measured with, and what they were made of.
 
-It lies in the folder `results` beside the graph or the page that it belongs to. Only commands write it: a digest of the
-whole reveals changes by hand.
+It lies in the folder `results` next to the graph or the page that it belongs to. Only commands write it: a digest of
+the whole reveals changes by hand.
 """
 
 import json

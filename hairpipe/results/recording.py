@@ -1,4 +1,4 @@
-"""Records what a run has measured: the tables that its graph writes or collects, in a results file beside the graph."""
+"""Records tables that the graph of a run writes or collects, in a results file next to the graph."""
 
 import math
 import shlex
