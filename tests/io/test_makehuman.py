@@ -80,8 +80,8 @@ def test_broken_rigs_are_refused(tmp_path, path, value, message):
     [
         ("weights", None, "'weights' is missing"),
         ("weights.wing", [[0, 1.0]], "no bone 'wing'"),
-        ("weights.tip", {}, "not pairs"),
-        ("weights.tip", [[0]], "not pairs"),
+        ("weights.tip", {}, "does not consist of pairs"),
+        ("weights.tip", [[0]], "does not consist of pairs"),
         ("weights.tip", [[4, 0.5]], r"weights\.tip: .*out of range .*0 to 3"),
         ("weights.tip", [[-1, 0.5]], "out of range"),
         ("weights.tip", [["0", 0.5]], "out of range"),

@@ -168,7 +168,7 @@ def test_a_file_of_the_users_stays_unless_he_says_so(shot):
     assert told.kind == "warning" and str(told.task) == "list" and "is kept unless" in told.message, (
         "before it is computed"
     )
-    assert "a file that hairpipe has not published, or that was changed since" in failure.message
+    assert "a file exists that is not from hairpipe, or was changed since" in failure.message
     assert "--force" in failure.message and path.read_text() == MINE
     outcome = shot.run(force=True)
     assert not outcome.failures and outcome.evaluated == 0 and path.read_text() != MINE
