@@ -28,9 +28,7 @@ MODES = {
 
 @click.command()
 @click.argument("name", metavar="[TYPE]", required=False, shell_complete=completion.complete_type)
-@click.option(
-    "--graph", shell_complete=completion.complete_graph, help="Graph whose folder `nodes` is included."
-)
+@click.option("--graph", shell_complete=completion.complete_graph, help="Graph whose folder `nodes` is included.")
 @click.option("--all", "everything", is_flag=True, help="Include the types of graphs/experiments, in a checkout.")
 @options.as_json
 def nodes(name: str | None, graph: str | None, everything: bool, as_json: bool) -> None:
