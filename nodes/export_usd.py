@@ -43,7 +43,7 @@ def export_usd(
     from hairpipe.groom.keys.key_weights import keys_among
     from hairpipe.io.usd.shot import Shot, write_clips, write_shot
     from hairpipe.io.usd.volume import VolumeFile
-    from hairpipe.levelset.vdb_header import box
+    from hairpipe.io.vdb.vdb_header import box
 
     vdb = {} if volume is None else {frame: volume[frame].path for frame in volume.numbers}
     files = None if volume is None else {frame: VolumeFile(path, box(path)) for frame, path in vdb.items()}

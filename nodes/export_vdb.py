@@ -16,8 +16,8 @@ def export_vdb(
     half  storage in 16 bits: nearly half the size, with a relative error of at most 1 / 2000
     """
     from hairpipe.errors import BadInput
-    from hairpipe.levelset.vdb import write
-    from hairpipe.levelset.vdb_grids import density_grids, surface_grids
+    from hairpipe.io.vdb.vdb_grids import density_grids, surface_grids
+    from hairpipe.io.vdb.vdb_write import write
 
     grids = [*(surface_grids(surface) if surface else []), *(density_grids(density) if density else [])]
     if not grids:

@@ -18,7 +18,7 @@ def load_density(
     grid  name of the grid in the file
     unit  metres per unit of the file
     """
-    from hairpipe.levelset.vdb_read import read_voxels
+    from hairpipe.io.vdb.vdb_read import read_voxels
     from hairpipe.volume.density import density_of_voxels
 
     found = read_voxels(file, grid)

@@ -20,13 +20,13 @@ ORDER = (
 """Rooms from the bottom up: the files of one import from it and from those before it."""
 WITHIN = {
     "graph": "node store file key plan run results",
-    "levelset": """grid_layout collider sample interpolation sphere_tracing collider_field parts bake vdb_header vdb
-        vdb_read vdb_grids""",
+    "levelset": """grid_layout collider sample interpolation sphere_tracing collider_field parts bake""",
     "sim": """material layout axis strands.construction strands.forces strands boundary state air.wind settings
         contact.hair.couplings interactions air hair_model cuts shot contact.contact_points contact.body contact.ccd
         contact.hair filters volume_target solve surroundings integrators build diagnostics statics
         precision locks simulate""",
-    "io": """text polygons mocap makehuman obj usd usd.check.finding usd.check.snapshot usd.check.track usd.check.scene
+    "io": """text polygons mocap makehuman obj vdb.vdb_header vdb usd usd.check.finding usd.check.snapshot
+        usd.check.track usd.check.scene
         usd.check.nearest usd.check.roots usd.check.stage_rules usd.check.motion_rules usd.check.hair_rules
         usd.check.body_rules usd.check.lint body csv hdf5 npz image picture panels table tfx value""",
     "experiments.studies": "theory accuracy integrators interpolation contact",
@@ -46,7 +46,7 @@ ASKED = {"graph.file.trust"}  # before anything is loaded, a person is asked whe
 ROOMS = {
     **{room: set(ORDER[:place]) for place, room in enumerate(ORDER)},
     "render": {*BASE, "spatial", "volume", "groom"},
-    "io": {*BASE, "spatial"},
+    "io": {*BASE, "spatial", "levelset.grid_layout"},
     "graph": {"errors", "units", "child", "plain_file", "processor", "kernels.call_cost"},
     "api": {"data", "errors", "graph", "graphs", "io", "plain_file"},
     "__init__": {"api", "errors"},
@@ -71,7 +71,6 @@ ROOMS = {
         "child",
         "errors",
         "io",
-        "levelset.vdb_header",
         "page",
         "plain_file",
         "processor",

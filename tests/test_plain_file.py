@@ -16,7 +16,7 @@ from hairpipe.io.mocap.bvh import read_bvh
 from hairpipe.io.picture import read_picture
 from hairpipe.io.tfx import read_tfx
 from hairpipe.io.usd.stage import open_stage
-from hairpipe.levelset.vdb_header import inspect
+from hairpipe.io.vdb.vdb_header import inspect
 
 READERS: dict[str, Callable[[Path], object]] = {
     "a.obj": read_body,

@@ -12,7 +12,7 @@ from hairpipe.data import Groom, LevelSet, Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import File, Frames, Time, Workspace
 from hairpipe.io.usd.check.lint import lint
-from hairpipe.levelset.vdb_header import inspect
+from hairpipe.io.vdb.vdb_header import inspect
 from hairpipe.nodes.export_usd import export_usd
 from hairpipe.nodes.export_vdb import export_vdb
 

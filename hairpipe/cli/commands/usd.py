@@ -45,6 +45,6 @@ def check(file: Path, as_json: bool) -> None:
 def lint_file(file: Path) -> "list[Finding]":
     """Check a file and the OpenVDB files it names."""
     from hairpipe.io.usd.check.lint import lint
-    from hairpipe.levelset.vdb_header import inspect
+    from hairpipe.io.vdb.vdb_header import inspect
 
     return lint(file, inspect)

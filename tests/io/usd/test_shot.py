@@ -20,7 +20,7 @@ from hairpipe.io.usd.curves import STEPS
 from hairpipe.io.usd.curves import read as read_curves
 from hairpipe.io.usd.shot import Shot, write_clips, write_shot
 from hairpipe.io.usd.skinned_meshes import read as read_body
-from hairpipe.levelset.vdb_header import inspect
+from hairpipe.io.vdb.vdb_header import inspect
 from hairpipe.sim.locks.locked_frame import no_locks
 
 TOKENS = UsdGeom.Tokens

@@ -25,7 +25,7 @@ class Grid(NamedTuple):
 
     name        of the grid
     grid_class  "level set", "fog volume", "staggered" or ""
-    box         lower and upper corner of its active voxels, as `hairpipe.levelset.vdb` wrote it [m]; else None
+    box         lower and upper corner of its active voxels, as `hairpipe.io.vdb.vdb_write` wrote it [m]; else None
     """
 
     name: str

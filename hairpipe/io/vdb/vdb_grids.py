@@ -6,8 +6,8 @@ Bricks of a level set are leaves of a grid. Values are written bit for bit.
 import numpy as np
 
 from hairpipe.data import Density, LevelSet
+from hairpipe.io.vdb.vdb_write import BRANCHES, Grid, Tree
 from hairpipe.levelset.grid_layout import BRICK
-from hairpipe.levelset.vdb import BRANCHES, Grid, Tree
 
 _VECTORS = {"class": "unknown", "vector_type": "contravariant relative"}
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
+from hairpipe.io.vdb.vdb_header import Cursor, checked_count, open_archive, read_metadata
 from hairpipe.levelset.grid_layout import BRICK
-from hairpipe.levelset.vdb_header import Cursor, checked_count, open_archive, read_metadata
 from hairpipe.plain_file import checked_size
 
 ZIP, ACTIVE_MASK, BLOSC = 1, 2, 4

@@ -10,9 +10,9 @@ import pytest
 
 from hairpipe.data import Density
 from hairpipe.errors import BadInput
-from hairpipe.levelset import vdb
-from hairpipe.levelset.vdb_grids import density_grids
-from hairpipe.levelset.vdb_read import read_voxels
+from hairpipe.io.vdb import vdb_write
+from hairpipe.io.vdb.vdb_grids import density_grids
+from hairpipe.io.vdb.vdb_read import read_voxels
 from hairpipe.volume.density import density_of_voxels
 
 CELL = 0.01
@@ -29,7 +29,7 @@ def fog():
 @pytest.fixture
 def written(fog, tmp_path):
     def write(density=fog, **how):
-        vdb.write(tmp_path / "fog.vdb", density_grids(density), 3, **how)
+        vdb_write.write(tmp_path / "fog.vdb", density_grids(density), 3, **how)
         return tmp_path / "fog.vdb"
 
     return write
@@ -61,7 +61,7 @@ def test_one_that_is_zipped_is_the_same(written, monkeypatch):
     plain = back(written())
 
     def zipped(tree):
-        masks = vdb.bits(tree.active)
+        masks = vdb_write.bits(tree.active)
         for leaf, active in enumerate(tree.active):
             data = tree.values[leaf][active].tobytes()
             packed = zlib.compress(data)
@@ -72,9 +72,9 @@ def test_one_that_is_zipped_is_the_same(written, monkeypatch):
             )
             yield masks[leaf].tobytes() + b"\0" + packed
 
-    monkeypatch.setattr(vdb, "ACTIVE_VALUES_ONLY", 3)
-    monkeypatch.setattr(vdb, "ALL_BACKGROUND", b"\0" + bytes(8))
-    monkeypatch.setattr(vdb, "buffers", zipped)
+    monkeypatch.setattr(vdb_write, "ACTIVE_VALUES_ONLY", 3)
+    monkeypatch.setattr(vdb_write, "ALL_BACKGROUND", b"\0" + bytes(8))
+    monkeypatch.setattr(vdb_write, "buffers", zipped)
     assert back(written()).length.tobytes() == plain.length.tobytes()
 
 

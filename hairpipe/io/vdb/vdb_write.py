@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hairpipe.errors import BadInput
+from hairpipe.io.vdb.vdb_header import MAGIC, UUID
 from hairpipe.levelset.grid_layout import BRICK
-from hairpipe.levelset.vdb_header import MAGIC, UUID
 
 VERSION = 224
 LIBRARY = (10, 0)

@@ -1,0 +1,1 @@
+"""OpenVDB: reading and writing of voxel files without its library."""
