@@ -8,9 +8,9 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graph import Reached, Spent
 from hairpipe.graphs.experiments.measure.around import Around
+from hairpipe.graphs.experiments.nodes.restart_hair import restart_hair
 from hairpipe.measure.cost import COLUMNS
 from hairpipe.nodes.measure_cost import measure_cost
-from hairpipe.nodes.restart_hair import restart_hair
 from hairpipe.nodes.simulate_hair import simulate_hair
 
 

@@ -6,8 +6,8 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames, Time
 from hairpipe.graphs.experiments.measure.restarts import restart_frames
+from hairpipe.graphs.experiments.nodes.restart_hair import restart_hair
 from hairpipe.groom.strands import lay_strands
-from hairpipe.nodes.restart_hair import restart_hair
 from hairpipe.nodes.simulate_hair import simulate_hair
 from hairpipe.sim.hair_model import build_models
 from hairpipe.sim.material import Material

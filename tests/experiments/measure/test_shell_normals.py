@@ -7,8 +7,8 @@ from scipy.spatial.transform import Rotation
 from hairpipe.data import Normals, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graph import Frames
+from hairpipe.graphs.experiments.nodes.measure_normals import measure_normals
 from hairpipe.levelset.bake.whole import bake
-from hairpipe.nodes.measure_normals import measure_normals
 
 RADIUS = 0.06
 

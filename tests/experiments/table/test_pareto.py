@@ -5,8 +5,8 @@ import pytest
 
 from hairpipe.data.table import table_of_rows
 from hairpipe.errors import BadInput
+from hairpipe.graphs.experiments.nodes.collect_variants import collect_variants
 from hairpipe.graphs.experiments.table.pareto import on_front
-from hairpipe.nodes.collect_variants import collect_variants
 
 ERROR = "strand error [% of length]"
 
