@@ -126,7 +126,7 @@ def settled(shot, body, friction, seconds, thickness=1e-4):
     return np.mean(tensions[-len(tensions) // 10 :])
 
 
-@pytest.mark.parametrize("friction", [0.0, 0.2, 0.6])
+@pytest.mark.parametrize("friction", [0.0, 0.6])
 def test_a_floor_that_slides_under_hair_pulls_by_the_friction_of_its_weight(scene, straight, friction):
     strand = straight(0.1, 20, [1, 0, 0])
     shot = scene([strand], model="chain")
@@ -136,7 +136,7 @@ def test_a_floor_that_slides_under_hair_pulls_by_the_friction_of_its_weight(scen
     assert pull == pytest.approx(friction * weight, rel=0.05, abs=0.01 * weight)
 
 
-@pytest.mark.parametrize("friction", [0.1, 0.3, 0.6])
+@pytest.mark.parametrize("friction", [0.1, 0.6])
 def test_a_post_that_turns_lets_through_what_theory_says(scene, straight, friction):
     """Hair from its root over a quarter of a post, and down; T_root / T_free = exp(mu pi / 2)."""
     root = straight(0.1, 1, [1, 0, 0])[0]
