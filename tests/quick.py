@@ -1,7 +1,8 @@
 """A plugin of pytest, for `make quick`: tests that need no compiled kernels, and take little time.
 
-A test that calls a kernel is skipped at that moment, by numba's dispatcher. Tests whose processes compile are marked
-`kernels`, and those that take seconds without compiling, in a browser or in many processes, `slow`: they do not begin.
+A test that calls a kernel is skipped at that moment, by numba's dispatcher. Tests that compile in their processes, or
+after long preparations, are marked `kernels`, and those that take seconds without compiling, in a browser or in many
+processes, `slow`: they do not begin.
 """
 
 import os
@@ -14,7 +15,7 @@ import pytest
 from numba.core.dispatcher import Dispatcher
 
 _FOLDER = tempfile.TemporaryDirectory(prefix="hairpipe-quick-")
-REASONS = {"kernels": "its processes compile kernels", "slow": "takes seconds"}
+REASONS = {"kernels": "compiles kernels", "slow": "takes seconds"}
 """Markers of tests that do not begin."""
 
 

@@ -63,6 +63,7 @@ def test_what_is_not_allowed_is_told(settings: dict[str, object], message: str) 
 
 
 @pytest.mark.parametrize("style", [{}, {"curl": {}, "segments": 60}], ids=["straight", "curly"])
+@pytest.mark.kernels
 def test_hair_on_the_bust_lies_on_the_head_and_leaves_the_face_free(bust: Body, style: dict[str, object]) -> None:
     groom = grow_groom(bust, **given(strands=300, **style))
     points = groom.points.reshape(300, -1, 3)

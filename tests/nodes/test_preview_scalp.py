@@ -18,6 +18,7 @@ def bust() -> Body:
     return make_bust()
 
 
+@pytest.mark.kernels
 def test_the_scalp_is_shown_from_three_sides_and_the_face_is_not_painted(bust: Body, tmp_path: Path) -> None:
     with Image.open(preview_scalp(bust, Workspace(tmp_path), width=120, height=160).path) as image:
         picture = np.asarray(image).astype(float)

@@ -250,6 +250,7 @@ def shown(scene: Path, roots: str, header: str = "") -> dict:
     return shot.get("hair")
 
 
+@pytest.mark.slow
 def test_it_goes_over_cuts_with_its_roots_and_is_exported_and_drawn(scene):
     steady, thrown, cut = shown(scene, STEADY), shown(scene, LEAP), shown(scene, LEAP, "cuts = [7]")
     np.testing.assert_allclose(cut[6].points, steady[6].points, atol=1e-8)
@@ -260,6 +261,7 @@ def test_it_goes_over_cuts_with_its_roots_and_is_exported_and_drawn(scene):
     assert (scene.parent / "frames/shot.0012.png").stat().st_size > 1000
 
 
+@pytest.mark.slow
 def test_it_is_in_motion_at_the_first_frame_after_a_pre_roll(scene):
     begun, led_in = shown(scene, STEADY), shown(scene, STEADY, "preroll = 12")
     np.testing.assert_array_equal(begun[1].velocities, 0.0)

@@ -20,7 +20,7 @@ from hairpipe.graphs.experiments.scenes.drawing import (
     draw_scene,
 )
 
-GRAPHS = Path(__file__).resolve().parents[2] / "graphs"
+GRAPHS = Path(__file__).resolve().parents[3] / "graphs"
 
 
 @pytest.mark.parametrize("seed", range(4))

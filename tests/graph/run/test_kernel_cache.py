@@ -104,6 +104,7 @@ def studio(tmp_path, monkeypatch):
     return Studio(tmp_path)
 
 
+@pytest.mark.kernels
 def test_an_edit_compiles_again_what_it_is_in_and_nothing_else(studio):
     """Of a global in a callee's machine code; of a record whose fields a kernel reads by place; of neither."""
     assert studio.run() == [VALUES, NONE]
@@ -115,6 +116,7 @@ def test_an_edit_compiles_again_what_it_is_in_and_nothing_else(studio):
     assert studio.run() == [VALUES | {"apart": -1.0}, ALL | {"first": 0, "apart": 0}]
 
 
+@pytest.mark.kernels
 def test_code_that_was_edited_since_its_digest_leaves_no_kernel(studio):
     value, _ = studio.run(before=lambda: studio.edit("vectors", "SCALE = 2.0", "SCALE = 4.0"))
     assert value["solve"] == 13.0
@@ -122,6 +124,7 @@ def test_code_that_was_edited_since_its_digest_leaves_no_kernel(studio):
     assert studio.run() == [VALUES, ALL | {"solve": 0}]
 
 
+@pytest.mark.kernels
 def test_an_overload_registered_elsewhere_is_part_of_all_kernels_of_its_user(studio, monkeypatch):
     """The kernel that calls it does not import it."""
     monkeypatch.setattr(machine_code, "kernel_modules", lambda: iter(()))

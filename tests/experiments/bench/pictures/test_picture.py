@@ -11,6 +11,7 @@ from hairpipe.render.raster import lines
 from hairpipe.render.shading import kajiya_kay
 
 
+@pytest.mark.kernels
 def test_parts_of_a_picture_are_all_of_it(monkeypatch):
     monkeypatch.setattr(process, "find_spec", lambda name: None)
     said = []

@@ -11,7 +11,7 @@ from hairpipe.graph.run.events import Options
 from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 
-TUFT = Path(__file__).resolve().parents[3] / "graphs" / "experiments" / "tuft.toml"
+TUFT = Path(__file__).resolve().parents[4] / "graphs" / "experiments" / "tuft.toml"
 SMALL = {"tuft.strands": "5", "tuft.tuft.rows": "5", "tuft.segments": "12"}
 FRAMES = range(1, 17)
 pytestmark = pytest.mark.kernels

@@ -17,7 +17,7 @@ from hairpipe.levelset.collider_field import build_collider_field
 from hairpipe.levelset.interpolation import Interpolation
 from hairpipe.levelset.parts.collider_parts import build_collider_parts
 
-SHAKE = Path(__file__).resolve().parents[3] / "graphs" / "assets" / "shake.bvh"
+SHAKE = Path(__file__).resolve().parents[4] / "graphs" / "assets" / "shake.bvh"
 VOXEL, HALF_WIDTH, SMALLEST = 0.004, 4.0, 0.18
 FRAME = 1.0 / 60.0
 
@@ -44,6 +44,7 @@ def whole(bust, poses):
     return [bake(skin(bust, pose), VOXEL, HALF_WIDTH) for pose in poses]
 
 
+@pytest.mark.kernels
 def test_parts_between_frames_are_off_by_no_more_than_samples_are(bust, poses, parts, whole):
     skins = [skin(bust, pose) for pose in poses]
     clip = Clip(dict(enumerate(skins)), dict(enumerate(whole)), dict(enumerate(parts)))
@@ -54,6 +55,7 @@ def test_parts_between_frames_are_off_by_no_more_than_samples_are(bust, poses, p
         assert found < 1.2 * best
 
 
+@pytest.mark.kernels
 def test_parts_leave_no_hollow_in_the_body(bust, poses, parts, whole):
     points = skin(bust, poses[0]).points
     chance = np.random.default_rng(0)

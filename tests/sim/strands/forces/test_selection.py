@@ -131,6 +131,7 @@ def every_kind(count, rng, dtype="float64"):
 @pytest.mark.parametrize(
     ("dtype", "count", "tolerance"), [("float64", 1_000_000, TOLERANCE), ("float32", 80_000, 1e-2)]
 )
+@pytest.mark.kernels
 def test_no_weight_is_negative_in_a_million_tetrahedra(dtype, count, tolerance):
     points = every_kind(count, np.random.default_rng(1), dtype)
     weights, direction, height, rest = choose(points)
