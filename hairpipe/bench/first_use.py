@@ -1,4 +1,4 @@
-"""What the first use of a graph compiles: processor seconds of a frame with and without kernels, and which are kept."""
+"""What the first use of a graph compiles: processor seconds of a first step with and without kernels."""
 
 import resource
 import subprocess
@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from hairpipe.bench.machine import Machine, this_machine
 from hairpipe.child import command, environment
+from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.run.kernel_cache import FOLDER_DIGITS
 
@@ -21,7 +22,7 @@ _MAIN = "from hairpipe.cli import main; sys.argv[1:] = {!r}; main()"
 class Report(NamedTuple):
     """Cost of the first use of a graph.
 
-    cold     processor seconds of all processes up to the first frame, from an empty folder of kernels [s]
+    cold     processor seconds of all processes up to the second frame, from an empty folder of kernels [s]
     warm     the same, with the kernels that were kept [s]
     kernels  number of specialisations that were kept, by function
     """
@@ -33,9 +34,13 @@ class Report(NamedTuple):
 
 
 def measure_first_use(graph_path: Path, overrides: Mapping[str, str], node: str = HAIR) -> Report:
-    """Measure the first frame of a node of a graph, in temporary folders; BadInput where it does not compute."""
-    frame = str(load_graph(graph_path, overrides).begin)
-    words = ["run", str(graph_path), "--to", node, "--frames", frame, "-q"]
+    """Measure the first two frames of a node of a graph, in temporary folders; BadInput where they do not compute.
+
+    The first frame of a simulation is its start: kernels of a step are compiled for the second.
+    """
+    begin = load_graph(graph_path, overrides).begin
+    frames = f"{begin}-{begin + 1}"
+    words = ["run", str(graph_path), "--to", node, "--frames", frames, "-q"]
     words += [word for target, value in overrides.items() for word in ("--set", f"{target}={value}")]
     with tempfile.TemporaryDirectory() as folder:
         told = environment() | {"NUMBA_CACHE_DIR": folder}
@@ -43,7 +48,10 @@ def measure_first_use(graph_path: Path, overrides: Mapping[str, str], node: str 
         for cache in ("first", "second"):
             begun = children_seconds()
             code = _MAIN.format([*words, "--cache", str(Path(folder, cache))])
-            subprocess.run(command(code), env=told, check=True, stdout=2)
+            if subprocess.run(command(code), env=told, stdout=2).returncode:
+                raise BadInput(
+                    f"'{node}' does not compute frames {frames}", where=graph_path, right="a graph that runs"
+                )
             spent.append(children_seconds() - begun)
         kernels = Counter(kernels_in(Path(folder, "hairpipe")))
     return Report(this_machine(), *spent, dict(kernels.most_common()))

@@ -1,7 +1,13 @@
 """Kernels that the first use of a graph compiles, by function."""
 
+import re
+from subprocess import CompletedProcess
+
+import pytest
+
 from hairpipe.bench import first_use
 from hairpipe.bench.first_use import kernels_in
+from hairpipe.errors import BadInput
 from hairpipe.graph.run.kernel_cache import FOLDER_DIGITS
 
 
@@ -28,6 +34,8 @@ def test_processor_seconds_are_those_of_both_runs(tmp_path, monkeypatch):
     def run(command, env, **_):
         caches.append(command[-2].partition("--cache', '")[2].partition("'")[0])
         begun.append(env["NUMBA_CACHE_DIR"])
+        assert "'--frames', '3-4'" in command[-2]
+        return CompletedProcess(command, 0)
 
     monkeypatch.setattr(first_use.subprocess, "run", run)
     seconds = iter([1.0, 11.0, 11.0, 13.0])
@@ -35,3 +43,10 @@ def test_processor_seconds_are_those_of_both_runs(tmp_path, monkeypatch):
     report = first_use.measure_first_use(path, {})
     assert (report.cold, report.warm, report.kernels) == (10.0, 2.0, {})
     assert len(set(begun)) == 1 and len(set(caches)) == 2 and all(caches)
+
+
+def test_a_graph_that_does_not_compute_is_named(tmp_path):
+    path = tmp_path / "shot.toml"
+    path.write_text('schema = 1\nframes = [1, 2]\nfps = 24\n[hair]\ntype = "load_body"\nfile = "absent.obj"\n')
+    with pytest.raises(BadInput, match=re.escape(str(path))):
+        first_use.measure_first_use(path, {})

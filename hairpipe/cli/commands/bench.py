@@ -89,9 +89,10 @@ def first_frame(graph: str, overrides: dict[str, str], as_json: bool) -> None:
 @options.overrides
 @options.as_json
 def first_use(graph: str, overrides: dict[str, str], as_json: bool) -> None:
-    """Measure compilation: processor seconds of the first frame without kernels and with them, and kernels by function.
+    """Measure compilation: processor seconds of the first two frames without and with kernels; kernels by function.
 
-    GRAPH has a node `hair`. Kernels and results are kept in temporary folders.
+    GRAPH has a node `hair`, whose first step leads to the second frame. Kernels and results are kept in temporary
+    folders.
     """
     from hairpipe.api.source import find_graph
     from hairpipe.bench.first_use import measure_first_use
