@@ -5,6 +5,7 @@ store, the object that was lost, or the failure. A worker ends with its coordina
 """
 
 import ctypes
+import gc
 import inspect
 import json
 import os
@@ -40,6 +41,9 @@ from hairpipe.processor import processor_class
 
 _M_TRIM_THRESHOLD, _M_MMAP_MAX = -1, -4
 """Parameters of mallopt(3)."""
+
+COLLECTION = 100_000, 20, 100
+"""Thresholds of Python's garbage collector, which searches the many small objects that a compiler keeps."""
 
 Job = dict[str, Any]
 Reply = dict[str, Any]
@@ -185,6 +189,7 @@ def main(descriptor: int) -> None:
     """Serve a coordinator until it closes the connection."""
     die_with_parent()
     keep_freed()
+    gc.set_threshold(*COLLECTION)
     guard_kernels()
     connection = Connection(descriptor)
     try:
