@@ -25,6 +25,7 @@ from types import FunctionType, ModuleType
 from typing import IO, Any, NamedTuple, Self
 
 from hairpipe.graph.key.code import INSTALLED, CodeReader
+from hairpipe.graph.run.deferred_code import defer_code
 from hairpipe.graph.store.atomic import replacing
 from hairpipe.graph.store.digest import digest, digest_bytes
 from hairpipe.graph.store.seal import is_there, seal
@@ -76,7 +77,10 @@ def table() -> dict[str, Entry]:
 
 
 def guard_kernels() -> None:
-    """Let numba load only sealed kernels of current code in this process, whether it has been imported or not."""
+    """Let numba load only sealed kernels of current code in this process, whether it has been imported or not.
+
+    It generates machine code only where it is needed.
+    """
     table()
     if CACHING in sys.modules:
         guard(sys.modules[CACHING])
@@ -172,6 +176,7 @@ def guard(caching: Any) -> None:
                 file.write(data + seal(Path(path), data))
 
     cache_file.load, cache_file.save, cache_file._open_for_write = load, save, open_to_seal
+    defer_code()
 
 
 def name_of(cache_file: Any, key: tuple[Any, ...]) -> str | None:
