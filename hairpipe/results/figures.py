@@ -105,11 +105,15 @@ def reduced(name: str, values: Sequence[Value]) -> float:
 
 
 def written(value: Value, spec: str) -> str:
-    """Write a value in a format, without an exponent where it is large; a dash where there is no value."""
+    """Write a value in a format; a dash where there is no value.
+
+    A large number has no exponent, and `#.2g`, which keeps the zeros of 2.0, no point at the end.
+    """
     if value is None:
         return "-"
     try:
         text = format(value, spec)
     except ValueError:
         raise BadInput(f"'{spec}' does not apply to {value!r}", right="a format of Python, such as .2g") from None
-    return f"{float(text):,.0f}" if "e+" in text else text
+    text = f"{float(text):,.0f}" if "e+" in text else text
+    return text.removesuffix(".") if spec.startswith("#") else text

@@ -3,6 +3,7 @@
 import pytest
 
 from hairpipe.errors import BadInput
+from hairpipe.results.figures import written
 from hairpipe.results.pages import names_of, without_states, written_page
 
 from .conftest import edit
@@ -67,8 +68,16 @@ def test_a_marker_that_does_not_end_is_named(recorded):
             written_page(page, given, lambda path: "")
 
 
+@pytest.mark.parametrize(
+    ("value", "spec", "text"),
+    [(12345.6, ".2g", "12,000"), (2.0, "#.2g", "2.0"), (42.3, "#.2g", "42"), (None, ".2g", "-"), ("6.", "", "6.")],
+)
+def test_values_are_written_as_people_read_them(value, spec, text):
+    assert written(value, spec) == text
+
+
 def test_results_of_other_folders_are_named_with_their_path(recorded):
     text = "<!-- results:\n| {graphs/circle.table; sides; max; .0f} {state; graphs/circle} |\n--><!-- end -->"
     assert names_of(text) == ["graphs/circle"]
-    written = written_page(recorded / "README.md", text, lambda path: path.name)
-    assert "\n| 12 (circle.json) |\n" in written and "commit" not in written
+    made = written_page(recorded / "README.md", text, lambda path: path.name)
+    assert "\n| 12 (circle.json) |\n" in made and "commit" not in made
