@@ -52,21 +52,19 @@ def wide_triangles(corners: np.ndarray) -> np.ndarray:
     return wide
 
 
-@njit(cache=True)
 def halved(middles: np.ndarray, starts: np.ndarray) -> np.ndarray:
-    """Return the order in which the leaves hold triangles with given middles, (k, 3), (k,) int64; pure."""
+    """Return the order in which the leaves, none empty, hold triangles with given middles, (k, 3), (k,) int64; pure."""
     order = np.arange(len(middles))
     width = len(starts) - 1
-    while width > 1:
-        for l in range(0, len(starts) - 1, width):
-            first, last = starts[l], starts[l + width]
-            part = order[first:last]
-            axis, most = 0, 0.0
-            for x in range(3):
-                spread = np.ptp(middles[part, x])
-                if spread > most:
-                    axis, most = x, spread
-            order[first:last] = part[np.argsort(middles[part, axis], kind="mergesort")]
+    while width > 1:  # leaves in each of the boxes of a level
+        bounds = starts[::width]
+        placed, counts = middles[order], np.diff(bounds)
+        spread = np.maximum.reduceat(placed, bounds[:-1]) - np.minimum.reduceat(placed, bounds[:-1])
+        filled = np.arange(counts.max()) < counts[:, None]
+        rows = np.full(filled.shape, np.inf)
+        rows[filled] = np.take_along_axis(placed, np.repeat(spread.argmax(axis=1), counts)[:, None], axis=1)[:, 0]
+        ranks = np.argsort(rows, axis=1, kind="stable") + bounds[:-1, None]  # what fills a row up comes last
+        order = order[ranks[filled]]
         width //= 2
     return order
 

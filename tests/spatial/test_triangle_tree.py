@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hairpipe.errors import BadInput
-from hairpipe.spatial.triangle_tree import LEAF, tree_over, wide_triangles
+from hairpipe.spatial.triangle_tree import LEAF, halved, tree_over, wide_triangles
 
 
 def soup(count: int) -> np.ndarray:
@@ -34,6 +34,24 @@ def test_boxes_are_as_tight_as_they_can_be(count):
         below = tree.corners[tree.starts[first - leaves] : tree.starts[last - leaves + 1]].reshape(-1, 3)
         assert np.array_equal(tree.boxes[box, 0], below.min(axis=0, initial=np.inf))
         assert np.array_equal(tree.boxes[box, 1], below.max(axis=0, initial=-np.inf))
+
+
+@pytest.mark.parametrize("count", [1, 5, 37, 500])
+def test_every_box_is_halved_where_middles_spread_most(count):
+    """Compared with a sort of each box by itself; of equal middles the first come first."""
+    middles = np.round(np.random.default_rng(count).normal(size=(count, 3)), 1)
+    leaves = 1 << int(np.ceil(np.log2(np.ceil(count / LEAF))))
+    starts = count * np.arange(leaves + 1) // leaves
+
+    def split(triangles, first, last):
+        if last - first == 1:
+            return triangles
+        axis = np.argmax(np.ptp(middles[triangles], axis=0))
+        triangles, middle = sorted(triangles, key=lambda t: middles[t, axis]), (first + last) // 2
+        cut = starts[middle] - starts[first]
+        return [*split(triangles[:cut], first, middle), *split(triangles[cut:], middle, last)]
+
+    assert halved(middles, starts).tolist() == split(list(range(count)), 0, leaves)
 
 
 def test_neighbours_lie_in_one_box(sphere):
