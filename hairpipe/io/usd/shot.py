@@ -160,6 +160,7 @@ def _begin_shot(path: Path, shot: Shot, first: Frame) -> Usd.Stage:
     stage.SetStartTimeCode(frames[0])
     stage.SetEndTimeCode(frames[-1])
     noted = {"cuts": Vt.IntArray(shot.cuts)} if shot.cuts else {}
+    noted |= {} if first.body is None else {"body": str(_body(stage).GetPath())}
     stage.GetRootLayer().customLayerData = {"hairpipe": {"version": __version__, **noted}}
     model = Usd.ModelAPI(stage.GetDefaultPrim())
     model.SetKind(Kind.Tokens.component)

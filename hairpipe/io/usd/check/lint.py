@@ -6,7 +6,7 @@ from typing import Any
 
 from pxr import Tf, Usd, UsdGeom
 
-from hairpipe.io.usd.check.body_rules import body_rules, holes, skin
+from hairpipe.io.usd.check.body_rules import body_drawn, body_rules, holes, skin
 from hairpipe.io.usd.check.finding import Fault, Finding, Rule
 from hairpipe.io.usd.check.hair_rules import curve_rules, drawn, shapes, size, strands
 from hairpipe.io.usd.check.motion_rules import clips, motion, strand_motion, velocity, volume_motion
@@ -34,6 +34,7 @@ SCENE = (
     *skin.RULES,
     *body_rules.RULES,
     *holes.RULES,
+    *body_drawn.RULES,
     *velocity.RULES,
     *strand_motion.RULES,
     *volume_motion.RULES,

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from pxr import Usd, Vt
@@ -10,6 +11,12 @@ from hairpipe.io.usd.check.snapshot import Snapshot
 
 REST = (2 / 3, 3 / 2)
 """Lengths at rest over those at the first time, of a rest pose in the unit of the points."""
+
+
+def notes_of(stage: Usd.Stage) -> dict[str, Any]:
+    """Return what we noted in a stage that we wrote, nothing where another program did."""
+    notes = stage.GetRootLayer().customLayerData.get("hairpipe")
+    return notes if isinstance(notes, dict) else {}
 
 
 class Track:
@@ -48,8 +55,7 @@ class Track:
     @cached_property
     def cuts(self) -> list[float]:
         """Return the time codes at which the shot is cut, where we wrote the stage and noted them."""
-        noted = self.prim.GetStage().GetRootLayer().customLayerData.get("hairpipe")
-        cuts = noted.get("cuts") if isinstance(noted, dict) else None
+        cuts = notes_of(self.prim.GetStage()).get("cuts")
         return [float(cut) for cut in cuts] if cuts and isinstance(cuts, Vt.IntArray) else []
 
     def is_cut(self, before: Snapshot, after: Snapshot) -> bool:

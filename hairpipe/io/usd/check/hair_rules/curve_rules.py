@@ -136,6 +136,23 @@ def hair_ids(curves: Snapshot) -> Iterator[Fault]:
         yield Fault(curves.path("primvars:hairId"), message, curves.code)
 
 
+def lock_ids(curves: Snapshot) -> Iterator[Fault]:
+    """Find hair that follows none there is, or one that follows another: ids of other strands, or in another order."""
+    ids, followed = curves.array("primvars:hairId"), curves.array("primvars:lockId")
+    if ids is None or followed is None or not len(ids) == len(followed) == len(curves.counts):
+        return
+    unknown = ~np.isin(followed, ids)
+    leads = np.isin(ids, followed)
+    led = leads & (followed != ids)
+    if unknown.any():
+        message = f"strand {np.argmax(unknown)} follows {followed[np.argmax(unknown)]}, which is no hairId"
+        yield Fault(curves.path("primvars:lockId"), f"{message}; {unknown.sum()} such strands", curves.code)
+    elif led.any():
+        at = int(np.argmax(led))
+        message = f"others follow {ids[at]}, which follows {followed[at]}; {led.sum()} such of {leads.sum()}"
+        yield Fault(curves.path("primvars:lockId"), f"{message}, ids are in the order of the strands", curves.code)
+
+
 def shape(curves: Snapshot) -> tuple[str, str, str]:
     """Return type, basis and wrap, as authored or as the schema has it."""
     prim = UsdGeom.BasisCurves(curves.prim)
@@ -151,4 +168,5 @@ RULES = (
     Rule("widths-uneven", "warning", uneven_widths),
     Rule("two-of-one", "error", two_of_one),
     Rule("hair-ids", "error", hair_ids),
+    Rule("lock-ids", "error", lock_ids),
 )

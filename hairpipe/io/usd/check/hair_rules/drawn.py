@@ -19,7 +19,7 @@ def hair_drawn(stage: Usd.Stage) -> Iterator[Fault]:
     """Find hair that is not drawn: hidden, switched off, defined by nothing, of a purpose that is left out."""
     whole = Usd.TraverseInstanceProxies(Usd.PrimAllPrimsPredicate)
     hair = [prim for prim in Usd.PrimRange(stage.GetPseudoRoot(), whole) if _holds_hair(prim)]
-    why = {prim: _why_hidden(prim) for prim in hair}
+    why = {prim: why_hidden(prim, UsdGeom.BasisCurves) for prim in hair}
     bare = all(why.values())
     for prim, (message, time, meant) in ((prim, reason) for prim, reason in why.items() if reason):
         if bare or not meant:
@@ -52,14 +52,14 @@ def _curves_under(spec: Sdf.PrimSpec) -> bool:
     return spec.typeName == CURVES or any(_curves_under(child) for child in spec.nameChildren)
 
 
-def _why_hidden(prim: Usd.Prim) -> tuple[str, float | None, bool] | None:
-    """Return why a prim is not drawn, since when, and whether that may be meant where there is other hair."""
+def why_hidden(prim: Usd.Prim, kind: type[UsdGeom.Gprim]) -> tuple[str, float | None, bool] | None:
+    """Return why a prim is not drawn as a kind of shape, since when, and whether that may be meant if others are."""
     purpose = UsdGeom.Imageable(prim).ComputePurpose() if UsdGeom.Imageable(prim) else UsdGeom.Tokens.default_
     reasons = {
         "is inactive": not prim.IsActive(),
         "is a class, or stands under one, which is there to be inherited": prim.IsAbstract(),
         "is an over, or stands under one, which nothing defines": not prim.IsDefined(),
-        f"has the type {prim.GetTypeName() or 'none'}, not {CURVES}": not prim.IsA(UsdGeom.BasisCurves),
+        f"has the type {prim.GetTypeName() or 'none'}, not {kind.__name__}": not prim.IsA(kind),
         f"has the purpose {purpose}, not {' or '.join(RENDERED)}": purpose not in RENDERED,
     }
     first = next((message for message, holds in reasons.items() if holds), None)

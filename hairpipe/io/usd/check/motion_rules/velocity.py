@@ -7,6 +7,7 @@ import numpy as np
 
 from hairpipe.io.usd.check.finding import Fault, Rule
 from hairpipe.io.usd.check.motion_rules.strand_motion import velocities_of_strands
+from hairpipe.io.usd.check.roots import find_roots
 from hairpipe.io.usd.check.scene import Scene
 from hairpipe.io.usd.check.snapshot import Snapshot
 from hairpipe.io.usd.check.track import Track
@@ -154,13 +155,17 @@ def _steps(track: Track) -> Iterator[Step]:
 
 
 def velocities_missing(scene: Scene) -> Iterator[Fault]:
-    """Find hair that moves without velocities: who blurs it has to guess, and who loads one frame has nothing."""
+    """Find hair, and skin under such hair, that moves without velocities: motion blur parts what has some from it."""
     for track in scene.hair:
         attribute = track.prim.GetAttribute("velocities")
         if track.moves and not attribute.HasValue():
             yield Fault(track.path("velocities"), "has no value; moving hair needs them, in units per second")
         elif not track.moves and attribute.HasValue():
             yield from _frozen(track)
+        roots = find_roots(scene, track) if track.moves and attribute.HasValue() else None
+        if roots and roots.mesh.moves and not roots.mesh.prim.GetAttribute("velocities").HasValue():
+            message = f"has no value, while {track.prim.GetPath()} on it has; what moves together is blurred together"
+            yield Fault(roots.mesh.path("velocities"), message)
 
 
 def _frozen(track: Track) -> Iterator[Fault]:

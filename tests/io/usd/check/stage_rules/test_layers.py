@@ -156,7 +156,10 @@ def lie_down(stage: Usd.Stage) -> None:
 
 GOOD: dict[str, Plant] = {
     "as it is": lambda s: None,
-    "no body": lambda s: s.RemovePrim("/shot/body"),
+    "hair alone, of another program": lambda s: (
+        s.RemovePrim("/shot/body"),
+        s.GetRootLayer().ClearCustomLayerData(),
+    ),
     "far away, by a translate in double precision": lambda s: (
         UsdGeom.Xformable(s.GetDefaultPrim()).AddTranslateOp().Set(Gf.Vec3d(1e5, 0, -3e4))
     ),

@@ -1,0 +1,37 @@
+"""Rules for a body that is missing from the picture: hair is drawn, and what it grows on is not."""
+
+from collections.abc import Iterator
+
+from pxr import Sdf, Usd, UsdGeom
+
+from hairpipe.io.usd.check.finding import Fault, Rule
+from hairpipe.io.usd.check.hair_rules.drawn import why_hidden
+from hairpipe.io.usd.check.roots import told_roots
+from hairpipe.io.usd.check.scene import Scene
+from hairpipe.io.usd.check.track import notes_of
+
+
+def body_drawn(scene: Scene) -> Iterator[Fault]:
+    """Find the body that we noted to have written, and the only skin of hair, where it is missing or not drawn."""
+    noted = _noted(scene.stage)
+    body = scene.stage.GetPrimAtPath(noted or Sdf.Path.emptyPath)
+    if noted and scene.hair and not body and not scene.meshes:
+        yield Fault(str(noted), "is missing: the stage was written with a body there, and has no other mesh")
+    hidden = {body.GetPath(): why_hidden(body, UsdGeom.Mesh)} if body else {}
+    for roots in (told_roots(scene, track) for track in scene.hair):
+        reason = why_hidden(roots.mesh.prim, UsdGeom.Mesh) if roots else None
+        if reason and not reason[2] and not any(mesh.prim != roots.mesh.prim for mesh in scene.meshes):
+            hidden[roots.mesh.prim.GetPath()] = reason
+    for path, reason in hidden.items():
+        if reason and scene.hair:
+            yield Fault(str(path), f"{reason[0]}; hair on it is drawn, and the body is not", reason[1])
+
+
+def _noted(stage: Usd.Stage) -> Sdf.Path | None:
+    """Return where we noted to have written a body; None where we did not, or another program wrote the stage."""
+    body = notes_of(stage).get("body")
+    known = isinstance(body, str) and Sdf.Path.IsValidPathString(body) and body.startswith("/")
+    return Sdf.Path(body) if known else None
+
+
+RULES = (Rule("body-drawn", "warning", body_drawn),)
