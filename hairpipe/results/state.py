@@ -18,8 +18,8 @@ WORDS = (CURRENT, OLDER, UNKNOWN)
 class State:
     """What has changed since results were measured.
 
-    word     one of WORDS: code of another version of Python cannot be compared
-    changed  files of code, nodes of the graph in brackets, or why the graph cannot be loaded
+    word     one of WORDS: code of another version of Python, and a graph that cannot be loaded, are not compared
+    changed  files of code, nodes of the graph in brackets, or why they were not compared
     """
 
     path: Path
@@ -34,7 +34,7 @@ def state_of(path: Path) -> State:
     try:
         recipe = recipe_now(path, results)
     except BadInput as fault:
-        return State(path, results, OLDER, (str(fault),))
+        return State(path, results, UNKNOWN, (str(fault),))
     if recipe.python != results.python:
         return State(path, results, UNKNOWN, (f"Python {results.python} -> {recipe.python}",))
     changed = changes(results, recipe)

@@ -27,7 +27,7 @@ def results(paths: tuple[Path, ...], write: bool, as_json: bool) -> None:
     PATH is a page, a graph, a results file, or a folder; the current folder without one. Results are current where
     code, settings and files are as they were when `hairpipe run GRAPH --record` measured them.
 
-    Exit codes: 0 all results are current, or the pages are written; 1 some are not.
+    Exit codes: 0 all results are current, or the pages are written; 1 some are not current; 2 bad input.
     """
     from hairpipe.results.finding import find_pages, find_results
     from hairpipe.results.state import CURRENT, state_of
