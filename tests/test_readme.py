@@ -13,6 +13,7 @@ import pytest
 import hairpipe
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.file.registry import Registry
+from hairpipe.results.finding import find_results
 from hairpipe.results.pages import without_states, written_page
 from hairpipe.results.state import CURRENT
 
@@ -119,6 +120,11 @@ def test_figures_of_recorded_results_are_as_written(page):
     """`make figures` writes them; the words for the state of results change with the code, and are not compared."""
     text = page.read_text(encoding="utf-8")
     assert without_states(written_page(page, text, lambda path: CURRENT)) == without_states(text)
+
+
+def test_every_results_file_is_shown_on_a_page():
+    shown = {path.resolve() for path in find_results(PAGES)}
+    assert {path.resolve() for path in find_results([HOME / "graphs", HOME / "hairpipe"])} == shown
 
 
 def test_the_readme_is_one_page():
