@@ -4,6 +4,7 @@ import ast
 import re
 import subprocess
 import sys
+import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -64,7 +65,7 @@ ROOMS = {
     "tune": {*BASE, "api", *PURE, "measure.climate", "groom.random_streams"},
     "page": {*BASE, "api", "io", "spatial", "wedge", "graph.File", *PURE},
     "wedge": {*BASE, "api", "io", *PURE},
-    "results": {*BASE, "api", "io", "bench.machine", *PURE},
+    "results": {*BASE, "api", "io", "bench.machine", "bench.report", *PURE},
     "cli": {
         "api",
         "bench",
@@ -354,3 +355,11 @@ def test_no_package_imports_anything_heavy():
     code = "import sys, importlib\nfor name in sys.argv[1:]: importlib.import_module(name)\nprint(*sys.modules)"
     loaded = subprocess.run([sys.executable, "-c", code, *names], capture_output=True, text=True, check=True)
     assert not HEAVY & set(loaded.stdout.split())
+
+
+def test_a_wheel_has_every_package():
+    with (HOME / "pyproject.toml").open("rb") as file:
+        listed = tomllib.load(file)["tool"]["setuptools"]["packages"]
+    held = [path for path in PACKAGES if "experiments" not in path.parts]
+    names = {".".join(("hairpipe", *path.parts[path.parts[0] == "hairpipe" :])) for path in held}
+    assert sorted(listed) == sorted(names)

@@ -60,24 +60,23 @@ def tune(*_): raise study.Interrupted
 tuning.tune = tune""",
     "experiments core": """from hairpipe.graphs.experiments.bench import core as it
 it.MODELS, it.measure_compilation = ("network",), lambda: 1.0
-it.measure_core.__defaults__ = it.Sizes(segments=4, cache=9, memory=17, triad=1 << 12, seconds=0.0),""",
+it.measure_core.__defaults__ = 4, 9, 17, 1 << 12, 0.0""",
     "experiments volume": """from hairpipe.graphs.experiments.bench import volume as it
-it.measure_volume.__defaults__ = it.Sizes(hairs=200, segments=6, every=2, seconds=0.0),""",
+it.measure_volume.__defaults__ = 200, 6, 2, 0.0""",
     "experiments picture": """from hairpipe.graphs.experiments.bench.pictures import picture as it
 it.measure_luminance = lambda *_: []
-it.measure_picture.__defaults__ = it.Sizes(hair=((60, 6), (30, 9)), times=2),""",
+it.measure_picture.__defaults__ = ((60, 6), (30, 9)), 2""",
     "experiments particles": """from hairpipe.graphs.experiments.bench import particles as it
-it.measure_particles.__defaults__ = it.Sizes(counts=(150,), steps=(1, 2), settling=0, frames=1),""",
+it.measure_particles.__defaults__ = (150,), (1, 2), 0, 1""",
     "experiments contact": """from hairpipe.graphs.experiments.bench import contact as it
-roofs = it.measure_roofs(["float64"], [1], 1 << 12, 0.0)
-case = it.Case(100, "pairs", 200, 1.0, 1, 0.1, {"strands": 0.1}, 3)
-it.measure_contact = lambda say, sizes: it.Report(it.this_machine(), sizes, 10, roofs, [case])""",
+it.measure_contact = lambda say, *words: it.make_report("contact", {"frames": [{"frame [s]": 0.1}]})""",
     "bench paper": """from hairpipe.bench import paper as it
-it.measure_scene = lambda say, name, *_: it.Row(name, 24, 1000, 1.0, 0.1, {"strands": 0.1}, 10**6, None)""",
+case = {"threads": 1, "frame [s]": 0.1}
+it.measure_scene = lambda *words: [(case, {"strands": 0.1})]""",
     "experiments promises": f"from hairpipe.graphs.experiments.scenes import promises as it\n{UNTUNABLE}",
     "experiments needs": f"from hairpipe.graphs.experiments.scenes import needs as it\n{UNTUNABLE}",
     "experiments faults": """from hairpipe.graphs.experiments.bench import faults as it
-it.try_faults.__defaults__ = it.Trials(kills=0, damages=1, beside=0, modules=()),""",
+it.try_faults.__defaults__ = it.Trials(kills=0, damages=1, cleanings=0, modules=()),""",
 }
 """Lines of Python that are carried out before, which make a command small: users have no option for it."""
 SHARED = """from hairpipe.graph.run.machine_code import share_kernels

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from hairpipe.bench.replay import Replay
+from hairpipe.bench.report import Report, make_report
 from hairpipe.child import command
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.key.code import CodeReader
@@ -63,10 +64,10 @@ class Clock:
         return call
 
 
-def measure_first_frame(graph_path: Path, overrides: Mapping[str, str], node: str = HAIR) -> dict[str, float]:
-    """Measure the first frames of a scan of a graph in a new process, after another one has compiled all kernels.
+def measure_first_frame(graph_path: Path, overrides: Mapping[str, str], node: str = HAIR) -> Report:
+    """Measure the first frames of a scan of a graph in a new process, by phase, after another has compiled all kernels.
 
-    Returns processor seconds by phase. Raises BadInput where the node is not a scan, or what it depends on fails.
+    Raises BadInput where the node is not a scan, or what it depends on fails.
     """
     graph = load_graph(graph_path, overrides)
     modules = [node.type.module for node in graph.nodes.values()]
@@ -75,7 +76,7 @@ def measure_first_frame(graph_path: Path, overrides: Mapping[str, str], node: st
         Replay(graph, Store(Path(folder)), node).prepare(2)
         code = _BOOT.format(str(graph_path), dict(overrides), folder, node)
         _, warm = (measured(code, kernels) for _ in range(2))
-    return warm
+    return make_report(__name__, {"phases": [{"phase": name, "processor [s]": spent} for name, spent in warm.items()]})
 
 
 def measured(code: str, kernels: dict[str, str]) -> dict[str, float]:

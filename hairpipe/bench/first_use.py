@@ -6,9 +6,8 @@ import tempfile
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple
 
-from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.report import Case, Report, make_report
 from hairpipe.child import command, environment
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
@@ -17,20 +16,6 @@ from hairpipe.graph.run.kernel_cache import FOLDER_DIGITS
 HAIR = "hair"
 """Name of the scan in our graphs."""
 _MAIN = "from hairpipe.cli import main; sys.argv[1:] = {!r}; main()"
-
-
-class Report(NamedTuple):
-    """Cost of the first use of a graph.
-
-    cold     processor seconds of all processes up to the second frame, from an empty folder of kernels [s]
-    warm     the same, with the kernels that were kept [s]
-    kernels  number of specialisations that were kept, by function
-    """
-
-    machine: Machine
-    cold: float
-    warm: float
-    kernels: dict[str, int]
 
 
 def measure_first_use(graph_path: Path, overrides: Mapping[str, str], node: str = HAIR) -> Report:
@@ -54,7 +39,11 @@ def measure_first_use(graph_path: Path, overrides: Mapping[str, str], node: str 
                 )
             spent.append(children_seconds() - begun)
         kernels = Counter(kernels_in(Path(folder, "hairpipe")))
-    return Report(this_machine(), *spent, dict(kernels.most_common()))
+    cold, warm = spent
+    seconds: Case = {"without kernels [processor s]": cold, "with kernels [processor s]": warm}
+    numbers: Case = {"kernels": sum(kernels.values()), "functions": len(kernels)}
+    several: list[Case] = [{"function": name, "kernels": count} for name, count in kernels.most_common() if count > 1]
+    return make_report(__name__, {"first use": [seconds | numbers], "functions of several kernels": several})
 
 
 def kernels_in(folder: Path) -> Iterator[str]:

@@ -1,15 +1,16 @@
 """Table 2 of Selle, Lentine, Fedkiw 2008 again: what a frame of each of the paper's scenes costs."""
 
 import resource
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+import numba
 import numpy as np
 
-from hairpipe.bench.machine import Machine, this_machine
 from hairpipe.bench.replay import Replay
+from hairpipe.bench.report import Case, Report, Say, in_seconds, make_report
 from hairpipe.bench.shares import shares_of
 from hairpipe.data.hair import HairState
 from hairpipe.graph.file.load import load_graph
@@ -38,75 +39,76 @@ HAIR = "hair"
 """Name of the node in all graphs."""
 
 
-class Row(NamedTuple):
-    """A frame of one scene.
-
-    particles  of the strands, including those off their axes
-    simulated  share of the strands that are, where others follow in locks
-    seconds    the median; shares  of the parts of the work, in seconds of that frame
-    memory     the most that this process had until then [bytes]
-    printed    what the paper has; None for a scene that it has not
-    """
-
-    scene: str
-    strands: int
-    particles: int
-    simulated: float
-    seconds: float
-    shares: dict[str, float]
-    memory: int
-    printed: Printed | None
-
-
-class Report(NamedTuple):
-    """All scenes."""
-
-    machine: Machine
-    rows: list[Row]
-
-
 def measure_paper(
-    say: Callable[[str], None], scenes: dict[str, Path], cache: Path, overrides: Mapping[str, str], settling: int
-) -> Report:
-    """Measure scenes, graph files by their names, and report progress.
-
-    cache      folder in which what hair depends on is kept
-    overrides  settings of every scene, see `load_graph`
-    settling   frames of motion before those that are measured
-    """
-    store = Store(cache)
-    rows = [measure_scene(say, name, path, store, overrides, settling) for name, path in scenes.items()]
-    return Report(this_machine(), rows)
-
-
-def measure_scene(
-    say: Callable[[str], None],
-    name: str,
-    path: Path,
+    say: Say,
+    scenes: dict[str, Path],
     store: Store,
     overrides: Mapping[str, str],
     settling: int,
-) -> Row:
-    """Measure some frames of a scene, in which the head is in full motion."""
+    threads: Sequence[int] = (),
+) -> Report:
+    """Measure scenes, graph files by their names, and report progress.
+
+    store      in which what hair depends on is kept
+    overrides  settings of every scene, see `load_graph`
+    settling   frames of motion before those that are measured
+    threads    numbers of threads that the frames are measured with; all that there are by default
+    """
+    cases, parts = list[Case](), list[Case]()
+    for name, path in scenes.items():
+        for case, shares in measure_scene(say, path, store, overrides, settling, threads):
+            found: Case = {"scene": name, **case, "memory so far [GB]": memory_so_far()}
+            if name in PRINTED:
+                printed = PRINTED[name]
+                found |= {"particles in the paper": printed.particles, "frame in the paper [s]": 60.0 * printed.minutes}
+            cases.append(found)
+            parts.append({"scene": name, "threads": case["threads"], **in_seconds(shares)})
+    return make_report(__name__, {"frames": cases, "parts": parts})
+
+
+def measure_scene(
+    say: Say, path: Path, store: Store, overrides: Mapping[str, str], settling: int, threads: Sequence[int]
+) -> Iterator[tuple[Case, dict[str, float]]]:
+    """Measure some frames of a scene, in which the head is in full motion, with every number of threads.
+
+    Yields the median frame, and the times of its parts [s].
+    """
     graph = load_graph(path, overrides)
     graph = replace(graph, frames=(graph.frames[0] + STILL, graph.frames[1]))
-    replay = Replay(graph, store, HAIR)
+    replay, name = Replay(graph, store, HAIR), path.stem
     say(f"{name}: body and groom")
     replay.prepare(settling + FRAMES)
     for frame in range(settling):
         say(f"{name}: frame {frame + 1} of {settling} before the measured ones")
         replay.advance(replay.arguments())
-    found: list[tuple[float, dict[str, float]]] = []
-    states: list[HairState] = []
+    begun, before = (replay.frame, replay.state), numba.get_num_threads()
     segments = np.diff(replay.arguments()["groom"].offsets) - 1
-    for frame in range(FRAMES):
-        say(f"{name}: frame {frame + 1} of {FRAMES}")
-        arguments = replay.arguments()
-        found.append(shares_of(lambda given=arguments: states.append(replay.advance(given).state)))
-    seconds, shares = sorted(found, key=lambda case: case[0])[FRAMES // 2]
     shape = strand_models()[graph.nodes[HAIR].settings["model"]].shape
-    particles = sum(shape.count(int(count)) for count in segments)
-    memory = 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    locks = states[-1].locks
-    simulated = 1.0 if locks is None else len(np.unique(locks.leaders)) / len(segments)
-    return Row(name, len(segments), particles, simulated, seconds, shares, memory, PRINTED.get(name))
+    counts: Case = {"strands": len(segments), "particles": sum(shape.count(int(count)) for count in segments)}
+    for count in threads or (before,):
+        replay.frame, replay.state = begun
+        say(f"{name}: {FRAMES} frames on {count} threads")
+        numba.set_num_threads(min(count, before))
+        try:
+            found = [timed_frame(replay) for _ in range(FRAMES)]
+        finally:
+            numba.set_num_threads(before)
+        seconds, shares = sorted(found, key=lambda case: case[0])[FRAMES // 2]
+        simulated = 100.0 * simulated_share(replay.state, len(segments))
+        yield {**counts, "simulated [%]": simulated, "threads": min(count, before), "frame [s]": seconds}, shares
+
+
+def timed_frame(replay: Replay) -> tuple[float, dict[str, float]]:
+    """Simulate the next frame; return its time and that of its parts [s], without what other nodes make."""
+    arguments = replay.arguments()
+    return shares_of(lambda: replay.advance(arguments))
+
+
+def simulated_share(state: HairState, strands: int) -> float:
+    """Return the share of the strands that are simulated, where others follow in locks."""
+    return 1.0 if state.locks is None else len(np.unique(state.locks.leaders)) / strands
+
+
+def memory_so_far() -> float:
+    """Return the most memory that this process has had [GB]."""
+    return 1024e-9 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -21,6 +21,8 @@ from hairpipe.graph.store.store import Store
 class Replay:
     """A node of a graph that depends on its own previous frame; what it depends on is computed and stored as usual.
 
+    frame, state  the next frame, and the state that it starts from
+
     Raises BadInput where the node is not a scan, or what it depends on fails.
     """
 
@@ -29,7 +31,7 @@ class Replay:
     name: str
     codec: str = CODEC
     frame: int = field(init=False)
-    _state: Any = field(default=None, init=False)
+    state: Any = field(default=None, init=False)
     _preparations: Preparations = field(default_factory=Preparations, init=False)
 
     def __post_init__(self) -> None:
@@ -64,14 +66,14 @@ class Replay:
         node = self.graph.nodes[self.name]
         result = node.type.function(**arguments)
         assert node.type.state is not None
-        self._state = node.type.by_output(result)[node.type.state]
+        self.state = node.type.by_output(result)[node.type.state]
         self.frame += 1
         return result
 
     def _load(self, source: Source, kind: type) -> Any:
         """Read a value from the store, or take the node's own of the frame before."""
         if source.task.node == self.name:
-            return self._state
+            return self.state
         return read_result(self.graph, self.store, source.task, source.output, codec=self.codec)
 
 

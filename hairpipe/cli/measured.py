@@ -1,44 +1,55 @@
 """What benches print: the machine, tables of measured values, and JSON documents."""
 
 import json
+import math
 import shlex
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from hairpipe.api.formatting import plural, table
 
 if TYPE_CHECKING:
-    from hairpipe.bench.machine import Machine
+    from hairpipe.bench.report import Report
 
 RECORDING = "hairpipe.recording"
 """What records the report of a command, in the meta data of its context."""
 
 
-def show_machine(machine: "Machine") -> None:
-    """Write what was measured on."""
+def show(report: "Report") -> None:
+    """Write the machine, and every table: columns of text to the left, numbers to the right."""
+    machine = report.machine
     click.echo(f"{machine.processor}, {plural(machine.cores, 'core')}")
     click.echo(", ".join(f"{name} {version}" for name, version in machine.versions.items()))
+    for title, cases in report.tables.items():
+        columns = list(dict.fromkeys(name for case in cases for name in case))
+        values = [[case.get(name) for name in columns] for case in cases]
+        has_text = (any(isinstance(value, str) for value in column) for column in zip(*values, strict=True))
+        align = "".join("<" if text else ">" for text in has_text)
+        click.echo(f"\n{title}\n{table([columns, *([written(value) for value in row] for row in values)], align)}")
 
 
-def show_table(title: str, rows: list[tuple[str, ...]], text: int = 1) -> None:
-    """Write a table with a title, its first columns being text, the others numbers."""
-    click.echo(f"\n{title}\n{table(rows, '<' * text + '>' * (len(rows[0]) - text))}")
+def written(value: str | int | float | None) -> str:
+    """Write a value as people read it: of a fraction, three significant digits."""
+    if isinstance(value, float) and value != 0.0 and math.isfinite(value):
+        digits = max(0, 2 - math.floor(math.log10(abs(value))))
+        return f"{value:,.{digits}f}"
+    return "" if value is None else f"{value:,}" if isinstance(value, int) else str(value)
 
 
-def tell(report: Any, show: Callable[[Any], None], as_json: bool, files: Iterable[Path] = ()) -> None:
+def tell(report: "Report", as_json: bool, files: Iterable[Path] = ()) -> None:
     """Print a report, as a document or as people read it, and record it where `--record` asks for that.
 
     files  that it was made from besides its code
     """
     recording = click.get_current_context().meta.get(RECORDING)
     if recording is not None:
-        recording.write(report, document(report), measuring_command(), files)
+        recording.write(report, measuring_command(), files)
     if as_json:
-        click.echo(json.dumps(document(report), indent=2))
+        click.echo(json.dumps(report._asdict() | {"machine": report.machine._asdict()}, indent=2))
     else:
         show(report)
 
@@ -72,16 +83,3 @@ def measuring_command() -> str:
         elif word != "--json" and not word.startswith("--cache="):
             kept.append(word)
     return shlex.join([*program, *kept])
-
-
-def document(report: Any) -> dict[str, Any]:
-    """Describe the report as a JSON document."""
-
-    def plain(value: Any) -> Any:
-        if hasattr(value, "_asdict"):
-            return plain(value._asdict())
-        if isinstance(value, dict):
-            return {str(key): plain(item) for key, item in value.items()}
-        return [plain(item) for item in value] if isinstance(value, list) else value
-
-    return plain(report)

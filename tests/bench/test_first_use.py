@@ -41,7 +41,9 @@ def test_processor_seconds_are_those_of_both_runs(tmp_path, monkeypatch):
     seconds = iter([1.0, 11.0, 11.0, 13.0])
     monkeypatch.setattr(first_use, "children_seconds", lambda: next(seconds))
     report = first_use.measure_first_use(path, {})
-    assert (report.cold, report.warm, report.kernels) == (10.0, 2.0, {})
+    [case] = report.tables["first use"]
+    assert (case["without kernels [processor s]"], case["with kernels [processor s]"]) == (10.0, 2.0)
+    assert [*report.tables] == ["first use"] and case["kernels"] == case["functions"] == 0
     assert len(set(begun)) == 1 and len(set(caches)) == 2 and all(caches)
 
 

@@ -1,99 +1,79 @@
 """Cost of contact: a frame of a full head, and the share of each part."""
 
-from collections.abc import Callable
 from itertools import product
-from typing import NamedTuple
 
 import numba
 
-from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.report import Case, Report, Say, in_seconds, make_report
 from hairpipe.bench.shares import shares_of
 from hairpipe.graphs.experiments.bench.core import THREADS
-from hairpipe.graphs.experiments.bench.head import STEPS, Between, Head, grow_head
-from hairpipe.graphs.experiments.bench.roofs import TRIAD, Roofs, measure_roofs
+from hairpipe.graphs.experiments.bench.head import Between, Head, grow_head
+from hairpipe.graphs.experiments.bench.roofs import measure_roofs
 from hairpipe.sim.locks.grouping import follows
 
+SEGMENTS = (10_000, 100_000, 1_000_000)
+"""Of all hair."""
+BETWEEN: tuple[Between, ...] = ("pairs", "locks", "volume")
+"""What hair does to hair."""
 
-class Sizes(NamedTuple):
-    """What is measured.
+
+def measure_contact(
+    say: Say,
+    segments: tuple[int, ...] = SEGMENTS,
+    between: tuple[Between, ...] = BETWEEN,
+    moving: int = 20,
+    frames: int = 3,
+) -> Report:
+    """Measure every case, and report progress.
 
     segments  of all hair
     between   what hair does to hair
     moving    frames before the first that is measured: hair has fallen, touched and stuck by then, and is in locks
     frames    that are measured for each number of threads
-    triad     numbers in each array of the triad
-    seconds   that the roofs are measured for
     """
-
-    segments: tuple[int, ...] = (10_000, 100_000, 1_000_000)
-    between: tuple[Between, ...] = ("pairs", "locks", "volume")
-    moving: int = 20
-    frames: int = 3
-    triad: int = TRIAD
-    seconds: float = 1.0
-
-
-FULL = Sizes()
-
-
-class Case(NamedTuple):
-    """A frame of one head on so many threads.
-
-    particles  of the strands, including those off their axes
-    simulated  share of the strands that are at the end, where others follow in locks
-    seconds    a frame, the median
-    shares     of the parts of the work, in seconds of that frame
-    stuck      connections by stiction at the end
-    """
-
-    segments: int
-    between: Between
-    particles: int
-    simulated: float
-    threads: int
-    seconds: float
-    shares: dict[str, float]
-    stuck: int
-
-
-class Report(NamedTuple):
-    """All of it; steps are those of a frame of 1/24 s."""
-
-    machine: Machine
-    sizes: Sizes
-    steps: int
-    roofs: Roofs
-    cases: list[Case]
-
-
-def measure_contact(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
-    """Measure every case, and report progress."""
     threads = [count for count in THREADS if count <= numba.get_num_threads()]
     say("multiply-adds and the triad")
-    roofs = measure_roofs(("float64",), threads, sizes.triad, sizes.seconds)
-    cases = []
-    for segments, between in product(sizes.segments, sizes.between):
-        named = f"{segments:,} segments, {between} between hairs"
+    roofs = measure_roofs(("float64",), threads)
+    cases: list[Case] = []
+    parts: list[Case] = []
+    for wanted, kind in product(segments, between):
+        named = f"{wanted:,} segments, {kind} between hairs"
         say(f"{named}: growing them")
-        head = grow_head(segments, between)
-        for frame in range(sizes.moving):
-            say(f"{named}: frame {frame + 1} of {sizes.moving} before the measured ones")
+        head = grow_head(wanted, kind)
+        for frame in range(moving):
+            say(f"{named}: frame {frame + 1} of {moving} before the measured ones")
             head.advance(head.surroundings())
         begun = head.state, head.frame
         for count in threads:
             head.state, head.frame = begun
-            say(f"{named}: {sizes.frames} frames on {count} threads")
+            say(f"{named}: {frames} frames on {count} threads")
             numba.set_num_threads(count)
             try:
-                found = [_timed(head) for _ in range(sizes.frames)]
+                found = [_timed(head) for _ in range(frames)]
             finally:
                 numba.set_num_threads(threads[-1])
             seconds, shares = sorted(found, key=lambda case: case[0])[len(found) // 2]
-            layout, state = head.hair.layout, head.state
-            grown = int(layout.offsets[-1]) - len(layout.offsets) + 1
-            simulated = 1.0 if state.locks is None else float((~follows(state.locks.leaders)).mean())
-            cases.append(Case(grown, between, layout.particles, simulated, count, seconds, shares, len(state.stuck)))
-    return Report(this_machine(), sizes, STEPS, roofs, cases)
+            case: Case = {"segments": segments_of(head), "between": kind, "threads": count}
+            cases.append({**case, "frame [s]": seconds, **counts_of(head)})
+            parts.append({**case, **in_seconds(shares)})
+    return make_report(__name__, {"frames": cases, "parts": parts, "limits": roofs.cases}, roofs.bandwidth)
+
+
+def segments_of(head: Head) -> int:
+    """Count the segments of all hair."""
+    offsets = head.hair.layout.offsets
+    return int(offsets[-1]) - len(offsets) + 1
+
+
+def counts_of(head: Head) -> Case:
+    """Count the particles, those beside the axes too, the strands that are simulated, and connections by stiction."""
+    locks = head.state.locks
+    simulated = 1.0 if locks is None else float((~follows(locks.leaders)).mean())
+    return {
+        "particles": head.hair.layout.particles,
+        "simulated [%]": 100.0 * simulated,
+        "connections": len(head.state.stuck),
+    }
 
 
 def _timed(head: Head) -> tuple[float, dict[str, float]]:

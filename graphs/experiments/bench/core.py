@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable
 from itertools import product
 from pathlib import Path
-from typing import NamedTuple, get_args
+from typing import get_args
 
 import numba
 
-from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.report import Case, Report, Say, make_report
 from hairpipe.child import command, environment
-from hairpipe.graphs.experiments.bench.arithmetic.assembly import Arithmetic, count_arithmetic
+from hairpipe.graphs.experiments.bench.arithmetic.assembly import count_arithmetic
 from hairpipe.graphs.experiments.bench.arithmetic.counting import Work
 from hairpipe.graphs.experiments.bench.repeat import Spread, repeat
 from hairpipe.graphs.experiments.bench.roofs import TRIAD, Roofs, measure_roofs
@@ -44,89 +44,50 @@ _RUN = ("run", "demo", "-q", "-j1", "--to", "hair", "--frames", "1001-1002", "--
 _MAIN = "from hairpipe.cli import main; sys.argv[1:] = {!r}; main()"
 
 
-class Sizes(NamedTuple):
-    """What is measured, and for how long.
+CACHED, STORED = 256, 9_712
+"""Strands whose state stays in the cache; whose state does not: a million particles at 50 segments."""
 
-    segments  of a strand
-    cache     strands whose state stays in the cache
-    memory    strands whose state does not: a million particles at 50 segments
-    triad     numbers in each array of the triad
-    seconds   that every measurement is repeated
+
+def measure_core(
+    say: Say, segments: int = 50, cached: int = CACHED, stored: int = STORED, triad: int = TRIAD, seconds: float = 2.0
+) -> Report:
+    """Measure every case, and report progress.
+
+    segments        of a strand
+    cached, stored  strands whose state stays in the cache, whose state does not
+    triad           numbers in each array of the triad
+    seconds         that every measurement is repeated
     """
-
-    segments: int = 50
-    cache: int = 256
-    memory: int = 9_712
-    triad: int = TRIAD
-    seconds: float = 2.0
-
-
-FULL = Sizes()
-
-
-class Case(NamedTuple):
-    """One kernel in one place; times are per particle [ns].
-
-    kernel     solve: one linearly implicit stage; step: one step of the default integrator
-    model      of a strand
-    place      cache or memory
-    floor      the least time of a solve on this machine
-    prototype  what the prototype took
-    segment    time per segment of a strand
-    """
-
-    kernel: str
-    model: str
-    place: str
-    dtype: str
-    threads: int
-    time: Spread
-    floor: float | None
-    prototype: float | None
-    segment: float
-
-
-class Report(NamedTuple):
-    """All of it.
-
-    work      of a solve, per particle, by model and dtype
-    code      arithmetic in the machine code of a solve, by model and dtype
-    compiled  time until every kernel of a frame of hair is compiled, nothing being warm [s]
-    """
-
-    machine: Machine
-    sizes: Sizes
-    roofs: Roofs
-    work: dict[str, dict[str, Work]]
-    code: dict[str, dict[str, Arithmetic]]
-    cases: list[Case]
-    compiled: float
-
-
-def measure_core(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
-    """Measure every case, and report progress."""
     threads = [count for count in THREADS if count <= numba.get_num_threads()]
     say("compiling every kernel with an empty cache")
-    compiled = measure_compilation()
+    compilation: list[Case] = [{"every kernel of a frame [s]": measure_compilation()}]
     say("multiply-adds and the triad")
-    roofs = measure_roofs(DTYPES, threads, sizes.triad, sizes.seconds)
+    roofs = measure_roofs(DTYPES, threads, triad, seconds)
     say("reading machine code")
-    work = {model: {dtype: work_of_a_solve(sizes.segments, dtype, model) for dtype in DTYPES} for model in MODELS}
-    code = {
-        model: {dtype: count_arithmetic(machine_code(dtype, model).splitlines()) for dtype in DTYPES}
-        for model in MODELS
-    }
-    cases, places = [], [("cache", sizes.cache), ("memory", sizes.memory)]
-    for (place, strands), dtype, model in product(places, DTYPES, MODELS):
+    work = {(model, dtype): work_of_a_solve(segments, dtype, model) for model, dtype in product(MODELS, DTYPES)}
+    cases = list[Case]()
+    for (place, strands), dtype, model in product([("cache", cached), ("memory", stored)], DTYPES, MODELS):
         say(f"{strands:,} strands of the {model} in {dtype}")
-        hair = hang(strands, sizes.segments, dtype, model)
-        share = particles_of(model, sizes.segments) / sizes.segments
+        hair = hang(strands, segments, dtype, model)
         for count, kernel in product(threads, KERNELS):
-            spent, solves = _time(KERNELS[kernel], hair, count, sizes.seconds), kernel == "solve"
-            floor = least_time(work[model][dtype], dtype, place, count, roofs) if solves else None
-            prototype = PROTOTYPE.get((place, dtype, count)) if solves and model == "network" else None
-            cases.append(Case(kernel, model, place, dtype, count, spent, floor, prototype, share * spent.median))
-    return Report(this_machine(), sizes, roofs, work, code, cases, compiled)
+            spent = _time(KERNELS[kernel], hair, count, seconds)
+            case: Case = {"kernel": kernel, "model": model, "in": place, "numbers": dtype, "threads": count}
+            case |= spent.columns(" [ns a particle]")
+            case["each segment [ns]"] = spent.median * particles_of(model, segments) / segments
+            if kernel == "solve":
+                case["floor [ns a particle]"] = least_time(work[model, dtype], dtype, place, count, roofs)
+                case["prototype [ns a particle]"] = PROTOTYPE.get((place, dtype, count)) if model == "network" else None
+            cases.append(case)
+    solves = [solve_case(model, dtype, each) for (model, dtype), each in work.items()]
+    tables = {"kernels": cases, "solves": solves, "limits": roofs.cases, "compilation": compilation}
+    return make_report(__name__, tables, roofs.bandwidth)
+
+
+def solve_case(model: ModelName, dtype: str, work: Work) -> Case:
+    """Describe a solve: its work for each particle, and instructions of arithmetic in its machine code, by vector."""
+    code = count_arithmetic(machine_code(dtype, model).splitlines())
+    rates: Case = {"flop a particle": work.operations, "bytes a particle": work.bytes}
+    return {"model": model, "numbers": dtype, **rates, **code._asdict()}
 
 
 def measure_compilation() -> float:

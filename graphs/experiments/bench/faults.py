@@ -15,6 +15,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from hairpipe.bench.report import Case, Report, Say, make_report
 from hairpipe.errors import BadInput
 from hairpipe.graph.file.load import load_graph
 from hairpipe.graph.plan.gc import Found, clean, verify
@@ -23,7 +24,6 @@ from hairpipe.graph.run.scheduler import run
 from hairpipe.graph.store.store import Store
 from hairpipe.graphs.experiments.bench.toy_shot import Results, ToyShot, fault_of, results
 
-Say = Callable[[str], None]
 CheckValue = Callable[[Path], str]
 """Gives the digest of the value in a file, as for `verify`."""
 
@@ -35,35 +35,6 @@ class Trials(NamedTuple):
     damages: int = 400
     cleanings: int = 30
     modules: tuple[str, ...] = ("json", "socket", "numpy", "h5py", "hairpipe", "numba", "typing", "toy_value")
-
-
-class Row(NamedTuple):
-    """One kind of trial.
-
-    twice   evaluations that were made though their result was there
-    faults  what did not hold, each in a line
-    """
-
-    campaign: str
-    kind: str
-    tries: int
-    same: int
-    refused: int
-    twice: int
-    faults: list[str]
-
-
-class Report(NamedTuple):
-    """All of it; seconds of the clock [s]."""
-
-    seed: int
-    seconds: float
-    rows: list[Row]
-
-    @property
-    def held(self) -> bool:
-        """Whether everything did."""
-        return not any(row.faults or row.twice for row in self.rows)
 
 
 class Truth(NamedTuple):
@@ -92,15 +63,22 @@ class Count:
             self.faults.append(fault)
 
     @property
-    def row(self) -> Row:
-        """The trials so far."""
-        return Row(*self.name, self.tries, self.same, self.refused, self.twice, self.faults)
+    def case(self) -> Case:
+        """The trials so far; done twice are evaluations that were made though their result was there."""
+        campaign, kind = self.name
+        trials = {"trials": self.tries, "same bytes": self.same, "refused": self.refused}
+        return {"campaign": campaign, "kind": kind, **trials, "faults": len(self.faults), "done twice": self.twice}
+
+
+def held(report: Report) -> bool:
+    """Whether all trials passed."""
+    return not any(case["faults"] or case["done twice"] for case in report.tables["trials"])
 
 
 def try_faults(say: Say, check_value: CheckValue, seed: int, trials: Trials | None = None) -> Report:
     """Run every campaign, in a folder that is removed afterwards."""
-    trials, begun = trials or Trials(), time.monotonic()
-    rows: list[Row] = []
+    trials = trials or Trials()
+    counts: list[Count] = []
     with tempfile.TemporaryDirectory(prefix="hairpipe-faults-") as name, toy_shot(Path(name)) as shot:
         say("an undisturbed run")
         truth = undisturbed(shot)
@@ -114,8 +92,9 @@ def try_faults(say: Say, check_value: CheckValue, seed: int, trials: Trials | No
         }
         for title, campaign in campaigns.items():
             say(title)
-            rows += [count.row for count in campaign() if count.tries]
-    return Report(seed, time.monotonic() - begun, rows)
+            counts += [count for count in campaign() if count.tries]
+    faults: list[Case] = [{"fault": fault} for count in counts for fault in count.faults]
+    return make_report(__name__, {"trials": [count.case for count in counts], "faults": faults})
 
 
 @contextmanager

@@ -5,13 +5,13 @@ import time
 from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numba
 import numpy as np
 from numba import njit
 
-from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.report import Case, Report, Say, in_seconds, make_report
 from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.data import Body, Particles
 from hairpipe.data.particles import ParticleState
@@ -46,73 +46,37 @@ CROWD, LINKS, PASSES = 2_500, 15_000, 400
 """The link pass: its particles, links, and repeats, of which the best counts."""
 
 
-class Sizes(NamedTuple):
-    """What is measured.
+def measure_particles(
+    say: Say,
+    counts: tuple[int, ...] = (500, 2_000, 20_000, 200_000),
+    steps: tuple[int, ...] = (1, 2),
+    settling: int = 3,
+    frames: int = 12,
+) -> Report:
+    """Measure every case on one thread, and report progress.
 
     counts    of particles, about
     steps     a frame
     settling  frames before the first that is measured
     frames    that are measured
     """
-
-    counts: tuple[int, ...] = (500, 2_000, 20_000, 200_000)
-    steps: tuple[int, ...] = (1, 2)
-    settling: int = 3
-    frames: int = 12
-
-
-FULL = Sizes()
-
-
-class Case(NamedTuple):
-    """A frame of so many particles; times are processor time of one thread.
-
-    particles   that move
-    links       between them
-    pairs       near each other, on average
-    steps       in the frame
-    iterations  of all its solves, on average
-    median      of all frames [s]
-    least       of them [s]
-    shares      median time of the parts [s]
-    """
-
-    particles: int
-    links: int
-    pairs: float
-    steps: int
-    iterations: float
-    median: float
-    least: float
-    shares: dict[str, float]
-
-
-class Report(NamedTuple):
-    """All of it; link_pass is the time for a link [s]."""
-
-    machine: Machine
-    sizes: Sizes
-    link_pass: float
-    cases: list[Case]
-
-
-def measure_particles(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
-    """Measure every case on one thread, and report progress."""
-    before, cases, passes = numba.get_num_threads(), list[Case](), list[float]()
+    before, cases, parts, passes = numba.get_num_threads(), list[Case](), list[Case](), list[float]()
     numba.set_num_threads(1)
     try:
-        say(f"a head, frames: {sizes.settling + sizes.frames}")
+        say(f"a head, frames: {settling + frames}")
         bust = build_bust()
-        frames = frames_of(bust, sizes.settling + sizes.frames)
-        for count in sizes.counts:
+        shot = frames_of(bust, settling + frames)
+        for count in counts:
             say(f"{count:,} particles")
             particles = particles_on(bust, count)
-            for steps in sizes.steps:
-                cases.append(measure_frames(particles, frames, steps, sizes.settling))
+            for number in steps:
+                case, shares = measure_frames(particles, shot, number, settling)
+                cases.append(case)
+                parts.append({"particles": case["particles"], "steps": number, **in_seconds(shares, 1e3, "ms")})
                 passes.append(link_pass())
     finally:
         numba.set_num_threads(before)
-    return Report(this_machine(), sizes, min(passes), cases)
+    return make_report(__name__, {"frames": cases, "parts": parts, "link pass": [{"link [ns]": 1e9 * min(passes)}]})
 
 
 def particles_on(bust: Body, count: int) -> Particles:
@@ -130,8 +94,10 @@ def frames_of(bust: Body, count: int) -> list[Frame]:
     return [Frame(leads, (around,), (), frame / FPS, 1 / FPS) for frame, (leads, around) in pairs]
 
 
-def measure_frames(particles: Particles, frames: list[Frame], steps: int, settling: int) -> Case:
-    """Simulate a shot and time its frames, but for the first ones, and their parts, each alone."""
+def measure_frames(
+    particles: Particles, frames: list[Frame], steps: int, settling: int
+) -> tuple[Case, dict[str, float]]:
+    """Simulate a shot; return the times of its frames, but for the first ones, and of their parts [s], each alone."""
     settings = ParticleSettings(steps=steps, interaction=Interaction())
     prepared = prepare(particles, settings)
     simulation = ParticleSimulation(particles, prepared, settings)
@@ -148,11 +114,19 @@ def measure_frames(particles: Particles, frames: list[Frame], steps: int, settli
             shares.append(found)
             counts.append(count)
     pairs, iterations = np.mean(counts, axis=0)
-    median = {part: float(np.median([share[part] for share in shares])) for part in PARTS}
     model = prepared.model
     free = len(model.masses) - model.deep
-    numbers = free, len(model.links.ends), float(pairs), steps, float(iterations)
-    return Case(*numbers, float(np.median(times)), min(times), median)
+    case: Case = {
+        "particles": free,
+        "links": len(model.links.ends),
+        "pairs": round(float(pairs)),
+        "steps": steps,
+        "iterations": float(iterations),
+        "median [ms]": 1e3 * float(np.median(times)),
+        "least [ms]": 1e3 * min(times),
+        "least for each [us]": 1e6 * min(times) / free,
+    }
+    return case, {part: float(np.median([share[part] for share in shares])) for part in PARTS}
 
 
 def parts_of(

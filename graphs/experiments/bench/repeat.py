@@ -6,6 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hairpipe.bench.report import Case
+
 LEAST_RUNS = 5
 
 
@@ -28,6 +30,10 @@ class Spread(NamedTuple):
     def rate(self, count: float) -> "Spread":
         """Turn times into things per time; the longest time is the lowest rate."""
         return Spread(count / self.median, count / self.high, count / self.low, self.runs)
+
+    def columns(self, unit: str = "") -> Case:
+        """Lay it out as columns of a table."""
+        return {f"median{unit}": self.median, f"low{unit}": self.low, f"high{unit}": self.high}
 
 
 def repeat(work: Callable[[], object], seconds: float, prepare: Callable[[], object] = lambda: None) -> Spread:

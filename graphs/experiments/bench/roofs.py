@@ -8,6 +8,8 @@ import numpy as np
 from numba import njit, prange
 from numpy.typing import DTypeLike
 
+from hairpipe.api.formatting import plural
+from hairpipe.bench.report import Case
 from hairpipe.graphs.experiments.bench.repeat import Spread, repeat
 from hairpipe.kernels.simd import load, multiply_add, store, width
 
@@ -28,8 +30,20 @@ class Roofs(NamedTuple):
     multiply_add: dict[str, Spread]
     triad: dict[int, Spread]
 
+    @property
+    def bandwidth(self) -> float:
+        """Of memory, with most threads [GB/s]."""
+        return 1e-9 * self.triad[max(self.triad)].median
 
-def measure_roofs(dtypes: Iterable[str], threads: Iterable[int], count: int, seconds: float) -> Roofs:
+    @property
+    def cases(self) -> list[Case]:
+        """The bounds as rows of a table."""
+        rates = [(f"multiply-add, {dtype}, 1 thread", "GFLOP/s", rate) for dtype, rate in self.multiply_add.items()]
+        rates += [(f"triad, {plural(threads, 'thread')}", "GB/s", rate) for threads, rate in self.triad.items()]
+        return [{"limit": f"{name} [{unit}]", **rate.per(1e9).columns()} for name, unit, rate in rates]
+
+
+def measure_roofs(dtypes: Iterable[str], threads: Iterable[int], count: int = TRIAD, seconds: float = 1.0) -> Roofs:
     """Measure both, the triad on arrays of so many numbers."""
     return Roofs(
         {dtype: measure_multiply_add(dtype, seconds) for dtype in dtypes},

@@ -1,14 +1,13 @@
 """Cost of hair as a volume: of the grid that key hairs are simulated with, and of hair interpolated between them."""
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numba
 import numpy as np
 
-from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.report import Case, Report, Say, make_report
 from hairpipe.data import Groom, Strands
-from hairpipe.graphs.experiments.bench.repeat import Spread, repeat
+from hairpipe.graphs.experiments.bench.repeat import repeat
 from hairpipe.groom.keys.interpolating import interpolated
 from hairpipe.groom.keys.key_weights import weigh_keys
 from hairpipe.groom.sampling import thinned
@@ -27,49 +26,20 @@ STEP, MASS = 1 / 96, 1e-6
 """Of time [s]; of a point [kg]."""
 
 
-class Sizes(NamedTuple):
-    """What is measured, and for how long.
+def measure_volume(say: Say, hairs: int = 100_000, segments: int = 50, every: int = 10, seconds: float = 5.0) -> Report:
+    """Measure every case, and report progress.
 
     hairs     shown
     segments  of each
     every     so many of them one is a key
     seconds   that every measurement is repeated
     """
-
-    hairs: int = 100_000
-    segments: int = 50
-    every: int = 10
-    seconds: float = 5.0
-
-
-FULL = Sizes()
-
-
-class Case(NamedTuple):
-    """One kernel with so many threads; its time for each of what it works on [ns]."""
-
-    kernel: str
-    each: str
-    threads: int
-    time: Spread
-
-
-class Report(NamedTuple):
-    """All of it."""
-
-    machine: Machine
-    sizes: Sizes
-    cases: list[Case]
-
-
-def measure_volume(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
-    """Measure every case, and report progress."""
-    groom = scattered_hair(sizes)
-    keys = thinned(groom, sizes.every)
+    groom = scattered_hair(hairs, segments)
+    keys = thinned(groom, every)
     say(f"{len(keys.ids):,} hairs on a grid")
-    cases = [*_grid(keys, sizes.seconds), *_pressure(keys, sizes.seconds)]
-    say(f"{sizes.hairs:,} hairs between {len(keys.ids):,} keys")
-    return Report(this_machine(), sizes, [*cases, *_interpolation(groom, keys, sizes)])
+    cases = [*_grid(keys, seconds), *_pressure(keys, seconds)]
+    say(f"{hairs:,} hairs between {len(keys.ids):,} keys")
+    return make_report(__name__, {"kernels": [*cases, *_interpolation(groom, keys, segments, seconds)]})
 
 
 def _grid(keys: Groom, seconds: float) -> list[Case]:
@@ -95,16 +65,16 @@ def _pressure(keys: Groom, seconds: float) -> list[Case]:
     return _cases("pressure", "cell and sweep", press, count, seconds, lambda: field.fill(0.0))
 
 
-def _interpolation(groom: Groom, keys: Groom, sizes: Sizes) -> list[Case]:
+def _interpolation(groom: Groom, keys: Groom, segments: int, seconds: float) -> list[Case]:
     followed = weigh_keys(keys, groom, PARTING)
-    bent = scattered_hair(sizes._replace(hairs=len(keys.ids)), seed=1).points
+    bent = scattered_hair(len(keys.ids), segments, seed=1).points
     hair = Strands(bent, np.zeros(bent.shape, np.float32), keys.offsets, 8e-5)
     still = np.tile(np.eye(3, 4), (len(groom.ids), 1, 1)), np.zeros((len(groom.ids), 3, 4))
 
     def work() -> None:
         interpolated(hair, keys, groom, followed, still)
 
-    return _cases("interpolate", "shown point", work, len(groom.points), sizes.seconds)
+    return _cases("interpolate", "shown point", work, len(groom.points), seconds)
 
 
 def _cases(
@@ -123,19 +93,20 @@ def _cases(
             time = repeat(work, seconds, prepare)
         finally:
             numba.set_num_threads(before)
-        cases.append(Case(kernel, each, threads, time.per(1e-9 * count)))
+        spent = time.per(1e-9 * count)
+        cases.append({"kernel": kernel, "for each": each, "threads": threads, **spent.columns(" [ns]")})
     return cases
 
 
-def scattered_hair(sizes: Sizes, seed: int = 0) -> Groom:
+def scattered_hair(hairs: int, segments: int, seed: int = 0) -> Groom:
     """Make hair whose roots lie at random in a square, in Morton order, every one wavy in its own way."""
     rng = np.random.default_rng(seed)
-    roots = SCALP * rng.random((sizes.hairs, 3)) * (1.0, 0.0, 1.0)
+    roots = SCALP * rng.random((hairs, 3)) * (1.0, 0.0, 1.0)
     roots = roots[morton_order(roots)]
-    ways = np.array((0.0, -1.0, 0.0)) + 0.2 * np.cumsum(rng.normal(size=(sizes.hairs, sizes.segments, 3)), axis=1) / 5
-    steps = LENGTH / sizes.segments * ways / np.linalg.norm(ways, axis=2, keepdims=True)
+    ways = np.array((0.0, -1.0, 0.0)) + 0.2 * np.cumsum(rng.normal(size=(hairs, segments, 3)), axis=1) / 5
+    steps = LENGTH / segments * ways / np.linalg.norm(ways, axis=2, keepdims=True)
     points = np.concatenate((roots[:, None], roots[:, None] + np.cumsum(steps, axis=1)), axis=1).reshape(-1, 3)
-    offsets, ids = offsets_of(np.full(sizes.hairs, sizes.segments + 1)), np.arange(sizes.hairs, dtype=np.int32)
-    frames = np.concatenate((np.tile(np.eye(3), (sizes.hairs, 1, 1)), roots[:, :, None]), axis=2)
-    sites = ids, np.tile((1.0, 0.0, 0.0), (sizes.hairs, 1))
-    return Groom(points, offsets, ids, *sites, frames, np.zeros((sizes.hairs, 2), np.float32))
+    offsets, ids = offsets_of(np.full(hairs, segments + 1)), np.arange(hairs, dtype=np.int32)
+    frames = np.concatenate((np.tile(np.eye(3), (hairs, 1, 1)), roots[:, :, None]), axis=2)
+    sites = ids, np.tile((1.0, 0.0, 0.0), (hairs, 1))
+    return Groom(points, offsets, ids, *sites, frames, np.zeros((hairs, 2), np.float32))

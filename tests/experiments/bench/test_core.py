@@ -8,7 +8,7 @@ from hairpipe.graphs.experiments.bench.arithmetic.counting import Work
 from hairpipe.graphs.experiments.bench.repeat import Spread
 from hairpipe.graphs.experiments.bench.roofs import Roofs
 
-TINY = core.Sizes(segments=4, cache=9, memory=17, triad=1 << 12, seconds=0.0)
+TINY = {"segments": 4, "cached": 9, "stored": 17, "triad": 1 << 12, "seconds": 0.0}
 
 
 def test_the_least_time_is_that_of_the_tighter_roof():
@@ -25,15 +25,19 @@ def test_every_case_is_measured_once(monkeypatch):
     monkeypatch.setattr(core, "MODELS", ("network",))  # others would be compiled for nothing else
     said = []
     before = numba.get_num_threads()
-    report = core.measure_core(said.append, TINY)
+    report = core.measure_core(said.append, **TINY)
     assert numba.get_num_threads() == before
     threads = [n for n in core.THREADS if n <= before]
-    cases = [(case.kernel, case.place, case.dtype, case.threads) for case in report.cases]
+    kernels = report.tables["kernels"]
+    cases = [tuple(case[name] for name in ("kernel", "in", "numbers", "threads")) for case in kernels]
     assert len(set(cases)) == len(cases) == 2 * 2 * 2 * len(threads)
-    assert all(0 < case.time.low <= case.time.median <= case.time.high for case in report.cases)
-    assert all((case.floor is not None) == (case.kernel == "solve") for case in report.cases)
-    assert all(case.segment == pytest.approx(case.time.median * 11 / 4) for case in report.cases)
-    single, double = (report.work["network"][dtype] for dtype in ("float32", "float64"))
-    assert double.operations == single.operations and double.bytes == 2 * single.bytes
-    assert report.compiled == 12.5 and report.machine.cores >= 1
+    for case in kernels:
+        median, low, high = (case[f"{name} [ns a particle]"] for name in ("median", "low", "high"))
+        assert 0 < low <= median <= high and case["each segment [ns]"] == pytest.approx(median * 11 / 4)
+        assert ("floor [ns a particle]" in case) == (case["kernel"] == "solve")
+    single, double = report.tables["solves"]
+    assert double["flop a particle"] == single["flop a particle"]
+    assert double["bytes a particle"] == 2 * single["bytes a particle"]
+    assert report.tables["compilation"] == [{"every kernel of a frame [s]": 12.5}] and report.machine.cores >= 1
+    assert report.bandwidth > 0 and len(report.tables["limits"]) == 2 + len(threads)
     assert "17 strands of the network in float32" in said

@@ -8,7 +8,7 @@ from hairpipe.child import withheld
 from hairpipe.graph.node.import_paths import leave
 from hairpipe.graph.run import publish
 from hairpipe.graphs.experiments.bench import faults
-from hairpipe.graphs.experiments.bench.faults import Trials, toy_shot, try_damages, try_faults, undisturbed
+from hairpipe.graphs.experiments.bench.faults import Trials, held, toy_shot, try_damages, try_faults, undisturbed
 from hairpipe.io.hdf5 import digest_file
 
 SHORT = Trials(kills=1, damages=2, cleanings=1, modules=())
@@ -26,9 +26,10 @@ def nothing_stays():
 def test_everything_holds_in_short():
     said = []
     report = try_faults(said.append, digest_file, 3, SHORT)
-    assert report.held, report
-    assert {row.campaign: 0 for row in report.rows}.keys() == {"kill", "damage", "cleaning"} and len(said) == 5
-    assert sum(row.tries for row in report.rows) == 4 == sum(row.same + row.refused for row in report.rows)
+    assert held(report), report
+    trials = report.tables["trials"]
+    assert {case["campaign"] for case in trials} == {"kill", "damage", "cleaning"} and len(said) == 5
+    assert sum(case["trials"] for case in trials) == 4 == sum(case["same bytes"] + case["refused"] for case in trials)
 
 
 @pytest.mark.slow
@@ -43,7 +44,7 @@ def test_what_is_wrong_is_found(tmp_path, monkeypatch):
 
         monkeypatch.setattr(publish, "files_of", believing)
         (count,) = try_damages(shot, truth, random.Random(1), 1, digest_file)
-    assert count.row.faults and "published other bytes" in count.row.faults[0]
+    assert count.case["faults"] and "published other bytes" in count.faults[0]
 
 
 @pytest.mark.parametrize("harm", faults.DAMAGES)

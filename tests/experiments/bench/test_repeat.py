@@ -27,3 +27,7 @@ def test_a_time_becomes_a_time_per_thing_or_a_rate():
     assert spread.per(2) == (1.0, 0.5, 2.0, 7)
     assert spread.rate(8) == (4.0, 2.0, 8.0, 7)
     assert spread.rate(8).low == pytest.approx(8 / spread.high)
+
+
+def test_columns_carry_the_unit():
+    assert Spread(2.0, 1.0, 4.0, 7).columns(" [ns]") == {"median [ns]": 2.0, "low [ns]": 1.0, "high [ns]": 4.0}

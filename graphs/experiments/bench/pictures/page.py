@@ -8,9 +8,8 @@ import tempfile
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import NamedTuple
 
-from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.report import Case, Report, make_report
 from hairpipe.errors import BadInput
 
 FLAGS = """--headless=new --no-sandbox --use-angle=swiftshader --enable-unsafe-swiftshader --window-size=1400,1300
@@ -21,28 +20,20 @@ POLL = 0.02
 READY = 'data-state="ready"'
 
 
-class Report(NamedTuple):
-    """Of a report.
-
-    bytes    of its files
-    opening  processor seconds of all processes of a browser without a graphics card, until the page is ready [s]
-    """
-
-    machine: Machine
-    files: int
-    bytes: int
-    opening: float
-
-
 def measure_page(folder: Path) -> Report:
-    """Measure a report; BadInput where there is none, no browser, or the page does not become ready."""
+    """Measure what a report takes until a browser without a graphics card has drawn it.
+
+    BadInput where there is none, no browser, or the page does not become ready.
+    """
     page, browser = folder / "index.html", shutil.which("chromium")
     if not page.is_file():
         raise BadInput("holds no report", where=folder, right="a folder that `hairpipe report` has written")
     if browser is None:
         raise BadInput("no browser is installed", right="chromium on the path")
     sizes = [path.stat().st_size for path in folder.rglob("*") if path.is_file()]
-    return Report(this_machine(), len(sizes), sum(sizes), opening_seconds(browser, page))
+    opening = opening_seconds(browser, page)
+    case: Case = {"files": len(sizes), "size [bytes]": sum(sizes), "opening [processor s]": opening}
+    return make_report(__name__, {"page": [case]})
 
 
 def opening_seconds(browser: str, page: Path) -> float:

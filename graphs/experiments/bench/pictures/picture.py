@@ -1,20 +1,18 @@
 """Cost of a picture: processor seconds of `preview`, when nothing is left to compile, by part; and its truth."""
 
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
-from hairpipe.bench.machine import Machine, this_machine
+from hairpipe.bench.report import Case, Report, Say, in_seconds, make_report
 from hairpipe.bench.shares import shares_of
 from hairpipe.body.mannequin.bust import build_bust
 from hairpipe.data import Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.graphs.experiments.bench.head import LENGTH, mesh_at, no_image
-from hairpipe.graphs.experiments.bench.pictures.luminance import Lock, measure_luminance
+from hairpipe.graphs.experiments.bench.pictures.luminance import measure_luminance
 from hairpipe.groom.cutting import Cut
 from hairpipe.groom.grow.growing import grow
 from hairpipe.groom.grow.paint import Canvas
@@ -41,62 +39,37 @@ _PARTS = {
 PARTS = (*dict.fromkeys(_PARTS.values()), "film")
 
 
-class Sizes(NamedTuple):
-    """What is measured, and how often.
+HAIR = ((4_000, 26), (10_000, 51), (100_000, 26))
+"""Strands, and points of each."""
 
-    hair   strands, and points of each
+
+def measure_picture(say: Say, sizes: tuple[tuple[int, int], ...] = HAIR, times: int = 5) -> Report:
+    """Take pictures of hair at rest on our bust, and report progress.
+
+    sizes  strands, and points of each
     times  that a picture is taken
     """
-
-    hair: tuple[tuple[int, int], ...] = ((4_000, 26), (10_000, 51), (100_000, 26))
-    times: int = 5
-
-
-FULL = Sizes()
-
-
-class Case(NamedTuple):
-    """A picture of so many strands and points: the least processor seconds of all takes.
-
-    shares  of its parts
-    deep    the same with deep shadow maps, taken in turn
-    knots   of a texel of these maps where there is any, on average over all lamps
-    """
-
-    strands: int
-    points: int
-    seconds: float
-    shares: dict[str, float]
-    deep: float
-    knots: float
-
-
-class Report(NamedTuple):
-    """All of it; no locks where there is no path tracer to compare with."""
-
-    machine: Machine
-    cases: list[Case]
-    locks: list[Lock]
-
-
-def measure_picture(say: Callable[[str], None], sizes: Sizes = FULL) -> Report:
-    """Take pictures of hair at rest on our bust, and report progress."""
-    bust, cases = build_bust(), []
-    for strands, points in sizes.hair:
+    bust, cases = build_bust(), list[Case]()
+    for strands, points in sizes:
         say(f"{strands:,} strands of {points} points")
         groom = grow(Canvas(bust, no_image, 0), Style(length=PaintedMetres(LENGTH)), None, strands, Cut(points - 1))
         at_rest = groom.points.astype(np.float32)
         hair = Strands(at_rest, np.zeros_like(at_rest), groom.offsets, Material().diameter)
-        cases.append(_case(hair, mesh_at(bust, 0.0), sizes.times))
+        cases.append({"strands": strands, "points": points, **_costs(hair, mesh_at(bust, 0.0), times)})
     try:
         locks = measure_luminance(say)
     except BadInput as missing:
         say(f"no luminance: {missing}")
         locks = []
-    return Report(this_machine(), cases, locks)
+    luminance: list[Case] = [
+        {"colour": lock.colour, "dual": lock.dual, "Cycles": lock.traced, "ratio": lock.dual / lock.traced}
+        for lock in locks
+    ]
+    return make_report(__name__, {"pictures": cases, "luminance": luminance})
 
 
-def _case(hair: Strands, body: Mesh, times: int) -> Case:
+def _costs(hair: Strands, body: Mesh, times: int) -> Case:
+    """Find the least processor seconds of all takes, with those of the parts, and with deep shadows, taken in turn."""
     cube, deep = (partial(draw_portrait, hair, body, SHOT, BROWN, 1.0, shadow=name) for name in ("cube", "deep"))
     cube()
     deep()
@@ -106,9 +79,9 @@ def _case(hair: Strands, body: Mesh, times: int) -> Case:
         begun = time.process_time()
         deep()
         deep_takes.append(time.process_time() - begun)
-    strands = len(hair.offsets) - 1
-    least = min(takes, key=lambda take: take[0])
-    return Case(strands, len(hair.points) // strands, *least, min(deep_takes), knots_of(hair, body))
+    seconds, shares = min(takes, key=lambda take: take[0])
+    costs = {"whole [s]": seconds, **in_seconds(shares), "with deep shadows [s]": min(deep_takes)}
+    return costs | {"knots a texel": knots_of(hair, body)}
 
 
 def knots_of(hair: Strands, body: Mesh) -> float:

@@ -19,9 +19,9 @@ def test_work_of_the_browser_is_counted(tmp_path):
     for name, script in (("idle", idle), ("busy", busy + idle)):
         (tmp_path / name).mkdir()
         (tmp_path / name / "index.html").write_text(f"<body>{script}</body>")
-        found.append(measure_page(tmp_path / name))
-    assert found[0].files == 1 and found[0].bytes == len(f"<body>{idle}</body>")
-    assert found[1].opening > found[0].opening + 0.7
+        found += measure_page(tmp_path / name).tables["page"]
+    assert found[0]["files"] == 1 and found[0]["size [bytes]"] == len(f"<body>{idle}</body>")
+    assert found[1]["opening [processor s]"] > found[0]["opening [processor s]"] + 0.7
     assert READY == 'data-state="ready"'
 
 

@@ -15,14 +15,15 @@ from hairpipe.render.shading import kajiya_kay
 def test_parts_of_a_picture_are_all_of_it(monkeypatch):
     monkeypatch.setattr(process, "find_spec", lambda name: None)
     said = []
-    report = picture.measure_picture(said.append, picture.Sizes(hair=((60, 6), (30, 9)), times=2))
+    report = picture.measure_picture(said.append, ((60, 6), (30, 9)), 2)
     assert said[:2] == ["60 strands of 6 points", "30 strands of 9 points"]
-    assert "Blender is not installed" in said[-1] and report.locks == []
-    assert [(case.strands, case.points) for case in report.cases] == [(60, 6), (30, 9)]
-    for case in report.cases:
-        assert tuple(case.shares) == picture.PARTS and min(case.shares.values()) >= 0.0
-        assert case.shares["shadows"] > 0.0 and sum(case.shares.values()) == pytest.approx(case.seconds, rel=0.1)
-        assert case.deep > case.shares["shadows"] and case.knots >= 2.0
+    assert "Blender is not installed" in said[-1] and [*report.tables] == ["pictures"]
+    cases = report.tables["pictures"]
+    assert [(case["strands"], case["points"]) for case in cases] == [(60, 6), (30, 9)]
+    for case in cases:
+        shares = {part: case[f"{part} [s]"] for part in picture.PARTS}
+        assert min(shares.values()) >= 0.0 < shares["shadows"] < case["with deep shadows [s]"]
+        assert sum(shares.values()) == pytest.approx(case["whole [s]"], rel=0.1) and case["knots a texel"] >= 2.0
 
 
 def test_files_are_the_parts_that_they_say():
