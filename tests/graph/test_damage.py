@@ -191,6 +191,7 @@ OTHERS = [None, 3, "text", [], {}, {"1": 5, "": ["x"], "2": "../../../shot"}, {"
 
 
 @pytest.mark.parametrize("other", OTHERS)
+@pytest.mark.slow
 def test_json_that_is_not_ours_is_noticed_and_mended(shot, listed, other):
     """Wherever there is JSON."""
     _, _, right = listed
@@ -236,6 +237,7 @@ PLACES = {
 
 
 @pytest.mark.parametrize("place", PLACES)
+@pytest.mark.slow
 def test_what_stands_in_place_of_a_file_or_folder_goes(shot, listed, place):
     """A folder with something in it where a file should be, a file where a folder should be."""
     _, _, right = listed

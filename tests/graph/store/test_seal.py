@@ -111,6 +111,7 @@ def test_a_kernel_that_cannot_be_kept_costs_nothing_else(tmp_path, monkeypatch):
     IndexDataCacheFile(str(tmp_path / "file"), "f", "stamp").save(KEY, b"code")
 
 
+@pytest.mark.kernels
 def test_a_run_heals_damaged_kernels_and_says_so_once(shot, monkeypatch):
     """The kernels lie where numba was told; those of the store are nothing to us."""
     folder = shot.folder / "kernels"
