@@ -107,7 +107,7 @@ def reduced(name: str, values: Sequence[Value]) -> float:
 def written(value: Value, spec: str) -> str:
     """Write a value in a format; a dash where there is no value.
 
-    A large number has no exponent, and `#.2g`, which keeps the zeros of 2.0, no point at the end.
+    A large number has no exponent, a small one no zero in it, and `#.2g`, which keeps the zeros of 2.0, no last point.
     """
     if value is None:
         return "-"
@@ -115,5 +115,5 @@ def written(value: Value, spec: str) -> str:
         text = format(value, spec)
     except ValueError:
         raise BadInput(f"'{spec}' does not apply to {value!r}", right="a format of Python, such as .2g") from None
-    text = f"{float(text):,.0f}" if "e+" in text else text
+    text = f"{float(text):,.0f}" if "e+" in text else text.replace("e-0", "e-") if spec else text
     return text.removesuffix(".") if spec.startswith("#") else text

@@ -70,7 +70,14 @@ def test_a_marker_that_does_not_end_is_named(recorded):
 
 @pytest.mark.parametrize(
     ("value", "spec", "text"),
-    [(12345.6, ".2g", "12,000"), (2.0, "#.2g", "2.0"), (42.3, "#.2g", "42"), (None, ".2g", "-"), ("6.", "", "6.")],
+    [
+        (12345.6, ".2g", "12,000"),
+        (2.0, "#.2g", "2.0"),
+        (42.3, "#.2g", "42"),
+        (1e-8, ".1g", "1e-8"),
+        (None, ".2g", "-"),
+        ("6.", "", "6."),
+    ],
 )
 def test_values_are_written_as_people_read_them(value, spec, text):
     assert written(value, spec) == text
