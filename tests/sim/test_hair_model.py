@@ -29,7 +29,7 @@ def groom(scene, straight):
 
 def test_less_softened_short_strands_are_named_and_others_are_unchanged(groom):
     material = Material()
-    with pytest.warns(UserWarning, match=r"softening = 100: 1 of 2 strands .* by 81.2 at least: strands 1$"):
+    with pytest.warns(UserWarning, match=r"softening = 100: 1 of 2 strands .* by 81.2 or more: strands 1$"):
         models = build_models(groom(0.01, 0.00057), material)
         hair = choose_precision("double", models, Scene(), bodies=True, first=True)
     alone = build_hair(groom(0.01), material)

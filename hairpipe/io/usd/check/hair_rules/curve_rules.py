@@ -145,7 +145,7 @@ def lock_ids(curves: Snapshot) -> Iterator[Fault]:
     leads = np.isin(ids, followed)
     led = leads & (followed != ids)
     if unknown.any():
-        message = f"strand {np.argmax(unknown)} follows {followed[np.argmax(unknown)]}, which is no hairId"
+        message = f"strand {np.argmax(unknown)} follows {followed[np.argmax(unknown)]}, which is not a hairId"
         yield Fault(curves.path("primvars:lockId"), f"{message}; {unknown.sum()} such strands", curves.code)
     elif led.any():
         at = int(np.argmax(led))
