@@ -74,7 +74,7 @@ def test_restarts_are_spread_over_the_shot_and_have_room_for_their_window():
     assert restart_frames([5, 6], 7, 1) == [5]
     with pytest.raises(BadInput, match="2 frames"):
         restart_frames([5, 6], 7, 2)
-    with pytest.raises(BadInput, match="left out"):
+    with pytest.raises(BadInput, match="frames are missing"):
         restart_frames([5, 7], 1, 1)
 
 

@@ -68,5 +68,5 @@ def test_constants_are_those_of_the_turn(turn):
 
 
 def test_a_turn_that_no_constants_fit_is_refused():
-    with pytest.raises(BadInput, match="turns by 45 deg"):
+    with pytest.raises(BadInput, match="at a turn of 45 deg"):
         calibration.spring_constants(Material(), Construction(turn=45.0), np.array([0.004]))

@@ -71,5 +71,5 @@ def test_a_clamped_root_does_not_move_and_a_slide_moves_as_one(specimen):
 
 
 def test_only_springs_of_a_network_are_guessed():
-    with pytest.raises(BadInput, match="never guessed"):
+    with pytest.raises(BadInput, match="cannot be guessed"):
         specimen_of(Sample(model="rod", constants="guessed"), np.eye(3))
