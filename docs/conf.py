@@ -17,6 +17,7 @@ extensions = [
     "extension.nodes",
     "extension.commands",
     "extension.interface",
+    "extension.differences",
     "extension.gallery",
     "extension.includes",
 ]

@@ -29,6 +29,10 @@ COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 INDENTED = re.compile(r"(?:^|\n\n)((?: {4}.*\n)+)")
 
 
+TABLE = re.compile(r"\n(?=\[[^\].]+\])")
+DECLARED = re.compile(r"^@node.*\ndef (\w+)", re.MULTILINE)
+
+
 def name_of(page: Path) -> str:
     return page.relative_to(HOME).as_posix()
 
@@ -52,6 +56,37 @@ def command_of(text: str) -> tuple[click.Command, list[str]]:
     if text.startswith(BENCHES):
         return bench, shlex.split(text.removeprefix(BENCHES), comments=True)
     return commands, shlex.split(text, comments=True)[1:]
+
+
+def graphs_of(page: Path) -> Iterator[tuple[str, str]]:
+    """List the graph files that a page has its reader write, each time that it does: name and text.
+
+    The block of a new file begins with `# NAME.toml`; one with `# in NAME.toml` has tables that are added or replaced.
+    """
+    known: dict[str, dict[str, str]] = {}
+    for language, text in FENCE.findall(page.read_text(encoding="utf-8")):
+        first = re.match(r"# (in )?([\w-]+\.toml)\b", text)
+        if language == "toml" and first:
+            tables = {part.partition("]")[0]: part.strip() for part in TABLE.split(text)}
+            name, kept = first[2], known.get(first[2], {})
+            known[name] = kept | {head: part for head, part in tables.items() if head.startswith("[") or not first[1]}
+            yield name, "\n\n".join(known[name].values())
+
+
+def nodes_of(page: Path) -> dict[str, str]:
+    """Return the nodes that a page declares, by name."""
+    blocks = [text for language, text in FENCE.findall(page.read_text(encoding="utf-8")) if language == "python"]
+    return {found[1]: text for text in blocks if (found := DECLARED.search(text))}
+
+
+def write_files(page: Path, folder: Path) -> None:
+    """Write what the reader of a page has, or makes, in a folder: the shipped graphs, nodes, and the last graphs."""
+    (folder / "graphs").symlink_to(HOME / "graphs")
+    (folder / "nodes").mkdir()
+    for name, text in nodes_of(page).items():
+        (folder / f"nodes/{name}.py").write_text(text)
+    for name, text in graphs_of(page):
+        (folder / name).write_text(text)
 
 
 def tables_of(page: Path) -> Iterator[tuple[str, list[str]]]:

@@ -6,11 +6,25 @@ from pathlib import Path
 
 import pytest
 
+import hairpipe
 from hairpipe.api.node_types import node_types
+from hairpipe.io.value import write_value
+from hairpipe.nodes.make_bust import make_bust
 
-from .pages import DOCS, HOME, name_of
+from .pages import DOCS, HOME, graphs_of, name_of, write_files
 
 CATALOGUE = node_types()
+SMALL = {
+    "groom.strands": 12,
+    "groom.segments": 5,
+    "parts.voxel": 0.02,
+    "surface.voxel": 0.02,
+    "picture.width": 32,
+    "picture.height": 32,
+    "hairline.width": 32,
+    "hairline.height": 32,
+}
+"""Settings of the graphs of tutorials with which they run in no time."""
 
 
 @pytest.fixture
@@ -52,3 +66,18 @@ def test_every_folder_of_graphs_is_in_the_gallery():
     folders = re.findall(r"^:::\{gallery\} ?(.*)$", page, re.MULTILINE)
     graphs = (path.parent.relative_to(HOME / "graphs") for path in (HOME / "graphs").rglob("*.toml"))
     assert {Path(folder) for folder in folders} == set(graphs) - {Path("experiments")}
+
+
+@pytest.mark.kernels
+@pytest.mark.parametrize("page", [page for page in DOCS if list(graphs_of(page))], ids=name_of)
+def test_graphs_of_a_tutorial_load_as_they_grow_and_run_in_the_end(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
+    write_files(page, tmp_path)
+    write_value(tmp_path / "head.usd", make_bust(), 0, 24.0)
+    for name, text in graphs_of(page):
+        (tmp_path / name).write_text(text)
+        shot = hairpipe.load(name)
+    small = {key: value for key, value in SMALL.items() if key.partition(".")[0] in shot.nodes}
+    first = shot.frames[0]
+    assert shot.run(range(first, first + 2), set=small, jobs=1).ok

@@ -4,6 +4,7 @@ import re
 import shutil
 import sys
 import tomllib
+from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
 import click
@@ -17,7 +18,20 @@ from hairpipe.results.finding import find_results
 from hairpipe.results.pages import without_states, written_page
 from hairpipe.results.state import CURRENT
 
-from .pages import FENCE, HOME, PAGES, SPAN, command_of, commands_of, data_of, name_of, prose_of, tables_of
+from .pages import (
+    DECLARED,
+    FENCE,
+    HOME,
+    PAGES,
+    SPAN,
+    command_of,
+    commands_of,
+    data_of,
+    name_of,
+    prose_of,
+    tables_of,
+    write_files,
+)
 
 MOST_LINES = 140
 INCLUDE = re.compile(r"^:::\{include\} (\S+)$", re.MULTILINE)
@@ -65,7 +79,9 @@ def parse(text):
 
 
 def graph_of(given):
-    """Find a graph by its path, or by the name of one that is shipped."""
+    """Find a graph by its path, or by the name of one that is shipped; a page may have its reader write it."""
+    if Path(given).is_file():
+        return Path(given).resolve()
     return HOME / (given if given.endswith(".toml") else f"graphs/{given}.toml")
 
 
@@ -84,6 +100,9 @@ def check_graph(params, overrides):
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
 def test_every_command_parses_and_names_what_there_is(page, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
+    write_files(page, tmp_path)
+    (tmp_path / "head.usd").touch()  # which a tutorial makes
     goals = re.findall(r"^(\w+):", (HOME / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     for text in commands_of(page):
         if text.startswith("make "):
@@ -97,7 +116,7 @@ def test_every_command_parses_and_names_what_there_is(page, monkeypatch, tmp_pat
         for scene in params.get("scenes") or ():
             load_graph(graph_of(f"paper/{scene}"), overrides)
         if context and context.command.name == "nodes" and not params["name"].isupper():
-            Registry(None).find(params["name"])
+            Registry(tmp_path / "nodes" if params["graph"] else None).find(params["name"])
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)
@@ -164,7 +183,7 @@ def test_examples_in_python_run_as_they_stand(page, block, tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("sys.argv", ["digests.py", "before.npz"])
     monkeypatch.setenv("HAIRPIPE_TRUST", str(tmp_path / "nodes"))
-    code, declared = compile(block, str(page), "exec"), re.search(r"^@node.*\ndef (\w+)", block, re.MULTILINE)
+    code, declared = compile(block, str(page), "exec"), DECLARED.search(block)
     if declared:
         (tmp_path / f"nodes/{declared[1]}.py").write_text(f'"""An example."""\n{block}')
         own = f'[own]\ntype = "{declared[1]}"\nin.groom = "groom"\n'

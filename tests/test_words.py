@@ -14,8 +14,8 @@ from hairpipe.graph.node.fields import Field, fields_of
 from hairpipe.graphs.experiments.bench.commands import bench
 
 HOME = Path(__file__).resolve().parents[1]
-SOURCES = sorted(path for room in ("hairpipe", "nodes", "graphs") for path in (HOME / room).rglob("*.py"))
-PAGES = [*HOME.glob("*.md"), *(page for room in ("hairpipe", "graphs") for page in (HOME / room).rglob("*.md"))]
+SOURCES = sorted(path for room in ("hairpipe", "nodes", "graphs", "docs") for path in (HOME / room).rglob("*.py"))
+PAGES = [*HOME.glob("*.md"), *(page for room in ("hairpipe", "graphs", "docs") for page in (HOME / room).rglob("*.md"))]
 CATALOGUE = node_types(experiments=True)
 FEWEST_WORDS, MOST_LETTERS = 3, 80
 HANGING = frozenset(

@@ -1,6 +1,6 @@
 """Pages of the repository that these pages include: links in them lead where the target is shown here.
 
-A README lies beside the code that it describes, and its links are relative to itself. Here a link to a README, or to a
+A README lies next to the code that it describes, and its links are relative to itself. Here a link to a README, or to a
 section of one, leads to the page that includes it; a link to another file offers that file; a folder is only named.
 """
 

@@ -1,11 +1,11 @@
-"""`{interface} NAME ...`: functions and classes of Python, as their signatures and docstrings describe them."""
+"""`{interface}`: functions and classes of Python, as their signatures and docstrings describe them."""
 
 import ast
 import importlib
 import inspect
 import textwrap
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import Any
 
 from sphinx.application import Sphinx
 
@@ -13,16 +13,17 @@ from extension.markdown import MarkdownDirective, docstring, fence, joined
 
 
 class Interface(MarkdownDirective):
-    """Objects by their dotted names; classes with their public methods and properties."""
+    """Objects by their dotted names, a line each; or the values that a package exports, without their methods."""
 
-    option_spec: ClassVar = {"values": lambda _: True}
     prefix = "value-"
 
     def write(self) -> str:
-        """Describe every object; with the option `values` under the label of its type, and without signature."""
-        names = [*self.arguments, *(line for line in self.content if line)]
-        bare = self.labelled = "values" in self.options
-        return joined(describe(name.rpartition(".")[2], find(name), bare) for name in names)
+        """Describe every object; values get a label, by which nodes link to their types."""
+        packages = map(importlib.import_module, self.arguments)
+        values = [f"{package.__name__}.{name}" for package in packages for name in package.__all__]
+        self.labelled = bool(values)
+        names = values or [line for line in self.content if line]
+        return joined(describe(name.rpartition(".")[2], find(name), bare=bool(values)) for name in names)
 
 
 def find(name: str) -> Any:
@@ -31,8 +32,8 @@ def find(name: str) -> Any:
     return getattr(importlib.import_module(module), last)
 
 
-def describe(name: str, item: Any, bare: bool) -> str:
-    """Describe an object, below a heading of its name, and its public members below that."""
+def describe(name: str, item: Any, *, bare: bool) -> str:
+    """Describe an object, below a heading of its name, and its public members below that unless it is bare."""
     members = [] if bare else [f"### {name}.{inner}\n\n{text}" for inner, text in members_of(item)]
     return joined([f"## {name}", signature(name, item), words_of(item), *members])
 
