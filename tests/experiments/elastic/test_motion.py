@@ -115,5 +115,5 @@ def test_what_is_not_finite_is_named(block):
     springs = solid_springs(block, Rubber())
     points = block.points.copy()
     points[7] = np.nan
-    with pytest.raises(BadInput, match="blew up"):
+    with pytest.raises(BadInput, match="particle 7 and 0 more diverged"):
         run(springs, points, 1, ElasticScene(steps=1))
