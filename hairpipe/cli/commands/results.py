@@ -25,7 +25,7 @@ def results(paths: tuple[Path, ...], write: bool, as_json: bool) -> None:
     """List recorded results: which are current, which are of older code, what has changed, what measuring them costs.
 
     PATH is a page, a graph, a results file, or a folder; the current folder without one. Results are current where
-    code, settings and files are as they were when `hairpipe run GRAPH --record` measured them.
+    code, settings and files are as they were when the results were recorded.
 
     Exit codes: 0 all results are current, or the pages are written; 1 some are not current; 2 bad input.
     """
