@@ -11,7 +11,7 @@ from sphinx.application import Sphinx
 from extension.markdown import MarkdownDirective, escaped, joined
 
 HOME = Path(__file__).resolve().parents[2]
-SENTENCE = re.compile(r"We differ from (?:the paper|the sources)\b.*", re.DOTALL)
+SENTENCES = re.compile(r"We differ from (?:the paper|the sources)\b.*\.(?=\s|$)", re.DOTALL)
 
 
 class Differences(MarkdownDirective):
@@ -32,7 +32,7 @@ def differences_in(path: Path) -> Iterator[str]:
     for item in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(item, ast.Module | ast.ClassDef | ast.FunctionDef):
             for paragraph in re.split(r"\n\s*\n", inspect.cleandoc(ast.get_docstring(item) or "")):
-                if match := SENTENCE.search(paragraph):
+                if match := SENTENCES.search(paragraph):
                     yield indented(match[0])
 
 
