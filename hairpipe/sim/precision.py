@@ -5,12 +5,18 @@ from the other grows with that: with the square of how many explicit steps there
 
     N = dt sqrt(max_p sum_s 4 k_s / (m_p l_s)),
 
-the sum running over the springs s at a particle p. At N = 4,000, rounding, 6e-8 N^2, is as great as mass is; a tenth of
-that N is allowed. `graphs/experiments/precision.toml` measures what it does at N = 395: hair that touches nothing is as
-good as in double, in half the time; hair on a body is three times as far off and saves nothing, for the time goes
-into probing the body; hair among hair saves a tenth, and goes ways of its own. So hair that may touch anything
-stays in double precision, as does hair that stands without sag, whose springs cancel. What is exchanged between
-strands, and their factors there, are in single precision whatever this says: nothing is eliminated any more.
+the sum running over the springs s at a particle p. At N = 4,000, rounding, 6e-8 N^2, is as great as mass is. What
+that does to hair that touches nothing depends on the model, and was measured on falling hair
+(`tests/sim/test_precision.py`, at 6 to 50 segments) as a share of the error of a step of 1/240 s: of a network at
+most 0.26 at N = 300 and 1.5 at N = 400; of a chain 0.03 at N = 100, 1.9 at N = 200 and 60 at N = 400; of a rod 0.05
+at N = 700 and 0.06 at N = 1,000. Beyond, errors of networks grow with N^2: 5 % of a length at N = 790 and 22 % at N =
+1,650, where rods at N = 740 differ by 0.001 % (`graphs/experiments/precision.toml`). So the largest N allowed is a
+property of the model (`ModelKind.single_limit`): 300, 100 and 700.
+
+Hair on a body is three times as far off as in double and saves nothing, for the time goes into probing the body; hair
+among hair saves a tenth, and goes ways of its own. So hair that may touch anything stays in double precision, as does
+hair that stands without sag, whose springs cancel. What is exchanged between strands, and their factors there, are in
+single precision whatever this says: nothing is eliminated any more.
 
 A frame is computed about the middle of the roots (`boundary.origin_of`), and positions between frames are in double
 precision: single precision rounds them to 6e-8 of the way from there, wherever in the world that is.
@@ -24,8 +30,6 @@ from hairpipe.sim.hair_model import HairModel, HairModels
 from hairpipe.sim.settings import Scene
 
 PrecisionAsked = Literal["automatic", "double", "single"]
-MOST = 400.0
-"""The largest N for which single precision is chosen."""
 
 
 def choose_precision(
@@ -47,12 +51,12 @@ def choose_precision(
     if asked == "double":
         return models.in_precision("double")
     needs = needs_double(scene, bodies)
-    steps = 0.0 if needs else scene.steps.longest * models.highest_frequency
-    if steps > MOST:
-        longest = scene.steps.longest * MOST / steps
+    steps, limit = 0.0 if needs else scene.steps.longest * models.highest_frequency, models.kind.single_limit
+    if steps > limit:
+        longest = scene.steps.longest * limit / steps
         needs = f"steps beyond {longest:.2g} s of hair so stiff and light"
     if first and not needs and asked == "automatic":
-        said = f"hair without contact takes {steps:.0f} explicit steps per step, of {MOST:.0f} allowed"
+        said = f"hair without contact takes {steps:.0f} explicit steps per step, of {limit:.0f} allowed"
         warn(f'computed in single precision: {said} (precision = "double" is more accurate)', stacklevel=2)
     if first and needs and asked == "single":
         warn(f'single precision is insufficient for {needs}: precision = "automatic" uses double', stacklevel=2)

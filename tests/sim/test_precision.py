@@ -9,10 +9,12 @@ import pytest
 from hairpipe.errors import BadInput
 from hairpipe.sim.hair_model import build_hair, build_models
 from hairpipe.sim.material import Material
-from hairpipe.sim.precision import MOST, choose_precision
+from hairpipe.sim.precision import choose_precision
 from hairpipe.sim.settings import Collisions, SagFree, Stiction
 from hairpipe.sim.simulate import start
 from hairpipe.sim.strands.frequency import highest_frequency
+from hairpipe.sim.strands.network import NETWORK
+from hairpipe.sim.strands.registry import strand_models
 
 SECONDS = 0.25
 
@@ -48,9 +50,35 @@ def test_it_moves_hair_as_double_does(swing):
 
 
 def test_it_is_chosen_up_to_a_length_of_steps(swing):
-    longest = MOST / highest_frequency(swing("double", 50, 1 / 240).hair.model)
+    longest = NETWORK.single_limit / highest_frequency(swing("double", 50, 1 / 240).hair.model)
     assert of(swing("automatic", 50, 0.99 * longest).hair) == "single"
     assert of(swing("automatic", 50, 1.01 * longest).hair) == "double"
+
+
+@pytest.mark.parametrize(("name", "segments"), [("network", 8), ("chain", 25), ("rod", 25)])
+def test_rounding_is_less_than_the_error_of_a_step_up_to_the_limit_of_every_model(scene, straight, name, segments):
+    """Of hair as stiff as the limit allows, in ways that are no axis."""
+    step, ways = 1 / 240, np.random.default_rng(1).normal(size=(8, 3)) * [1.0, 0.3, 1.0]
+    groom = scene([straight(0.2, segments, way) for way in ways]).hair.groom
+    limit = strand_models()[name].single_limit
+    softening = Material().softening * (step * build_models(groom, Material(), name).highest_frequency / limit) ** 2
+    assert softening > 1.0
+    models = build_models(groom, Material(softening=1.001 * softening), name)
+
+    def fallen(asked, step):
+        shot = scene([straight(0.2, segments, way) for way in ways], step=step, model=name)
+        shot.hair = choose_precision(asked, models, shot.scene, bodies=False)
+        shot.state = start(shot.hair, shot.body, shot.scene)
+        return shot.run(SECONDS).points, of(shot.hair)
+
+    (single, chosen), (double, _), (fine, _) = (
+        fallen("automatic", step),
+        fallen("double", step),
+        fallen("double", step / 4),
+    )
+    assert chosen == "single"
+    off, error = (np.sqrt(np.mean((points - double) ** 2)) for points in (single, fine))
+    assert 0.0 < off < error
 
 
 @pytest.mark.parametrize("settings", [{"stiction": Stiction()}, {"collisions": Collisions()}, {"sag_free": SagFree()}])
@@ -74,7 +102,7 @@ def test_what_is_asked_for_is_used(swing):
 def test_the_choice_is_stated_once(swing):
     shot = swing("double", 10, 1 / 480)
     steps = round(highest_frequency(shot.hair.model) / 480)
-    with pytest.warns(UserWarning, match=f"in single precision: .* {steps} explicit steps per step, of 400"):
+    with pytest.warns(UserWarning, match=f"in single precision: .* {steps} explicit steps per step, of 300"):
         choose("automatic", shot, first=True)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -86,7 +114,7 @@ def test_the_choice_is_stated_once(swing):
 
 def test_what_is_not_safe_is_warned_of_with_the_longest_step_that_is(swing):
     shot = swing("double", 50, 1 / 240)
-    longest = MOST / highest_frequency(shot.hair.model)
+    longest = NETWORK.single_limit / highest_frequency(shot.hair.model)
     with pytest.warns(UserWarning, match=f"insufficient for steps beyond {longest:.2g} s"):
         choose("single", shot, first=True)
     with pytest.warns(UserWarning, match="insufficient for hair that touches a body"):

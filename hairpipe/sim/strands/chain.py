@@ -108,4 +108,6 @@ def _constant(model, block, p, offset):
     return load(model.constants, (block, 0))
 
 
-CHAIN = register_model(ModelKind("chain", Chain, SHAPE, build_chain, _add_forces, _springs, _constant))
+CHAIN = register_model(
+    ModelKind("chain", Chain, SHAPE, build_chain, _add_forces, _springs, _constant, single_limit=100.0)
+)

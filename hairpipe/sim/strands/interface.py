@@ -100,6 +100,9 @@ class ModelKind:
     carry   finds what strands at x [m], (rows, 3, W), have at rest that stand there under gravity [m/s^2], (3,): rest
             state and T, both like `inverse_lengths`, and the largest strain of an edge, (blocks, W); None: springs do
 
+    single_limit  explicit steps in a step up to which single precision is chosen by itself, see `sim/precision.py`;
+            0, of a model that nobody has measured: never
+
     The others are kernels that numba inlines, see the functions of those names below.
     """
 
@@ -115,6 +118,7 @@ class ModelKind:
     follow_solve: Any = _follow_nothing
     warn: Callable[[Groom, Material], None] = lambda groom, material: None
     carry: Carry | None = None
+    single_limit: float = 0.0
 
 
 _KINDS: dict[type, ModelKind] = {}

@@ -192,5 +192,15 @@ def _add_forces(model, system, at, p, block, terms):
 
 
 NETWORK = register_model(
-    ModelKind("network", Network, SHAPE, build_of_groom, _add_forces, _springs, _constant, warn=warn_of_network)
+    ModelKind(
+        "network",
+        Network,
+        SHAPE,
+        build_of_groom,
+        _add_forces,
+        _springs,
+        _constant,
+        warn=warn_of_network,
+        single_limit=300.0,
+    )
 )

@@ -1,4 +1,4 @@
-"""Strands that cannot be solved, in chains and in a volume: each step is done again as far as it must be."""
+"""Strands that cannot be solved, in chains, in a volume and among locks: each gets as much help as it needs."""
 
 import warnings
 from dataclasses import replace
@@ -9,7 +9,7 @@ import pytest
 from hairpipe.sim.hair_model import build_hair
 from hairpipe.sim.integrators import lost
 from hairpipe.sim.material import Material
-from hairpipe.sim.settings import Scene, StepControl, Volume
+from hairpipe.sim.settings import Locks, Scene, StepControl, Stiction, Volume
 from hairpipe.sim.simulate import Frame, next_state, start
 
 FRAME, SEGMENTS, LENGTH = 1 / 24, 10, 0.1
@@ -19,11 +19,11 @@ UNSOLVED = "could not be solved"
 
 @pytest.fixture
 def strands(scene, straight):
-    """Chains that leave one plate this far from each other [m]."""
+    """Hair of a model, of strands that leave one plate this far from each other [m]."""
 
-    def make(count, apart=0.01):
+    def make(count, model="chain", apart=0.01):
         lines = [straight(LENGTH, SEGMENTS, [1, 0.2, 0]) + np.array([0.0, 0.0, apart * k]) for k in range(count)]
-        return build_hair(scene(lines).hair.groom, Material(), "chain")
+        return build_hair(scene(lines).hair.groom, Material(), model)
 
     return make
 
@@ -41,9 +41,9 @@ def tries(monkeypatch):
     return seen
 
 
-def thrown(hair, body, shot, speed, strand):
+def thrown(hair, body, shot, speed, strand, state=None):
     """Advance a frame in which one strand begins with a speed [m/s]; return the state and what was said."""
-    state = start(hair, body, shot)
+    state = state or start(hair, body, shot)
     block, lane = np.argwhere(hair.layout.strands == strand)[0]
     rows, velocities = slice(hair.model.first[block], hair.model.first[block + 1]), state.velocities.copy()
     velocities[rows, :, lane][hair.model.shape.clamped :] = speed
@@ -86,3 +86,21 @@ def test_a_strand_that_cannot_be_solved_leaves_the_volume_to_the_others(strands,
     assert stretch(points) < 1.01
     off = np.abs(points - points_of(hair, good)).max(axis=(1, 2))
     assert off[4] < 0.05 * LENGTH and np.delete(off, 4).max() < 0.01 * LENGTH
+
+
+def test_a_guide_that_cannot_be_solved_keeps_its_lock(strands, triangle):
+    """It is named by its own id, its followers go with it, and what is in no lock does not notice."""
+    hair, body = strands(4, "network", apart=3e-4), triangle()
+    shot = Scene(steps=STEPS, stiction=Stiction(), locks=Locks(after=1, tolerance=0.01, audit=0.0))
+    state = None
+    for _ in range(4):
+        state = next_state(hair, state, Frame((body, body), (), (), 0.0, FRAME), shot)
+    leaders = state.locks.leaders
+    guide = int(leaders[leaders != np.arange(4)][0])
+    good, _ = thrown(hair, body, shot, 0.0, guide, state)
+    after, said = thrown(hair, body, shot, 1e200, guide, state)
+    assert [each for each in said if UNSOLVED in each and f"strands {guide} " in each]
+    points = points_of(hair, after)
+    assert stretch(points) < 1.02
+    assert np.abs(points - points_of(hair, good)).max() < 0.1 * LENGTH
+    np.testing.assert_array_equal(after.locks.leaders == guide, good.locks.leaders == guide)

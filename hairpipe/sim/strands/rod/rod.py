@@ -184,6 +184,17 @@ def _edge(model, at, p, row, block, along, terms):
 
 ROD = register_model(
     ModelKind(
-        "rod", Rod, SHAPE, build_rod, _add_forces, _springs, _constant, predict, hold_tip, follow_solve, carry=carry
+        "rod",
+        Rod,
+        SHAPE,
+        build_rod,
+        _add_forces,
+        _springs,
+        _constant,
+        predict,
+        hold_tip,
+        follow_solve,
+        carry=carry,
+        single_limit=700.0,
     )
 )
