@@ -6,12 +6,10 @@ from the other grows with that: with the square of how many explicit steps there
     N = dt sqrt(max_p sum_s 4 k_s / (m_p l_s)),
 
 the sum running over the springs s at a particle p. At N = 4,000, rounding, 6e-8 N^2, is as great as mass is. What
-that does to hair that touches nothing depends on the model, and was measured on falling hair
-(`tests/sim/test_precision.py`, at 6 to 50 segments) as a share of the error of a step of 1/240 s: of a network at
-most 0.26 at N = 300 and 1.5 at N = 400; of a chain 0.03 at N = 100, 1.9 at N = 200 and 60 at N = 400; of a rod 0.05
-at N = 700 and 0.06 at N = 1,000. Beyond, errors of networks grow with N^2: 5 % of a length at N = 790 and 22 % at N =
-1,650, where rods at N = 740 differ by 0.001 % (`graphs/experiments/precision.toml`). So the largest N allowed is a
-property of the model (`ModelKind.single_limit`): 300, 100 and 700.
+that does to hair that touches nothing depends on the model: hair of 25 cm in a shake is off by 22 % of its length as a
+network at N = 1,650, and as a rod at N = 740 by 0.001 % more than in double precision
+(`graphs/experiments/precision.toml`). So the largest N allowed is a property of the model, `ModelKind.single_limit`. At
+that limit rounding moves falling hair by less than the error of a step of 1/240 s (`tests/sim/test_precision.py`).
 
 Hair on a body is three times as far off as in double and saves nothing, for the time goes into probing the body; hair
 among hair saves a tenth, and goes ways of its own. So hair that may touch anything stays in double precision, as does
