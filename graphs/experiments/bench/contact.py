@@ -66,7 +66,7 @@ def segments_of(head: Head) -> int:
 
 
 def counts_of(head: Head) -> Case:
-    """Count the particles, including those off the axes, the strands that are simulated, and connections by stiction."""
+    """Count the particles, including those off the axes, the simulated strands, and connections by stiction."""
     locks = head.state.locks
     simulated = 1.0 if locks is None else float((~follows(locks.leaders)).mean())
     return {
