@@ -81,10 +81,10 @@ class Surroundings:
             interaction.leave_to_corrections()
 
     def solve(
-        self, x: np.ndarray, v: np.ndarray, T: np.ndarray, stage: Stage, rule: Rule, who: np.ndarray | None = None
+        self, x: np.ndarray, v: np.ndarray, T: np.ndarray, stage: Stage, rule: Rule, active: np.ndarray | None = None
     ) -> np.ndarray | float:
         """Advance strands through a stage, in place, see `StageDriver.solve`; v is the guess."""
-        return self._driver.solve(Iterate(x, v, T), stage, rule, who)
+        return self._driver.solve(Iterate(x, v, T), stage, rule, active)
 
     def limit_velocity(self, x: np.ndarray, v: np.ndarray, step: Step) -> None:
         """Change v so that x + dt v keeps all limits, in place; x, v (rows, 3, W)."""

@@ -172,14 +172,14 @@ def do_again(
     x0, v0, T0 = began
     T = np.zeros_like(state.T) if T0 is None else copied(T0)
     again = State(copied(x0), copied(v0), np.empty_like(x0), T, state.fresh)
-    who, root, dt = rows_of(model, lost != 0.0), model.shape.clamped - 1, step.dt / parts
+    active, root, dt = rows_of(model, lost != 0.0), model.shape.clamped - 1, step.dt / parts
     weights, changed = everywhere(model, x0, dt), 0.0
     for part in range(1, parts + 1):
         x0, v0, ends = copied(again.x), copied(again.v), step.ends(part / parts)
         set_all_tensions(model, again.x, again.T)
         along = (ends[:, root] - x0[model.first[:-1] + root]) / dt
-        again.v[:] = np.where(who, np.repeat(along, np.diff(model.first), axis=0), state.v)
-        xh, before = np.where(who, x0, state.x - dt * state.v), np.where(who, v0, state.v)
+        again.v[:] = np.where(active, np.repeat(along, np.diff(model.first), axis=0), state.v)
+        xh, before = np.where(active, x0, state.x - dt * state.v), np.where(active, v0, state.v)
         stage = Stage(xh, v0, x0, before, ends, step.held, weights, step.time + part / parts * step.dt, dt)
         kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
         again.a[:] = (again.v - v0 - kick) / dt

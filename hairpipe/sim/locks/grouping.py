@@ -84,9 +84,9 @@ def grouped(
         ages = np.where((audited & ~good)[owners].any(axis=1), 0, ages).astype(np.int32)
         leaders, leading = back_in(leaders, deviations.beside, deviations.off, locks.tolerance, locks.most)
         parted[leading] = -1
-    seats = np.where(audited & ~ends, leaders[known.audited], leaders)
+    occupancy = np.where(audited & ~ends, leaders[known.audited], leaders)
     free = ~((compared & ~ends) | follows(leaders))[owners].any(axis=1)
-    ties = joined(leaders, seats, connections.segments[free], ages[free], offsets, locks)
+    ties = joined(leaders, occupancy, connections.segments[free], ages[free], offsets, locks)
     leaders = guides_of(ties, leaders, points, offsets)
     alone = np.bincount(leaders, minlength=len(leaders))[leaders] == 1
     parted = np.where(alone & (parted >= 0), leaders[parted], -1).astype(np.int32)

@@ -27,14 +27,19 @@ def ages_of(before: np.ndarray, places: np.ndarray, ages: np.ndarray, now: np.nd
 
 
 def joined(
-    leaders: np.ndarray, seats: np.ndarray, segments: np.ndarray, ages: np.ndarray, offsets: np.ndarray, locks: Locks
+    leaders: np.ndarray,
+    occupancy: np.ndarray,
+    segments: np.ndarray,
+    ages: np.ndarray,
+    offsets: np.ndarray,
+    locks: Locks,
 ) -> np.ndarray:
     """Return the lock of every strand, named by one of its guides, (S,) int32; pure.
 
-    leaders   the guide of every strand, a guide's own for itself, (S,) int32
-    seats     the same, but of strands that will follow again, who that is, (S,) int32
-    segments  that are connected, of guides, (n, 2) int32; ages  frames that they have been, (n,)
-    offsets   of the points of strands, (S+1,) int32
+    leaders    the guide of every strand, a guide's own for itself, (S,) int32
+    occupancy  the same, with the previous guide for strands that will follow again, (S,) int32
+    segments   connected segments of guides, (n, 2) int32; ages  number of frames of each connection, (n,)
+    offsets    of the points of strands, (S+1,) int32
 
     Guides with as many segments as each other are joined where `part` of these have connections that lasted, as long as
     a lock has at most so many hairs; ties go by the numbers of strands.
@@ -48,7 +53,7 @@ def joined(
     enough = times >= locks.part * counts[pairs[:, 0]]
     pairs, times = pairs[enough], times[enough]
     order = np.argsort(-times, kind="stable")
-    sizes = np.bincount(seats, minlength=len(seats))
+    sizes = np.bincount(occupancy, minlength=len(occupancy))
     return _unite(pairs[order], leaders, sizes, locks.most)
 
 

@@ -17,7 +17,7 @@ from hairpipe.sim.locks.carrying import GuideMotion
 
 
 def stand_up(
-    hair: HairModel, state: HairState, points: np.ndarray, velocities: np.ndarray, who: np.ndarray, lead: Lead
+    hair: HairModel, state: HairState, points: np.ndarray, velocities: np.ndarray, active: np.ndarray, lead: Lead
 ) -> HairState:
     """Return the state with the particles of some strands, (S,) bool, about axes that they have been carried to; pure.
 
@@ -26,7 +26,7 @@ def stand_up(
     Those off an axis turn with its segments, twist carried along from the root; the held ones go with the root.
     Nothing is known of accelerations and tensions: strands restart.
     """
-    if not who.any():
+    if not active.any():
         return state
     groom, layout = hair.groom, hair.layout
     motions = motion_of_roots(lead, groom)
@@ -36,18 +36,18 @@ def stand_up(
     motion = GuideMotion(points, velocities, turns.turns, turns.spins)
     clamp = clamp_at(lead, groom, hair.rest, layout)
     held = clamp.positions, clamp.velocities
-    _stand(axis_of(layout), hair.rest, who, motion, held, tuple(arrays.values()))
-    return replace(state, **arrays, fresh=state.fresh | who[layout.strands])
+    _stand(axis_of(layout), hair.rest, active, motion, held, tuple(arrays.values()))
+    return replace(state, **arrays, fresh=state.fresh | active[layout.strands])
 
 
 @njit(cache=True, parallel=True)
-def _stand(axis, rest, who, motion, held, particles):
+def _stand(axis, rest, active, motion, held, particles):
     """Write the rows of strands that stand up, in place: those between two points go with the middle of these."""
     (held_x, held_v), (x, v, accelerations, tensions) = held, particles
     for block in prange(len(axis.first) - 1):
         first, end = axis.first[block], axis.first[block + 1]
         for lane in range(axis.strands.shape[1]):
-            if who[axis.strands[block, lane]]:
+            if active[axis.strands[block, lane]]:
                 accelerations[first:end, :, lane] = 0.0
                 tensions[first:end, :, lane] = 0.0
                 x[first : first + axis.root, :, lane] = held_x[block, : axis.root, :, lane]

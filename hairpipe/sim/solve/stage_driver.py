@@ -49,22 +49,22 @@ class StageDriver:
     seconds: float
     _memory: dict[str, np.ndarray] = field(default_factory=dict, init=False)
 
-    def solve(self, at: Iterate, stage: Stage, rule: Rule, who: np.ndarray | None = None) -> np.ndarray | float:
+    def solve(self, at: Iterate, stage: Stage, rule: Rule, active: np.ndarray | None = None) -> np.ndarray | float:
         """Advance strands through a stage, in place.
 
-        at   in: its v is the guess; out: the end of the stage
-        who  1 for strands that are solved, each for itself, (blocks, W); None: all, together
+        at      in: its v is the guess; out: the end of the stage
+        active  1 for strands that are solved, each for itself, (blocks, W); None: all, together
 
         Returns the change of velocity by other strands, no part of the acceleration [m/s], (rows, 3, W), or 0.
         """
-        together = who is None
+        together = active is None
         if not self.interactions and together:
             run_stages(self.model, at, stage, rule)
             return 0.0
         guess_stages(self.model, at, stage, rule)
         everyone = np.ones(self.axis.strands.shape, at.x.dtype)
-        again = who = everyone if who is None else who
-        here, contact_dv = self._predict(at, stage, who), np.zeros((len(self.masses), 3))
+        again = active = everyone if active is None else active
+        here, contact_dv = self._predict(at, stage, active), np.zeros((len(self.masses), 3))
         for interaction in self.interactions:
             interaction.predict(here)
         for left in reversed(range(rule.iterations + _PASSES)):
@@ -82,25 +82,25 @@ class StageDriver:
             np.add(here.points, self.origin, out=here.points, where=here.active[:, None])
             gather(self.axis, again, at.v, here.velocities)
             here = here._replace(lagged_velocity=here.velocities)
-            wrong = self._judge(here, at.x.dtype) * who
-            again = who if left > _PASSES else wrong
+            wrong = self._judge(here, at.x.dtype) * active
+            again = active if left > _PASSES else wrong
             if not again.any():
                 break
         return self._spread(contact_dv, at.x)
 
-    def _predict(self, at: Iterate, stage: Stage, who: np.ndarray) -> Prediction:
-        """Return where strands are predicted to end a stage; those who, (blocks, W), are active."""
+    def _predict(self, at: Iterate, stage: Stage, active: np.ndarray) -> Prediction:
+        """Return where strands are predicted to end a stage; active is 1 for strands that are solved, (blocks, W)."""
         points, velocities = points_at(self.axis, at.x), points_at(self.axis, at.v)
         points += self.origin
         lagged = velocities if stage.began is at.v else points_at(self.axis, stage.began)
-        weights, active = np.empty_like(self.masses), np.empty(len(self.masses), np.bool_)
+        weights, active_points = np.empty_like(self.masses), np.empty(len(self.masses), np.bool_)
         spread(self.axis, stage.h, weights)
-        points_of(self.axis, who, active)
+        points_of(self.axis, active, active_points)
         times = stage.span, stage.time, self.seconds + stage.time
-        return Prediction(points, velocities, lagged, self.masses, weights, active, *times)
+        return Prediction(points, velocities, lagged, self.masses, weights, active_points, *times)
 
-    def _act(self, here: Prediction, stage: Stage, who: np.ndarray, like: np.ndarray, *, anew: bool) -> np.ndarray:
-        """Return what acts on strands who, (blocks, W); see `external_terms.py`.
+    def _act(self, here: Prediction, stage: Stage, active: np.ndarray, like: np.ndarray, *, anew: bool) -> np.ndarray:
+        """Return external terms of active strands, (blocks, W); see `external_terms.py`.
 
         anew  linearise forces between strands again; else those of previous solves are used
         """
@@ -117,13 +117,13 @@ class StageDriver:
             own = self.coupling.own
         rows = ROWS_WITH_NEXT if self.coupling else ROWS
         outer = self._room("outer", like[:: self.axis.stride], rows)
-        lay_out(self.axis, who, ExternalTerms(push, damping, received, *own), here.velocities, stage.h, outer)
+        lay_out(self.axis, active, ExternalTerms(push, damping, received, *own), here.velocities, stage.h, outer)
         return outer
 
     def _solve_once(
-        self, at: Iterate, stage: Stage, rule: Rule, outer: np.ndarray, who: np.ndarray, *, coupled: bool
+        self, at: Iterate, stage: Stage, rule: Rule, outer: np.ndarray, active: np.ndarray, *, coupled: bool
     ) -> np.ndarray:
-        """Return the change of velocity of strands who, (blocks, W) [m/s], (rows, 3, W).
+        """Return the change of velocity of active strands, (blocks, W) [m/s], (rows, 3, W).
 
         coupled  in one system; else every strand sees the others where they are
         """
@@ -132,16 +132,16 @@ class StageDriver:
         if coupled:
             factors = self._room("factors", at.x, row_size(self.model.shape), np.float32)
         b = self._room("b", at.x, self.model.shape.unknowns)
-        factor_stages(self.model, System(factors, b), at, outer, who, stage, rule)
+        factor_stages(self.model, System(factors, b), at, outer, active, stage, rule)
         if coupled:
             alone = np.ascontiguousarray(points_at(self.axis, b)[:, :3])
 
             def ask(impulses: np.ndarray, change: np.ndarray) -> None:
-                respond(self.model, self.axis, System(factors, b[:0]), stage.held, who, impulses, change)
+                respond(self.model, self.axis, System(factors, b[:0]), stage.held, active, impulses, change)
 
             exchanged = self.coupling.exchange(ask, alone, self.masses)
             unused = np.empty_like(exchanged)
-            respond(self.model, self.axis, System(factors, b), stage.held, who, exchanged, unused)
+            respond(self.model, self.axis, System(factors, b), stage.held, active, exchanged, unused)
             self._room("received", alone)[:] += exchanged
         return b
 

@@ -51,18 +51,18 @@ class Settled:
 
 
 def settle(
-    model: StrandModel, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, who: np.ndarray
+    model: StrandModel, layout: Layout, ids: np.ndarray, x: np.ndarray, gravity: np.ndarray, active: np.ndarray
 ) -> Settled:
     """Let strands come to rest under gravity; those that do not are named in a warning. Pure.
 
     ids      of the strands
     x        particles as they start [m], (rows, 3, W)
     gravity  [m/s^2], (3,)
-    who      settles; the others stay as they are, (blocks, W) bool
+    active   strands to settle; the others are unchanged, (blocks, W) bool
     """
     positions, tensions = x.copy(), np.zeros_like(model.inverse_lengths)
-    left = np.zeros(who.shape)
-    settle_all(model, positions, tensions, gravity, who.astype(float), left)
+    left = np.zeros(active.shape)
+    settle_all(model, positions, tensions, gravity, active.astype(float), left)
     moving = ids[np.unique(layout.strands[~(left <= STILL)])]
     if len(moving):
         warn(f"{len(moving)} of {len(ids)} strands have not come to rest: {name_strands(moving)}", stacklevel=3)
@@ -70,17 +70,17 @@ def settle(
 
 
 @njit(cache=True, parallel=True)
-def settle_all(model, x, T, gravity, who, left):
-    """Bring the strands who, (blocks, W), to rest, in place; arguments as in `Settled`."""
+def settle_all(model, x, T, gravity, active, left):
+    """Bring active strands, (blocks, W), to rest, in place; arguments as in `Settled`."""
     for block in prange(len(model.first) - 1):
         # Numba counts blocks without sign, and would compile all below for that once more.
-        _settle_some(model, np.int64(block), x, T, gravity, who, left)
+        _settle_some(model, np.int64(block), x, T, gravity, active, left)
 
 
 @njit(cache=True)
-def _settle_some(model, block, x, T, gravity, who, left):
+def _settle_some(model, block, x, T, gravity, active, left):
     rows = slice(model.first[block], model.first[block + 1])
-    _settle(model, block, x[rows], T[rows], gravity, who, left)
+    _settle(model, block, x[rows], T[rows], gravity, active, left)
 
 
 @inlined
@@ -132,7 +132,7 @@ def _largest(b, first):
 
 
 @njit(cache=True, error_model="numpy")
-def _settle(model, block, x, T, gravity, who, left):
+def _settle(model, block, x, T, gravity, active, left):
     count, clamped, stride = x.shape[0], shape_of(model).clamped, shape_of(model).stride
     A = np.empty((count, row_size(shape_of(model)), x.shape[2]), x.dtype)
     b, dx = np.empty((count, shape_of(model).unknowns, x.shape[2]), x.dtype), np.zeros_like(x)
@@ -145,7 +145,7 @@ def _settle(model, block, x, T, gravity, who, left):
     for step in range(_MOST_STEPS + 1):
         set_tensions(model, block, x, T)
         force = _assemble(model, block, A, b, at, gravity, _FULL) / mass
-        moving = select(load(who, (block,)) > 0.0, force, 0.0)
+        moving = select(load(active, (block,)) > 0.0, force, 0.0)
         store(left, (block,), moving)
         if step == _MOST_STEPS or not any_lane(moving > STILL):
             break

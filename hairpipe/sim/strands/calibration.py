@@ -168,9 +168,9 @@ def springs_of(particles: np.ndarray) -> Springs:
     count = len(particles)
     kinds, lengths, places, products = [], [], [], []
 
-    def add(kind: int, length: float, who: np.ndarray, weights: np.ndarray, direction: np.ndarray) -> None:
+    def add(kind: int, length: float, indices: np.ndarray, weights: np.ndarray, direction: np.ndarray) -> None:
         gradient = (weights[:, None] * direction).reshape(-1)
-        rows = (3 * who[:, None] + np.arange(3)).reshape(-1)
+        rows = (3 * indices[:, None] + np.arange(3)).reshape(-1)
         kinds.append(kind)
         lengths.append(length)
         places.append((3 * count * rows[:, None] + rows).reshape(-1))

@@ -15,10 +15,10 @@ def ties(*pairs):
     return np.array(sorted(segments), np.int32).reshape(-1, 2)
 
 
-def lead(segments, ages=None, leaders=None, seats=None, **settings):
+def lead(segments, ages=None, leaders=None, occupancy=None, **settings):
     leaders = np.arange(6, dtype=np.int32) if leaders is None else leaders
     ages = np.full(len(segments), 9) if ages is None else ages
-    return joined(leaders, leaders if seats is None else seats, segments, ages, OFFSETS, Locks(**settings))
+    return joined(leaders, leaders if occupancy is None else occupancy, segments, ages, OFFSETS, Locks(**settings))
 
 
 def test_a_connection_that_stayed_where_it_was_has_lasted_a_frame_longer():
@@ -48,9 +48,9 @@ def test_followers_count_and_stay_in_their_lock():
 
 
 def test_hairs_that_will_follow_again_keep_their_seats():
-    seats = np.array([0, 1, 2, 3, 0, 0], np.int32)
-    np.testing.assert_array_equal(lead(ties((0, 1, 3)), seats=seats, most=4), [0, 0, 2, 3, 4, 5])
-    np.testing.assert_array_equal(lead(ties((0, 1, 3)), seats=seats, most=3), [0, 1, 2, 3, 4, 5])
+    occupancy = np.array([0, 1, 2, 3, 0, 0], np.int32)
+    np.testing.assert_array_equal(lead(ties((0, 1, 3)), occupancy=occupancy, most=4), [0, 0, 2, 3, 4, 5])
+    np.testing.assert_array_equal(lead(ties((0, 1, 3)), occupancy=occupancy, most=3), [0, 1, 2, 3, 4, 5])
 
 
 def test_the_guide_nearest_to_the_mean_of_its_lock_leads_it():
