@@ -64,7 +64,9 @@ def measure_core(
     say("multiply-adds and the triad")
     roofs = measure_roofs(DTYPES, threads, triad, seconds)
     say("reading machine code")
-    work = {(model, dtype): work_of_a_solve(segments, dtype, model) for model, dtype in product(MODELS, DTYPES)}
+    work: dict[tuple[ModelName, str], Work] = {
+        (model, dtype): work_of_a_solve(segments, dtype, model) for model in MODELS for dtype in DTYPES
+    }
     cases = list[Case]()
     for (place, strands), dtype, model in product([("cache", cached), ("memory", stored)], DTYPES, MODELS):
         say(f"{strands:,} strands of the {model} in {dtype}")
