@@ -5,8 +5,8 @@ from the other grows with that: with the square of how many explicit steps there
 
     N = dt sqrt(max_p sum_s 4 k_s / (m_p l_s)),
 
-the sum running over the springs s at a particle p. At N = 4,000, rounding, 6e-8 N^2, is as great as mass is. What
-that does to hair that touches nothing depends on the model: hair of 25 cm in a shake is off by 22 % of its length as a
+the sum running over the springs s at a particle p. At N = 4,000, rounding, 6e-8 N^2, is as great as mass is. What that
+does to hair that touches nothing depends on the model: hair of 25 cm in a shake has an error of 22 % of its length as a
 network at N = 1,650, and as a rod at N = 740 by 0.001 % more than in double precision
 (`graphs/experiments/precision.toml`). So the largest N allowed is a property of the model, `ModelKind.single_limit`. At
 that limit rounding moves falling hair by less than the error of a step of 1/240 s (`tests/sim/test_precision.py`).
