@@ -27,7 +27,8 @@ def contact_sheet(
     from hairpipe.io.panels import check_names, write_below
 
     check_names(names, len(pictures))
-    path, numbers = workspace / "sheet.png", pictures[0].numbers
+    path = workspace / "sheet.png"
+    numbers = pictures[0].numbers
     shown = [frame for frame in numbers if not frames or frame in frames] or numbers[:1]
     moments = [f"{(frame - numbers[0]) / time.fps:.2f} s" if times else "" for frame in shown]
     words = {film * len(shown): name for film, name in enumerate(names)}

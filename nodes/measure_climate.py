@@ -48,8 +48,6 @@ def measure_climate(
     if len(members) != len(hair) or len(truth_members) != len(truth):
         counts = f"{len(members)} and {len(truth_members)} members, {len(hair)} and {len(truth)} edges"
         raise BadInput(counts, where="members", right="as many of each")
-    sides, criteria = (
-        sides_of(members, truth_members),
-        Criteria(tolerance, patches, reach, gravity, time.fps, predicted),
-    )
+    sides = sides_of(members, truth_members)
+    criteria = Criteria(tolerance, patches, reach, gravity, time.fps, predicted)
     return climate_table(hair, truth, half or (), sides, criteria)

@@ -72,8 +72,8 @@ def preview(
     if curve == "bspline":
         points, velocities = (spline_knots(hull, hair.offsets) for hull in (hair.points, hair.velocities))
         hair = replace(hair, points=points, velocities=velocities)
-    facing, path = None if normals is None else lambert * normals.vectors.astype(float), workspace / "picture.png"
+    facing = None if normals is None else lambert * normals.vectors.astype(float)
     shade = shade_dual if shading == "dual" else partial(shade_hair, facing=facing)
     picture = draw_portrait(hair, body, shot, linear(colour), thickness, shade, shutter * time.dt, shadow)
-    write_png(path, picture)
-    return File(path)
+    write_png(workspace / "picture.png", picture)
+    return File(workspace / "picture.png")

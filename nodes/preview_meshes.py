@@ -43,7 +43,8 @@ def preview_meshes(
     from hairpipe.render.objects import draw_object
 
     check_names(names, len(meshes))
-    shot, framing = Shot(width, height, fov=fov, eye=eye, target=target), Framing(np.array(target), radius)
+    shot = Shot(width, height, fov=fov, eye=eye, target=target)
+    framing = Framing(np.array(target), radius)
     pictures = [draw_object(mesh, shot, framing, linear(colour)) for mesh in meshes]
     path = workspace / "picture.png"
     write_beside(path, pictures, names, f"{time.frame / time.fps:.2f} s")

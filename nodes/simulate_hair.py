@@ -53,9 +53,11 @@ def simulate_hair(
     from hairpipe.sim.shot import Frame
     from hairpipe.sim.simulate import next_state, strands_of
 
-    solid, leads = bool(surface or parts), lead_of(body, ends) or (None, None)
+    solid = bool(surface or parts)
+    leads = lead_of(body, ends) or (None, None)
     hair = choose_precision(settings.precision, prepared, settings, bodies=solid, first=previous is None)
-    began, cut = (time.frame - 1) * time.dt, time.frame in cuts
+    began = (time.frame - 1) * time.dt
+    cut = time.frame in cuts
     frame = Frame(leads, surface or (), parts or (), began, time.dt, cut, target)
     state = next_state(hair, previous, frame, settings)
     return Hair(strands_of(hair, state), state)

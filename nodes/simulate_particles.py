@@ -52,7 +52,8 @@ def simulate_particles(
     from hairpipe.particles.simulate import ParticleSimulation, cloud_of
     from hairpipe.sim.shot import Frame, next_state
 
-    began, cut = (time.frame - 1) * time.dt, time.frame in cuts
+    began = (time.frame - 1) * time.dt
+    cut = time.frame in cuts
     frame = Frame(body or (None, None), surface or (), parts or (), began, time.dt, cut)
     state = next_state(ParticleSimulation(particles, prepared, settings), previous, frame)
     return LooseHair(cloud_of(state), state)

@@ -30,6 +30,7 @@ STARTED = {
     "nodes": "nodes simulate_hair",
     "trust": "trust nodes",
     "data check": "data check --json",
+    "results": "results .",
     "usd check": "usd check stage.usda --json",
     "cache du": "cache du",
     "cache ls": "cache ls",

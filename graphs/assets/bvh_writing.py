@@ -10,7 +10,8 @@ from hairpipe.data.clip import Clip
 
 def write_bvh(path: Path, clip: Clip) -> None:
     """Write a clip, channels to six decimal places; joints come depth first, whatever their order in the clip."""
-    lines, order = ["HIERARCHY"], []
+    lines = ["HIERARCHY"]
+    order = []
     children = [np.flatnonzero(clip.parents == joint) for joint in range(len(clip.names))]
     stack: list[int | str] = list(np.flatnonzero(clip.parents < 0)[::-1])
     depth = 0

@@ -22,7 +22,8 @@ class Explanation(planner.Explanation):
 
     def __repr__(self) -> str:
         """Write what would happen to the task and why, what its key is made of, and its result where there is one."""
-        status, why = self.entry.status, self.reasons if self.entry.status != "cached" else ()
+        status = self.entry.status
+        why = self.reasons if self.entry.status != "cached" else ()
         lines = [f"{self.entry.task}: {VERDICTS[status]}" + (f" {why[0]}" if status == "depends" else "")]
         lines += [f"  {reason}" for reason in why] if status == "run" else []
         if self.parts is not None:

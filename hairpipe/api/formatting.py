@@ -33,7 +33,8 @@ def size(count: float) -> str:
     """Write a number of bytes."""
     step = 0
     while count >= 999.5 and step < len(UNITS) - 1:
-        count, step = count / 1000, step + 1
+        count = count / 1000
+        step = step + 1
     return f"{count:.0f} {UNITS[step]}" if step == 0 or count >= 99.5 else f"{count:.1f} {UNITS[step]}"
 
 
@@ -53,5 +54,6 @@ def plural(count: int, noun: str) -> str:
 
 def shown(path: Path) -> str:
     """Write where a file is: relative to the current folder where it lies in it."""
-    path, here = path.resolve(), Path.cwd()
+    path = path.resolve()
+    here = Path.cwd()
     return one_line(str(path.relative_to(here) if path.is_relative_to(here) else path))

@@ -73,7 +73,8 @@ def plan_rows(entries: Iterable[Entry]) -> list[tuple[str, str, str]]:
     for entry in entries:
         frames = groups.setdefault((entry.task.node, fate(entry)), [])
         frames += [] if entry.task.frame is None else [entry.task.frame]
-    rows, known = [], set()
+    rows = []
+    known = set()
     for (node, what), frames in groups.items():
         rows.append(("" if node in known else node, fold_frames(frames), what))
         known.add(node)

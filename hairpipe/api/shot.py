@@ -188,8 +188,10 @@ class Shot:
         shot = self.changed(set or {})
         graph = shot.part(to)
         Bounds(graph, self.cache, publish_root).check()
-        planner, stopping = Planner(graph, self._store, read_frames(frames)), shot.stopping()
-        entries, results = planner.entries(), planner.resolver.results
+        planner = Planner(graph, self._store, read_frames(frames))
+        stopping = shot.stopping()
+        entries = planner.entries()
+        results = planner.resolver.results
         known = {entry.task: results[entry.task] for entry in entries if entry.status == "cached"}
         for task, record in known.items():
             stopping.limits(task, record)
@@ -220,7 +222,8 @@ class Shot:
         force         overwrite files that hairpipe has not published, or that were changed since
         """
         shot = self.changed(set or {})
-        graph, stopping = shot.part(to), shot.stopping()
+        graph = shot.part(to)
+        stopping = shot.stopping()
         numbers = graph.select(read_frames(frames))
         options = Options(
             jobs or os.cpu_count() or 1,
@@ -231,7 +234,8 @@ class Shot:
             spare=self._spare,
         )
         self._make_cache()
-        begun, recorder = time.monotonic(), Recorder(graph, options.jobs, progress)
+        begun = time.monotonic()
+        recorder = Recorder(graph, options.jobs, progress)
         outcome = run_graph(graph, self._store, numbers, options, recorder)
         seconds = time.monotonic() - begun
         found = recorder.progress.nodes, recorder.warnings, recorder.fates, seconds, stopping.stopped()
@@ -246,7 +250,8 @@ class Shot:
         if self._spare is not None:
             yield self
             return
-        kept, spare = copy(self), list[Member]()
+        kept = copy(self)
+        spare = list[Member]()
         kept._spare = spare
         try:
             yield kept

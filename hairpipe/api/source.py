@@ -103,7 +103,8 @@ def shipped_graphs() -> dict[str, Path]:
 
 def find_graph(given: str | os.PathLike[str]) -> Path:
     """Find the file of a graph: a file of this path, else, for a str, the shipped graph of this name."""
-    path, graphs = Path(given), shipped_graphs() if isinstance(given, str) else {}
+    path = Path(given)
+    graphs = shipped_graphs() if isinstance(given, str) else {}
     if path.is_file():
         return path
     if given in graphs:

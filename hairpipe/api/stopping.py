@@ -82,7 +82,8 @@ def read_table(graph: Graph, store: Store, task: Task, record: Record) -> Table:
 def broken(criterion: Comparison, table: Table) -> str | None:
     """Compare a column of a table; return the worst value that ends a variant in words, None where none does."""
     if criterion.column not in table.numbers:
-        what, right = f"stop: '{criterion.node}' has no column", nearest(criterion.column, list(table.numbers))
+        what = f"stop: '{criterion.node}' has no column"
+        right = nearest(criterion.column, list(table.numbers))
         raise BadInput(f"{what} '{criterion.column}'", right=right)
     values = table.numbers[criterion.column]
     worst = values[criterion.holds(values, criterion.right)]

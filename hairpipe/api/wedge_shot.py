@@ -116,7 +116,8 @@ class WedgeShot(Shot):
 
     def _name_of(self, labels: Sequence[str]) -> str:
         """Name some variants after the settings that they have in common."""
-        axes, first = self.definition.axes, self.definition.variants[labels[0]]
+        axes = self.definition.axes
+        first = self.definition.variants[labels[0]]
         alike = [target for target in axes if all(self.definition.variants[o][target] == first[target] for o in labels)]
         return variant_name(self.definition.short_names, {target: first[target] for target in alike})
 
@@ -126,5 +127,6 @@ class WedgeShot(Shot):
             node = self.original.nodes[criterion.node]
             if not node.per_frame:
                 what = f"stop: '{node.name}' has one value for the shot"
-                where, right = f"{self.path}: [wedge.{self.definition.name}]", "a measure of every frame: watch_hair"
+                where = f"{self.path}: [wedge.{self.definition.name}]"
+                right = "a measure of every frame: watch_hair"
                 raise BadInput(what, where=where, right=right)

@@ -75,13 +75,15 @@ def measure_scene(
     """
     graph = load_graph(path, overrides)
     graph = replace(graph, frames=(graph.frames[0] + STILL, graph.frames[1]))
-    replay, name = Replay(graph, store, HAIR), path.stem
+    replay = Replay(graph, store, HAIR)
+    name = path.stem
     say(f"{name}: body and groom")
     replay.prepare(settling + FRAMES)
     for frame in range(settling):
         say(f"{name}: frame {frame + 1} of {settling} before the measured ones")
         replay.advance(replay.arguments())
-    begun, before = (replay.frame, replay.state), numba.get_num_threads()
+    begun = (replay.frame, replay.state)
+    before = numba.get_num_threads()
     segments = np.diff(replay.arguments()["groom"].offsets) - 1
     shape = strand_models()[graph.nodes[HAIR].settings["model"]].shape
     counts: Case = {"strands": len(segments), "particles": sum(shape.count(int(count)) for count in segments)}

@@ -52,7 +52,8 @@ class Replay:
 
     def arguments(self) -> dict[str, Any]:
         """Build what the node is given at this frame, what it is prepared with included."""
-        node, frames = self.graph.nodes[self.name], tuple(self.graph.all_frames)
+        node = self.graph.nodes[self.name]
+        frames = tuple(self.graph.all_frames)
         sources = name_inputs(node.type, inputs_of(self.graph, Task(self.name, self.frame), frames), frames, itself)
         moment = Time(self.frame, self.graph.fps), self.graph.cuts_of(node, self.frame, frames)
         settings = self.graph.settings(node)

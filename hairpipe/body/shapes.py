@@ -25,8 +25,10 @@ def build_cylinder(radius: float, length: float, is_round: bool, around: int, ce
     angles = np.linspace(0.0, 0.5 * np.pi, max(around // 4, 2) + 1)[1:] if is_round else np.array([0.5 * np.pi])
     half = radius * np.column_stack([np.sin(angles), np.cos(angles)])
     end = np.array([0.0, 0.5 * length])
-    upper, lower = half + end, (half * [1.0, -1.0] - end)[: None if length else -1]
-    top, bottom = 0.5 * length + is_round * radius, -0.5 * length - is_round * radius
+    upper = half + end
+    lower = (half * [1.0, -1.0] - end)[: None if length else -1]
+    top = 0.5 * length + is_round * radius
+    bottom = -0.5 * length - is_round * radius
     points, triangles = _turned(np.concatenate([lower, upper[::-1]]), bottom, top, around)
     frame = frame_along(np.array(along) / np.linalg.norm(along))
     return Mesh(points @ frame.T + centre, triangles)
@@ -39,7 +41,9 @@ def _turned(profile: np.ndarray, bottom: float, top: float, around: int) -> tupl
     rings = np.concatenate([profile[:, None, :1] * circle, np.tile(profile[:, None, 1:], (1, around, 1))], axis=2)
     points = np.concatenate([rings.reshape(-1, 3), [[0.0, 0.0, bottom], [0.0, 0.0, top]]])
     here = np.arange(around)
-    there, south, north = np.roll(here, -1), len(points) - 2, len(points) - 1
+    there = np.roll(here, -1)
+    south = len(points) - 2
+    north = len(points) - 1
     last = (len(profile) - 1) * around
     triangles = [np.column_stack([there, here, np.full(around, south)])]
     for ring in range(len(profile) - 1):

@@ -22,7 +22,8 @@ def exponential(r: np.ndarray) -> np.ndarray:
     t = np.sqrt(np.sum(r * r))
     one, two = 1.0 - t * t / 6.0, 0.5 - t * t / 24.0
     if t > SMALL:
-        one, two = np.sin(t) / t, (1.0 - np.cos(t)) / (t * t)
+        one = np.sin(t) / t
+        two = (1.0 - np.cos(t)) / (t * t)
     K = cross_matrix(r)
     return np.eye(3) + one * K + two * (K @ K)
 
@@ -49,9 +50,11 @@ def logarithm(R: np.ndarray) -> np.ndarray:
 def jacobian(r: np.ndarray) -> np.ndarray:
     """Return J(r) = I - (1 - cos t)/t^2 [r] + (t - sin t)/t^3 [r]^2, (3, 3)."""
     t = np.sqrt(np.sum(r * r))
-    one, two = 0.5 - t * t / 24.0, 1.0 / 6.0 - t * t / 120.0
+    one = 0.5 - t * t / 24.0
+    two = 1.0 / 6.0 - t * t / 120.0
     if t > SMALL:
-        one, two = (1.0 - np.cos(t)) / (t * t), (t - np.sin(t)) / (t * t * t)
+        one = (1.0 - np.cos(t)) / (t * t)
+        two = (t - np.sin(t)) / (t * t * t)
     K = cross_matrix(r)
     return np.eye(3) - one * K + two * (K @ K)
 

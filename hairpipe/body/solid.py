@@ -38,7 +38,8 @@ def solid_of(mesh: Mesh) -> Solid:
 
 def feature_normals(mesh: Mesh) -> np.ndarray:
     """Return the unit normals of the face, the edges and the vertices of every triangle, (m, 7, 3)."""
-    faces, twins = unit_normals(mesh), twin_corners(mesh.triangles)
+    faces = unit_normals(mesh)
+    twins = twin_corners(mesh.triangles)
     beyond = np.where((twins >= 0)[..., None], faces[twins // 3], 0.0)
     vertices = pseudonormals(mesh, faces)[mesh.triangles]
     return np.concatenate((faces[:, None], normalized(faces[:, None] + beyond), vertices), axis=1)

@@ -47,7 +47,8 @@ def indented(rows: list[tuple[str, str]]) -> Iterator[str]:
 
 def rows_of(value: Any) -> list[tuple[str, str]]:
     """Describe the fields of a value, and the entries of those that are dicts: names and texts."""
-    units, rows = units_of(type(value)), []
+    units = units_of(type(value))
+    rows = []
     for field in dataclasses.fields(value):
         held = getattr(value, field.name)
         if isinstance(held, Mapping) and held:

@@ -36,7 +36,8 @@ def read_value(
 
     record  of the task; None where it has not been computed
     """
-    node, name = graph.nodes[task.node], graph.output(task.node, output)
+    node = graph.nodes[task.node]
+    name = graph.output(task.node, output)
     if record is None:
         raise BadInput(f"'{task}' has not been computed", where=graph.path, right=f"hairpipe run --to {task.node}")
     if not store.has(record.outputs[name].object):

@@ -84,7 +84,8 @@ def root_frames(
     """
     frames = np.empty((len(root_triangles), 3, 4))
     for s in prange(len(root_triangles)):
-        t, w = root_triangles[s], row(root_barycentrics, s)
+        t = root_triangles[s]
+        w = row(root_barycentrics, s)
         a, b, c = row(points, triangles[t, 0]), row(points, triangles[t, 1]), row(points, triangles[t, 2])
         ab = minus(b, a)
         tangent = unit(ab, (1.0, 0.0, 0.0))

@@ -40,10 +40,12 @@ def curls_of(groom: Groom) -> np.ndarray:
 def _axis_of(points: np.ndarray, turn: float) -> np.ndarray:
     """Return the axis of a curl, (n, 3), of so many segments a turn."""
     centres, middle = centres_of(points, turn)
-    axis, at = np.empty_like(points), np.arange(len(points))
+    axis = np.empty_like(points)
+    at = np.arange(len(points))
     axis[middle] = centres
     way = (centres[-1] - centres[0]) / max(len(middle) - 1, 1)
-    before, after = at[: middle[0]], at[middle[-1] + 1 :]
+    before = at[: middle[0]]
+    after = at[middle[-1] + 1 :]
     axis[before] = centres[0] - (middle[0] - before)[:, None] * way
     axis[after] = centres[-1] + (after - middle[-1])[:, None] * way
     return axis

@@ -32,7 +32,9 @@ def wound(curl: Helix, length: float, segments: int) -> np.ndarray:
     def chord(turn: float) -> float:
         return np.hypot(2.0 * curl.radius * np.sin(turn / 2.0), curl.pitch * turn / (2.0 * np.pi))
 
-    low, high, wanted = 0.0, np.pi, length / segments
+    low = 0.0
+    high = np.pi
+    wanted = length / segments
     if chord(high) < wanted:
         fewest = int(np.ceil(length / chord(high)))
         raise BadInput(f"{segments} segments are more than half a turn each", right=f"segments >= {fewest}")

@@ -36,14 +36,18 @@ def adopt(body: Body, curves: Curves, *, cut: Cut, strands: int | None, reach: f
     far off.
     """
     chosen = choose_strands(len(curves.ids), strands)
-    known, held = curves.ids[chosen], told(tips, curves.held)[chosen]
+    known = curves.ids[chosen]
+    held = told(tips, curves.held)[chosen]
     shape = placed(body.mesh, taken(curves, chosen))
     finite = drop_broken(shape.points, shape.offsets, known)
-    known, held, shape = known[finite], held[finite], taken(shape, finite)
+    known = known[finite]
+    held = held[finite]
+    shape = taken(shape, finite)
     points, offsets, widths = shape.points, shape.offsets, shape.widths
     with told_times(body, curves):
         bound = bind_roots(body.mesh, points[offsets[:-1]], points[offsets[1:] - 1], reach, known)
-    long, given = drop_short(points, offsets, known, cut.shortest), (points, offsets)
+    long = drop_short(points, offsets, known, cut.shortest)
+    given = (points, offsets)
     points, offsets = cut_up(*take_strands(points, offsets, long), known[long], cut)
     kept = drop_short(points, offsets, known[long], cut.shortest)
     points, offsets = take_strands(points, offsets, kept)
@@ -164,10 +168,12 @@ def warn_of_ironing(given: np.ndarray, offsets: np.ndarray, points: np.ndarray, 
     """Warn where segments are too few for curls and clearly shorter than the strand given, naming how many would do."""
     lengths = KEPT * strand_lengths(given, offsets)
     short = np.flatnonzero(strand_lengths(points, cut) < lengths)
-    count, needed = len(short), int(np.diff(cut)[short].max(initial=0)) - 1
+    count = len(short)
+    needed = int(np.diff(cut)[short].max(initial=0)) - 1
     while len(short):
         needed += needed // 4 + 1
-        curves, new = take_strands(given, offsets, short), offsets_of(np.full(len(short), needed + 1))
+        curves = take_strands(given, offsets, short)
+        new = offsets_of(np.full(len(short), needed + 1))
         short = short[strand_lengths(equal_segments(*curves, new), new) < lengths[short]]
     if count:
         lost = f"{count} strands become more than {1.0 - KEPT:.0%} shorter, as their segments cut through curls"

@@ -32,7 +32,8 @@ def joined_strands(grooms: tuple[Groom, ...]) -> Groom:
 
 def free_tips(count: int) -> SimpleNamespace:
     """Return the fields of a groom that say of so many strands that their tips are free."""
-    triangles, frames = np.full(count, FREE, np.int32), np.tile(np.eye(3, 4), (count, 1, 1))
+    triangles = np.full(count, FREE, np.int32)
+    frames = np.tile(np.eye(3, 4), (count, 1, 1))
     return SimpleNamespace(tip_triangles=triangles, tip_barycentrics=np.zeros((count, 3)), tip_frames=frames)
 
 

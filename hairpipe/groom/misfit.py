@@ -75,8 +75,10 @@ def common_offset(mesh: Mesh, tree: Tree, roots: np.ndarray, reach: float) -> np
     The movement that brings roots nearest to their closest places is repeated [ICP, Besl and McKay 1992], without the
     turn, from where they are, from the middle of the body and from its top.
     """
-    lower, upper = mesh.points.min(axis=0), mesh.points.max(axis=0)
-    middle, centre = 0.5 * (lower + upper), 0.5 * (roots.min(axis=0) + roots.max(axis=0))
+    lower = mesh.points.min(axis=0)
+    upper = mesh.points.max(axis=0)
+    middle = 0.5 * (lower + upper)
+    centre = 0.5 * (roots.min(axis=0) + roots.max(axis=0))
     top = np.array([middle[0], upper[1] - np.ptp(roots[:, 1]) / 2, middle[2]])
     found = []
     for start in (roots, roots + middle - centre, roots + top - centre):

@@ -30,9 +30,12 @@ def perturbed(groom: Groom, member: int, tip: float) -> Groom:
     lines = groom.points[groom.offsets[1:] - 1] - roots
     aims = lines + [tip * stream(member, f"perturb/{strand}").standard_normal(3) for strand in groom.ids]
     here, there = (vectors / np.linalg.norm(vectors, axis=1, keepdims=True) for vectors in (lines, aims))
-    axes, cosines = np.cross(here, there), np.sum(here * there, axis=1)
+    axes = np.cross(here, there)
+    cosines = np.sum(here * there, axis=1)
     strands, _ = shares_of(groom.offsets)
-    axes, cosines, arms = axes[strands], cosines[strands, None], groom.points - roots[strands]
+    axes = axes[strands]
+    cosines = cosines[strands, None]
+    arms = groom.points - roots[strands]
     # Rodrigues, with the sine in the axis: the turn of v is v + a x v + a x (a x v) / (1 + cos).
     across = np.cross(axes, arms)
     return replace(groom, points=groom.points + (across + np.cross(axes, across) / (1.0 + cosines)))

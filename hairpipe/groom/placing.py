@@ -23,7 +23,8 @@ def placed(mesh: Mesh, curves: Curves) -> Curves:
     shapes = [(shape, spare) for spare in (curves.spare, 0 * curves.spare) for shape in (rest, curves.points)]
     distances = [off(tree, shape, curves.offsets, spare) for shape, spare in shapes]
     shape, spare = shapes[int(np.argmin(distances))]
-    first, last = curves.offsets[:-1] + spare, curves.offsets[1:] - spare
+    first = curves.offsets[:-1] + spare
+    last = curves.offsets[1:] - spare
     counts = last - first
     offsets = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
     rows = np.arange(offsets[-1]) + np.repeat(first - offsets[:-1], counts)

@@ -20,7 +20,9 @@ def put(array: np.ndarray, i: int, a: Vector) -> None:
 def cut_by_sphere(a: Vector, b: Vector, centre: Vector, radius: float) -> Vector:
     """Return the point between a, inside a sphere, and b, outside it, at which it is crossed."""
     ab, ca = minus(b, a), minus(a, centre)
-    square, half, rest = dot(ab, ab), dot(ab, ca), dot(ca, ca) - radius * radius
+    square = dot(ab, ab)
+    half = dot(ab, ca)
+    rest = dot(ca, ca) - radius * radius
     root = np.sqrt(max(half * half - square * rest, 0.0))
     t = (root - half) / square if half <= 0.0 else -rest / (root + half)
     return mix(a, b, min(max(t, 0.0), 1.0))
@@ -37,7 +39,8 @@ def stride(curve: np.ndarray, chord: float, points: np.ndarray) -> int:
     k = 1
     for i in range(1, len(points)):
         while k < len(curve) and length(minus(row(curve, k), here)) < chord:
-            a, k = row(curve, k), k + 1
+            a = row(curve, k)
+            k = k + 1
         if k == len(curve):
             return i
         here = a = cut_by_sphere(a, row(curve, k), here, chord)
@@ -48,7 +51,8 @@ def stride(curve: np.ndarray, chord: float, points: np.ndarray) -> int:
 @njit(cache=True)
 def stride_on(curve: np.ndarray, chord: float, points: np.ndarray) -> None:
     """Do the same, and go straight on beyond the end of the polyline until all points are written."""
-    reached, last = stride(curve, chord, points), len(curve) - 1
+    reached = stride(curve, chord, points)
+    last = len(curve) - 1
     ahead = unit(minus(row(curve, last), row(curve, last - 1)), (0.0, -1.0, 0.0))
     for i in range(reached, len(points)):
         put(points, i, plus(row(points, i - 1), scaled(chord, ahead)))
@@ -89,7 +93,8 @@ def smooth(points: np.ndarray) -> np.ndarray:
     spans = len(points) - 1
     curve = np.empty((spans * PIECES + 1, 3))
     for i in range(spans):
-        b, c = row(points, i), row(points, i + 1)
+        b = row(points, i)
+        c = row(points, i + 1)
         a = row(points, i - 1) if i > 0 else minus(scaled(2.0, b), c)
         d = row(points, i + 2) if i + 2 <= spans else minus(scaled(2.0, c), b)
         for j in range(PIECES):
@@ -101,7 +106,8 @@ def smooth(points: np.ndarray) -> np.ndarray:
 @njit(cache=True)
 def catmull_rom(a: Vector, b: Vector, c: Vector, d: Vector, t: float) -> Vector:
     """Return the uniform Catmull-Rom curve at t, from b at 0 to c at 1."""
-    wa, wd = -0.5 * t * (1.0 - t) ** 2, -0.5 * t * t * (1.0 - t)
+    wa = -0.5 * t * (1.0 - t) ** 2
+    wd = -0.5 * t * t * (1.0 - t)
     wb = 1.0 - 2.5 * t * t + 1.5 * t**3
     wc = 1.0 - wa - wb - wd
     return plus(plus(scaled(wa, a), scaled(wb, b)), plus(scaled(wc, c), scaled(wd, d)))

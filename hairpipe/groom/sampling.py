@@ -33,7 +33,8 @@ def sample_patches(groom: Groom, strands: int, patches: int, number: int) -> Gro
 
 def choose_patches(roots: np.ndarray, size: int, patches: int, number: int) -> np.ndarray:
     """Return which of the roots [m], (S, 3), are in each patch of a sample, ascending, (patches, size) int64."""
-    order, free = morton_order(roots), np.ones(len(roots), bool)
+    order = morton_order(roots)
+    free = np.ones(len(roots), bool)
     chosen = np.empty((patches, size), np.int64)
     for sample in range(number + 1):
         shift = (0.5 + sample * GOLDEN) % 1.0

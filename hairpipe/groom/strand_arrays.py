@@ -34,7 +34,8 @@ def at_shares(values: np.ndarray, offsets: np.ndarray, strands: np.ndarray, shar
     segments = (np.diff(offsets) - 1)[strands]
     place = shares * segments
     below = np.minimum(place.astype(int), segments - 1)
-    rest, begin = (place - below)[:, None], offsets[strands] + below
+    rest = (place - below)[:, None]
+    begin = offsets[strands] + below
     return (1.0 - rest) * values[begin] + rest * values[begin + 1]
 
 

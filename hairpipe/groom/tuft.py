@@ -55,5 +55,6 @@ def rotations(vectors: np.ndarray) -> np.ndarray:
     x, y, z = vectors.T
     zero = np.zeros_like(x)
     cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1).reshape(-1, 3, 3)
-    sine, cosine = np.sinc(angles / np.pi), 0.5 * np.sinc(0.5 * angles / np.pi) ** 2
+    sine = np.sinc(angles / np.pi)
+    cosine = 0.5 * np.sinc(0.5 * angles / np.pi) ** 2
     return np.eye(3) + sine * cross + cosine * (cross @ cross)

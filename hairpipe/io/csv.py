@@ -18,7 +18,9 @@ def write_points(
     """
     names, columns, formats = [], [], []
     if offsets is not None:
-        names, columns, formats = ["strand"], [np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))], ["%d"]
+        names = ["strand"]
+        columns = [np.repeat(np.arange(len(offsets) - 1), np.diff(offsets))]
+        formats = ["%d"]
     for prefix, vectors in (("", points), ("v", velocities)):
         if vectors is not None:
             names += [prefix + axis for axis in AXES]

@@ -34,7 +34,8 @@ Tree = Any
 
 DIGEST_BYTES = 20
 FORMAT = ("v110", "v110")
-BLOCK, OVERHEAD = 1 << 16, 4096
+BLOCK = 1 << 16
+OVERHEAD = 4096
 """Approximate overhead of HDF5: once, and for each entry [bytes]."""
 NUMBERS = "biuf"
 """Kinds of numpy arrays that are stored: bool, integers with and without sign, floats."""
@@ -212,7 +213,8 @@ class Reader:
     """
 
     def __init__(self, size: int) -> None:
-        self.room, self.seen = size, set[int]()
+        self.room = size
+        self.seen = set[int]()
 
     def group(self, group: h5py.Group) -> dict[str, Tree]:
         """Read everything in a group; ValueError where that is not of ours."""

@@ -29,7 +29,8 @@ def write_beside(path: Path, pictures: Sequence[np.ndarray], words: Sequence[str
     sheet = Image.new("RGB", (len(pictures) * (width + GAP) - GAP, height), PAPER)
     for place, picture in enumerate(pictures):
         sheet.paste(Image.fromarray(picture), (place * (width + GAP), 0))
-    pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(max(10, height // 18))
+    pen = ImageDraw.Draw(sheet)
+    font = ImageFont.load_default(max(10, height // 18))
     for place, word in enumerate(words):
         pen.text((place * (width + GAP) + 0.5 * width, height * 0.02), word, INK, font, anchor="ma")
     pen.text((height * 0.03, height * 0.97), corner, INK, font, anchor="ls")
@@ -58,12 +59,15 @@ def write_below(
     rows = -(-len(images) // columns)
     columns = min(columns, len(images))
     sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), PAPER)
-    pen, font = ImageDraw.Draw(sheet), ImageFont.load_default(max(10, height // 22))
+    pen = ImageDraw.Draw(sheet)
+    font = ImageFont.load_default(max(10, height // 22))
     for place, image in enumerate(images):
-        left, top = place % columns * (width + GAP), place // columns * (height + GAP)
+        left = place % columns * (width + GAP)
+        top = place // columns * (height + GAP)
         if image:
             sheet.paste(image, (left, top))
-        at, edge = (left + height * 0.03, top + height * 0.02), {"stroke_width": 2, "stroke_fill": PAPER}
+        at = (left + height * 0.03, top + height * 0.02)
+        edge = {"stroke_width": 2, "stroke_fill": PAPER}
         pen.text(at, words.get(place, ""), INK, font, **edge)
         corner = (left + height * 0.03, top + height * 0.98)
         pen.text(corner, corners[place % len(corners)], INK, font, anchor="ls", **edge)

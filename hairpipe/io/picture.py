@@ -78,10 +78,14 @@ class Reel(Image.Image):
         image = read_picture(self._picture(self._numbers[frame]))
         size = (max(1, round(image.width * self._scale)), max(1, round(image.height * self._scale)))
         if frame > 0 and size != self._size:
-            where, right = f"frame {self._numbers[frame]}", f"{self.width} x {self.height} pixels"
+            where = f"frame {self._numbers[frame]}"
+            right = f"{self.width} x {self.height} pixels"
             raise BadInput("not of the size of the first", where=where, right=right)
         shown = image.resize(size, Image.Resampling.LANCZOS) if size != image.size else image
-        self.im, self._mode, self._size, self._frame = shown.im, shown.mode, size, frame
+        self.im = shown.im
+        self._mode = shown.mode
+        self._size = size
+        self._frame = frame
 
     def tell(self) -> int:
         """Return the frame it is wound to, counted from 0."""

@@ -272,7 +272,8 @@ def load(typingctx, array, index):
 @intrinsic
 def load_as(typingctx, array, index, like):
     """The row at array[index], which is as long as the lanes like and may be of another precision, as such lanes."""
-    kept, lanes = _lanes_of(array), _expect_common(like)
+    kept = _lanes_of(array)
+    lanes = _expect_common(like)
     vector = ir.VectorType(kept.vector.element, lanes.width)
 
     def emit(context, builder, sig, args):
@@ -285,7 +286,8 @@ def load_as(typingctx, array, index, like):
 @intrinsic
 def store_as(typingctx, array, index, value):
     """Write lanes to array[index], a row as long as they are, in its precision."""
-    kept, lanes = _lanes_of(array), _expect_common(value)
+    kept = _lanes_of(array)
+    lanes = _expect_common(value)
     vector = ir.VectorType(kept.vector.element, lanes.width)
 
     def emit(context, builder, sig, args):
@@ -327,14 +329,16 @@ def local_rows(typingctx, count, like):
     lanes = _lanes_of(like)
     if not isinstance(count, types.IntegerLiteral):
         raise _refusal("a constant number of rows", count)
-    rows, size = count.literal_value, lanes.dtype.bitwidth // 8
+    rows = count.literal_value
+    size = lanes.dtype.bitwidth // 8
     kind = types.Array(lanes.dtype, 2, "C")
 
     def emit(context, builder, sig, args):
         view = context.make_array(kind)(context, builder)
         memory = cgutils.alloca_once(builder, ir.ArrayType(lanes.vector, rows))
         pointer = builder.bitcast(memory, view.data.type)
-        shape, strides = (rows, lanes.width), (lanes.width * size, size)
+        shape = (rows, lanes.width)
+        strides = (lanes.width * size, size)
         numbers = [
             cgutils.pack_array(builder, [context.get_constant(types.intp, n) for n in of]) for of in (shape, strides)
         ]

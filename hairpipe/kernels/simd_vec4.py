@@ -66,7 +66,8 @@ def load_short_four(typingctx, array, place):
     """The four numbers of int16 that begin at array[place], over `WHOLE`; the array has one axis, and is in C order."""
     if not (isinstance(array, types.Array) and array.layout == "C" and array.ndim == 1 and array.dtype == types.int16):
         raise TypingError(f"expected an array of int16 with one axis in C order, not {array}")
-    kind, part = ir.VectorType(ir.IntType(16), 4), ir.Constant(FOUR.vector, [1.0 / WHOLE] * 4)
+    kind = ir.VectorType(ir.IntType(16), 4)
+    part = ir.Constant(FOUR.vector, [1.0 / WHOLE] * 4)
 
     def emit(context, builder, sig, args):
         data = context.make_array(sig.args[0])(context, builder, args[0]).data

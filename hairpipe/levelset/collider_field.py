@@ -140,7 +140,8 @@ def fastest(velocities: np.ndarray) -> float:
 @njit(cache=True)
 def largest_change(one: Field, other: Field) -> float:
     """Return by how much the distance to one body and to another differ at most [m], at every eighth sample of one."""
-    most, (na, nb, nc) = 0.0, one.bricks.shape
+    most = 0.0
+    na, nb, nc = one.bricks.shape
     for place in np.ndindex(na, nb, nc):
         n = one.bricks[place]
         if n >= 0:

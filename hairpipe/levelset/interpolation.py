@@ -82,7 +82,8 @@ def two_sided(field0: Field, field1: Field, a: float, dt: float, x: float, y: fl
     known = (brick_at(field0, x, y, z) != FAR_OUTSIDE) + (brick_at(field1, x, y, z) != FAR_OUTSIDE)
     share = 1.0 / max(known, 1)
     mx, my, mz = share * (ux + vx), share * (uy + vy), share * (uz + vz)
-    s, r = dt * a, dt * (1 - a)
+    s = dt * a
+    r = dt * (1 - a)
     return DeparturePoints(a, x - s * mx, y - s * my, z - s * mz, x + r * mx, y + r * my, z + r * mz)
 
 
@@ -141,7 +142,8 @@ def normal_at(field0: Field, field1: Field, at: DeparturePoints) -> tuple[float,
     """
     px, py, pz = gradient(field0, at.x0, at.y0, at.z0)
     qx, qy, qz = gradient(field1, at.x1, at.y1, at.z1)
-    w0, w1 = 1 - at.weight, at.weight
+    w0 = 1 - at.weight
+    w1 = at.weight
     return normal_of(w0 * px + w1 * qx, w0 * py + w1 * qy, w0 * pz + w1 * qz)
 
 
@@ -155,7 +157,8 @@ def normal_of(nx: float, ny: float, nz: float) -> tuple[float, float, float]:
 @inlined
 def velocity_at(field0: Field, field1: Field, at: DeparturePoints) -> tuple[float, float, float]:
     """Return the blended velocity [m/s]; where one frame has none, that of the other."""
-    w0, w1 = 1 - at.weight, at.weight
+    w0 = 1 - at.weight
+    w1 = at.weight
     if brick_at(field0, at.x0, at.y0, at.z0) == FAR_OUTSIDE:
         w0, w1 = 0.0, 1.0
     elif brick_at(field1, at.x1, at.y1, at.z1) == FAR_OUTSIDE:

@@ -53,7 +53,10 @@ def locate(field: Field, x: float, y: float, z: float) -> tuple[int, int, int, i
     """Return the brick that holds a point [m], or FAR_OUTSIDE or FAR_INSIDE; the voxel in it; the fractions in that."""
     na, nb, nc = field.bricks.shape
     u, v, w = (x - field.x) * field.per_metre, (y - field.y) * field.per_metre, (z - field.z) * field.per_metre
-    n, i, j, k = FAR_OUTSIDE, 0, 0, 0
+    n = FAR_OUTSIDE
+    i = 0
+    j = 0
+    k = 0
     if 0.0 <= u < 8.0 * na and 0.0 <= v < 8.0 * nb and 0.0 <= w < 8.0 * nc:
         i, j, k = int(u), int(v), int(w)
         n = field.bricks[i >> 3, j >> 3, k >> 3]
@@ -77,10 +80,14 @@ def sample(field: Field, x: float, y: float, z: float) -> tuple[float, float, fl
     gx = gy = gz = 0.0
     if n >= 0:
         d = field.distance
-        c00, d00 = d[n, i, j, k], d[n, i + 1, j, k] - d[n, i, j, k]
-        c01, d01 = d[n, i, j, k + 1], d[n, i + 1, j, k + 1] - d[n, i, j, k + 1]
-        c10, d10 = d[n, i, j + 1, k], d[n, i + 1, j + 1, k] - d[n, i, j + 1, k]
-        c11, d11 = d[n, i, j + 1, k + 1], d[n, i + 1, j + 1, k + 1] - d[n, i, j + 1, k + 1]
+        c00 = d[n, i, j, k]
+        d00 = d[n, i + 1, j, k] - d[n, i, j, k]
+        c01 = d[n, i, j, k + 1]
+        d01 = d[n, i + 1, j, k + 1] - d[n, i, j, k + 1]
+        c10 = d[n, i, j + 1, k]
+        d10 = d[n, i + 1, j + 1, k] - d[n, i, j + 1, k]
+        c11 = d[n, i, j + 1, k + 1]
+        d11 = d[n, i + 1, j + 1, k + 1] - d[n, i, j + 1, k + 1]
         c00, c01, c10, c11 = c00 + f * d00, c01 + f * d01, c10 + f * d10, c11 + f * d11
         low, high = c00 + g * (c10 - c00), c01 + g * (c11 - c01)
         phi = low + h * (high - low)
@@ -128,7 +135,8 @@ def velocity(field: Field, x: float, y: float, z: float) -> tuple[float, float, 
 @inlined
 def between(field: Field, number: int, x: float, y: float, z: float) -> float:
     """Return one of the four numbers that are known at the corners of blocks, at a point far inside [m]."""
-    scale, corners = field.per_metre / BRICK, field.inner
+    scale = field.per_metre / BRICK
+    corners = field.inner
     u, v, w = (x - field.x) * scale, (y - field.y) * scale, (z - field.z) * scale
     a, b, c = int(u), int(v), int(w)
     f, g, h = u - a, v - b, w - c

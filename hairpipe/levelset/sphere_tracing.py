@@ -85,9 +85,12 @@ def crossed_box(low: Vector, high: Vector, ray: SpaceTimeRay) -> tuple[float, fl
     """Return the fractions at which a ray enters and leaves a box along the axes; the first is larger if it misses."""
     first, last = 0.0, 1.0
     for axis in range(3):
-        near, far, step = low[axis] - ray.start[axis], high[axis] - ray.start[axis], ray.way[axis]
+        near = low[axis] - ray.start[axis]
+        far = high[axis] - ray.start[axis]
+        step = ray.way[axis]
         if step != 0.0:
-            first, last = max(first, min(near / step, far / step)), min(last, max(near / step, far / step))
+            first = max(first, min(near / step, far / step))
+            last = min(last, max(near / step, far / step))
         elif not near <= 0.0 <= far:
             last = -1.0
     return first, last
@@ -105,7 +108,8 @@ def first_below(distance: Callable[..., float], body: Any, ray: SpaceTimeRay, ke
     while gap >= 0.0:
         if far == span.last:
             return np.inf
-        near, far = far, min(span.last, far + max(gap, _LEAST * span.voxel) / span.change)
+        near = far
+        far = min(span.last, far + max(gap, _LEAST * span.voxel) / span.change)
         gap = distance(body, ray, far) - kept
     while (far - near) * span.change > _SHARP * span.voxel:
         middle = 0.5 * (near + far)

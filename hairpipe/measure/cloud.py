@@ -46,7 +46,8 @@ def cloud_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
     near, far = order[:-1][same], order[1:][same]
     apart = _lengths(particles.points, near, far)
     nearest = np.quantile(_nearest(particles.points), 0.01)
-    found, last = [], cloud[max(cloud)]
+    found = []
+    last = cloud[max(cloud)]
     for frame in cloud:
         points = cloud[frame].points
         stretch = np.quantile(_lengths(points, near, far) / apart, 0.99) - 1.0
@@ -71,11 +72,14 @@ def split_table(cloud: Mapping[int, Cloud], particles: Particles) -> Table:
     rooms = {frame: _widest(cloud[frame].points[low, 0]) for frame in cloud}
     parted = max(rooms, key=lambda frame: rooms[frame][0])
     right = cloud[parted].points[:, 0] > rooms[parted][1]
-    across, gaps, opened = low[ends].all(axis=1) & (right[ends[:, 0]] != right[ends[:, 1]]), [], []
+    across = low[ends].all(axis=1) & (right[ends[:, 0]] != right[ends[:, 1]])
+    gaps = []
+    opened = []
     begin = end = 0.0
     for frame in cloud:
         x = cloud[frame].points[:, 0]
-        begin, end = np.quantile(x[low & right], FEW), np.quantile(x[low & ~right], 1.0 - FEW)
+        begin = np.quantile(x[low & right], FEW)
+        end = np.quantile(x[low & ~right], 1.0 - FEW)
         gaps.append(1e3 * (begin - end))
         opened.append(100.0 * _open(cloud[frame].points, particles)[across].mean())
     last = cloud[max(cloud)].points[:, 0]

@@ -49,7 +49,9 @@ def fidelity_table(
     BadInput where strands do not correspond, or no frames are left.
     """
     whose = None if grooms is None else matches(*grooms)
-    found, failed, rest = [], "", None
+    found = []
+    failed = ""
+    rest = None
     for number, frame in enumerate(truth):
         if frame not in hair:
             failed = f"{failed}, " * bool(failed) + f"not finite at frame {frame}"
@@ -99,12 +101,14 @@ def _heads(hair: Strands, gravity: float) -> np.ndarray:
 
     Mass is even along a strand: half of a segment's at either of its ends.
     """
-    starts, ends = hair.offsets[:-1], hair.offsets[1:] - 1
+    starts = hair.offsets[:-1]
+    ends = hair.offsets[1:] - 1
     if gravity == 0.0:
         return np.zeros(len(starts))
     weights = np.ones(len(hair.points))
     weights[starts] = weights[ends] = 0.5
-    points, speeds = hair.points.astype(float), hair.velocities.astype(float)
+    points = hair.points.astype(float)
+    speeds = hair.velocities.astype(float)
     values = weights * (0.5 * np.sum(speeds**2, axis=1) / gravity + points[:, 1])
     return np.add.reduceat(values, starts) / (ends - starts)
 

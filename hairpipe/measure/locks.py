@@ -50,10 +50,13 @@ def measure_locks(
 
     Raises BadInput where the truth is of other strands.
     """
-    frames, rows = list(hair), []
+    frames = list(hair)
+    rows = []
     segments = np.diff(groom.points, axis=0)
     inner = np.delete(np.linalg.norm(segments, axis=1), groom.offsets[1:-1] - 1)
-    length, ages, before = inner.sum() / len(groom.ids), np.zeros(0, np.int32), None
+    length = inner.sum() / len(groom.ids)
+    ages = np.zeros(0, np.int32)
+    before = None
     for frame in frames:
         state = states[frame]
         if before is None:
@@ -61,7 +64,8 @@ def measure_locks(
         else:
             ages = ages_of(before.stuck, before.stuck_at, ages, state.stuck, state.stuck_at)
         audit = _audit(before, state)
-        before, leaders = state, np.arange(len(groom.ids)) if state.locks is None else state.locks.leaders
+        before = state
+        leaders = np.arange(len(groom.ids)) if state.locks is None else state.locks.leaders
         follows = leaders != np.arange(len(leaders))
         apart = 0.0
         if state.locks is not None and follows.any():
@@ -71,7 +75,8 @@ def measure_locks(
             off = _distance(hair[frame], truth[frame])
         lasting = 100.0 * float((ages >= LASTED).mean()) if len(ages) else 0.0
         stuck = len(ages) / len(inner), lasting
-        simulated, largest = np.count_nonzero(~follows), int(np.bincount(leaders).max())
+        simulated = np.count_nonzero(~follows)
+        largest = int(np.bincount(leaders).max())
         parted = 0 if state.locks is None else np.count_nonzero(state.locks.parted >= 0)
         locks = 100.0 * simulated / len(leaders), 100.0 * parted / simulated, largest
         rows.append(((frame - frames[0]) / fps, *stuck, *locks, apart, *audit, 1e3 * off, 100.0 * off / length))
@@ -84,8 +89,10 @@ def _audit(before: HairState | None, state: HairState) -> tuple[int, float, floa
         return 0, np.nan, np.nan
     audited = np.where(np.isnan(state.locks.errors), -1, before.locks.audited)
     errors, hairs = means_of_locks(audited, state.locks.errors)
-    squares, count = errors**2, len(errors)
-    mean, bound = np.average(squares, weights=hairs), np.nan
+    squares = errors**2
+    count = len(errors)
+    mean = np.average(squares, weights=hairs)
+    bound = np.nan
     if count > 1:
         # Of a ratio of means: of squares over all hairs of a lock, and of these hairs.
         apart = hairs * (squares - mean) / hairs.mean()

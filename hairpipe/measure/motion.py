@@ -21,7 +21,9 @@ def measure_speeds(hair: Mapping[int, Strands], fps: float, cuts: Sequence[int] 
     """
     frames = list(hair)
     first = previous = hair[frames[0]]
-    led, lengths, rows = first.offsets[:-1], strand_lengths(first.points, first.offsets), []
+    led = first.offsets[:-1]
+    lengths = strand_lengths(first.points, first.offsets)
+    rows = []
     for frame in frames:
         now = hair[frame]
         previous = now if frame in cuts else previous

@@ -22,7 +22,8 @@ def is_pinched(points: np.ndarray, depths: np.ndarray, bodies: Sequence[Collider
     The way out is followed along the normals, out of every body that it leads into, as far as twice the depth and the
     room: pinched is what finds no place outside there. Nothing is pinched that comes to where there is no way out.
     """
-    places, pinched = points.copy(), np.ones(len(points), bool)
+    places = points.copy()
+    pinched = np.ones(len(points), bool)
     reach = _FARTHEST * (depths + ROOM)
     for _ in range(_STEPS):
         probe = SdfSample.blank(len(points), 2.0 * ROOM)

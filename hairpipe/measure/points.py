@@ -40,7 +40,8 @@ def measure_points(
             pulls = sorted(tensions(layout_of(groom, state), state), key=lambda strand: strand[0])
             found["tension [uN]"] = spread(1e6 * np.concatenate([pull for _, _, pull in pulls]), inner)
             if state.locks is not None:
-                leaders, counts = state.locks.leaders, np.diff(hair.offsets)
+                leaders = state.locks.leaders
+                counts = np.diff(hair.offsets)
                 found["tension [uN]"] = found["tension [uN]"][points_of_strands(leaders, hair.offsets)]
                 found["lock"] = np.repeat(GOLDEN * leaders % 1.0, counts)
                 found["follows"] = np.repeat(leaders != np.arange(len(leaders)), counts).astype(float)

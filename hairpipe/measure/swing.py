@@ -28,7 +28,8 @@ def swing_table(hair: Mapping[int, Strands]) -> Table:
     """
     low, roots = [], []
     for frame in hair:
-        ends, points = hair[frame].offsets, hair[frame].points.astype(float)[:, [2, 0]]
+        ends = hair[frame].offsets
+        points = hair[frame].points.astype(float)[:, [2, 0]]
         starts = (ends[:-1] + np.ceil(LOWER * np.diff(ends))).astype(int)
         middle = points[ends[:-1]].mean(axis=0)
         cuts = np.stack([starts, ends[1:]], axis=1).ravel()

@@ -45,7 +45,8 @@ def turns(points: np.ndarray) -> np.ndarray:
     Angles between neighbours are taken about the mean of their axes, so that wriggles cancel out.
     """
     edges = np.diff(points, axis=0)
-    across, cosines = np.cross(edges[:-1], edges[1:]), np.sum(edges[:-1] * edges[1:], axis=1)
+    across = np.cross(edges[:-1], edges[1:])
+    cosines = np.sum(edges[:-1] * edges[1:], axis=1)
     axis = across.sum(axis=0)
     size = np.linalg.norm(axis)
     sines = across @ (axis / size if size > 0.0 else axis)
@@ -69,7 +70,8 @@ def tensions(layout: Layout, state: HairState) -> list[tuple[int, np.ndarray, np
     that the cut goes through; the tension is what of that is along the segment. Altitude springs are left out: they
     keep tetrahedra apart and carry nothing along a strand that hangs or is drawn.
     """
-    shape, found = layout.shape, []
+    shape = layout.shape
+    found = []
     for block, segments in enumerate(layout.segments):
         rows = slice(layout.first[block], layout.first[block + 1])
         x, T = state.positions[rows], state.tensions[rows]

@@ -112,7 +112,9 @@ def plain_documents(
     shelf: Shelf, shot: Shot, frames: FrameSet, wedge: WedgeShot | None, run: Run | None
 ) -> dict[str, Any]:
     """Describe graph, state and wedge, and take their results in."""
-    found, told, ended = shot.plan(frames), told_by(run), {} if run is None else ending(run)
+    found = shot.plan(frames)
+    told = told_by(run)
+    ended = {} if run is None else ending(run)
     shelf.take(shot, found)
     if wedge is None:
         state = state_document(shot, found, shelf.suffix, told)
@@ -154,7 +156,9 @@ class Counting:
     """Counts what is made, and tells of it."""
 
     def __init__(self, progress: Progress, total: int) -> None:
-        self._progress, self._total, self._done = progress, total, 0
+        self._progress = progress
+        self._total = total
+        self._done = 0
 
     def __call__(self, made: Made) -> Made:
         """Count something, and return it."""

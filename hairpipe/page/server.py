@@ -43,7 +43,8 @@ GUARD = {
     "X-Content-Type-Options": "nosniff",
 }
 KINDS = {".js": "text/javascript", ".css": "text/css", ".txt": "text/plain"}
-MOST_DIGITS, MOST_BYTES = 18, 1 << 20
+MOST_DIGITS = 18
+MOST_BYTES = 1 << 20
 """Of a number that a page sends, and of the body of a request."""
 PATIENCE = 1
 """Time after which pending requests are cancelled at the end [s]."""

@@ -41,7 +41,8 @@ class Session:
 
     def __init__(self, shot: Shot, frames: FrameSet = None, wedge: str | None = None) -> None:
         self._wedge = wedge
-        self._base, self.frames = shot, None if frames is None else list(shot.graph.select(read_frames(frames)))
+        self._base = shot
+        self.frames = None if frames is None else list(shot.graph.select(read_frames(frames)))
         self._edits: dict[str, str] = {}
         self._shot = shot
         self._lock = threading.RLock()
@@ -128,7 +129,10 @@ class Session:
             assert self._run.stdin is not None
             self._run.stdin.write(job.text + "\n")
             self._run.stdin.flush()
-            self._fates, self._ended, self._note, self._stopped = {}, {}, "", False
+            self._fates = {}
+            self._ended = {}
+            self._note = ""
+            self._stopped = False
             threading.Thread(target=self._listen, args=(self._run,), daemon=True).start()
             self._advance()
 
@@ -190,7 +194,10 @@ class Session:
         """Plan a shot with edits, and show it from now on; BadInput changes nothing."""
         shot = base.changed({target: parse_value(text) for target, text in edits.items()})
         plan = shot.plan(self.frames)
-        self._base, self._edits, self._shot, self._plan = base, dict(edits), shot, plan
+        self._base = base
+        self._edits = dict(edits)
+        self._shot = shot
+        self._plan = plan
         for player in self._players:
             player.take({target: parse_value(text) for target, text in edits.items()})
         self._shelf.take(shot, plan)

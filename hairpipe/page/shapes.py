@@ -51,7 +51,8 @@ def values_document(measured: PointValues, most: int) -> Packed:
 
     most  strands that are shown, the same as of `strands_document`
     """
-    arrays, ranges = {}, []
+    arrays = {}
+    ranges = []
     kept = thinned(measured.offsets, most)[2]
     for place, values in enumerate(measured.values[:, kept].astype(float)):
         known = values[np.isfinite(values)]

@@ -45,17 +45,20 @@ class Settings:
     """The latest settings, which arrive as lines while frames are made; the end of the lines ends the process."""
 
     def __init__(self, first: dict[str, Any]) -> None:
-        self._latest, self._new = first, False
+        self._latest = first
+        self._new = False
         threading.Thread(target=self._listen, daemon=True).start()
 
     def changed(self) -> dict[str, Any] | None:
         """Return settings that came since the last call; None where none did."""
-        found, self._new = (self._latest if self._new else None), False
+        found = self._latest if self._new else None
+        self._new = False
         return found
 
     def _listen(self) -> None:
         for line in sys.stdin:
-            self._latest, self._new = json.loads(line), True
+            self._latest = json.loads(line)
+            self._new = True
         os._exit(0)
 
 

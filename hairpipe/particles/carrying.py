@@ -68,8 +68,10 @@ def carried(
     Raises BadInput where the cloud or the body is another one.
     """
     turns = rigid_motions(cloud, particles, motion_of_roots(body, particles.hair))
-    points, velocities = np.empty_like(groom.points), np.empty((len(groom.points), 3), np.float32)
-    roots, near = motion_of_roots(body, groom), (0.5 * particles.reach) ** 2
+    points = np.empty_like(groom.points)
+    velocities = np.empty((len(groom.points), 3), np.float32)
+    roots = motion_of_roots(body, groom)
+    near = (0.5 * particles.reach) ** 2
     _carry(carriers, near, turns, roots, groom.points, groom.offsets, points, velocities)
     return Strands(points, velocities, groom.offsets, diameter)
 
@@ -92,7 +94,8 @@ def _carry(
         put(points, offsets[s], x)
         put(velocities, offsets[s], v)
         for k in range(offsets[s] + 1, offsets[s + 1]):
-            before, X = X, row(rest, k)
+            before = X
+            X = row(rest, k)
             way = speed = (0.0, 0.0, 0.0)
             total = change = 0.0
             for c in range(CARRIERS):
@@ -114,7 +117,8 @@ def _carry(
 
 def _tangents(groom: Groom) -> np.ndarray:
     """Return where hair goes at its vertices, root to tip, unit or 0, (P, 3)."""
-    counts, at = np.diff(groom.offsets), np.arange(len(groom.points))
+    counts = np.diff(groom.offsets)
+    at = np.arange(len(groom.points))
     after = np.minimum(at + 1, np.repeat(groom.offsets[1:] - 1, counts))
     before = np.maximum(at - 1, np.repeat(groom.offsets[:-1], counts))
     ways = groom.points[after] - groom.points[before]

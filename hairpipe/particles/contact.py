@@ -81,7 +81,8 @@ def gap_of(planes: Planes, k: int, x: Vector, left: float) -> float:
 @inlined
 def least_speed(planes: Planes, k: int, x: Vector, left: float, dt: float) -> float:
     """Return the least speed along its normal that a particle may have in a step that begins at x [m/s]."""
-    n, missing = row(planes.normals, k), planes.thickness[k] - gap_of(planes, k, x, left)
+    n = row(planes.normals, k)
+    missing = planes.thickness[k] - gap_of(planes, k, x, left)
     return dot(n, row(planes.drifts, k)) + min(missing / dt, PUSH_OUT)
 
 
@@ -99,7 +100,8 @@ def stale(planes: Planes, found: SdfSample, places: np.ndarray, points: np.ndarr
 
     Pure; they are sorted, (n,).
     """
-    which, count = np.empty(len(points), np.int64), 0
+    which = np.empty(len(points), np.int64)
+    count = 0
     for k in range(first, len(points)):
         kept, near = planes.thickness[k], found.distance[k]
         near = near if np.isfinite(near) else 2.0 * kept
@@ -118,8 +120,11 @@ def put_right(
     starts  where they began it [m], (N, 3); dt  it lasted [s]
     """
     for a in range(len(which)):
-        k, phi = which[a], found.distance[a]
-        kept, n, b = planes.thickness[k], row(found.normal, a), row(found.velocity, a)
+        k = which[a]
+        phi = found.distance[a]
+        kept = planes.thickness[k]
+        n = row(found.normal, a)
+        b = row(found.velocity, a)
         if not phi < kept or dot(n, n) < 0.5:
             continue
         began = gap_of(planes, k, row(starts, k), dt)

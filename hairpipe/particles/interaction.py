@@ -97,7 +97,8 @@ def exchange(
         most = 0
         for k in range(len(velocities)):
             most = max(most, pairs.rows[k + 1] - pairs.rows[k])
-        others, gradients = np.empty(most, np.int64), np.empty((most, 4))
+        others = np.empty(most, np.int64)
+        gradients = np.empty((most, 4))
         for k in range(len(velocities)):
             if pairs.density[k] > law.rest[k]:
                 _press(law, pairs, (inverse_masses, points), dt, k, (others, gradients), velocities, pressed)
@@ -125,9 +126,15 @@ def _press(law, pairs, particles, dt, k, room, velocities, pressed):
     room       for those next to it, and for the gradient of its density by their places, and its length with its sign
     """
     (inverse_masses, points), (others, gradients) = particles, room
-    rate, weight, total, mine = 0.0, 0.0, (0.0, 0.0, 0.0), row(velocities, k)
-    x, begin, end = row(points, k), np.int64(pairs.rows[k]), np.int64(pairs.rows[k + 1])
-    over, scale = 1.0 / law.h, law.mass / (4.0 * np.pi * law.h**4)
+    rate = 0.0
+    weight = 0.0
+    total = (0.0, 0.0, 0.0)
+    mine = row(velocities, k)
+    x = row(points, k)
+    begin = np.int64(pairs.rows[k])
+    end = np.int64(pairs.rows[k + 1])
+    over = 1.0 / law.h
+    scale = law.mass / (4.0 * np.pi * law.h**4)
     for at in range(begin, end):
         pair = np.int64(pairs.by[at])
         other = np.int64(pairs.ends[pair, 0]) + np.int64(pairs.ends[pair, 1]) - k
@@ -171,5 +178,6 @@ def _lost(u, n, collision, friction, mass, bound, pressed):
     along = scaled(dot(u, n) / square if square > 0.0 else 0.0, n)
     across = minus(u, along)
     hit = collision / (1.0 + collision) * mass
-    rub, most = friction / (1.0 + friction) * mass, bound * (hit * length(along) + pressed) / length(across)
+    rub = friction / (1.0 + friction) * mass
+    most = bound * (hit * length(along) + pressed) / length(across)
     return plus(scaled(hit, along), scaled(most if most < rub else rub, across))

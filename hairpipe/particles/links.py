@@ -80,8 +80,11 @@ def reach_with(points: np.ndarray, neighbours: float) -> float:
     if neighbours > len(points) - 1:
         told = f"{len(points)} particles cannot have {neighbours:g} neighbours each"
         raise BadInput(told, where="particles", right=f"more than {neighbours:g}")
-    tree, some = KDTree(points), points[:: -(-len(points) // SURVEYED)]
-    few, low, high = KDTree(some), 0.0, float(np.linalg.norm(np.ptp(points, axis=0)))
+    tree = KDTree(points)
+    some = points[:: -(-len(points) // SURVEYED)]
+    few = KDTree(some)
+    low = 0.0
+    high = float(np.linalg.norm(np.ptp(points, axis=0)))
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
         found = few.count_neighbors(tree, middle) / len(some) - 1.0

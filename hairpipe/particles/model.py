@@ -134,7 +134,8 @@ def _keeps(ends: np.ndarray, lengths: np.ndarray, weights: np.ndarray) -> np.nda
 
 def _rows(ends: np.ndarray, count: int) -> tuple[np.ndarray, ...]:
     """Return where the links of every particle are listed, and the middles, the other ends ascending, and the links."""
-    own, others = ends.T.ravel(), ends[:, ::-1].T.ravel()
+    own = ends.T.ravel()
+    others = ends[:, ::-1].T.ravel()
     by = np.tile(np.arange(len(ends), dtype=np.int32), 2)
     order = np.lexsort((others, own))
     rows = np.concatenate([[0], np.cumsum(np.bincount(own, minlength=count))]).astype(np.int32)
@@ -168,12 +169,14 @@ def keep_within_reach(
 
     Raises ArithmeticError where one is `TORN` times as far away.
     """
-    hair, strands = particles.hair, particles.strands[deep:]
+    hair = particles.hair
+    strands = particles.strands[deep:]
     motions, rates = motion_of_roots(lead, hair)
     ends = hair.points[hair.offsets[:-1]]
     roots, drifts = (np.einsum("sij,sj->si", m[:, :, :3], ends) + m[:, :, 3] for m in (motions, rates))
     ways = moving.points[deep:] - roots[strands]
-    distances, most = np.linalg.norm(ways, axis=1), reaches[deep:]
+    distances = np.linalg.norm(ways, axis=1)
+    most = reaches[deep:]
     beyond = distances > most
     if not beyond.any():
         return

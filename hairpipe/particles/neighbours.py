@@ -24,8 +24,11 @@ WIDE = 3.0
 def near_pairs(points: np.ndarray, distance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return all pairs nearer than a distance [m], (P, 2) int32, and how far apart they are [m], (P,); pure."""
     order, first, (nx, ny, nz) = _sorted_into_cells(points, distance)
-    room, found, most = 16 * len(points) + 64, 0, distance * distance
-    pairs, apart = np.empty((room, 2), np.int32), np.empty(room)
+    room = 16 * len(points) + 64
+    found = 0
+    most = distance * distance
+    pairs = np.empty((room, 2), np.int32)
+    apart = np.empty(room)
     around = _make_room(WIDTH)
     for cell in range(len(first) - 1):
         if first[cell] == first[cell + 1]:
@@ -69,7 +72,9 @@ def _make_room(count):
 def _ranges(first, cell, counts):
     """Return where particles begin and end: of a cell and the next; then of rows of three cells on one side."""
     _, ny, nz = counts
-    cx, cy, cz = cell // (ny * nz), cell // nz % ny, cell % nz
+    cx = cell // (ny * nz)
+    cy = cell // nz % ny
+    cz = cell % nz
     own = first[cell], first[min(cell + 1, (cx * ny + cy) * nz + nz - 1) + 1]
     return (
         own,
@@ -133,7 +138,8 @@ def _add_near(around, a, count, most, pairs, apart, found):
 @njit(cache=True)
 def _longer(pairs, apart, more):
     """Return both with room for as many again, and more."""
-    longer, far = np.empty((2 * len(pairs) + more, 2), np.int32), np.empty(2 * len(pairs) + more)
+    longer = np.empty((2 * len(pairs) + more, 2), np.int32)
+    far = np.empty(2 * len(pairs) + more)
     for k in range(len(pairs)):
         longer[k, 0], longer[k, 1], far[k] = pairs[k, 0], pairs[k, 1], apart[k]
     return longer, far
@@ -162,7 +168,8 @@ def _sorted_into_cells(points, size):
             break
         size *= 2.0
     x, y, z = np.int64(nx), np.int64(ny), np.int64(nz)
-    cells, first = np.empty(len(points), np.int64), np.zeros(x * y * z + 1, np.int64)
+    cells = np.empty(len(points), np.int64)
+    first = np.zeros(x * y * z + 1, np.int64)
     over = 1.0 / size
     for k in range(len(points)):
         a = min(max(np.int64((points[k, 0] - low[0]) * over), 0), x - 1)
@@ -172,7 +179,8 @@ def _sorted_into_cells(points, size):
         first[cells[k] + 1] += 1
     for cell in range(x * y * z):
         first[cell + 1] += first[cell]
-    order, filled = np.empty(len(points), np.int64), np.zeros(len(first), np.int64)
+    order = np.empty(len(points), np.int64)
+    filled = np.zeros(len(first), np.int64)
     for k in range(len(points)):
         order[first[cells[k]] + filled[cells[k]]] = k
         filled[cells[k]] += 1
@@ -206,7 +214,8 @@ def rows_of(pairs: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
         rows[pairs[k, 1] + 1] += 1
     for k in range(count):
         rows[k + 1] += rows[k]
-    by, filled = np.empty(2 * len(pairs), np.int32), np.zeros(count, np.int32)
+    by = np.empty(2 * len(pairs), np.int32)
+    filled = np.zeros(count, np.int32)
     for k in range(len(pairs)):
         for end in range(2):
             particle = pairs[k, end]

@@ -24,12 +24,15 @@ def rest_lengths(model: Model, points: np.ndarray, axial: np.ndarray, gravity: f
     gravity  [m/s^2]
     strain   by which a length may change, at most
     """
-    links, count = model.links, len(points)
-    ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
+    links = model.links
+    count = len(points)
+    ways = np.empty((len(links.ends), 4))
+    stiffness = np.empty(len(links.ends))
     measure_links(links, points, ways)
     stiffen(links, model.reach, axial, ways, stiffness)
     d = ways[:, :3]
-    blocks, outer = np.zeros((count, 6)), stiffness[:, None] * d[:, [0, 0, 0, 1, 1, 2]] * d[:, [0, 1, 2, 1, 2, 2]]
+    blocks = np.zeros((count, 6))
+    outer = stiffness[:, None] * d[:, [0, 0, 0, 1, 1, 2]] * d[:, [0, 1, 2, 1, 2, 2]]
     for end in range(2):
         np.add.at(blocks, links.ends[:, end], outer)
     blocks[:, [0, 3, 5]] += SOFT * blocks[model.deep :, [0, 3, 5]].mean()
@@ -37,7 +40,8 @@ def rest_lengths(model: Model, points: np.ndarray, axial: np.ndarray, gravity: f
     system = build_system(links, model.deep)
     system.joins[:] = np.pad(joins[links.by], ((0, 0), (0, 1))).ravel()
     set_blocks(system, blocks)
-    sunk, residual = np.zeros(4 * count, np.float32), np.zeros((count, 4), np.float32)
+    sunk = np.zeros(4 * count, np.float32)
+    residual = np.zeros((count, 4), np.float32)
     residual[model.deep :, 1] = -gravity * model.masses[model.deep :]
     residual = residual.ravel()
     solve(system, residual, sunk, EXACT, 0.0)

@@ -85,7 +85,8 @@ class Lines(NamedTuple):
     def at(self, places: Places) -> tuple[np.ndarray, np.ndarray]:
         """Return points [m] and directions, (n, 3) each; below the skin they go along `roots`."""
         strands, arcs = places
-        begin, end = self.offsets[strands], self.offsets[strands + 1]
+        begin = self.offsets[strands]
+        end = self.offsets[strands + 1]
         reach = 1.0 + float(self.lengths.max())
         whose = np.repeat(np.arange(len(self.offsets) - 1), np.diff(self.offsets))
         after = np.searchsorted(self.arcs + reach * whose, arcs + reach * strands, side="right")
@@ -101,7 +102,8 @@ class Lines(NamedTuple):
 
 def lines_of(groom: Groom) -> Lines:
     """Find the lines that the hair of a groom runs along; pure."""
-    points, offsets = axes_of(groom), groom.offsets
+    points = axes_of(groom)
+    offsets = groom.offsets
     steps = np.diff(points, axis=0, prepend=points[:1])
     sizes = np.linalg.norm(steps, axis=1)
     steps[offsets[:-1]], sizes[offsets[:-1]] = 0.0, 0.0
@@ -199,10 +201,12 @@ class _InSpace:
         return Places(self.whose[chosen], self.lines.arcs[chosen])
 
     def below(self, places: Places, spacing: float) -> Places:
-        steps, count = np.arange(1, 1 + int(np.ceil(4 * DEPTH))), len(self.lines.offsets) - 1
+        steps = np.arange(1, 1 + int(np.ceil(4 * DEPTH)))
+        count = len(self.lines.offsets) - 1
         deep = Places(np.repeat(np.arange(count), len(steps)), -0.25 * spacing * np.tile(steps, count))
         deep = Places(*(column[deep.arcs >= -DEPTH * spacing] for column in deep))
-        points, taken = self.lines.at(deep)[0], KDTree(self.lines.at(places)[0])
+        points = self.lines.at(deep)[0]
+        taken = KDTree(self.lines.at(places)[0])
         order = stream(self.seed, "particles below the skin").permutation(len(points))
         room = taken.query(points)[0] >= spacing
         kept = darts(KDTree(points), order[room[order]], spacing)
@@ -214,7 +218,8 @@ def darts(tree: KDTree, order: np.ndarray, spacing: float) -> np.ndarray:
 
     Source: R. L. Cook, Stochastic sampling in computer graphics, 1986: dart throwing.
     """
-    taken, blocked = [], bytearray(tree.n)
+    taken = []
+    blocked = bytearray(tree.n)
     marks = np.frombuffer(blocked, np.uint8)
     for k in order.tolist():
         if not blocked[k]:
@@ -225,7 +230,8 @@ def darts(tree: KDTree, order: np.ndarray, spacing: float) -> np.ndarray:
 
 def _with_count(choose: _OnStrands | _InSpace, count: int, size: float) -> tuple[Places, float]:
     """Find the spacing [m] at which there are so many; their number goes about as its third power."""
-    spacing, best = size / count ** (1.0 / 3.0), (np.inf, Places(np.empty(0), np.empty(0)), 0.0)
+    spacing = size / count ** (1.0 / 3.0)
+    best = (np.inf, Places(np.empty(0), np.empty(0)), 0.0)
     for _ in range(TRIES):
         places = choose.free(spacing)
         off = abs(len(places.arcs) / count - 1.0)

@@ -61,7 +61,8 @@ def prepare(particles: Particles, settings: ParticleSettings) -> Prepared:
     rest = model.links.lengths
     if settings.sag_free is not None:
         rest = rest_lengths(model, particles.points, axial, settings.gravity, settings.sag_free.strain)
-    springs, reaches = Springs(axial, rest, settings.damping), reaches_of(particles, settings.sag)
+    springs = Springs(axial, rest, settings.damping)
+    reaches = reaches_of(particles, settings.sag)
     if "links" in settings.printed:
         model = model._replace(links=model.links._replace(keeps=np.full(len(rest), np.inf)))
     if settings.interaction is None:
@@ -73,7 +74,8 @@ def laws_of(
     interaction: Interaction, printed: Sequence[Printed], model: Model, points: np.ndarray
 ) -> tuple[Law, PrintedLaw | None]:
     """Return the laws by which particles act on each other that are at points [m], (N, 3), at rest; pure."""
-    own, mass = find_pairs(model.masses, points, model.range).density, float(model.masses.mean())
+    own = find_pairs(model.masses, points, model.range).density
+    mass = float(model.masses.mean())
     rest = np.maximum(own, np.quantile(own[model.deep :], DENSE))
     ours = replace(interaction, **dict.fromkeys(set(printed) & {"pressure", "friction"}, 0.0))
     law = Law(ours.pressure, ours.collision, ours.friction, ours.bound, model.range, mass, rest)
@@ -130,7 +132,8 @@ def _check_finite(particles: Particles, points: np.ndarray, velocities: np.ndarr
 def start(particles: Particles, prepared: Prepared, frame: Frame, bodies: Sequence[Collider]) -> ParticleState:
     """Put particles where their roots are, moving with them; their links are as at rest."""
     motions, rates = (m[particles.strands] for m in motion_of_roots(frame.leads[1], particles.hair))
-    points, directions = moved(motions, particles.points), turned(motions, particles.directions)
+    points = moved(motions, particles.points)
+    directions = turned(motions, particles.directions)
     deep, links = prepared.model.deep, prepared.model.links
     if bodies and (look(bodies, points[deep:], frame.frame_dt).distance < 0.0).all():
         right = "hair outside the body: check unit, position and pose of groom and body"
@@ -153,11 +156,19 @@ def advance_frame(
 
     Nothing takes particles back to their roots where a part is as printed, to see how it fails.
     """
-    model, springs, deep, frame_dt = prepared.model, prepared.springs, prepared.model.deep, frame.frame_dt
-    points, velocities, directions = state.points.copy(), state.velocities.copy(), state.directions.copy()
+    model = prepared.model
+    springs = prepared.springs
+    deep = prepared.model.deep
+    frame_dt = frame.frame_dt
+    points = state.points.copy()
+    velocities = state.velocities.copy()
+    directions = state.directions.copy()
     acting = find_acting(particles, prepared, state, frame, bodies, settings)
-    moving, planes, ways = Moving(points, velocities, state.tensions.copy()), acting.planes, acting.ways
-    dt, stiffness = frame_dt / settings.steps, np.empty(len(model.links.ends))
+    moving = Moving(points, velocities, state.tensions.copy())
+    planes = acting.planes
+    ways = acting.ways
+    dt = frame_dt / settings.steps
+    stiffness = np.empty(len(model.links.ends))
     if "steps" in settings.printed:
 
         def begin(moving: Moving, dt: float) -> None:
@@ -181,7 +192,9 @@ def advance_frame(
 
 def _act(prepared: Prepared, points: np.ndarray, directions: np.ndarray, dt: float, velocities: np.ndarray) -> None:
     """Change velocities by what hair exchanges with hair in dt [s], in place."""
-    model, law, inverses = prepared.model, prepared.law, inverse_masses(prepared.model)
+    model = prepared.model
+    law = prepared.law
+    inverses = inverse_masses(prepared.model)
     if law is None:
         return
     pairs = find_pairs(model.masses, points, model.range)
@@ -233,7 +246,8 @@ def find_acting(
     """Find what acts on particles from the previous frame to this one; pure."""
     model, frame_dt = prepared.model, frame.frame_dt
     ways = _ways_of_roots(particles, state, frame, model.deep, settings.steps)
-    forces, ahead = _forces_on(prepared, settings, state, frame.began), state.velocities
+    forces = _forces_on(prepared, settings, state, frame.began)
+    ahead = state.velocities
     if "steps" not in settings.printed:
         ahead = ahead.copy()
         _act(prepared, state.points, state.directions, frame_dt, ahead)
@@ -267,7 +281,9 @@ def _follow_roots(motions, rates, strands, ends, dt, steps):
     """
     rest, directions, x0, v0 = ends
     count = len(strands)
-    ways, v1, t1 = np.empty((steps + 1, count, 3)), np.empty((count, 3)), np.empty((count, 3))
+    ways = np.empty((steps + 1, count, 3))
+    v1 = np.empty((count, 3))
+    t1 = np.empty((count, 3))
     for k in range(count):
         motion, rate = motions[strands[k]], rates[strands[k]]
         x, t = row(rest, k), row(directions, k)
@@ -310,7 +326,8 @@ def carry_over_cut(particles: Particles, state: ParticleState, leads: tuple[Lead
     strands, groom = particles.strands, particles.hair
     rigid, turn = (motions[strands] for motions in rigid_over_cut(leads, groom))
     before, after = (velocities_around_roots(lead, groom)[strands] for lead in leads)
-    points, against = moved(rigid, state.points), state.velocities - moved(before, state.points)
+    points = moved(rigid, state.points)
+    against = state.velocities - moved(before, state.points)
     velocities = turned(turn, against) + moved(after, points)
     return replace(state, points=points, velocities=velocities, directions=turned(turn, state.directions))
 

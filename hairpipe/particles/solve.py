@@ -72,14 +72,18 @@ def solve(system: System, residual: np.ndarray, change: np.ndarray, tolerance: f
     s, t, q = np.zeros_like(change), np.zeros_like(change), np.zeros_like(change)
     u, p = np.zeros_like(change), np.zeros_like(change)
     _sweep_down(system, residual, p, t, s)
-    rz, before, made = _step(system, np.float32(0.0), change, (s, t, q, u)), np.inf, 0
-    gains, total = np.zeros(DELAY), 0.0
+    rz = _step(system, np.float32(0.0), change, (s, t, q, u))
+    before = np.inf
+    made = 0
+    gains = np.zeros(DELAY)
+    total = 0.0
     while rz > 0.0 and made < MOST:
         _sweep_up(system, np.float32(rz / before), u, p, t, q)
         step = rz / _sweep_down(system, q, p, t, q)
         gains[made % DELAY] = step * rz
         total += step * rz
-        before, made = rz, made + 1
+        before = rz
+        made = made + 1
         rz = _step(system, np.float32(step), change, (s, t, q, u))
         if made >= DELAY and not gains[0] + gains[1] > max(tolerance * tolerance * total, still):
             break
@@ -89,7 +93,8 @@ def solve(system: System, residual: np.ndarray, change: np.ndarray, tolerance: f
 @njit(cache=True, error_model="numpy")
 def _sweep_down(system, r, p, t, s):
     """Write s = (D + L)^-1 r, in place, where r may be s; return p . (s + t)."""
-    links, total = system.links, 0.0
+    links = system.links
+    total = 0.0
     for k in range(system.deep, len(links.mids)):
         across = _gathered(system, links.rows[k], links.mids[k], s, load_four(r, 4 * k))
         mine = times(system.inverses, k, across)
@@ -113,7 +118,8 @@ def _sweep_up(system, turn, u, p, t, q):
 @njit(cache=True, error_model="numpy")
 def _step(system, step, change, vectors):
     """Go a step along t, and write what remains, s -= step (q + t), and u = D s, in place; return s . u."""
-    (s, t, q, u), total = vectors, 0.0
+    s, t, q, u = vectors
+    total = 0.0
     for k in range(system.deep, len(system.links.mids)):
         along = load_four(t, 4 * k)
         store_four(change, 4 * k, load_four(change, 4 * k) + along * step)
@@ -140,7 +146,8 @@ def take_off(system: System, change: np.ndarray, residual: np.ndarray) -> None:
 def _gathered(system, begin, end, v, across):
     """Add the sum of B v over links of a particle, from one to another of its row; the last number is any."""
     for at in range(np.int64(begin), np.int64(end)):
-        other, join = load_four(v, 4 * np.int64(system.links.others[at])), load_four(system.joins, 4 * at)
+        other = load_four(v, 4 * np.int64(system.links.others[at]))
+        join = load_four(system.joins, 4 * at)
         across = multiply_add(join, dot_in_all(other, join), multiply_add(other, last_in_all(join), across))
     return across
 
@@ -148,7 +155,9 @@ def _gathered(system, begin, end, v, across):
 @inlined
 def times(columns: np.ndarray, k: int, v):
     """Return the symmetric matrix k times a vector."""
-    a, b, c = (load_four(columns, 12 * k), load_four(columns, 12 * k + 4), load_four(columns, 12 * k + 8))
+    a = load_four(columns, 12 * k)
+    b = load_four(columns, 12 * k + 4)
+    c = load_four(columns, 12 * k + 8)
     return multiply_add(c, zeros() + item(v, 2), multiply_add(b, zeros() + item(v, 1), a * item(v, 0)))
 
 
@@ -156,7 +165,9 @@ def times(columns: np.ndarray, k: int, v):
 def product(columns: np.ndarray, k: int, v: Vector) -> Vector:
     """Return the same of three numbers."""
     x, y, z = v
-    a, b, c = columns[12 * k : 12 * k + 3], columns[12 * k + 4 : 12 * k + 7], columns[12 * k + 8 : 12 * k + 11]
+    a = columns[12 * k : 12 * k + 3]
+    b = columns[12 * k + 4 : 12 * k + 7]
+    c = columns[12 * k + 8 : 12 * k + 11]
     return a[0] * x + b[0] * y + c[0] * z, a[1] * x + b[1] * y + c[1] * z, a[2] * x + b[2] * y + c[2] * z
 
 
@@ -192,7 +203,8 @@ def _put(columns, k, block):
 @inlined
 def hold(system: System, k: int, n: Vector, damper: float) -> None:
     """Hold particle k along a unit vector, and add a damper [kg] across it, in place."""
-    B, at = system.blocks, 12 * k
+    B = system.blocks
+    at = 12 * k
     D = product(B, k, n)  # D n; across n is D - n (D n)^T - (D n) n^T + n (n . D n) n^T, and along it n (n . D n) n^T
     along = 2.0 * dot(D, n) - damper
     set_block(
@@ -207,7 +219,8 @@ def hold(system: System, k: int, n: Vector, damper: float) -> None:
             B[at + 10] + along * n[2] * n[2] - 2.0 * n[2] * D[2] + damper,
         ),
     )
-    I, u = system.inverses, product(system.inverses, k, n)
+    I = system.inverses
+    u = product(system.inverses, k, n)
     most = dot(u, n)
     for i in range(3):
         for j in range(3):

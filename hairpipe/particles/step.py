@@ -64,8 +64,12 @@ def advance(
     roots  where particles below the skin are as each step begins, and at the end [m], (steps + 1, deep, 3)
     dt     duration of a step [s]
     """
-    links, deep, count, made = model.links, model.deep, len(model.masses), 0
-    ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
+    links = model.links
+    deep = model.deep
+    count = len(model.masses)
+    made = 0
+    ways = np.empty((len(links.ends), 4))
+    stiffness = np.empty(len(links.ends))
     still = STILL * STILL * (count - deep) * model.masses[deep]
     for step in range(len(roots) - 1):
         left = (len(roots) - 1 - step) * dt
@@ -100,27 +104,35 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
     """Return the system of a step, and its residual where v' = v, (4 N,) float32."""
     links, masses, v = model.links, model.masses, moving.velocities
     push, drag = forces.push, forces.drag
-    joins, pull = np.empty(4 * len(links.ends), np.float32), np.zeros(v.shape)
+    joins = np.empty(4 * len(links.ends), np.float32)
+    pull = np.zeros(v.shape)
     inverses = inverse_masses(model)
     for e in range(len(links.ends)):
         i, j = links.ends[e, 0], links.ends[e, 1]
-        d, r, K = row(ways, e), ways[e, 3], stiffness[e]
+        d = row(ways, e)
+        r = ways[e, 3]
+        K = stiffness[e]
         across = dt * dt * max(moving.tensions[e], 0.0) / r if r > 0.0 else 0.0
         damper = 2.0 * springs.damping * np.sqrt(K / (inverses[i] + inverses[j]))
         along = max(dt * damper + dt * dt * K - across, 0.0)
-        root, u = np.sqrt(along), minus(row(v, j), row(v, i))
+        root = np.sqrt(along)
+        u = minus(row(v, j), row(v, i))
         joins[4 * e], joins[4 * e + 1], joins[4 * e + 2] = root * d[0], root * d[1], root * d[2]
         joins[4 * e + 3] = across
         force = plus(scaled(dt * K * (r - springs.rest[e]) + along * dot(d, u), d), scaled(across, u))
         for c in range(3):
             pull[i, c] += force[c]
             pull[j, c] -= force[c]
-    system, residual = build_system(links, model.deep), np.zeros(4 * len(masses), np.float32)
+    system = build_system(links, model.deep)
+    residual = np.zeros(4 * len(masses), np.float32)
     for k in range(model.deep, len(masses)):
         xx = xy = xz = yy = yz = zz = 0.0
         for at in range(np.int64(links.rows[k]), np.int64(links.rows[k + 1])):
             e = 4 * np.int64(links.by[at])
-            x, y, z, across = joins[e], joins[e + 1], joins[e + 2], joins[e + 3]
+            x = joins[e]
+            y = joins[e + 1]
+            z = joins[e + 2]
+            across = joins[e + 3]
             into = 4 * at
             system.joins[into], system.joins[into + 1], system.joins[into + 2] = x, y, z
             system.joins[into + 3] = across
@@ -148,7 +160,9 @@ def _hold(system, planes, moving, left, dt, residual, change):
     speed at which the particle, alone, would slide.
     """
     count = len(planes.offsets)
-    held, dampers, any_held = np.zeros(count, np.bool_), np.empty(count), False
+    held = np.zeros(count, np.bool_)
+    dampers = np.empty(count)
+    any_held = False
     for k in range(system.deep, count):
         n = row(planes.normals, k)
         if dot(n, n) == 0.0:

@@ -25,7 +25,10 @@ def measure_links(links: Links, points: np.ndarray, ways: np.ndarray) -> None:
         x, y, z = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1], points[j, 2] - points[i, 2]
         r = np.sqrt(x * x + y * y + z * z)
         over = 1.0 / r if r > 0.0 else 0.0
-        ways[e, 0], ways[e, 1], ways[e, 2], ways[e, 3] = over * x, over * y, over * z, r
+        ways[e, 0] = over * x
+        ways[e, 1] = over * y
+        ways[e, 2] = over * z
+        ways[e, 3] = r
 
 
 @njit(cache=True, error_model="numpy")
@@ -36,7 +39,8 @@ def stiffen(links: Links, reach: float, axial: np.ndarray, ways: np.ndarray, sti
     axial  E A of every particle [N], (N,)
     ways   of the links, as `measure_links` writes them
     """
-    sums, over = np.zeros((len(axial), 2)), 1.0 / reach
+    sums = np.zeros((len(axial), 2))
+    over = 1.0 / reach
     for e in range(len(links.ends)):
         i, j = links.ends[e, 0], links.ends[e, 1]
         weight = links.strength[e] * shape(min(ways[e, 3], links.keeps[e]) * over)

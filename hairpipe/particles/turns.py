@@ -83,7 +83,8 @@ def _turn(
 ) -> None:
     """Write the motions and rates of all particles, in place."""
     for i in prange(len(strands)):
-        R, spin = columns_of(roots[0], strands[i]), spin_of(roots[0], roots[1], strands[i])
+        R = columns_of(roots[0], strands[i])
+        spin = spin_of(roots[0], roots[1], strands[i])
         t = row(now[2], i)
         Q, spin = followed(R, spin, row(rest[1], i), t, _speed(sums[0][i], sums[1][i], spin, t))
         X = row(rest[0], i)
@@ -100,7 +101,9 @@ def _speed(spread: np.ndarray, flow: np.ndarray, spin: Vector, t: Vector) -> Vec
     """G t, with G (spread + e) = flow + e [spin]x."""
     e = _ROOT * (spread[0, 0] + spread[1, 1] + spread[2, 2]) + _TINY
     a, b, c = row(spread, 0), row(spread, 1), row(spread, 2)
-    a, b, c = plus(a, (e, 0.0, 0.0)), plus(b, (0.0, e, 0.0)), plus(c, (0.0, 0.0, e))
+    a = plus(a, (e, 0.0, 0.0))
+    b = plus(b, (0.0, e, 0.0))
+    c = plus(c, (0.0, 0.0, e))
     across = cross(b, c)
     y = scaled(1.0 / dot(a, across), (dot(t, across), dot(a, cross(t, c)), dot(a, cross(b, t))))
     moving = dot(row(flow, 0), y), dot(row(flow, 1), y), dot(row(flow, 2), y)

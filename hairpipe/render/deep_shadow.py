@@ -59,7 +59,8 @@ def cast_deep_shadow(
     counts = np.isfinite(solid).sum(axis=1)
     scatter(counts, np.empty((0, 2), np.float32), places, offsets, width / cell)
     starts = starts_of(counts)
-    fragments, ends = np.empty((starts[-1], 2), np.float32), starts[:-1].copy()
+    fragments = np.empty((starts[-1], 2), np.float32)
+    ends = starts[:-1].copy()
     lay_body(ends, fragments, solid)
     scatter(ends, fragments, places, offsets, width / cell)
     loose = np.empty((2 * len(fragments), 2), np.float32)
@@ -85,7 +86,8 @@ def lay_body(ends: np.ndarray, fragments: np.ndarray, solid: np.ndarray) -> None
     for t in range(len(solid)):
         for n, depth in enumerate(solid[t]):
             if depth < np.inf:
-                fragments[ends[t], 0], fragments[ends[t], 1] = depth + BIAS, step / (1.0 - n * step)
+                fragments[ends[t], 0] = depth + BIAS
+                fragments[ends[t], 1] = step / (1.0 - n * step)
                 ends[t] += 1
 
 
@@ -141,7 +143,9 @@ def look_up_deep(starts: np.ndarray, knots: np.ndarray, places: np.ndarray) -> n
     """Optical depths -log(transmittance) / OPACITY at places (n, 3) [texels], between the texels, (n,) float64."""
     taken = np.zeros(len(places))
     for p in range(len(places)):
-        x, y, z = places[p, 0] - 0.5, places[p, 1] - 0.5, places[p, 2]
+        x = places[p, 0] - 0.5
+        y = places[p, 1] - 0.5
+        z = places[p, 2]
         if not (0.0 <= x < TEXELS - 1 and 0.0 <= y < TEXELS - 1):
             continue
         i, j = int(x), int(y)

@@ -40,6 +40,7 @@ def instants(hair: Strands, body: Mesh, camera: Camera, shutter: float) -> Itera
 
 def instants_of(points: np.ndarray, way: np.ndarray, camera: Camera) -> int:
     """Say how many instants make motion by `way` look continuous; both [m], (p, 3)."""
-    begin, end = camera.project(points - 0.5 * way), camera.project(points + 0.5 * way)
+    begin = camera.project(points - 0.5 * way)
+    end = camera.project(points + 0.5 * way)
     pixels = np.quantile(np.hypot(*(end - begin)[:, :2].T), 1.0 - FEW)
     return int(np.clip(np.ceil(pixels / STRIDE), 1, MOST))

@@ -36,7 +36,8 @@ def outlines(depth: np.ndarray, focal: float) -> tuple[np.ndarray, np.ndarray]:
     depth  of the body along the view, infinite outside [m], (height, width)
     focal  length of the camera [pixels]
     """
-    outline, near = np.zeros(depth.shape, bool), np.where(np.isfinite(depth), depth, FAR)
+    outline = np.zeros(depth.shape, bool)
+    near = np.where(np.isfinite(depth), depth, FAR)
     for axis in (0, 1):
         ahead, behind = np.delete(near, 0, axis), np.delete(near, -1, axis)
         change = np.abs(ahead - behind) * focal > STEEP * np.minimum(ahead, behind)
@@ -78,7 +79,9 @@ def expose(film: np.ndarray, encoded: np.ndarray, grain: int) -> np.ndarray:
     """Compress the light, average grain x grain pixels, and look the code up in a table over 0..1."""
     height, width = film.shape[0] // grain, film.shape[1] // grain
     reach = 1.0 / (height**2 + width**2)
-    picture, total, light = np.empty((height, width, 3), np.uint8), np.empty((width, 3)), np.empty(width)
+    picture = np.empty((height, width, 3), np.uint8)
+    total = np.empty((width, 3))
+    light = np.empty(width)
     for i in range(height):
         for j in range(width):
             light[j] = EXPOSURE * (1.0 - VIGNETTE * reach * ((2 * i - height) ** 2 + (2 * j - width) ** 2))

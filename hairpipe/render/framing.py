@@ -77,12 +77,14 @@ def frame_hair(points: np.ndarray, offsets: np.ndarray) -> Framing:
 def place_camera(shot: Shot, framing: Framing) -> Camera:
     """Put the camera, with its film, where the shot says; where it says nothing, where the framed hair fills it."""
     target = framing.target if shot.target is None else np.array(shot.target)
-    azimuth, elevation = np.radians(AZIMUTHS[shot.view]), np.radians(ELEVATION)
+    azimuth = np.radians(AZIMUTHS[shot.view])
+    elevation = np.radians(ELEVATION)
     level = np.cos(elevation)
     towards = np.array([level * np.sin(azimuth), np.sin(elevation), level * np.cos(azimuth)])
     distance = framing.radius / np.tan(0.5 * np.radians(shot.fov))
     eye = target + distance * towards if shot.eye is None else np.array(shot.eye)
     around = np.radians(shot.turn)
-    c, s = np.cos(around), np.sin(around)
+    c = np.cos(around)
+    s = np.sin(around)
     eye = target + np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]) @ (eye - target)
     return Camera.look_at(eye, target, shot.fov, shot.width, shot.height).enlarged(shot.grain)

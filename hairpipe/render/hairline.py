@@ -30,12 +30,14 @@ def draw_hairline(body: Body, name: str, shot: Shot) -> np.ndarray:
     Raise BadInput where the body has no such map, or nothing is painted.
     """
     coat = vertex_coat(body, name, "map")
-    mesh, framing = body.mesh, frame_paint(body, name)
+    mesh = body.mesh
+    framing = frame_paint(body, name)
     camera = place_camera(shot, framing)
     shadows = [
         cast_shadow(light, framing.target, SCENE * framing.radius, *NO_HAIR, 0.0, mesh) for light in studio(camera.axes)
     ]
-    surface, film = see_body(mesh, camera), backdrop(camera.height, camera.width)
+    surface = see_body(mesh, camera)
+    film = backdrop(camera.height, camera.width)
     sites, _ = project(tree_over(mesh.points[mesh.triangles]), surface.points)
     paint = np.clip(coat(sites), 0.0, 1.0)[:, None]
     colours = np.where(np.abs(paint - 0.5) < HALF, LINE, CLAY + paint * (PAINT - CLAY))
@@ -48,5 +50,6 @@ def frame_paint(body: Body, name: str) -> Framing:
     painted = body.mesh.points[body.maps[name] >= 0.5]
     if not len(painted):
         raise BadInput(f"map '{name}' is less than a half everywhere", where="map", right="a map that is painted")
-    lower, upper = painted.min(axis=0), painted.max(axis=0)
+    lower = painted.min(axis=0)
+    upper = painted.max(axis=0)
     return Framing(0.5 * (lower + upper), max(0.5 * ROOM * float(np.linalg.norm(upper - lower)), 1e-3))

@@ -35,7 +35,8 @@ def draw_object(mesh: Mesh, shot: Shot, framing: Framing, colour: np.ndarray) ->
     shadows = [
         cast_shadow(light, framing.target, 2 * framing.radius, *NO_HAIR, 0.0, facets) for light in studio(camera.axes)
     ]
-    film, nearest = backdrop(camera.height, camera.width), np.full((camera.height, camera.width), np.inf)
+    film = backdrop(camera.height, camera.width)
+    nearest = np.full((camera.height, camera.width), np.inf)
     for thing, paint in ((_floor(framing), FLOOR), (facets, colour)):
         seen = _ahead(see_body(thing, camera), nearest)
         film[seen.rows, seen.columns] = shade_skin(seen, np.tile(paint, (len(seen.rows), 1)), camera.eye, shadows)
@@ -48,7 +49,9 @@ def _floor(framing: Framing) -> Mesh:
     points = np.stack([x, np.full_like(x, -BELOW * framing.radius), z], axis=2).reshape(-1, 3)
     i, j = (index.ravel() for index in np.indices((TILES, TILES)))
     a = i * (TILES + 1) + j
-    b, c, d = a + 1, a + TILES + 2, a + TILES + 1
+    b = a + 1
+    c = a + TILES + 2
+    d = a + TILES + 1
     return Mesh(points, np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)]).astype(np.int32))
 
 

@@ -81,9 +81,12 @@ def expose_portrait(
     shadows = cast_shadows(hair, body, framing, studio(camera.axes), width, shadow)
     film = np.zeros((camera.height, camera.width, 3), np.float32)
     fine = len(points) <= FINE
-    colours, known, taken = np.empty((2 * len(points), 3)), np.zeros(2 * len(points), bool), 0
+    colours = np.empty((2 * len(points), 3))
+    known = np.zeros(2 * len(points), bool)
+    taken = 0
     for places, moved in instants(hair, body, camera, shutter):
-        surface, layer = see_body(body, camera, moved), backdrop(camera.height, camera.width)
+        surface = see_body(body, camera, moved)
+        layer = backdrop(camera.height, camera.width)
         share = SCALP * hair_share(surface.points, points[hair.offsets[:-1]], camera.axes)[:, None]
         skin = CLAY + share * (0.5 * colour - CLAY)
         layer[surface.rows, surface.columns] = shade_skin(surface, skin, camera.eye, shadows)

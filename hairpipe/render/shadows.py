@@ -122,7 +122,8 @@ def accumulate(depth: np.ndarray, solid: np.ndarray) -> None:
     cells = len(depth)
     for i in range(cells):
         for j in range(cells):
-            before, nearest = 0.0, np.inf
+            before = 0.0
+            nearest = np.inf
             for n in range(FINE * FINE):
                 nearest = min(nearest, solid[FINE * i + n // FINE, FINE * j + n % FINE])
             for k in range(cells):

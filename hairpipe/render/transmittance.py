@@ -19,9 +19,14 @@ def compress(depths: np.ndarray, opacities: np.ndarray, tolerance: float, knots:
     tolerance  by which the result may miss the transmittance
     knots      depth and transmittance, never rising, (2 n, 2) float32, written
     """
-    begin, value, count = depths[0], 1.0, 1
+    begin = depths[0]
+    value = 1.0
+    count = 1
     knots[0, 0], knots[0, 1] = begin, value
-    low, high, last, through = -np.inf, 0.0, begin, 1.0
+    low = -np.inf
+    high = 0.0
+    last = begin
+    through = 1.0
     for n in range(len(depths)):
         z = depths[n]
         for behind in range(2):  # every step has two vertices
@@ -30,20 +35,27 @@ def compress(depths: np.ndarray, opacities: np.ndarray, tolerance: float, knots:
             if z > begin:
                 least, most = slopes(through - value, z - begin, tolerance)
                 if least <= high and most >= low:
-                    low, high, last = max(low, least), min(high, most), z
+                    low = max(low, least)
+                    high = min(high, most)
+                    last = z
                     continue
                 begin, value = last, value + 0.5 * (low + high) * (last - begin)
                 knots[count, 0], knots[count, 1] = begin, value
-                count, low, high = count + 1, -np.inf, 0.0
+                count = count + 1
+                low = -np.inf
+                high = 0.0
             if z > begin:
                 least, most = slopes(through - value, z - begin, tolerance)
-                low, high, last = least, min(most, 0.0), z
+                low = least
+                high = min(most, 0.0)
+                last = z
             elif value - through > tolerance:
                 value = through
                 knots[count, 0], knots[count, 1] = begin, value
                 count += 1
     if last > begin:
-        knots[count, 0], knots[count, 1] = last, value + 0.5 * (low + high) * (last - begin)
+        knots[count, 0] = last
+        knots[count, 1] = value + 0.5 * (low + high) * (last - begin)
         count += 1
     return count
 

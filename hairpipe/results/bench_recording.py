@@ -20,7 +20,8 @@ class BenchRecording:
     """
 
     def __init__(self, folder: Path, name: str) -> None:
-        self.path, self._folder = results_path(folder, name), folder
+        self.path = results_path(folder, name)
+        self._folder = folder
         self._commit = commit_of(folder)
 
     def write(self, report: Report, command: str, files: Iterable[Path]) -> None:

@@ -34,7 +34,8 @@ class Recording:
     ) -> None:
         self.path = results_path(shot.path.parent, name or shot.path.stem)
         self._commit = commit_of(shot.path.parent)
-        self._settings, self._frames = dict(settings), None if frames is None else fold_frames(frames)
+        self._settings = dict(settings)
+        self._frames = None if frames is None else fold_frames(frames)
         self._command = command_of(shot.path, self._settings, self._frames, to, name)
         self._nodes = table_nodes(shot.part(to).nodes)
         if not self._nodes:

@@ -15,7 +15,8 @@ def lead(groom: Groom, time: float, roots: Track, wave: Wave | None, tips: Track
     tips     motion of the tips; free without
     release  time after which the tips are free [s]
     """
-    first, last = groom.points[groom.offsets[:-1]], groom.points[groom.offsets[1:] - 1]
+    first = groom.points[groom.offsets[:-1]]
+    last = groom.points[groom.offsets[1:] - 1]
     root = follow(roots, first, time)
     if wave:
         course = course_of_wave(wave, time)

@@ -74,7 +74,8 @@ def piece(track: Track, keys: np.ndarray, time: float, side: float) -> tuple[np.
         return np.zeros(4), np.zeros(4)
     if k in (0, len(keys)):
         return keys[max(k - 1, 0)], np.zeros(4)
-    span, way = track.times[k] - track.times[k - 1], keys[k] - keys[k - 1]
+    span = track.times[k] - track.times[k - 1]
+    way = keys[k] - keys[k - 1]
     u = (time - track.times[k - 1]) / span
     s, speed = (u, 1.0) if track.ease == "linear" else (u * u * (3.0 - 2.0 * u), 6.0 * u * (1.0 - u))
     return keys[k - 1] + s * way, speed / span * way

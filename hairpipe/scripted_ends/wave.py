@@ -42,7 +42,8 @@ class Wave:
 def course_of_wave(wave: Wave, time: float) -> Course:
     """Find how far an end is moved and turned at a time [s]."""
     seconds, share = gone(wave, max(time, 0.0))
-    velocity, turning = wave.speed * unit(wave.along, "along"), np.radians(wave.turning)
+    velocity = wave.speed * unit(wave.along, "along")
+    turning = np.radians(wave.turning)
     return Course(seconds * velocity, share * velocity, seconds * turning, share * turning)
 
 

@@ -48,7 +48,8 @@ def gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) -
             if active[block, lane] != 0.0 and not axis.idle[block, lane]:
                 strand = axis.strands[block, lane]
                 for n in range(axis.offsets[strand + 1] - axis.offsets[strand]):
-                    row, point = axis.first[block] + axis.root + axis.stride * n, axis.offsets[strand] + n
+                    row = axis.first[block] + axis.root + axis.stride * n
+                    point = axis.offsets[strand] + n
                     for c in range(out.shape[1]):
                         out[point, c] = lanes[row, c, lane]
 
@@ -63,7 +64,8 @@ def scatter(axis: Axis, points: np.ndarray, lanes: np.ndarray) -> None:
         for lane in range(axis.strands.shape[1]):
             strand = axis.strands[block, lane]
             for n in range(axis.offsets[strand + 1] - axis.offsets[strand]):
-                row, point = axis.first[block] + axis.root + axis.stride * n, axis.offsets[strand] + n
+                row = axis.first[block] + axis.root + axis.stride * n
+                point = axis.offsets[strand] + n
                 for c in range(points.shape[1]):
                     lanes[row, c, lane] = points[point, c]
 
@@ -78,9 +80,11 @@ def follow(axis: Axis, change: np.ndarray, times: float, lanes: np.ndarray) -> N
         for lane in range(axis.strands.shape[1]):
             strand = axis.strands[block, lane]
             for n in range(1, axis.offsets[strand + 1] - axis.offsets[strand]):
-                row, point = axis.first[block] + axis.root + axis.stride * n, axis.offsets[strand] + n
+                row = axis.first[block] + axis.root + axis.stride * n
+                point = axis.offsets[strand] + n
                 for c in range(3):
-                    here, before = times * change[point, c], times * change[point - 1, c] if n > 1 else 0.0
+                    here = times * change[point, c]
+                    before = times * change[point - 1, c] if n > 1 else 0.0
                     lanes[row, c, lane] += here
                     if axis.stride == 2 and (here != 0.0 or before != 0.0):
                         lanes[row - 1, c, lane] += 0.5 * (here + before)
@@ -91,7 +95,8 @@ def following_masses(axis: Axis, mass: np.ndarray) -> np.ndarray:
 
     mass  of particles [kg], (rows, W)
     """
-    everyone, masses = np.ones(axis.strands.shape, mass.dtype), np.empty((axis.offsets[-1], 1))
+    everyone = np.ones(axis.strands.shape, mass.dtype)
+    masses = np.empty((axis.offsets[-1], 1))
     gather(axis, everyone, mass[:, None, :], masses)
     if axis.stride == 2:
         before = np.empty_like(masses)

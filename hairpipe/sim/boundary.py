@@ -58,7 +58,8 @@ class ClampPath:
 
     def way(self, here: np.ndarray, time: float) -> np.ndarray:
         """Find how far held particles are from here at a time [s], 0 where they are free [m]; shapes as `ends`."""
-        way, clamped = self.ends(time) - here, here.shape[1] // 2
+        way = self.ends(time) - here
+        clamped = here.shape[1] // 2
         way[:, clamped:] *= self.held[:, None, None] if len(self.held) else 0.0
         return way
 
@@ -117,8 +118,10 @@ def _motion_on(
         still = np.tile(np.eye(3, 4), (len(triangles), 1, 1))
         return still, np.zeros_like(still)
     corners = mesh.triangles[triangles].ravel()  # of the few triangles that hold ends
-    points, ahead = mesh.points[corners], _INSTANT * mesh.rates[corners]
-    own, each = np.arange(len(corners), dtype=np.int32).reshape(-1, 3), np.arange(len(triangles), dtype=np.int32)
+    points = mesh.points[corners]
+    ahead = _INSTANT * mesh.rates[corners]
+    own = np.arange(len(corners), dtype=np.int32).reshape(-1, 3)
+    each = np.arange(len(triangles), dtype=np.int32)
     before, now, after = (
         _from_rest(root_frames(points + way * ahead, own, each, barycentrics), rest) for way in (-1.0, 0.0, 1.0)
     )
@@ -196,7 +199,8 @@ def clamp_at(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout, origin:
             ]
         )
     positions, velocities = (np.concatenate(both, axis=1) for both in zip(*ends, strict=True))
-    positions, velocities = about(origin, positions, layout), velocities.astype(layout.dtype, copy=False)
+    positions = about(origin, positions, layout)
+    velocities = velocities.astype(layout.dtype, copy=False)
     tips = held_tips(lead, groom, layout)
     if len(tips):
         short = layout.strands[(tips > 0.0) & (np.diff(layout.first) < 2 * clamped)[:, None]]

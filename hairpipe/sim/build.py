@@ -71,7 +71,8 @@ def surroundings_of(
     order; what puts right at the end of a step of the other schemes goes backwards: crossings of hair, then strain, and
     bodies have the last word.
     """
-    offsets, acting = hair.layout.offsets, list[Interaction]()
+    offsets = hair.layout.offsets
+    acting = list[Interaction]()
     if scene.wind is not None:
         acting.append(Breeze(scene.wind, hair.diameter, offsets, hair.widths))
     if bodies:
@@ -102,11 +103,14 @@ def _body_contacts(
 
 def _volume_filter(hair: HairModel, volume: Volume) -> VolumeFilter:
     """Make what hair does to hair through a grid."""
-    points, offsets, rest = hair.groom.points, hair.layout.offsets, 0.0
+    points = hair.groom.points
+    offsets = hair.layout.offsets
+    rest = 0.0
     masses = hair.once("masses", lambda: following_masses(axis_of(hair.layout), hair.model.mass))
     reach = hair.once("reach", lambda: reach_of(points, offsets))
     if volume.pressure is not None:
-        dense, cell = volume.pressure.density, volume.cell
+        dense = volume.pressure.density
+        cell = volume.cell
         rest = dense or hair.once(("density", cell), lambda: rest_density(points, offsets, masses, cell))
     return VolumeFilter(volume, offsets, masses, reach, rest)
 

@@ -20,7 +20,8 @@ def lead_before(lead: Lead, groom: Groom, dt: float) -> Lead:
     if isinstance(lead, Mesh):
         return replace(lead, points=lead.points - dt * lead.rates, velocities=lead.rates)
     if isinstance(lead, Ends):
-        first, last = groom.points[groom.offsets[:-1]], groom.points[groom.offsets[1:] - 1]
+        first = groom.points[groom.offsets[:-1]]
+        last = groom.points[groom.offsets[1:] - 1]
         return Ends(*steady(lead.roots, lead.roots_rate, first, dt), *steady(lead.tips, lead.tips_rate, last, dt))
     return lead
 
@@ -55,7 +56,8 @@ def steady(motions: np.ndarray, rates: np.ndarray, points: np.ndarray, dt: float
     """
     turns = motions[:, :, :3]
     spin = rates[:, :, :3] @ turns.transpose(0, 2, 1)
-    spin, one = 0.5 * (spin - spin.transpose(0, 2, 1)), np.eye(3)
+    spin = 0.5 * (spin - spin.transpose(0, 2, 1))
+    one = np.eye(3)
     before = np.linalg.solve(one + 0.5 * dt * spin, (one - 0.5 * dt * spin) @ turns)
     velocities = np.einsum("nij,nj->ni", rates[:, :, :3], points) + rates[:, :, 3]
     places = np.einsum("nij,nj->ni", turns, points) + motions[:, :, 3] - dt * velocities

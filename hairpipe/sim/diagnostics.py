@@ -59,7 +59,8 @@ def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame:
 
     Returns what has been told of now.
     """
-    offsets, rest = hair.layout.offsets, segment_lengths(hair.groom.points, hair.layout.offsets)
+    offsets = hair.layout.offsets
+    rest = segment_lengths(hair.groom.points, hair.layout.offsets)
     stretch = segment_lengths(hair.layout.axis(positions), offsets) / rest
     worst = int(np.argmax(stretch))
     limit = _FREE if scene.strain is None else scene.strain.tolerance
@@ -103,7 +104,8 @@ def warn_of_held(hair: HairModel, now: State, mended: np.ndarray, steps: int, fr
         warn(f"{said} and restart from the groom: {who}", stacklevel=3)
     if not held.any():
         return
-    count, total = np.count_nonzero(held[used]), np.count_nonzero(used)
+    count = np.count_nonzero(held[used])
+    total = np.count_nonzero(used)
     who = name_strands(hair.groom.ids[np.sort(hair.layout.strands[used & (held > 0)])])
     said = f"{count} of {total} strands had no solution in {held.max()} of {steps} steps of frame {frame}: {who}"
     if now.failed >= steps:

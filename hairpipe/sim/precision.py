@@ -49,7 +49,8 @@ def choose_precision(
     if asked == "double":
         return models.in_precision("double")
     needs = needs_double(scene, bodies)
-    steps, limit = 0.0 if needs else scene.steps.longest * models.highest_frequency, models.kind.single_limit
+    steps = 0.0 if needs else scene.steps.longest * models.highest_frequency
+    limit = models.kind.single_limit
     if steps > limit:
         longest = scene.steps.longest * limit / steps
         needs = f"steps beyond {longest:.2g} s of hair so stiff and light"

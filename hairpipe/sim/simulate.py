@@ -61,7 +61,9 @@ class StrandSimulation:
 
     def advance(self, state: HairState, frame: Frame) -> HairState:
         """Return the hair at a frame; warns of strands that were lost and of stretch."""
-        hair, scene, bodies = self.hair, self._scene_at(frame), self._bodies_at(frame)
+        hair = self.hair
+        scene = self._scene_at(frame)
+        bodies = self._bodies_at(frame)
 
         def simulate(strands: HairModel, before: HairState, leads: tuple[Lead, Lead]) -> HairState:
             return advance_frame(strands, before, leads, bodies, frame.frame_dt, scene, frame.began)
@@ -138,7 +140,9 @@ def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:
     layout = hair.layout
     positions, velocities = place(lead, hair.groom, hair.rest, layout)
     gravity = gravity_of(scene).astype(layout.dtype)
-    tensions, inverse_lengths, pull = np.zeros_like(hair.model.inverse_lengths), None, gravity[:, None]
+    tensions = np.zeros_like(hair.model.inverse_lengths)
+    inverse_lengths = None
+    pull = gravity[:, None]
     if scene.sag_free is not None:
         origin = origin_of(positions, layout)
         near = about(origin, positions, layout)
@@ -188,15 +192,19 @@ def advance_frame(
     frame takes too many steps, and where strands are held that there are in double precision, too.
     """
     state, mended = restored(hair, state, leads[0])
-    origin, model = origin_of(state.positions, hair.layout), hair.model
+    origin = origin_of(state.positions, hair.layout)
+    model = hair.model
     if state.inverse_lengths is not None:
         model = model._replace(inverse_lengths=state.inverse_lengths)
     now = State.begin(state, about(origin, state.positions, hair.layout))
     path = ClampPath(*(clamp_at(lead, hair.groom, hair.rest, hair.layout, origin) for lead in leads), frame_dt)
     around = surroundings_of(hair, model, state, bodies, scene, began, origin)
-    integrator, crossings = integrator_of(scene), crossing_limit(scene.steps, state.pace)
+    integrator = integrator_of(scene)
+    crossings = crossing_limit(scene.steps, state.pace)
     limits = [*limits_of(scene.steps, model, around), crossings]
-    time, left, frame = 0.0, scene.steps.most, round(began / frame_dt) + 1
+    time = 0.0
+    left = scene.steps.most
+    frame = round(began / frame_dt) + 1
     while time < frame_dt * (1 - 1e-9):
         try:
             dt = next_step(limits, now, path, time, left)

@@ -70,7 +70,8 @@ class Surroundings:
     def _hold_tips(self, held: np.ndarray) -> None:
         """Let nothing move the last segments of strands whose tip is held, (blocks, W): all of a frame is."""
         if len(held):
-            marked, last = np.empty(len(self._masses), np.bool_), self.layout.offsets[1:] - 1
+            marked = np.empty(len(self._masses), np.bool_)
+            last = self.layout.offsets[1:] - 1
             points_of(self._axis, held, marked)
             last = last[marked[last]]
             self._masses[last] = self._masses[last - 1] = np.inf
@@ -139,7 +140,8 @@ class Surroundings:
 
         An interaction says so, or `end` stretched or relieved hairs.
         """
-        marked, lanes = np.zeros(len(self._masses), np.bool_), np.zeros(self.layout.strands.shape, like.dtype)
+        marked = np.zeros(len(self._masses), np.bool_)
+        lanes = np.zeros(self.layout.strands.shape, like.dtype)
         for interaction in self.interactions:
             interaction.mark_discontinuous(marked)
         lanes_with(self._axis, marked, lanes)

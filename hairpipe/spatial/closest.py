@@ -19,7 +19,8 @@ def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int
     Exact within reach: every box is opened that could hold a nearer point. The last bit of `waiting` tells whether the
     box next to this one is still to be searched, those before it the same of the boxes around this one.
     """
-    boxes, leaves = tree.boxes, len(tree.starts) - 1
+    boxes = tree.boxes
+    leaves = len(tree.starts) - 1
     place = guess
     squared, weights = closest_on_triangle(tree.corners, guess, p)
     best = min(squared, reach)
@@ -28,7 +29,8 @@ def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int
         if gap < best:
             if box < leaves:
                 box, waiting = 2 * box, 2 * waiting
-                gap, beside = to_box(boxes, box, p), to_box(boxes, box + 1, p)
+                gap = to_box(boxes, box, p)
+                beside = to_box(boxes, box + 1, p)
                 if beside < gap:
                     box, gap, beside = box + 1, beside, gap
                 waiting |= beside < best
@@ -64,7 +66,9 @@ def closest_on_triangle(corners: np.ndarray, t: int, p: Vector) -> tuple[float, 
     barycentric of the corner opposite is exactly 0.
     """
     a = row(corners[t], 0)
-    x, u, v = minus(p, a), minus(row(corners[t], 1), a), minus(row(corners[t], 2), a)
+    x = minus(p, a)
+    u = minus(row(corners[t], 1), a)
+    v = minus(row(corners[t], 2), a)
     uu, uv, vv = dot(u, u), dot(u, v), dot(v, v)
     d1, d2 = dot(u, x), dot(v, x)
     d3, d4, d5, d6 = d1 - uu, d2 - uv, d1 - uv, d2 - vv
@@ -74,14 +78,19 @@ def closest_on_triangle(corners: np.ndarray, t: int, p: Vector) -> tuple[float, 
     elif d3 >= 0.0 and d4 <= d3:
         q, s, r = 0.0, 1.0, 0.0
     elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        q, s, r = 1.0 - d1 / uu, d1 / uu, 0.0
+        q = 1.0 - d1 / uu
+        s = d1 / uu
+        r = 0.0
     elif d6 >= 0.0 and d5 <= d6:
         q, s, r = 0.0, 0.0, 1.0
     elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        q, s, r = 1.0 - d2 / vv, 0.0, d2 / vv
+        q = 1.0 - d2 / vv
+        s = 0.0
+        r = d2 / vv
     elif va <= 0.0 and d4 >= d3 and d5 >= d6:
         r = min((d4 - d3) / (uu - 2.0 * uv + vv), 1.0)
-        q, s = 0.0, 1.0 - r
+        q = 0.0
+        s = 1.0 - r
     else:
         q, s, r = va / (va + vb + vc), vb / (va + vb + vc), vc / (va + vb + vc)
     off = minus(minus(x, scaled(s, u)), scaled(r, v))
@@ -91,7 +100,8 @@ def closest_on_triangle(corners: np.ndarray, t: int, p: Vector) -> tuple[float, 
 def project(tree: Tree, points: np.ndarray) -> tuple[Sites, np.ndarray]:
     """Return the sites of a surface closest to points [m], (k, 3), and how far they are [m], (k,)."""
     k = len(points)
-    sites, distances = Sites(np.empty(k, np.int32), np.empty((k, 3))), np.empty(k)
+    sites = Sites(np.empty(k, np.int32), np.empty((k, 3)))
+    distances = np.empty(k)
     find_sites(tree, np.ascontiguousarray(points, dtype=np.float64), *sites, distances)
     return sites, distances
 

@@ -78,7 +78,8 @@ TWO_SHEETS = np.array([_holds_two_sheets(case) for case in range(256)])
 
 def _cell_points(values: np.ndarray, cells: np.ndarray, axes: Axes) -> np.ndarray:
     """Mean of the points where the surface crosses the edges of each cell (c, 3)."""
-    total, count = np.zeros((len(cells), 3)), np.zeros(len(cells))
+    total = np.zeros((len(cells), 3))
+    count = np.zeros(len(cells))
     for start, end in EDGES:
         a, b = cells + CORNERS[start], cells + CORNERS[end]
         value_a, value_b = values[tuple(a.T)], values[tuple(b.T)]

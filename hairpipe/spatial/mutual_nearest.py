@@ -48,7 +48,8 @@ def _rank(points, segments, distances, limits, closest):
     In lexicographic order pairs with one segment come by the number of the other.
     """
     for part in prange(_PARTS):
-        start, end = len(limits) * part // _PARTS, len(limits) * (part + 1) // _PARTS
+        start = len(limits) * part // _PARTS
+        end = len(limits) * (part + 1) // _PARTS
         for pair in range(np.searchsorted(segments[:, 0], end)):
             for i in (segments[pair, 0], segments[pair, 1]):
                 if start <= i < end:

@@ -48,15 +48,22 @@ def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
 
     Trees of one frame and reach. First < second; the two share no point and are not known. None is missed.
     """
-    chunks, room, rounds = np.arange(-(-len(few.segments) // CHUNK)), _ROOM * CHUNK, []
+    chunks = np.arange(-(-len(few.segments) // CHUNK))
+    room = _ROOM * CHUNK
+    rounds = []
     begins, totals = np.zeros_like(chunks), np.zeros_like(chunks)
     while len(chunks):
-        found, counts, ends = np.empty((len(chunks), room, 2), np.int32), np.zeros_like(chunks), np.empty_like(chunks)
+        found = np.empty((len(chunks), room, 2), np.int32)
+        counts = np.zeros_like(chunks)
+        ends = np.empty_like(chunks)
         _search(few, many, few is many, known, CHUNK * chunks + begins, found, counts, ends)
         rounds.append((totals[chunks], chunks, found, counts))
         totals[chunks] += counts
-        chunks, begins, room = chunks[ends < CHUNK], ends[ends < CHUNK], _GROWTH * room
-    starts, pairs = np.cumsum(totals) - totals, np.empty((totals.sum(), 2), np.int32)
+        chunks = chunks[ends < CHUNK]
+        begins = ends[ends < CHUNK]
+        room = _GROWTH * room
+    starts = np.cumsum(totals) - totals
+    pairs = np.empty((totals.sum(), 2), np.int32)
     for before, chunks, found, counts in rounds:
         _collect(found, counts, starts[chunks] + before, pairs)
     return pairs
@@ -74,19 +81,25 @@ def _search(few, many, same, known, begins, found, counts, ends):
         scratch = np.empty(len(many.rows) + MOST_OPEN, np.int64), np.empty(LANES, np.int64)
         piece = begins[k]
         first = piece // CHUNK * CHUNK
-        last, count = min(first + CHUNK, len(few.segments)), 0
+        last = min(first + CHUNK, len(few.segments))
+        count = 0
         while piece < last:
             more = _search_leaf(trees, piece // LANES, scratch, found[k], count)
             if more > found.shape[1]:
                 break
-            count, piece = more, piece + LANES
-        counts[k], ends[k] = count, piece - first if piece < last else CHUNK
+            count = more
+            piece = piece + LANES
+        counts[k] = count
+        ends[k] = piece - first if piece < last else CHUNK
 
 
 @inlined
 def _search_leaf(trees, leaf, scratch, found, count):
     """Write what a leaf may meet, in the same tree at it or after it, to found behind `count` others; count on."""
-    few, many, same, (room, near) = trees.few, trees.many, trees.same, scratch
+    few = trees.few
+    many = trees.many
+    same = trees.same
+    room, near = scratch
     for k in range(find_leaves(many, few.boxes, box_of(few, leaf), leaf if same else 0, room)):
         _compare(few, leaf, many, room[k], same and leaf == room[k], near)
         for lane in range(LANES):
@@ -101,7 +114,8 @@ def _search_leaf(trees, leaf, scratch, found, count):
 @inlined
 def _note(i: int, j: int, known: Known, found: np.ndarray, count: int) -> int:
     """Write pair i j to row `count` of found, if that is there and the pair is not known; return 1 if it is not."""
-    first, second = min(i, j), max(i, j)
+    first = min(i, j)
+    second = max(i, j)
     if second - first <= 1 or is_known(known, first, second):
         return 0
     if count < len(found):
@@ -189,7 +203,9 @@ def _distribute(pairs, shift, places, buckets):
 @njit(cache=True, parallel=True)
 def _sort_buckets(buckets, shift, starts, order):
     for b in prange(len(starts) - 1):
-        start, end, lowest = starts[b], starts[b + 1], np.int64(b) << shift
+        start = starts[b]
+        end = starts[b + 1]
+        lowest = np.int64(b) << shift
         rows = np.zeros((1 << shift) + 1, np.int64)
         for k in range(start, end):
             rows[buckets[k, 0] - lowest + 1] += 1
@@ -214,7 +230,8 @@ def _sort(row):
         row.sort()
         return
     for k in range(1, len(row)):
-        value, place = row[k], k
+        value = row[k]
+        place = k
         while place > 0 and row[place - 1] > value:
             row[place] = row[place - 1]
             place -= 1

@@ -70,7 +70,8 @@ def renumbered(keys: np.ndarray, numbers: np.ndarray) -> np.ndarray:
 
     numbers  of all segments, ascending, -1 where there is none, (P,)
     """
-    first, second = numbers[keys >> 32].astype(np.int64), numbers[keys & 0xFFFFFFFF].astype(np.int64)
+    first = numbers[keys >> 32].astype(np.int64)
+    second = numbers[keys & 0xFFFFFFFF].astype(np.int64)
     kept = (first >= 0) & (second >= 0)
     return (first[kept] << 32) | second[kept]
 
@@ -108,7 +109,8 @@ def known_pairs(keys: np.ndarray | None, points: int) -> Known:
 
 @njit(cache=True)
 def _known(keys, points):
-    starts, seconds = np.zeros(points + 1, np.int64), np.empty(len(keys), np.int32)
+    starts = np.zeros(points + 1, np.int64)
+    seconds = np.empty(len(keys), np.int32)
     for k in range(len(keys)):
         starts[(keys[k] >> 32) + 1] += 1
         seconds[k] = keys[k] & 0xFFFFFFFF

@@ -58,7 +58,9 @@ def _nearest(segments, distances, among):
     count = len(distances)
     keep = np.empty(count, np.bool_)
     for k in prange(count):
-        first, second, distance = segments[k, 0], segments[k, 1], distances[k]
+        first = segments[k, 0]
+        second = segments[k, 1]
+        distance = distances[k]
         # Rows are in order, and the last segment of a strand is not followed by the first of the next one.
         before = k > 0 and among[k - 1] and segments[k - 1, 0] == first and segments[k - 1, 1] == second - 1
         after = k + 1 < count and among[k + 1] and segments[k + 1, 0] == first and segments[k + 1, 1] == second + 1

@@ -29,8 +29,10 @@ def closest_on_segments(
     if nn > parallel * parallel * uu * vv:
         s = within(-dot(cross(w, v), n) / nn)
     elif uu > 0.0:
-        from_c, from_d = -uw / uu, (uv - uw) / uu
-        low, high = max(0.0, min(from_c, from_d)), min(1.0, max(from_c, from_d))
+        from_c = -uw / uu
+        from_d = (uv - uw) / uu
+        low = max(0.0, min(from_c, from_d))
+        high = min(1.0, max(from_c, from_d))
         s = within(0.5 * (low + high))
     else:
         s = 0.0

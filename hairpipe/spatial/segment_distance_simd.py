@@ -98,9 +98,13 @@ def farthest(rows, leaf, few, mine, lane, distance):
 @inlined
 def fastest_squared(rows, leaf, few, mine, lane):
     """Return the largest squared displacement of an end relative to an end of one in the rows of another, as lanes."""
-    ux, uy, uz = few[mine, _DRIFT, lane], few[mine, _DRIFT + 1, lane], few[mine, _DRIFT + 2, lane]
+    ux = few[mine, _DRIFT, lane]
+    uy = few[mine, _DRIFT + 1, lane]
+    uz = few[mine, _DRIFT + 2, lane]
     vx, vy, vz = few[mine, _DRIFT + 3, lane], few[mine, _DRIFT + 4, lane], few[mine, _DRIFT + 5, lane]
-    ax, ay, az = load(rows, (leaf, _DRIFT)), load(rows, (leaf, _DRIFT + 1)), load(rows, (leaf, _DRIFT + 2))
+    ax = load(rows, (leaf, _DRIFT))
+    ay = load(rows, (leaf, _DRIFT + 1))
+    az = load(rows, (leaf, _DRIFT + 2))
     bx, by, bz = load(rows, (leaf, _DRIFT + 3)), load(rows, (leaf, _DRIFT + 4)), load(rows, (leaf, _DRIFT + 5))
     first = maximum(length_squared(ux - ax, uy - ay, uz - az), length_squared(ux - bx, uy - by, uz - bz))
     second = maximum(length_squared(vx - ax, vy - ay, vz - az), length_squared(vx - bx, vy - by, vz - bz))
@@ -124,9 +128,13 @@ def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):
     x = _dot(nx, ny, nz, px - load(rows, (leaf, 0)), py - load(rows, (leaf, 1)), pz - load(rows, (leaf, 2)))
     nd = _dot(nx, ny, nz, few[mine, 3, lane], few[mine, 4, lane], few[mine, 5, lane])
     ne = _dot(nx, ny, nz, load(rows, (leaf, 3)), load(rows, (leaf, 4)), load(rows, (leaf, 5)))
-    ux, uy, uz = few[mine, _DRIFT, lane], few[mine, _DRIFT + 1, lane], few[mine, _DRIFT + 2, lane]
+    ux = few[mine, _DRIFT, lane]
+    uy = few[mine, _DRIFT + 1, lane]
+    uz = few[mine, _DRIFT + 2, lane]
     vx, vy, vz = few[mine, _DRIFT + 3, lane], few[mine, _DRIFT + 4, lane], few[mine, _DRIFT + 5, lane]
-    ax, ay, az = load(rows, (leaf, _DRIFT)), load(rows, (leaf, _DRIFT + 1)), load(rows, (leaf, _DRIFT + 2))
+    ax = load(rows, (leaf, _DRIFT))
+    ay = load(rows, (leaf, _DRIFT + 1))
+    az = load(rows, (leaf, _DRIFT + 2))
     bx, by, bz = load(rows, (leaf, _DRIFT + 3)), load(rows, (leaf, _DRIFT + 4)), load(rows, (leaf, _DRIFT + 5))
     ua, ub = _dot(nx, ny, nz, ux - ax, uy - ay, uz - az), _dot(nx, ny, nz, ux - bx, uy - by, uz - bz)
     va, vb = _dot(nx, ny, nz, vx - ax, vy - ay, vz - az), _dot(nx, ny, nz, vx - bx, vy - by, vz - bz)

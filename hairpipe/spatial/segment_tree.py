@@ -104,7 +104,8 @@ def build_tree(
     rows = np.zeros((counts[0], MOVING if moving else RESTING, LANES), SINGLE)
     boxes = np.empty((firsts[-1], 2 * _SIDES if moving else _SIDES, LANES), SINGLE)
     boxes.reshape(-1, 2, 3, LANES)[:] = np.array([np.inf, -np.inf], SINGLE)[:, None, None]
-    children, ends = np.full(firsts[-1], -1), np.arange(1, firsts[-1] + 1)
+    children = np.full(firsts[-1], -1)
+    ends = np.arange(1, firsts[-1] + 1)
     inside = np.zeros(counts[0] * LANES, np.int32)
     inside[: len(order)] = segments[order]
     widths = np.ones(len(before)) if widths is None else widths
@@ -126,8 +127,10 @@ def _fill_leaves(before, after, segments, frame, margins, rows, boxes):
     for leaf in prange(len(rows)):
         for lane in range(min(LANES, len(segments) - leaf * LANES)):
             i = segments[leaf * LANES + lane]
-            p, q = _in_frame(before, i, frame), _in_frame(before, i + 1, frame)
-            a, b = _in_frame(after, i, frame), _in_frame(after, i + 1, frame)
+            p = _in_frame(before, i, frame)
+            q = _in_frame(before, i + 1, frame)
+            a = _in_frame(after, i, frame)
+            b = _in_frame(after, i + 1, frame)
             around = margins[i] / frame.unit + TOUCHING * max(length(minus(q, p)), length(minus(b, a)))
             _enter_box(boxes, leaf, 0, lane, p, q, around)
             enter_segment(rows, leaf, lane, mix(p, a, 0.5), mix(q, b, 0.5))
@@ -146,7 +149,8 @@ def _in_frame(points: np.ndarray, i: int, frame: Frame) -> Vector:
 def _enter_box(boxes, group, side, lane, p, q, margin):
     """Write the box round a segment from p to q, grown by a margin and rounded outwards."""
     for x in range(3):
-        low, high = min(p[x], q[x]) - margin, max(p[x], q[x]) + margin
+        low = min(p[x], q[x]) - margin
+        high = max(p[x], q[x]) + margin
         boxes[group, side + x, lane] = low - 2.0 * ULP * abs(low)
         boxes[group, side + 3 + x, lane] = high + 2.0 * ULP * abs(high)
 
@@ -179,7 +183,8 @@ def find_leaves(tree: Tree, boxes: np.ndarray, box: tuple[int, int], first: int,
     boxes, box  group and lane of that which is within reach of all that is looked for, as in the same frame
     room        (L + MOST_OPEN,) int64
     """
-    count, stack = 0, len(tree.rows)
+    count = 0
+    stack = len(tree.rows)
     room[stack] = len(tree.children) - 1
     opened = 1
     while opened > 0:

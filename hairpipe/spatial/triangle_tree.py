@@ -58,7 +58,8 @@ def halved(middles: np.ndarray, starts: np.ndarray) -> np.ndarray:
     width = len(starts) - 1
     while width > 1:  # leaves in each of the boxes of a level
         bounds = starts[::width]
-        placed, counts = middles[order], np.diff(bounds)
+        placed = middles[order]
+        counts = np.diff(bounds)
         spread = np.maximum.reduceat(placed, bounds[:-1]) - np.minimum.reduceat(placed, bounds[:-1])
         filled = np.arange(counts.max()) < counts[:, None]
         rows = np.full(filled.shape, np.inf)

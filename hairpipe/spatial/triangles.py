@@ -31,16 +31,22 @@ def in_lowest_triangle(mesh: Mesh, sites: Sites) -> Sites:
     Which of them is the closest, an error of rounding decides, but their frames differ.
     """
     near = sites.barycentrics < NEAR
-    triangles, weights = sites.triangles.copy(), np.where(near, 0.0, sites.barycentrics)
+    triangles = sites.triangles.copy()
+    weights = np.where(near, 0.0, sites.barycentrics)
     weights /= weights.sum(axis=1, keepdims=True)
-    on_edge, corner = np.flatnonzero(near.sum(axis=1) == 1), np.argmax(near, axis=1)
+    on_edge = np.flatnonzero(near.sum(axis=1) == 1)
+    corner = np.argmax(near, axis=1)
     twins = twin_corners(mesh.triangles)[triangles[on_edge], corner[on_edge]]
     lower = (twins >= 0) & (twins // 3 < triangles[on_edge])
-    moved, k, (t, j) = on_edge[lower], corner[on_edge[lower]], np.divmod(twins[lower], 3)
+    moved = on_edge[lower]
+    k = corner[on_edge[lower]]
+    t, j = np.divmod(twins[lower], 3)
     ends = weights[moved, (k + 2) % 3], weights[moved, (k + 1) % 3]
-    triangles[moved], weights[moved, j] = t, 0.0
+    triangles[moved] = t
+    weights[moved, j] = 0.0
     weights[moved, (j + 1) % 3], weights[moved, (j + 2) % 3] = ends
-    at_vertex, corner = near.sum(axis=1) == 2, np.argmin(near, axis=1)
+    at_vertex = near.sum(axis=1) == 2
+    corner = np.argmin(near, axis=1)
     vertices = mesh.triangles[triangles, corner][at_vertex]
     lowest = np.full(len(mesh.points), len(mesh.triangles), np.int32)
     np.minimum.at(lowest, mesh.triangles, np.arange(len(mesh.triangles), dtype=np.int32)[:, None])
@@ -83,7 +89,8 @@ def sum_at_vertices(mesh: Mesh, vectors: np.ndarray) -> np.ndarray:
 
     vectors  at the corners of the triangles, (m, 3, 3), or the same at all three, (m, 1, 3)
     """
-    corners, count = mesh.triangles.ravel(), len(mesh.points)
+    corners = mesh.triangles.ravel()
+    count = len(mesh.points)
     flat = np.broadcast_to(vectors, (*mesh.triangles.shape, 3)).reshape(-1, 3)
     return np.stack([np.bincount(corners, flat[:, axis], count) for axis in range(3)], axis=1)
 
@@ -101,7 +108,8 @@ def twin_corners(triangles: np.ndarray) -> np.ndarray:
     more than two, or to two that disagree on which side is outside.
     """
     corners = triangles.astype(np.int64)  # products of two vertex numbers do not fit into 32 bits
-    tails, heads = np.roll(corners, -1, axis=1).ravel(), np.roll(corners, -2, axis=1).ravel()
+    tails = np.roll(corners, -1, axis=1).ravel()
+    heads = np.roll(corners, -2, axis=1).ravel()
     stride = corners.max(initial=0) + 1
     keys, wanted = tails * stride + heads, heads * stride + tails
     order = np.argsort(keys, kind="stable")

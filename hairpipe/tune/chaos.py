@@ -19,7 +19,8 @@ from hairpipe.measure.climate.ensemble import (
 )
 from hairpipe.tune.quantity import Tolerance
 
-REFERENCE, MODEL = (0, 1, 2, 3), (0, 4, 5)
+REFERENCE = (0, 1, 2, 3)
+MODEL = (0, 4, 5)
 """Members of both: the first of each begin alike, and are compared as far as hair can be predicted."""
 INDIFFERENT, LEAST = 0.2, 1e-6
 """How far tips of members are aimed apart: a share of the tolerance, and at least so far [m]."""
@@ -102,7 +103,8 @@ def climate_of(pairs: Mapping[tuple[int, int], Table], look: Table, tolerance: T
     squares = squares_of(pairs, tolerance.unit)[:, 1 + chaos.predicted :].mean(axis=1)
     sides = sides_of(MODEL, REFERENCE)
     found = squared_bias(np.sqrt(squares), sides)
-    means, bounds = found.mean(axis=1), [patches.mean() + uncertainty(patches) for patches in found]
+    means = found.mean(axis=1)
+    bounds = [patches.mean() + uncertainty(patches) for patches in found]
     bias, bound = (float(np.sqrt(max(np.max(values), 0.0))) for values in (means, bounds))
     spread = float(spread_ratio(np.sqrt(squares[PLACES.index("whole")].mean(axis=0)), sides))
     score, p = float(look["Z"][0]), float(look["p"][0])

@@ -80,7 +80,8 @@ def trials(tuned: Tuned) -> list[Trial]:
 
 def trial_line(tuned: Tuned, trial: Trial) -> str:
     """Describe one combination: measured and predicted error, cost, verdict."""
-    found, expected = trial.measured, length(trial.guess.bound, tuned.tolerance)
+    found = trial.measured
+    expected = length(trial.guess.bound, tuned.tolerance)
     cost = "" if found.fault else f", {found.seconds:.3g} s/frame"
     affordable = tuned.affordable.parts if tuned.affordable else None
     if trial.guess.parts == tuned.choice.parts:
@@ -155,7 +156,8 @@ def conclusion(tuned: Tuned) -> list[str]:
 
 def promise_lines(tuned: Tuned) -> list[str]:
     """Say what is promised where hair is chaotic: until when, and what of it afterwards."""
-    chaos, climate = tuned.reference, tuned.choice.measured.climate
+    chaos = tuned.reference
+    climate = tuned.choice.measured.climate
     if not isinstance(chaos, Chaos) or climate is None:
         return []
     lines = [
@@ -175,7 +177,8 @@ def affordable_line(budget: str, tolerance: Tolerance, found: Choice) -> str:
     """Describe the smallest error within the budget."""
     if found.parts is None:
         return f"nothing that was measured costs {budget} or less: the cheapest costs {found.measured.seconds:.3g} s"
-    error, what = shown(found.measured, tolerance), "; ".join(names_of(found.parts))
+    error = shown(found.measured, tolerance)
+    what = "; ".join(names_of(found.parts))
     line = f"{budget} buy an error of {error}, for {found.measured.seconds:.3g} s, with these left out: {what}"
     return f"{line}; {found.measured.refused}" if found.measured.refused else line
 

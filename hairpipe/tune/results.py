@@ -14,7 +14,8 @@ class Results:
     """
 
     def __init__(self, shot: Shot, frames: Iterable[int]) -> None:
-        self._shot, self._records = shot, shot.results(frames)
+        self._shot = shot
+        self._records = shot.results(frames)
 
     def value(self, name: str) -> Any:
         """Read the value for the shot of a node; BadInput where it has not been computed."""

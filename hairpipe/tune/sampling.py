@@ -69,7 +69,8 @@ def window(sample: Sample, frames: range, fps: float, motion: np.ndarray) -> Sam
     Of several such places the first one that leaves time to settle in is taken. Where no place keeps within bounds,
     it is the one with the most frames that do.
     """
-    lead, length = round(LEAD * fps), max(round(LONG * fps), 2)
+    lead = round(LEAD * fps)
+    length = max(round(LONG * fps), 2)
     length = min(length, len(frames) - 1) or 1
     starts = np.arange(min(1, len(frames) - 1), len(frames) - length + 1)
     outside = np.array([np.count_nonzero(motion[s : s + length] < 0.0) for s in starts])

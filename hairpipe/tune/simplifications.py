@@ -157,7 +157,8 @@ def listed(counts: Iterable[float]) -> str:
 
 def above(graph: Graph, name: str) -> Iterator[Node]:
     """Iterate over a node and those behind it, the nearest first."""
-    queue, seen = [name], {name}
+    queue = [name]
+    seen = {name}
     while queue:
         node = graph.nodes[queue.pop(0)]
         yield node

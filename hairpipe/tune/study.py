@@ -158,7 +158,8 @@ class Study:
         return replace(found, screened=self.chaos is not None and self.chaos.chaotic and not found.fault)
 
     def _confirm(self, parts: Parts) -> Measured:
-        found, chaos = self.measure(parts), self.chaos
+        found = self.measure(parts)
+        chaos = self.chaos
         if not found.screened or chaos is None:
             return found
         runs = [(parts, member) for member in MODEL] + [(self._reference, member) for member in REFERENCE]
@@ -166,7 +167,8 @@ class Study:
         fault = self._compute(text_of(parts), compared, runs, [CLIMATE])
         if fault:
             return failed(fault)
-        results, tolerance = Results(compared.shot, self._frames), self.request.tolerance
+        results = Results(compared.shot, self._frames)
+        tolerance = self.request.tolerance
         pairs = compared.pairs(results)
         if any(np.any(table["lost"]) for table in pairs.values()):
             return failed("hair of a member is not finite")

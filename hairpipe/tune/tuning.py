@@ -161,7 +161,8 @@ def described(sample: Sample, total: int) -> str:
 
 def look_at(request: Request) -> Scene:
     """Count the strands of a scene, measure how its roots accelerate, and see whether its hair may be chaotic."""
-    shot, tables = request.shot, request.shot.tables
+    shot = request.shot
+    tables = request.shot.tables
     edges = tables[request.hair]["in"]
     groom = shot.nodes[request.hair].edges["groom"].node
     leads = {name: edges[name] for name in ("body", "ends") if name in edges}
@@ -175,7 +176,8 @@ def look_at(request: Request) -> Scene:
         raise BadInput(str(outcome.failures[0]), where=request.shot.path)
     results = Results(wanted, wanted.frames)
     strands = results.value(groom)
-    total, tip = len(strands.ids), tip_of(request, strands)
+    total = len(strands.ids)
+    tip = tip_of(request, strands)
     if not leads:
         return Scene(total, None, tip)
     return Scene(total, np.array(results.value(ROOTS)["acceleration [m/s^2]"]), tip)

@@ -25,13 +25,16 @@ INTERPOLATED = ("body", "ends", "surface", "parts")
 
 def simplified(tables: Tables, hair: str, parts: Iterable[Simplification]) -> Tables:
     """Return the tables of a graph with simplifications of a node that simulates applied; pure."""
-    tables, every, others = deepcopy(tables), 1, []
+    tables = deepcopy(tables)
+    every = 1
+    others = []
     for part in parts:
         for target in part.drops:
             drop(tables, target)
         for target, value in part.puts:
             put(tables, target, value)
-        every, others = max(every, part.keys), others + [part] * bool(part.instead)
+        every = max(every, part.keys)
+        others = others + [part] * bool(part.instead)
     if others:
         return with_other_model(tables, hair, others[0])
     return tables if every == 1 else with_keys(tables, hair, every)
@@ -39,7 +42,8 @@ def simplified(tables: Tables, hair: str, parts: Iterable[Simplification]) -> Ta
 
 def with_keys(tables: Tables, hair: str, every: int) -> Tables:
     """Return the tables with one strand in so many simulated, and the others interpolated where hair is used; pure."""
-    keys, groom = f"{hair}{KEYS}", tables[hair]["in"]["groom"]
+    keys = f"{hair}{KEYS}"
+    groom = tables[hair]["in"]["groom"]
     beside = {socket: edge for socket, edge in tables[hair]["in"].items() if socket in INTERPOLATED}
     table = {"type": "interpolate_hair", "in": {"hair": hair, "keys": keys, "groom": groom} | beside}
     for edge in (hair, f"{hair}.{OUTPUT}"):

@@ -15,7 +15,8 @@ def density_of(hair: Strands, cell: float) -> Density:
 
     Raises BadInput where the grid would be too large, see `sample_strands`.
     """
-    points, offsets = hair.points.astype(float), hair.offsets
+    points = hair.points.astype(float)
+    offsets = hair.offsets
     samples = sample_strands(points, offsets, reach_of(points, offsets), cell)
     if samples is None:
         return Density(np.zeros(3, np.int32), cell, np.zeros((0, 0, 0), np.float32), np.zeros((0, 0, 0, 3), np.float32))
@@ -47,7 +48,8 @@ def density_of_voxels(indices: np.ndarray, values: np.ndarray, cell: float, firs
     if np.prod(counts) > MOST_NODES:
         raise BadInput(f"a box around the density has {np.prod(counts):.2g} nodes", right=f"at most {MOST_NODES:,}")
     shape = counts.astype(int)
-    node, flat = np.floor(at), np.zeros(int(np.prod(shape)))
+    node = np.floor(at)
+    flat = np.zeros(int(np.prod(shape)))
     share = at - node
     for corner in np.ndindex(2, 2, 2):
         weights = np.prod(np.where(corner, share, 1.0 - share), axis=1)
@@ -75,7 +77,8 @@ def section_of(density: Density, axis: int, place: float) -> tuple[np.ndarray, t
     across, up = {0: (2, 1), 1: (0, 2), 2: (0, 1)}[axis]
     u = place / density.cell - density.low[axis]
     planes = np.moveaxis(density.length, (axis, up, across), (0, 1, 2)).astype(float)
-    i, share = int(np.floor(u)), u - np.floor(u)
+    i = int(np.floor(u))
+    share = u - np.floor(u)
     found = np.zeros(planes.shape[1:])
     for plane, weight in ((i, 1.0 - share), (i + 1, share)):
         if 0 <= plane < len(planes):

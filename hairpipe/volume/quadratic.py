@@ -32,7 +32,8 @@ def weigh(samples: StrandSamples, amounts: np.ndarray) -> np.ndarray:
 def _weigh(samples, own, parity, grid):
     """Add what the samples of every second slab have to the nodes, in place: those of two slabs are apart."""
     points, pieces, slabs = samples.points, samples.pieces, samples.slabs
-    low, inverse = samples.low, 1.0 / samples.cell
+    low = samples.low
+    inverse = 1.0 / samples.cell
     for n in prange((len(slabs) - parity) // 2):
         slab = 2 * n + parity
         for at in range(slabs[slab], slabs[slab + 1]):
@@ -57,7 +58,8 @@ def add_slopes(samples: StrandSamples, own: np.ndarray, field: np.ndarray, out: 
     field  at the nodes, (nx + 2, ny + 2, nz + 2)
     """
     points, offsets, pieces = samples.points, samples.offsets, samples.pieces
-    low, inverse = samples.low, 1.0 / samples.cell
+    low = samples.low
+    inverse = 1.0 / samples.cell
     strands = len(offsets) - 1
     for chunk in prange((strands + _CHUNK - 1) // _CHUNK):
         for k in range(offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, strands)]):
@@ -79,7 +81,12 @@ def _slope(field: np.ndarray, u: float, v: float, w: float) -> Vector:
     i, x = _around(u)
     j, y = _around(v)
     l, z = _around(w)
-    wx, wy, wz, dx, dy, dz = _weights(x), _weights(y), _weights(z), _slopes(x), _slopes(y), _slopes(z)
+    wx = _weights(x)
+    wy = _weights(y)
+    wz = _weights(z)
+    dx = _slopes(x)
+    dy = _slopes(y)
+    dz = _slopes(z)
     gx, gy, gz = 0.0, 0.0, 0.0
     for a in range(3):
         for b in range(3):

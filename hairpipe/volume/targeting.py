@@ -63,7 +63,8 @@ def _on_grid(points: np.ndarray, amounts: np.ndarray, cell: float) -> TargetGrid
     nearest = np.floor(u + 0.5).astype(np.int64)
     low = nearest.min(axis=0) - 1
     shape = nearest.max(axis=0) - low + 2
-    d, flat = u - nearest, np.zeros(int(np.prod(shape)))
+    d = u - nearest
+    flat = np.zeros(int(np.prod(shape)))
     weights = np.stack([0.5 * (0.5 - d) ** 2, 0.75 - d * d, 0.5 * (0.5 + d) ** 2])
     for a, b, c in np.ndindex(3, 3, 3):
         index = np.ravel_multi_index(tuple((nearest - low + (a - 1, b - 1, c - 1)).T), tuple(shape))

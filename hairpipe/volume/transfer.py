@@ -34,7 +34,8 @@ def deposit(samples: StrandSamples, masses: np.ndarray, velocities: np.ndarray) 
 def _deposit(samples, own, velocities, parity, grid):
     """Add what the samples of every second slab carry, own mass a piece, (P,), to the nodes, in place."""
     points, pieces, slabs = samples.points, samples.pieces, samples.slabs
-    low, inverse = samples.low, 1.0 / samples.cell
+    low = samples.low
+    inverse = 1.0 / samples.cell
     for n in prange((len(slabs) - parity) // 2):
         slab = 2 * n + parity
         for at in range(slabs[slab], slabs[slab + 1]):
@@ -55,7 +56,8 @@ def _deposit(samples, own, velocities, parity, grid):
 @inlined
 def _carried(own, velocities, k, t, c):
     """Momentum of a sample along an axis."""
-    before, after = own[k] * velocities[k, c], own[k + 1] * velocities[k + 1, c]
+    before = own[k] * velocities[k, c]
+    after = own[k + 1] * velocities[k + 1, c]
     return before + t * (after - before)
 
 
@@ -70,10 +72,12 @@ def collect(samples: StrandSamples, field: np.ndarray) -> np.ndarray:
 def _collect(samples, field, found):
     """Write the mean of the field over the samples of points, each by its share, in place."""
     points, offsets, pieces = samples.points, samples.offsets, samples.pieces
-    low, inverse = samples.low, 1.0 / samples.cell
+    low = samples.low
+    inverse = 1.0 / samples.cell
     strands = len(offsets) - 1
     for chunk in prange((strands + _CHUNK - 1) // _CHUNK):
-        begin, end = offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, strands)]
+        begin = offsets[chunk * _CHUNK]
+        end = offsets[min((chunk + 1) * _CHUNK, strands)]
         found[begin:end] = 0.0
         for k in range(begin, end):
             for place in range(pieces[k]):

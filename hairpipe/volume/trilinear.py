@@ -81,7 +81,10 @@ def splat_row(grid: np.ndarray, at: Voxel, row: tuple[float, float, float, float
     for a in range(2):
         for b in range(2):
             for c in range(2):
-                i, j, k, weight = at.i + a, at.j + b, at.k + c, _weight(at, a, b, c)
+                i = at.i + a
+                j = at.j + b
+                k = at.k + c
+                weight = _weight(at, a, b, c)
                 grid[i, j, k, 0] += weight * row[0]
                 grid[i, j, k, 1] += weight * row[1]
                 grid[i, j, k, 2] += weight * row[2]
@@ -95,7 +98,10 @@ def sample_vector(grid: np.ndarray, at: Voxel) -> tuple[float, float, float]:
     for a in range(2):
         for b in range(2):
             for c in range(2):
-                i, j, k, weight = at.i + a, at.j + b, at.k + c, _weight(at, a, b, c)
+                i = at.i + a
+                j = at.j + b
+                k = at.k + c
+                weight = _weight(at, a, b, c)
                 x += weight * grid[i, j, k, 0]
                 y += weight * grid[i, j, k, 1]
                 z += weight * grid[i, j, k, 2]

@@ -115,7 +115,8 @@ def document(wedge: WedgeShot, rows: Sequence[Row]) -> dict[str, Any]:
 
 def cells(rows: Sequence[Row]) -> list[tuple[str, ...]]:
     """Lay the comparison out in cells, with a head."""
-    settings, metrics = list(rows[0].settings), list(dict.fromkeys(name for row in rows for name in row.metrics))
+    settings = list(rows[0].settings)
+    metrics = list(dict.fromkeys(name for row in rows for name in row.metrics))
     head = (*settings, *metrics, "seconds", "size", "")
     body = [
         (

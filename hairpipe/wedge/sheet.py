@@ -26,7 +26,8 @@ def write_sheet(path: Path, wedge: WedgeShot, frame: int | None = None, node: st
         what = "no picture is shown" if node is None else f"'{node}' is not shown"
         right = 'show = ["picture"]' if not shown or node is None else nearest(node, list(shown))
         raise BadInput(what, where=f"{wedge.path}: [wedge.{wedge.definition.name}]", right=right)
-    node, frame = node or shown[0], wedge.frames[-1] if frame is None else frame
+    node = node or shown[0]
+    frame = wedge.frames[-1] if frame is None else frame
     places, columns = layout(wedge)
     records = wedge.results(frame if wedge.original.node(node).per_frame else None, to=node)
     pictures = [variant and picture_of(wedge, wedge.task(variant, node, frame), records) for variant in places]
@@ -44,7 +45,8 @@ def write_sheet(path: Path, wedge: WedgeShot, frame: int | None = None, node: st
 
 def layout(wedge: WedgeShot) -> tuple[list[Variant | None], int]:
     """Arrange the variants in rows; return them, None for an empty place, and the number of columns."""
-    variants, axes = list(wedge.variants.values()), wedge.definition.axes
+    variants = list(wedge.variants.values())
+    axes = wedge.definition.axes
     if wedge.definition.joint or len(axes) == 1:
         return list(variants), math.ceil(math.sqrt(len(variants)))
     rows = [dict(zip(axes, values, strict=True)) for values in product(*axes.values())]

@@ -50,7 +50,11 @@ class Count:
     """Trials of one kind, as they go."""
 
     def __init__(self, campaign: str, kind: str) -> None:
-        self.name, self.tries, self.same, self.refused, self.twice = (campaign, kind), 0, 0, 0, 0
+        self.name = (campaign, kind)
+        self.tries = 0
+        self.same = 0
+        self.refused = 0
+        self.twice = 0
         self.faults: list[str] = []
 
     def add(self, fault: str, *, refused: bool = False, twice: int = 0) -> None:
@@ -100,7 +104,8 @@ def try_faults(say: Say, check_value: CheckValue, seed: int, trials: Trials | No
 @contextmanager
 def toy_shot(folder: Path) -> Iterator[ToyShot]:
     """Make the shot, and let this process load it, too."""
-    shot, before = ToyShot(folder / "shot"), dict(os.environ)
+    shot = ToyShot(folder / "shot")
+    before = dict(os.environ)
     os.environ.update(shot.variables)
     try:
         yield shot
@@ -113,7 +118,8 @@ def undisturbed(shot: ToyShot) -> Truth:
     """Run it twice, which has to give the same."""
     seen = []
     for name in ("first", "second"):
-        store, begun = shot.folder / name, time.monotonic()
+        store = shot.folder / name
+        begun = time.monotonic()
         fault = shot.finish(store)
         if fault:
             raise BadInput(f"the shot itself fails: {fault}", where=shot.graph)
@@ -128,7 +134,8 @@ def undisturbed(shot: ToyShot) -> Truth:
 
 def compare(shot: ToyShot, truth: Truth, store: Path) -> str:
     """Report what differs from an undisturbed run, and remove what was published."""
-    published, found = shot.published(), results(store)
+    published = shot.published()
+    found = results(store)
     shutil.rmtree(shot.out, ignore_errors=True)
     if published != truth.published:
         return "published other bytes"
@@ -139,7 +146,8 @@ def try_poison(shot: ToyShot, truth: Truth, modules: tuple[str, ...]) -> list[Co
     """Run in a folder with a file that has the name of a module, and notes that it was executed."""
     count = Count("poisoned folder", "module in the current folder")
     for module in modules:
-        place, store = shot.folder / f"poison-{module}", shot.folder / "poisoned"
+        place = shot.folder / f"poison-{module}"
+        store = shot.folder / "poisoned"
         place.mkdir()
         flag = place / "executed"
         (place / f"{module}.py").write_text(f"open({str(flag)!r}, 'w').close()\nraise ImportError('poison')\n")
@@ -154,7 +162,8 @@ def try_kills(shot: ToyShot, truth: Truth, chance: random.Random, times: int) ->
     """Kill runs of a shot, coordinator or all of it, at random moments; then let it end."""
     counts = [Count("kill", "coordinator"), Count("kill", "whole group")]
     for number in range(times):
-        store, which = shot.folder / f"killed-{number}", chance.randrange(2)
+        store = shot.folder / f"killed-{number}"
+        which = chance.randrange(2)
         for _ in range(chance.randint(1, 3)):
             process = shot.start(store)
             time.sleep(chance.uniform(0.0, 1.2) * truth.seconds)
@@ -212,7 +221,9 @@ def try_damages(shot: ToyShot, truth: Truth, chance: random.Random, times: int, 
     counts = {harm: Count("damage", (harm.__doc__ or "").rstrip(".").lower()) for harm in DAMAGES}
     kinds = sorted({path.relative_to(truth.store).parts[0] for path in files_in(truth.store)})
     for number in range(times):
-        store, harm, kind = shot.folder / f"damaged-{number}", DAMAGES[number % len(DAMAGES)], chance.choice(kinds)
+        store = shot.folder / f"damaged-{number}"
+        harm = DAMAGES[number % len(DAMAGES)]
+        kind = chance.choice(kinds)
         shutil.copytree(truth.store, store)
         path = chance.choice([path for path in files_in(store) if path.relative_to(store).parts[0] == kind])
         path.chmod(0o644)
@@ -221,7 +232,8 @@ def try_damages(shot: ToyShot, truth: Truth, chance: random.Random, times: int, 
         try:
             fault = mend(shot, truth, store, check_value)
         except BadInput as error:
-            fault, refused = "a refusal of several lines" if "\n" in str(error) else "", True
+            fault = "a refusal of several lines" if "\n" in str(error) else ""
+            refused = True
         except Exception as error:  # whatever it is, nobody should see it
             fault = f"{type(error).__name__}: {error}"
         counts[harm].add(tagged(f"{path.relative_to(store)} of trial {number}", fault), refused=refused)

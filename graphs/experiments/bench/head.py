@@ -27,7 +27,8 @@ FPS, STEPS = 24.0, 10
 """Frames a second, steps a frame."""
 LENGTH, SEGMENTS = 0.25, 50
 """Length of the hair [m] and segments of a strand."""
-TURN, FREQUENCY = np.radians(60.0), 1.5
+TURN = np.radians(60.0)
+FREQUENCY = 1.5
 """Yaw [rad], so often a second [Hz]."""
 VOXEL, HALF_WIDTH, SMALLEST = 0.005, 8.0, 0.08
 """Level sets: the spacing of samples [m], the band [voxels], the smallest part [m]."""
@@ -73,7 +74,8 @@ def grow_head(segments: int, between: Between) -> Head:
     bust = build_bust()
     style = Style(length=PaintedMetres(LENGTH))
     groom = grow(Canvas(bust, no_image, 0), style, None, max(segments // SEGMENTS, 1), Cut(SEGMENTS))
-    hair, scene = build_hair(groom, Material()), scene_of(between)
+    hair = build_hair(groom, Material())
+    scene = scene_of(between)
     return Head(bust, hair, start(hair, mesh_at(bust, 0.0), scene), scene)
 
 
@@ -85,11 +87,20 @@ def no_image(path: Path) -> np.ndarray:
 def pose_at(bust: Body, seconds: float) -> Pose:
     """Turn all of the bust about the vertical through its root."""
     phase = 2.0 * np.pi * FREQUENCY * seconds
-    angle, rate = TURN * np.sin(phase), TURN * 2.0 * np.pi * FREQUENCY * np.cos(phase)
-    c, s = np.cos(angle), np.sin(angle)
-    turn, spin = np.eye(4), np.zeros((4, 4))
-    turn[0, 0], turn[0, 2], turn[2, 0], turn[2, 2] = c, s, -s, c
-    spin[0, 0], spin[0, 2], spin[2, 0], spin[2, 2] = -s * rate, c * rate, -c * rate, -s * rate
+    angle = TURN * np.sin(phase)
+    rate = TURN * 2.0 * np.pi * FREQUENCY * np.cos(phase)
+    c = np.cos(angle)
+    s = np.sin(angle)
+    turn = np.eye(4)
+    spin = np.zeros((4, 4))
+    turn[0, 0] = c
+    turn[0, 2] = s
+    turn[2, 0] = -s
+    turn[2, 2] = c
+    spin[0, 0] = -s * rate
+    spin[0, 2] = c * rate
+    spin[2, 0] = -c * rate
+    spin[2, 2] = -s * rate
     return Pose(turn @ bust.skeleton.rest, spin @ bust.skeleton.rest)
 
 

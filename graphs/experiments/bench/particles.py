@@ -60,7 +60,10 @@ def measure_particles(
     settling  frames before the first that is measured
     frames    that are measured
     """
-    before, cases, parts, passes = numba.get_num_threads(), list[Case](), list[Case](), list[float]()
+    before = numba.get_num_threads()
+    cases = list[Case]()
+    parts = list[Case]()
+    passes = list[float]()
     numba.set_num_threads(1)
     try:
         say(f"a head, frames: {settling + frames}")
@@ -81,7 +84,8 @@ def measure_particles(
 
 def particles_on(bust: Body, count: int) -> Particles:
     """Choose about so many particles in the long hair of a bust."""
-    style, strands = Style(length=PaintedMetres(LENGTH)), max(STRANDS, count // EACH)
+    style = Style(length=PaintedMetres(LENGTH))
+    strands = max(STRANDS, count // EACH)
     groom = grow(Canvas(bust, no_image, 0), style, None, strands, Cut(SEGMENTS))
     return link(sample(groom, count, "strands", 0), RULE, Fibre().line_density)
 
@@ -102,7 +106,9 @@ def measure_frames(
     prepared = prepare(particles, settings)
     simulation = ParticleSimulation(particles, prepared, settings)
     state = next_state(simulation, None, frames[0])
-    times, shares, counts = list[float](), list[dict[str, float]](), list[tuple[int, int]]()
+    times = list[float]()
+    shares = list[dict[str, float]]()
+    counts = list[tuple[int, int]]()
     next_state(simulation, state, frames[0])  # which may compile, or load what was
     parts_of(particles, prepared, state, frames[0], settings)  # as may what is called alone there
     for number, frame in enumerate(frames):
@@ -133,10 +139,16 @@ def parts_of(
     particles: Particles, prepared: Prepared, state: ParticleState, frame: Frame, settings: ParticleSettings
 ) -> tuple[dict[str, float], tuple[int, int]]:
     """Do each part of a frame alone; return its seconds, and the numbers of pairs and of iterations."""
-    model, axial, law = prepared.model, prepared.springs.axial, prepared.law
+    model = prepared.model
+    axial = prepared.springs.axial
+    law = prepared.law
     assert law is not None
-    points, dt, count = state.points, frame.frame_dt, len(model.links.ends)
-    inverses, ways, stiffness = inverse_masses(model), np.empty((count, 4)), np.empty(count)
+    points = state.points
+    dt = frame.frame_dt
+    count = len(model.links.ends)
+    inverses = inverse_masses(model)
+    ways = np.empty((count, 4))
+    stiffness = np.empty(count)
     search, pairs = timed(lambda: find_pairs(model.masses, points, model.range))
     swapped = state.velocities.copy()
     exchanged, _ = timed(lambda: exchange(law, pairs, inverses, points, state.directions, dt, swapped))
@@ -182,7 +194,9 @@ def clock_cost() -> float:
 def link_pass() -> float:
     """Return the best time of a link [s] in a pass over random links of a small cloud: force, and scatter."""
     rng = np.random.default_rng(0)
-    points, ends, forces = rng.random((CROWD, 3)), rng.integers(0, CROWD, (LINKS, 2)), np.zeros((CROWD, 3))
+    points = rng.random((CROWD, 3))
+    ends = rng.integers(0, CROWD, (LINKS, 2))
+    forces = np.zeros((CROWD, 3))
     ends = ends[ends[:, 0] != ends[:, 1]].astype(np.int32)
     _pull(points, ends, forces)
     return min(timed(lambda: _pull(points, ends, forces))[0] for _ in range(PASSES)) / len(ends)

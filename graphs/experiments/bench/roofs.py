@@ -79,7 +79,9 @@ def _triad(a: np.ndarray, b: np.ndarray, c: np.ndarray, factor: float) -> None:
 
 def measure_triad(threads: int, count: int, seconds: float) -> Spread:
     """Measure bytes per time of a = b + s c [1/s]: two reads and a write a number, as STREAM counts them."""
-    a, b, c = np.zeros(count), np.ones(count), np.ones(count)
+    a = np.zeros(count)
+    b = np.ones(count)
+    c = np.ones(count)
     with_threads = numba.get_num_threads()
     numba.set_num_threads(threads)
     try:

@@ -78,7 +78,8 @@ def promises(seed: int, numbers: tuple[int, ...], cache: Path, as_markdown: bool
 
     drawn = {number: draw_scene(seed, number) for number in numbers}
     base = hairpipe.load(drawn[numbers[0]].tables, cache=cache, folder=shipped_graphs()["demo"].parent)
-    pace, found = Pace(len(drawn), lambda: runner(False), say), []
+    pace = Pace(len(drawn), lambda: runner(False), say)
+    found = []
     with ending_where_interrupted(), base.keeping_workers() as shot:
         for number, scene in drawn.items():
             with pace.scene(f"scene {number}: {scene.text}"):

@@ -23,7 +23,8 @@ from hairpipe.sim.strands.interface import StrandModel
 from hairpipe.sim.strands.registry import ModelName, strand_models
 from hairpipe.sim.surroundings import Surroundings
 
-LENGTH, STEP = 0.3, 1 / 240
+LENGTH = 0.3
+STEP = 1 / 240
 """Length of a strand [m] and step of time [s]."""
 RULE = Rule(int(SpringForm.multiplier), 0.0, 0.03, 1, np.array([0.0, -9.81, 0.0]), 8.0)
 """What the default integrator asks of its stages."""

@@ -126,7 +126,9 @@ class ToyShot:
     """The shot in a folder: its graph file, its nodes, what it publishes."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder, self.graph, self.out = folder, folder / "shot.toml", folder / "out"
+        self.folder = folder
+        self.graph = folder / "shot.toml"
+        self.out = folder / "out"
         nodes = folder / "nodes"
         nodes.mkdir(parents=True)
         self.graph.write_text(GRAPH)
@@ -137,7 +139,8 @@ class ToyShot:
     def start(self, store: Path, jobs: int = 2, place: Path | None = None) -> "subprocess.Popen[bytes]":
         """Start a run in a process, and a group, of its own; place is its current folder."""
         command = [sys.executable, "-P", "-c", MAIN, str(self.graph.absolute()), str(store.absolute()), str(jobs)]
-        output, environment = subprocess.PIPE, os.environ | self.variables
+        output = subprocess.PIPE
+        environment = os.environ | self.variables
         return subprocess.Popen(
             command, stdout=output, stderr=output, env=environment, cwd=place, start_new_session=True
         )

@@ -22,7 +22,8 @@ from hairpipe.volume.transfer import deposit
 THREADS = (1, 2)
 LENGTH, SCALP, PARTING = 0.25, 0.25, 30.0
 """Of a hair [m]; side of the square that roots lie in [m]; see `interpolate_hair` [deg]."""
-STEP, MASS = 1 / 96, 1e-6
+STEP = 1 / 96
+MASS = 1e-6
 """Of time [s]; of a point [kg]."""
 
 
@@ -44,19 +45,24 @@ def measure_volume(say: Say, hairs: int = 100_000, segments: int = 50, every: in
 
 def _grid(keys: Groom, seconds: float) -> list[Case]:
     """Time a step of friction between hairs."""
-    points, rng = keys.points.astype(float), np.random.default_rng(2)
-    masses, reach = np.full(len(points), MASS), reach_of(points, keys.offsets)
-    grid, velocities = VolumeFilter(Volume(), keys.offsets, masses, reach), rng.normal(size=points.shape)
+    points = keys.points.astype(float)
+    rng = np.random.default_rng(2)
+    masses = np.full(len(points), MASS)
+    reach = reach_of(points, keys.offsets)
+    grid = VolumeFilter(Volume(), keys.offsets, masses, reach)
+    velocities = rng.normal(size=points.shape)
     return _cases("grid", "point and step", lambda: grid.change(points, velocities, STEP), len(points), seconds)
 
 
 def _pressure(keys: Groom, seconds: float) -> list[Case]:
     """Time the pressure of hair where half of it is too dense."""
-    cell, points = Volume().cell, keys.points.astype(float)
+    cell = Volume().cell
+    points = keys.points.astype(float)
     samples = sample_strands(points, keys.offsets, reach_of(points, keys.offsets), cell)
     assert samples is not None
     grid = deposit(samples, np.full(len(points), MASS), np.zeros(points.shape))
-    rest, field = 0.5 * densest(grid, cell), np.zeros((*samples.counts, 3))
+    rest = 0.5 * densest(grid, cell)
+    field = np.zeros((*samples.counts, 3))
 
     def press() -> None:
         spread(grid, field, cell, rest, Pressure().compliance, STEP)
@@ -86,7 +92,8 @@ def _cases(
     prepare: Callable[[], object] = lambda: None,
 ) -> list[Case]:
     """Time some work of so many parts, with each number of threads."""
-    before, cases = numba.get_num_threads(), []
+    before = numba.get_num_threads()
+    cases = []
     for threads in (n for n in THREADS if n <= before):
         numba.set_num_threads(threads)
         try:
@@ -106,7 +113,8 @@ def scattered_hair(hairs: int, segments: int, seed: int = 0) -> Groom:
     ways = np.array((0.0, -1.0, 0.0)) + 0.2 * np.cumsum(rng.normal(size=(hairs, segments, 3)), axis=1) / 5
     steps = LENGTH / segments * ways / np.linalg.norm(ways, axis=2, keepdims=True)
     points = np.concatenate((roots[:, None], roots[:, None] + np.cumsum(steps, axis=1)), axis=1).reshape(-1, 3)
-    offsets, ids = offsets_of(np.full(hairs, segments + 1)), np.arange(hairs, dtype=np.int32)
+    offsets = offsets_of(np.full(hairs, segments + 1))
+    ids = np.arange(hairs, dtype=np.int32)
     frames = np.concatenate((np.tile(np.eye(3), (hairs, 1, 1)), roots[:, :, None]), axis=2)
     sites = ids, np.tile((1.0, 0.0, 0.0), (hairs, 1))
     return Groom(points, offsets, ids, *sites, frames, np.zeros((hairs, 2), np.float32))

@@ -65,11 +65,14 @@ def draw_front(
     """
     told = [name for name in (columns.low, columns.high, columns.floor, columns.spread) if name]
     check_columns(table, [name for name in columns if name], [columns.x, columns.y, columns.front, *told])
-    x, y, floor = table.numbers[columns.x], table.numbers[columns.y], floor_of(table, columns)
+    x = table.numbers[columns.x]
+    y = table.numbers[columns.y]
+    floor = floor_of(table, columns)
     untold = (y <= floor) & (floor > 0.0)
     y = np.where(untold, floor, y)
     bars = [table.numbers[name] if name else np.full(len(y), np.nan) for name in (columns.low, columns.high)]
-    names, failed = labels_of(table, columns), texts(table, columns.failed)
+    names = labels_of(table, columns)
+    failed = texts(table, columns.failed)
     good = np.array([not text for text in failed]) & (x >= 0) & (y >= 0) & np.isfinite(x) & np.isfinite(y)
     if not good.any():
         raise BadInput("no variant has a cost and an error", right="at least one variant without failure")

@@ -66,7 +66,8 @@ def place_labels(axes: Axes, labels: Sequence[Label]) -> None:
 
 def candidates(text: str, point: np.ndarray, inside: Box) -> Iterator[tuple[Box, float]]:
     """List where a text may stand next to a point [pt], and what its distance and what leaves the axes count for."""
-    wide, tall = WIDTH * FONT * len(text), HEIGHT * FONT
+    wide = WIDTH * FONT * len(text)
+    tall = HEIGHT * FONT
     for ring, distance in enumerate(RINGS):
         for turn in range(ANGLES):
             angle = 2.0 * np.pi * turn / ANGLES

@@ -64,12 +64,11 @@ def draw_maps(
     check_columns(table, [panels, x, y, value, marks], [x, value])
     if not 0.0 < limits[0] < limits[1]:
         raise BadInput(f"limits = {list(limits)}", right="a number above 0, and a larger one")
-    names, xs, ys = (
-        list(dict.fromkeys(table[panels])),
-        sorted(set(table.numbers[x].tolist())),
-        list(dict.fromkeys(table[y])),
-    )
-    norm, colours = LogNorm(*limits, clip=True), matplotlib.colormaps[COLOUR_MAP]
+    names = list(dict.fromkeys(table[panels]))
+    xs = sorted(set(table.numbers[x].tolist()))
+    ys = list(dict.fromkeys(table[y]))
+    norm = LogNorm(*limits, clip=True)
+    colours = matplotlib.colormaps[COLOUR_MAP]
     rows = ceil(len(names) / across)
     signs: dict[str, str] = {}
     with sheet(path, *size, grid=(rows, across)) as axes:

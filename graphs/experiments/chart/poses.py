@@ -181,7 +181,8 @@ def scale_bar(axes: Axes, reach: float) -> None:
     """Draw a bar of a round length below the drawing."""
     decade = 10.0 ** np.floor(np.log10(BAR * reach))
     length = max(step * decade for step in (1, 2, 5) if step * decade <= BAR * reach)
-    left, bottom = axes.get_xlim()[0], axes.get_ylim()[0]
+    left = axes.get_xlim()[0]
+    bottom = axes.get_ylim()[0]
     axes.plot([left, left + length], [bottom, bottom], color=INK, linewidth=2, clip_on=False, solid_capstyle="butt")
     text = f"{length:g} m" if length >= 0.5 else f"{100 * length:g} cm" if length >= 0.01 else f"{1e3 * length:g} mm"
     axes.annotate(text, (left, bottom), (0, 3), textcoords="offset points", va="bottom", annotation_clip=False)

@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 
 from hairpipe.graphs.experiments.chart.sheet import COLOURS, INK, sheet
 
-SOLID, RIGHT = "#a9cbe4", COLOURS[1]
+SOLID = "#a9cbe4"
+RIGHT = COLOURS[1]
 LINES = 5
 """Lines of equal distance outside, up to the farthest that is shown."""
 

@@ -51,9 +51,14 @@ def solve(
     """
     P = np.empty((len(b), 3, 3))
     _invert_diagonal(P, A, pattern.diagonal, free)
-    x, r, z, y = np.zeros_like(b), b * free, np.empty_like(b), np.empty_like(b)
+    x = np.zeros_like(b)
+    r = b * free
+    z = np.empty_like(b)
+    y = np.empty_like(b)
     rz = _precondition(z, P, r)
-    p, goal, made = z.copy(), tolerance * tolerance * rz, 0
+    p = z.copy()
+    goal = tolerance * tolerance * rz
+    made = 0
     while made < most and rz > goal:
         multiply(y, pattern.first, pattern.column, A, p)
         curvature = 0.0
@@ -65,7 +70,8 @@ def solve(
             for c in range(3):
                 x[i, c] += step * p[i, c]
                 r[i, c] -= step * y[i, c] * free[i, c]
-        before, rz = rz, _precondition(z, P, r)
+        before = rz
+        rz = _precondition(z, P, r)
         for i in range(len(b)):
             for c in range(3):
                 p[i, c] = z[i, c] + rz / before * p[i, c]

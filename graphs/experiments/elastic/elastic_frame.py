@@ -23,7 +23,8 @@ def begin(springs: Springs, points: np.ndarray, scene: ElasticScene) -> ElasticS
     if scene.stir:
         random = np.random.default_rng(scene.stir.seed)
         velocities = scene.stir.speed * random.normal(size=(count, 3)) * springs.free
-    acting, pull = springs if scene.slack == 0 else _limp(springs), np.zeros((count, 3))
+    acting = springs if scene.slack == 0 else _limp(springs)
+    pull = np.zeros((count, 3))
     find_forces(pull, points, acting)
     pull /= springs.mass[:, None]
     acceleration = (pull - scene.gravity * np.array([0.0, 1.0, 0.0]) - scene.drag * velocities) * springs.free
@@ -53,7 +54,8 @@ def advance_frame(
         scene.gravity,
         scene.ground.friction if scene.ground else None,
     )
-    dt, limp = frame / scene.steps, _limp(springs)
+    dt = frame / scene.steps
+    limp = _limp(springs)
     for step in range(scene.steps):
         since = floor((state.time - scene.slack) / dt + step + 1.5 + _ROUNDING)
         body.springs = springs if since > 0 else limp

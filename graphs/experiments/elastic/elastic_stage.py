@@ -51,8 +51,10 @@ def run_stage(body: Body, xh: np.ndarray, vh: np.ndarray, guess: np.ndarray, h: 
     guess   of the velocity at the end [m/s], (n, 3)
     h       weight of the end [s]
     """
-    springs, mass = body.springs, body.springs.mass
-    free, drag = np.empty_like(xh), np.zeros(len(xh))
+    springs = body.springs
+    mass = body.springs.mass
+    free = np.empty_like(xh)
+    drag = np.zeros(len(xh))
     hold(free, springs.free, body.pressed)
     if body.friction is not None:
         drag_of(guess, body.pressed, body.friction, drag)
@@ -72,5 +74,6 @@ def run_stage(body: Body, xh: np.ndarray, vh: np.ndarray, guess: np.ndarray, h: 
     if made == MOST:
         warnings.warn(f"a solve did not converge in {MOST} iterations", stacklevel=2)
     find_tensions(body.T, x, h * dv, springs)
-    body.x, body.v = x + h * dv, v + dv
+    body.x = x + h * dv
+    body.v = v + dv
     return held

@@ -31,7 +31,8 @@ def _unique(pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def hinges(triangles: np.ndarray) -> np.ndarray:
     """Particles a, b, c, d of every edge a-b between two triangles: one is a, b, c and the other b, a, d; (q, 4)."""
     corner = triangles.ravel()
-    start, end = triangles[:, [1, 2, 0]].ravel(), triangles[:, [2, 0, 1]].ravel()
+    start = triangles[:, [1, 2, 0]].ravel()
+    end = triangles[:, [2, 0, 1]].ravel()
     forth = np.flatnonzero(start < end)
     back = np.flatnonzero(start > end)
     size = triangles.max() + 1

@@ -65,7 +65,9 @@ def find_altitudes(found: np.ndarray, x: np.ndarray, springs: Springs) -> None:
     for block in range(blocks):
         _gather(corners, x, springs.fours, block)
         u, v, w = _side(corners, 1), _side(corners, 2), _side(corners, 3)
-        heights, press, least = springs.heights, load(springs.presses, (block,)), load(springs.least, (block,))
+        heights = springs.heights
+        press = load(springs.presses, (block,))
+        least = load(springs.least, (block,))
         h0, h1, h2 = load(heights, (block, 0)), load(heights, (block, 1)), load(heights, (block, 2))
         h3, h4, h5, h6 = (
             load(heights, (block, 3)),
@@ -165,7 +167,9 @@ def add_linear(A, b, x, v, T, springs, h, damping):
 @njit(cache=True)
 def find_forces(f, x, springs):
     """Add the force of every spring [N] at positions x [m] to f, both (n, 3), in place."""
-    A, still, T = np.zeros((len(springs.pattern.column), 3, 3)), np.zeros_like(x), np.zeros(len(springs.pairs))
+    A = np.zeros((len(springs.pattern.column), 3, 3))
+    still = np.zeros_like(x)
+    T = np.zeros(len(springs.pairs))
     add_linear(A, f, x, still, T, springs, 1.0, 0.0)
     add_altitudes(A, f, x, still, springs, 1.0, 0.0)
 

@@ -22,9 +22,12 @@ def backward_euler(body: Body, dt: float) -> None:
 
 def tr_bdf2(body: Body, dt: float) -> None:
     """Advance a body by a step [s], in place: a trapezoidal stage and one of BDF2, of second order."""
-    x, v, h = body.x, body.v, G * dt / 2
+    x = body.x
+    v = body.v
+    h = G * dt / 2
     run_stage(body, x + h * v, v + h * body.a, v, h)
-    w1, w0 = 1 / (G * (2 - G)), (1 - G) ** 2 / (G * (2 - G))
+    w1 = 1 / (G * (2 - G))
+    w0 = (1 - G) ** 2 / (G * (2 - G))
     xh, vh = w1 * body.x - w0 * x, w1 * body.v - w0 * v
     held = run_stage(body, xh, vh, body.v, h)
     body.a = (body.v - vh) / h

@@ -19,7 +19,8 @@ def build_torus(ring: float, tube: float, layers: int, around: int, height: floa
     points = np.stack([radius * np.sin(angle), up, radius * np.cos(angle)], axis=2).reshape(-1, 3)
     # Sorted corners give the two prisms next to a wall the same diagonal.
     i, j, k = np.sort(triangles, axis=1).T
-    here, there = np.arange(around) * len(disc), np.roll(np.arange(around), -1) * len(disc)
+    here = np.arange(around) * len(disc)
+    there = np.roll(np.arange(around), -1) * len(disc)
     corners = [np.add.outer(at, c) for at in (here, there) for c in (i, j, k)]
     cuts = ((0, 1, 2, 5), (0, 1, 4, 5), (0, 3, 4, 5))
     tetrahedra = np.stack([np.stack([corners[c] for c in cut], axis=-1) for cut in cuts], axis=2).reshape(-1, 4)
@@ -28,17 +29,20 @@ def build_torus(ring: float, tube: float, layers: int, around: int, height: floa
 
 def _disc(layers: int) -> tuple[np.ndarray, np.ndarray]:
     """Unit disc of rings of 6, 12, ... points about its centre: points (n, 2) and triangles (6 layers^2, 3)."""
-    points, first = [np.zeros((1, 2))], [0, 1]
+    points = [np.zeros((1, 2))]
+    first = [0, 1]
     for r in range(1, layers + 1):
         angle = 2 * np.pi * np.arange(6 * r) / (6 * r)
         points.append(r / layers * np.stack([np.cos(angle), np.sin(angle)], axis=1))
         first.append(first[-1] + 6 * r)
     triangles = []
     for r in range(1, layers + 1):
-        inner, outer = max(6 * (r - 1), 1), 6 * r
+        inner = max(6 * (r - 1), 1)
+        outer = 6 * r
         for i in range(outer):
             sextant, step = divmod(i, r)
-            a, b = first[r] + i, first[r] + (i + 1) % outer
+            a = first[r] + i
+            b = first[r] + (i + 1) % outer
             c = first[r - 1] + (sextant * (r - 1) + step) % inner
             triangles.append((a, b, c))
             if step:

@@ -94,7 +94,8 @@ def _errors(
     when: tuple[int, int, float],
 ) -> Iterator[float]:
     """Run on from a state and return how far hair is from the reference after each frame [%], while it is finite."""
-    (frame, window, dt), dtype = when, hair.layout.dtype
+    frame, window, dt = when
+    dtype = hair.layout.dtype
     names = ("velocities", "accelerations", "tensions")
     state = replace(state, **{name: getattr(state, name).astype(dtype) for name in names})
     for now in range(frame + 1, frame + window + 1):

@@ -46,7 +46,9 @@ def _measured(hair: Strands, normals: np.ndarray, shell: LevelSet) -> tuple[floa
     near = (np.abs(found.distance) < NEAR * shell.voxel) & normals.any(axis=1)
     if not near.any():
         raise BadInput("no hair is near the shell", where="in.shell", right="the shell of this hair")
-    true, carried, along = found.normal[near], normals[near].astype(float), tangents_of(hair)[near]
+    true = found.normal[near]
+    carried = normals[near].astype(float)
+    along = tangents_of(hair)[near]
     angles = np.degrees(np.arccos(np.clip(np.einsum("pi,pi->p", true, carried), -1.0, 1.0)))
     lamps = np.concatenate([np.eye(3), -np.eye(3)])
     by_shell, by_hair = true @ lamps.T, carried @ lamps.T

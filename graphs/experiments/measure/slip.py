@@ -18,7 +18,8 @@ def measure_slips(hair: Mapping[int, Strands], ends: Mapping[int, Ends], fps: fl
     slipped      root mean square over all points
     """
     frames = list(hair)
-    first, start = hair[frames[0]], ends[frames[0]].roots
+    first = hair[frames[0]]
+    start = ends[frames[0]].roots
     rows = []
     for frame in frames:
         turn = ends[frame].roots[:, :, :3] @ start[:, :, :3].transpose(0, 2, 1)

@@ -20,7 +20,8 @@ def target_table(hair: Mapping[int, Strands], target: Mapping[int, Density], cel
     cell    of the finest grid [m]; levels  grids
     Raises BadInput as `target_grids` does.
     """
-    rows, first = [], None
+    rows = []
+    first = None
     for frame in hair:
         now = hair[frame]
         points = now.points.astype(float)

@@ -53,7 +53,8 @@ def measure_clash(
     from hairpipe.sim.hair_model import build_hair
     from hairpipe.sim.material import Material
 
-    hair, touch = build_hair(tuft(), Material()), contact or of.BodyContact()
+    hair = build_hair(tuft(), Material())
+    touch = contact or of.BodyContact()
     among = {"stiction": stiction, "collisions": collisions, "volume": volume, "locks": locks}
     scene = of.Scene(contact=touch, strain=strain, scheme=scheme, **among)
 

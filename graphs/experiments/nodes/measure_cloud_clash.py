@@ -45,7 +45,8 @@ def measure_cloud_clash(
     from hairpipe.particles.sampling import sample
 
     settings = of.ParticleSettings(sag, interaction=interaction, sag_free=sag_free)
-    rule, line_density = LinkRule(12, 0.5, 58.0, 24.0), settings.fibre.line_density
+    rule = LinkRule(12, 0.5, 58.0, 24.0)
+    line_density = settings.fibre.line_density
     cloud = link(sample(tuft(), particles, "strands", 0), rule, line_density)
 
     def run(speed: float, rate: int) -> "Worst":

@@ -47,6 +47,7 @@ def plot_front(
     """
     from hairpipe.graphs.experiments.chart.front import Columns, draw_front
 
-    path, columns = workspace / "front.png", Columns(x, y, label, series, failed, front, low, high, floor, spread)
+    path = workspace / "front.png"
+    columns = Columns(x, y, label, series, failed, front, low, high, floor, spread)
     draw_front(path, table, columns, joined=joined, title=title, size=(width, height))
     return File(path)

@@ -31,7 +31,8 @@ def plot_interpolation(
     from hairpipe.graphs.experiments.chart.sections import draw_sections
     from hairpipe.graphs.experiments.studies.interpolation.sections import sections
 
-    path, found = workspace / "sections.png", sections(case, fractions, voxel, half_width)
+    path = workspace / "sections.png"
+    found = sections(case, fractions, voxel, half_width)
     rows = {name.replace("_", "-"): panels for name, panels in found.shown.items()}
     columns = [f"{a:g} frames" for a in fractions]
     draw_sections(

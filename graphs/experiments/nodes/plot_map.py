@@ -41,7 +41,8 @@ def plot_map(
     from hairpipe.graphs.experiments.chart.maps import MapColumns, draw_maps
     from hairpipe.io.table import lay_below
 
-    path, size = workspace / "map.png", (width, height)
+    path = workspace / "map.png"
+    size = (width, height)
     table = lay_below(tables, cases)
     shown = MapColumns("case", x, y, value, marks)
     draw_maps(path, table, shown, limits=limits, across=columns, title=title, size=size)

@@ -34,7 +34,8 @@ def plot_section(
 
     if names and len(names) != len(densities):
         raise BadInput(f"{len(names)} names for {len(densities)} densities", where="names", right="one each, or none")
-    path, across = workspace / "section.png", "xyz".index(axis)
+    path = workspace / "section.png"
+    across = "xyz".index(axis)
     cut = f"{axis} = {place:g} m"
     panels = [
         (name or cut, *section_of(density, across, place))

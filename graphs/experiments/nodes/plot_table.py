@@ -43,7 +43,8 @@ def plot_table(
     from hairpipe.graphs.experiments.chart.lines import Columns, draw_table
     from hairpipe.io.table import lay_below
 
-    path, size = workspace / "chart.png", (width, height)
+    path = workspace / "chart.png"
+    size = (width, height)
     table = lay_below(tables, cases)
     columns = Columns(x, y, series)
     draw_table(path, table, columns, scales=(x_scale, y_scale), label=label, title=title, levels=levels, size=size)

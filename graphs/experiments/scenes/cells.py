@@ -10,7 +10,8 @@ from hairpipe.tune.tuning import Tuned
 
 def left_out(tuned: Tuned) -> str:
     """Say what the choice leaves out, or why nothing was chosen."""
-    parts, reference = tuned.choice.parts, tuned.reference
+    parts = tuned.choice.parts
+    reference = tuned.reference
     if parts is not None:
         return "; ".join(names_of(parts)) or "nothing"
     if isinstance(reference, Chaos) and reference.floor > tuned.tolerance.value:

@@ -14,8 +14,10 @@ from hairpipe.tune.quantity import Tolerance
 
 HAIR = "hair"
 """Name of the node that simulates."""
-FRAMES, FPS = (1001, 1040), 24.0
-SEGMENTS, TURNS = 24, (1.0, 3.0)
+FRAMES = (1001, 1040)
+FPS = 24.0
+SEGMENTS = 24
+TURNS = (1.0, 3.0)
 """Of each strand; turns of a curl, which are eight segments each at the least."""
 LENGTHS, STRANDS = (0.05, 0.35), (200.0, 800.0)
 """[m]; of both, logarithms are drawn evenly."""
@@ -70,15 +72,18 @@ def draw_scene(seed: int, number: int) -> DrawnScene:
 
 def draw_groom(random: np.random.Generator) -> tuple[str, Tables]:
     """Draw a groom, in words and as the table of a node."""
-    length, strands = even_by_ratio(random, LENGTHS), round(even_by_ratio(random, STRANDS))
+    length = even_by_ratio(random, LENGTHS)
+    strands = round(even_by_ratio(random, STRANDS))
     groom: Tables = {"type": "grow_groom", "in": {"scalp": "head"}, "strands": strands, "segments": SEGMENTS}
     groom |= {"length": {"value": length, "variation": drawn(random, 0.0, 0.15)}, "seed": int(random.integers(1000))}
     groom |= {"lift": drawn(random, 20.0, 80.0), "bend": drawn(random, 0.02, 0.1)}
     text = f"{strands} hairs of {100 * length:.0f} cm"
     if random.random() >= CURLS:
         return f"{text}, straight", groom
-    turn, slope = length / drawn(random, *TURNS), np.radians(drawn(random, 15.0, 45.0))
-    radius, pitch = rounded(turn * np.sin(slope) / (2.0 * np.pi)), rounded(turn * np.cos(slope))
+    turn = length / drawn(random, *TURNS)
+    slope = np.radians(drawn(random, 15.0, 45.0))
+    radius = rounded(turn * np.sin(slope) / (2.0 * np.pi))
+    pitch = rounded(turn * np.cos(slope))
     curl = {"radius": {"value": radius}, "pitch": {"value": pitch}, "onset": rounded(0.2 * length)}
     return f"{text}, curls of {1e3 * radius:.0f} mm", groom | {"curl": curl}
 
@@ -87,7 +92,8 @@ def draw_wind(random: np.random.Generator) -> tuple[list[str], Tables]:
     """Draw whether wind blows, in words and as settings."""
     if random.random() >= WINDS:
         return [], {}
-    speed, bearing = drawn(random, 0.5, 3.0), drawn(random, 0.0, 2.0 * np.pi)
+    speed = drawn(random, 0.5, 3.0)
+    bearing = drawn(random, 0.0, 2.0 * np.pi)
     wind: Tables = {"velocity": [rounded(speed * np.sin(bearing)), 0.0, rounded(speed * np.cos(bearing))]}
     if random.random() >= GUSTS:
         return [f"wind of {speed:.1f} m/s"], {"wind": wind}
@@ -135,7 +141,8 @@ def nodding(random: np.random.Generator) -> Motion:
 
 def thrown(random: np.random.Generator) -> Motion:
     """Move to and fro, up and down."""
-    times, reach = draw_times(random), drawn(random, 0.03, 0.15)
+    times = draw_times(random)
+    reach = drawn(random, 0.03, 0.15)
     moves = [[0.0, 0.0, 0.0], *([drawn(random, -reach, reach) for _ in range(3)] for _ in times[1:])]
     return f"thrown about by {100 * reach:.0f} cm", carried({"times": times, "move": moves})
 

@@ -50,7 +50,8 @@ def rows(needs: Sequence[Need]) -> list[tuple[str, ...]]:
     lines: list[tuple[str, ...]] = [HEADINGS]
     named = ""
     for scene, tolerance, tuned in needs:
-        name, named = "the same" if scene == named else scene, scene
+        name = "the same" if scene == named else scene
+        named = scene
         if tuned is None:
             lines.append((name, str(tolerance), "fails: the graph as it is does not get through", "", "", ""))
             continue

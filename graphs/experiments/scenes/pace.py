@@ -26,7 +26,9 @@ class Pace:
         clock: Callable[[], float] = monotonic,
     ) -> None:
         self._total, self._runner, self._say, self._clock = total, runner, say, clock
-        self._carry, self._done, self._computed = runner(), 0, False
+        self._carry = runner()
+        self._done = 0
+        self._computed = False
         self._spent: list[float] = []
 
     def run(self, text: str, shot: Shot, nodes: Sequence[str], frames: Sequence[int]) -> Outcome:

@@ -84,7 +84,10 @@ def rows(promises: Sequence[Promise]) -> list[tuple[str, ...]]:
 
 def row(promise: Promise) -> tuple[str, ...]:
     """Write one promise: errors, with their bounds, in the unit of the tolerance."""
-    scene, tuned, other, tolerance = promise.scene, promise.tuned, promise.other, promise.scene.tolerance
+    scene = promise.scene
+    tuned = promise.tuned
+    other = promise.other
+    tolerance = promise.scene.tolerance
     said = (str(promise.number), f"{scene.text}; then {scene.other[0]}", str(tolerance))
     if tuned is None:
         return (*said, "", "", "", "", "", worst(promise))

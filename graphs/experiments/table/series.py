@@ -35,7 +35,8 @@ def event(
     """
     for name in (x, y):
         numbers_of(table, name)
-    first, last = (-np.inf if window[0] is None else window[0]), (np.inf if window[1] is None else window[1])
+    first = -np.inf if window[0] is None else window[0]
+    last = np.inf if window[1] is None else window[1]
     seen = (table.numbers[x] >= first) & (table.numbers[x] <= last) & np.isfinite(table.numbers[y])
     along, values = table.numbers[x][seen], table.numbers[y][seen]
     found = period(along, values) if what == "period" else next(iter(crossings(along, values, level)), np.nan)

@@ -127,9 +127,11 @@ def smooth_max(a: np.ndarray, b: np.ndarray, width: float) -> np.ndarray:
 
 def axis_rotation(axis: int, degrees: float) -> np.ndarray:
     """Return the right-handed rotation about coordinate axis 0, 1 or 2, (3, 3), column vectors."""
-    cosine, sine = np.cos(np.radians(degrees)), np.sin(np.radians(degrees))
+    cosine = np.cos(np.radians(degrees))
+    sine = np.sin(np.radians(degrees))
     second, third = (axis + 1) % 3, (axis + 2) % 3
     matrix = np.eye(3)
     matrix[second, second] = matrix[third, third] = cosine
-    matrix[third, second], matrix[second, third] = sine, -sine
+    matrix[third, second] = sine
+    matrix[second, third] = -sine
     return matrix

@@ -14,7 +14,8 @@ def relax(
     triangles  (m, 3), closed: every edge is seen once in each direction
     project    puts points back on the surface
     """
-    tail, head = triangles.ravel(), triangles[:, (1, 2, 0)].ravel()
+    tail = triangles.ravel()
+    head = triangles[:, (1, 2, 0)].ravel()
     neighbours = np.bincount(tail, minlength=len(points))[:, None]
     for _ in range(rounds):
         total = np.stack([np.bincount(tail, points[head, axis], len(points)) for axis in range(3)], axis=1)

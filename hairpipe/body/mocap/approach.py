@@ -31,14 +31,16 @@ def placed(skeleton: Skeleton, first: Pose, before: float, over: float) -> np.nd
     a = min(max(1.0 - before / over, 0.0), 1.0)
     up = min(RUN_UP, over)
     b = max(1.0 - before / up, 0.0)
-    share, run = a * a * (3.0 - 2.0 * a), up * b * b * (b - 1.0)
+    share = a * a * (3.0 - 2.0 * a)
+    run = up * b * b * (b - 1.0)
     result = np.empty_like(first.transforms)
     for joint, parent in enumerate(skeleton.parents):
         rest, end, rate = skeleton.rest[joint], first.transforms[joint], first.rates[joint]
         if parent >= 0:
             back = invert(first.transforms[parent])
             rate = back @ (rate - first.rates[parent] @ back @ end)
-            rest, end = invert(skeleton.rest[parent]) @ rest, back @ end
+            rest = invert(skeleton.rest[parent]) @ rest
+            end = back @ end
         spin = end[:3, :3].T @ rate[:3, :3]
         turn = 0.5 * np.array([spin[2, 1] - spin[1, 2], spin[0, 2] - spin[2, 0], spin[1, 0] - spin[0, 1]])
         local = np.eye(4)

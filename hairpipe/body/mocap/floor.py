@@ -35,7 +35,8 @@ def standing_height(retarget: Retarget, clip: Clip) -> float | None:
 
 def feet_of(skeleton: Skeleton) -> list[np.ndarray]:
     """Return the joints of every foot, toes included, as masks (J,) bool."""
-    roles, found = find_roles(skeleton.names), []
+    roles = find_roles(skeleton.names)
+    found = []
     for side in ("left", "right"):
         for joint in roles.get(Role("foot", side), []):
             below = np.zeros(len(skeleton.names), bool)

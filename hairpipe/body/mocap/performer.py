@@ -44,7 +44,9 @@ def place_at_zero(clip: Clip) -> Placement:
 
 def chain(parents: np.ndarray, rotations: np.ndarray, positions: np.ndarray) -> Placement:
     """Return joints in the world from rotations (k, J, 3, 3) and positions (k, J, 3) in their parents. Pure."""
-    local, rotations, positions = positions, rotations.copy(), positions.copy()
+    local = positions
+    rotations = rotations.copy()
+    positions = positions.copy()
     for joint in np.flatnonzero(parents >= 0):
         parent = parents[joint]
         positions[:, joint] = positions[:, parent] + np.einsum("kij,kj->ki", rotations[:, parent], positions[:, joint])
@@ -83,7 +85,8 @@ def local_positions(clip: Clip, frames: np.ndarray) -> np.ndarray:
 
 def _rotation_channels(clip: Clip) -> tuple[np.ndarray, ...]:
     """Joint, column, axis and place in the order of its joint of every rotation channel."""
-    table, column = [], 0
+    table = []
+    column = 0
     for joint, names in enumerate(clip.channels):
         rotations = [(i, name) for i, name in enumerate(names) if name.endswith("rotation")]
         table += [(joint, column + i, AXES[name[0]], order) for order, (i, name) in enumerate(rotations)]

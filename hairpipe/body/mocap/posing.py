@@ -61,7 +61,8 @@ def pose_at(
         warnings.warn(
             "the shot begins before the clip; the first pose of the clip is held until then (see `at`)", stacklevel=2
         )
-    at, frame_time = seconds / clip.frame_time, clip.frame_time
+    at = seconds / clip.frame_time
+    frame_time = clip.frame_time
     take = take_at(len(played.values), at, [(before / frame_time, after / frame_time) for before, after in cuts])
     instants, span = take.window(at)
     samples = replace(played, values=played.values[take.first : take.last + 1])

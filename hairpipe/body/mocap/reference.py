@@ -48,7 +48,8 @@ def find_reference(clip: Clip, roles: Roles, up: str | None, reference: str | No
     """
     zero = place_at_zero(clip)
     upright = Z_UP if (up or find_up(clip, roles)) == "z" else np.eye(3)
-    cosine, sine = np.cos(np.radians(yaw)), np.sin(np.radians(yaw))
+    cosine = np.cos(np.radians(yaw))
+    sine = np.sin(np.radians(yaw))
     world = np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]]) @ upright
     stands = standing_direction(zero.positions[0], roles)
     drawn = reference == "zero" or (reference is None and bool((world @ stands)[1] > UPRIGHT))
@@ -73,7 +74,8 @@ def find_up(clip: Clip, roles: Roles) -> str:
     frames = np.unique(np.linspace(0.0, len(clip.values) - 1, LOOKS).round())
     motion = _axis_along(np.median(trunk_directions(place_joints(clip, frames).positions, roles), axis=0))
     rest = _axis_along(trunk_directions(place_at_zero(clip).positions, roles)[0])
-    axis, stated = motion or rest or "y", "(`up` states it)"
+    axis = motion or rest or "y"
+    stated = "(`up` states it)"
     if motion is None:
         what = "the clip has no trunk that is upright in most frames"
         warnings.warn(f"{what}: {axis.upper()} is assumed as the vertical axis {stated}", stacklevel=4)
@@ -115,7 +117,8 @@ def standing_direction(positions: np.ndarray, roles: Roles) -> np.ndarray:
         trunk = trunk_directions(positions[None], roles)[0]
         return trunk if trunk.any() else np.array([0.0, 1.0, 0.0])
     head, hips, left, right = positions[joints]
-    trunk, legs = head - hips, hips - 0.5 * (left + right)
+    trunk = head - hips
+    legs = hips - 0.5 * (left + right)
     return (trunk + legs) / max(np.linalg.norm(trunk) + np.linalg.norm(legs), TINY)
 
 
@@ -127,7 +130,8 @@ def find_heading(positions: np.ndarray, roles: Roles) -> np.ndarray:
             across = positions[joints[0]] - positions[joints[1]]
             length = np.hypot(across[0], across[2])
             if length > 0.5 * np.linalg.norm(across):
-                cosine, sine = across[0] / length, -across[2] / length
+                cosine = across[0] / length
+                sine = -across[2] / length
                 return np.array([[cosine, 0.0, sine], [0.0, 1.0, 0.0], [-sine, 0.0, cosine]])
     return np.eye(3)
 
@@ -165,7 +169,8 @@ def align_parts(rest: np.ndarray, body: Roles, clip: Roles, reference: Reference
 def _align_limb(
     limb: list[Role], rest: np.ndarray, seen: np.ndarray, body: Roles, clip: Roles, start: np.ndarray
 ) -> dict[Role, np.ndarray]:
-    turns, current = {}, start
+    turns = {}
+    current = start
     for upper, lower in pairwise(limb):
         if all(role in roles for role in (upper, lower) for roles in (body, clip)):
             bone = current @ (rest[body[lower][0]] - rest[body[upper][0]])

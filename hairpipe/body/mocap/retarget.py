@@ -101,7 +101,8 @@ def build_retarget(
         corrections[joint] = pose.rotations[follows[joint]].T @ aligned
     scale = unit if unit is not None else find_scale(skeleton, follows, body, performer, pose)
     origins = find_origins(skeleton, follows, body, performer, pose, scale)
-    bones, stretches = local_positions(clip, np.zeros(1, np.int64))[0], find_stretches(skeleton, clip, follows)
+    bones = local_positions(clip, np.zeros(1, np.int64))[0]
+    stretches = find_stretches(skeleton, clip, follows)
     return Retarget(skeleton, follows, corrections, scale, origins, pose.world, bones, stretches)
 
 
@@ -127,7 +128,8 @@ def find_stretches(skeleton: Skeleton, clip: Clip, follows: np.ndarray) -> tuple
     stretches = []
     for joint, (parent, leader) in enumerate(zip(skeleton.parents, follows, strict=True)):
         above[joint] = leader if leader >= 0 or parent < 0 else above[parent]
-        path, end = [], above[parent] if parent >= 0 else leader
+        path = []
+        end = above[parent] if parent >= 0 else leader
         while parent >= 0 and leader >= 0 and leader != end and clip.parents[leader] >= 0:
             path += [leader] if moved[leader] else []
             leader = clip.parents[leader]
@@ -141,7 +143,8 @@ def find_scale(skeleton: Skeleton, follows: np.ndarray, body: Roles, performer: 
     Where joints tell none of these it is a metre, with a warning if a root moves by it.
     """
     rest = skeleton.rest[:, :3, 3]
-    own, theirs = leg_length(rest, body), leg_length(pose.positions, performer)
+    own = leg_length(rest, body)
+    theirs = leg_length(pose.positions, performer)
     if theirs > 0.0:
         return (own or ADULT_LEG) / theirs
     way = [int(np.argmax(skeleton.parents < 0)), *(players(body, Role("head")) or [])]

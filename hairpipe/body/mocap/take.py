@@ -36,7 +36,8 @@ class Take(NamedTuple):
         now = min(max(at, low), high)
         if abs(at - now) > SLACK or low == high:
             return (now, now, now), 0.0
-        early, late = at - 0.5, at + 0.5
+        early = at - 0.5
+        late = at + 0.5
         span = 1.0 - max(low - early, 0.0) - max(late - high, 0.0)
         return (max(early, low), now, min(late, high)), span
 

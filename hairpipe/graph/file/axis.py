@@ -33,7 +33,8 @@ def values_of(name: str, given: Any) -> tuple[Any, ...]:
     if isinstance(given, list):
         return tuple(given)
     if isinstance(given, dict) and "random" in given:
-        seed, span = given.get("seed"), given["random"]
+        seed = given.get("seed")
+        span = given["random"]
         if given.keys() != {"random", "seed"} or type(seed) is not int or not isinstance(span, dict):
             raise BadInput(brief(given), right=RANDOM)
         start, end, count, log = read_span(span, RANDOM)
@@ -49,7 +50,10 @@ def values_of(name: str, given: Any) -> tuple[Any, ...]:
 
 def read_span(given: Mapping[str, Any], right: str) -> tuple[float, float, int, bool]:
     """Read the ends of a range, the number of its values, and whether they lie in equal ratios."""
-    start, end, count, log = given.get("from"), given.get("to"), given.get("count"), given.get("log", False)
+    start = given.get("from")
+    end = given.get("to")
+    count = given.get("count")
+    log = given.get("log", False)
     known = given.keys() <= {"from", "to", "count", "log"} and isinstance(log, bool)
     if not known or not is_number(start) or not is_number(end) or type(count) is not int:
         raise BadInput(brief(given), right=right)

@@ -105,7 +105,8 @@ def entered(root: Path, folder: Path) -> Iterator[Path]:
         for name in folder.relative_to(root).parts:
             with suppress(FileExistsError):
                 os.mkdir(name, dir_fd=handle)
-            above, handle = handle, os.open(name, FOLDER, dir_fd=handle)
+            above = handle
+            handle = os.open(name, FOLDER, dir_fd=handle)
             os.close(above)
         open_folder = Path(OPEN, str(handle))
         yield open_folder if open_folder.is_dir() else folder

@@ -47,7 +47,8 @@ def located(
     """
     changed = dict(given)
     for field in fields:
-        value, names = given.get(field.name), (*above, field.name)
+        value = given.get(field.name)
+        names = (*above, field.name)
         if isinstance(value, dict) and field.group:
             changed[field.name] = located(field.group, value, place, names)
         elif isinstance(value, dict) and field.base is Path and value.keys() == {KEY}:

@@ -53,7 +53,8 @@ def connect(nodes: dict[str, Node], place: Callable[[str, Sequence[str]], str], 
         for socket in node.type.sockets.values():
             if not socket.optional and socket.name not in plugged:
                 what = f"socket '{socket.name}' is not connected, it takes {socket.type.__name__}"
-                where, right = f"{place(node.name, ['in'])} {node.type.name}", givers(socket, node, nodes, registry)
+                where = f"{place(node.name, ['in'])} {node.type.name}"
+                right = givers(socket, node, nodes, registry)
                 raise BadInput(what, where=where, right=f"in.{socket.name} = {right}")
         edges = {}
         for plug, edge in node.edges.items():

@@ -16,7 +16,9 @@ def parse_frames(text: str) -> tuple[int, ...]:
         match = PART.fullmatch(part.strip())
         if not match:
             raise BadInput(f"'{text}' is not a valid frame set", right="frames and ranges such as 1-100x2,150")
-        first, last, step = int(match[1]), int(match[2] or match[1]), int(match[3] or 1)
+        first = int(match[1])
+        last = int(match[2] or match[1])
+        step = int(match[3] or 1)
         if last < first or step < 1:
             raise BadInput(f"'{part}' is an empty range", right="first-last with first <= last, step >= 1")
         if (last - first) // step + len(numbers) >= MOST_FRAMES:
@@ -28,7 +30,8 @@ def parse_frames(text: str) -> tuple[int, ...]:
 def fold_frames(frames: Iterable[int]) -> str:
     """Write frames as ranges: the inverse of `parse_frames`."""
     numbers = sorted(set(frames))
-    parts, start = [], 0
+    parts = []
+    start = 0
     while start < len(numbers):
         end = _run_end(numbers, start)
         step = numbers[end] - numbers[end - 1] if end > start else 1

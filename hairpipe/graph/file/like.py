@@ -34,12 +34,14 @@ def write_out(text: GraphText, tables: dict[str, Table]) -> dict[str, Table]:
         order = list(TopologicalSorter(bases).static_order())
     except CycleError as error:
         circle = error.args[1]
-        where, right = text.place(circle[-1], ["like"]), "one of them without `like`"
+        where = text.place(circle[-1], ["like"])
+        right = "one of them without `like`"
         raise BadInput(f"circular `like`: {' -> '.join(reversed(circle))}", where=where, right=right) from None
     written: dict[str, Table] = {}
     for name in order:
         if not bases[name] and "without" in tables[name]:
-            where, right = text.place(name, ["without"]), 'like = "node"'
+            where = text.place(name, ["without"])
+            right = 'like = "node"'
             raise BadInput("without, in a node that has no `like`", where=where, right=right)
         base = {key: value for base in bases[name] for key, value in written[base].items() if key not in OWN}
         try:
@@ -58,7 +60,8 @@ def stated(text: GraphText, name: str, table: Table, base: Table) -> Table:
 
 def base_of(text: GraphText, name: str, tables: dict[str, Table]) -> str:
     """Read which node one is like."""
-    base, where = tables[name]["like"], text.place(name, ["like"])
+    base = tables[name]["like"]
+    where = text.place(name, ["like"])
     if not isinstance(base, str):
         raise BadInput(f"like = {brief(base)} is not the name of a node", where=where, right='like = "node"')
     if base not in tables:
@@ -69,7 +72,8 @@ def base_of(text: GraphText, name: str, tables: dict[str, Table]) -> str:
 
 def left_out(text: GraphText, name: str, table: Table, base: Table) -> Sequence[str]:
     """Read what a node leaves out of its base: dotted names, all of which are there."""
-    given, where = table.get("without", []), text.place(name, ["without"])
+    given = table.get("without", [])
+    where = text.place(name, ["without"])
     if not isinstance(given, list) or not all(isinstance(dotted, str) for dotted in given):
         raise BadInput(f"without = {brief(given)}", where=where, right='a list of names, as ["stiction", "in.body"]')
     known = list(dotted_names(base))

@@ -63,7 +63,8 @@ def make_graph(text: GraphText) -> Graph:
     frames = read_frames(text)
     taken = frozenset(edge for node in nodes.values() for edge in node.edges.values())
     ordered = {name: nodes[name] for name in sort_nodes(nodes, path)}
-    preroll, cuts = read_preroll(text), read_cuts(text)
+    preroll = read_preroll(text)
+    cuts = read_cuts(text)
     graph = Graph(path, project_of(path), frames, read_fps(text), ordered, taken, preroll, cuts)
     check_publish(graph, text)
     return graph
@@ -108,10 +109,8 @@ def read_preroll(text: GraphText) -> int:
     """Read `preroll`, the number of frames before the first that scans begin at; none where it is not given."""
     preroll = text.tables.get("preroll", 0)
     if type(preroll) is not int or not 0 <= preroll < MOST_FRAMES:
-        what, right = (
-            f"preroll = {brief(preroll)} is not a number of frames",
-            "preroll = 24; a whole number, not negative",
-        )
+        what = f"preroll = {brief(preroll)} is not a number of frames"
+        right = "preroll = 24; a whole number, not negative"
         raise BadInput(what, where=text.place(None, ["preroll"]), right=right)
     return preroll
 
@@ -160,8 +159,10 @@ def read_node(text: GraphText, name: str, table: dict[str, Any], registry: Regis
 
 def check_file(text: GraphText, node: str, node_type: NodeType, dotted: str, file: str) -> None:
     """Check that a setting names a file that is there, of a format that is read."""
-    path, names = text.path.parent / file, dotted.split(".")
-    field, right = field_at(node_type, names), RIGHT if is_data(file) else f"a file, relative to {text.path.parent}"
+    path = text.path.parent / file
+    names = dotted.split(".")
+    field = field_at(node_type, names)
+    right = RIGHT if is_data(file) else f"a file, relative to {text.path.parent}"
     try:
         kind = special(path)
         fault = (
@@ -170,7 +171,8 @@ def check_file(text: GraphText, node: str, node_type: NodeType, dotted: str, fil
     except (OSError, ValueError) as error:
         fault = f"cannot be a file: {error}"
     if field is not None and field.suffixes and path.suffix.lower() not in field.suffixes:
-        fault, right = f"is not a file that {node_type.name} reads", field.allowed
+        fault = f"is not a file that {node_type.name} reads"
+        right = field.allowed
     if fault:
         raise BadInput(f"{dotted} = {file[:200]!r} {fault}", where=text.place(node, names), right=right)
 
@@ -220,7 +222,8 @@ def check_publish(graph: Graph, text: GraphText) -> None:
         if role:
             raise BadInput(f"publish: {path} is {role}", where=where, right="a path of its own")
         if path.suffix.lower() not in node.type.writes:
-            what, right = f"{node.type.name} does not write '{path.suffix}' files", ", ".join(node.type.writes)
+            what = f"{node.type.name} does not write '{path.suffix}' files"
+            right = ", ".join(node.type.writes)
             raise BadInput(f"publish: {path}: {what}", where=where, right=f"a name that ends in {right}")
         taken[node.publish] = f"published by '{node.name}' too"
 

@@ -24,7 +24,8 @@ TABLE = re.compile(r"\s*\[([^\[\]]+)\]\s*(?:#.*)?")
 def save_settings(path: Path, settings: Mapping[str, Any]) -> None:
     """Write settings into a graph file, whose permissions, owner and links stay; BadInput as for `with_settings`."""
     mark = BOM if path.read_bytes().startswith(BOM.encode()) else ""
-    text, target = mark + with_settings(read_graph_text(path).text, settings), path.resolve()
+    text = mark + with_settings(read_graph_text(path).text, settings)
+    target = path.resolve()
     found = target.stat()
     if found.st_nlink > 1 or found.st_uid != os.geteuid():  # a new file would have one name, and be ours
         overwrite(target, text.encode("utf-8"))

@@ -63,7 +63,9 @@ def doubt_about(folder: Path) -> Untrusted | None:
     folder = folder.resolve()
     if folder in shipped_folders() or folder in named_folders():
         return None
-    fault, known, files = fault_of_register(), list(trusted()), code_in(folder)
+    fault = fault_of_register()
+    known = list(trusted())
+    files = code_in(folder)
     if not files or any(entry.files == files for entry in known):
         return None
     before = next((entry.files for entry in known if entry.folder == folder), None)

@@ -120,7 +120,8 @@ class WedgeReader:
         """Read the wedge."""
         for key in self._table.keys() - set(KEYS):
             raise self.fault(f"unknown key '{key}'", [key], nearest(key, KEYS))
-        axes, joint = self.axes(), self._table.get("joint", False)
+        axes = self.axes()
+        joint = self._table.get("joint", False)
         if not isinstance(joint, bool):
             raise self.fault(f"joint = {brief(joint)}", ["joint"], "true or false")
         show, measures = self.names("show"), self.names("measures")

@@ -63,7 +63,8 @@ class CodeReader:
     """
 
     def __init__(self, remember: Remember, folder: Path | None = None) -> None:
-        self._remember, self._folder = remember, folder if folder and doubt_about(folder) is None else None
+        self._remember = remember
+        self._folder = folder if folder and doubt_about(folder) is None else None
         self.stamps: dict[str, list[int]] = {}
         self._sources: dict[str, Source | None] = {}
         self._specs: dict[str, ModuleSpec | None] = {}
@@ -170,7 +171,8 @@ class CodeReader:
     def _read(self, path: Path) -> Source:
         """Analyse a file, once a process while it is provably unchanged."""
         try:
-            begun, stamp = time.time_ns(), stamp_of(path)
+            begun = time.time_ns()
+            stamp = stamp_of(path)
             self.stamps.setdefault(str(path), stamp)
             known, source = _settled.get(path, (None, None))
             if source is None or known != stamp:

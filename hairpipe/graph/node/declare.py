@@ -291,7 +291,8 @@ def read_preparation(node_type: NodeType, function: Callable[..., Any] | None, r
         refuse(f"prepare={function.__name__}", f"a parameter `{PREPARED}` before the settings takes the result")
     if "return" not in function.__annotations__:
         refuse(f"prepare={function.__name__} without the type that it returns", f"def {function.__name__}(...) -> T")
-    asked, returned = text_of(taken.annotation), text_of(function.__annotations__["return"])
+    asked = text_of(taken.annotation)
+    returned = text_of(function.__annotations__["return"])
     if taken.annotation is taken.empty:
         refuse(f"parameter '{PREPARED}' without a type", f"{PREPARED}: {returned}, as {function.__name__} returns it")
     if asked != returned:
@@ -299,9 +300,11 @@ def read_preparation(node_type: NodeType, function: Callable[..., Any] | None, r
     names = inspect.signature(function).parameters
     sockets = tuple(s.name for s in node_type.sockets.values() if s.name in names and s.view == "now")
     settings = tuple(name for name in node_type.settings if name in names)
-    own, given = hints_of(node_type.function, PREPARED), hints_of(function, "return")
+    own = hints_of(node_type.function, PREPARED)
+    given = hints_of(function, "return")
     for parameter in names.values():
-        name, where = parameter.name, f"{function.__name__}: parameter '{parameter.name}'"
+        name = parameter.name
+        where = f"{function.__name__}: parameter '{parameter.name}'"
         if name not in (*sockets, *settings) or parameter.kind is parameter.POSITIONAL_ONLY:
             refuse(where, "the name of an input that is one value, T, or of a setting")
         if name not in given or bare(given[name]) != bare(own[name]):

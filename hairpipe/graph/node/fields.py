@@ -97,7 +97,8 @@ def fields_of(node_type: NodeType) -> tuple[Field, ...]:
 
 def field_at(node_type: NodeType, names: Sequence[str]) -> Field | None:
     """Find a setting by its name, or the names of the groups that it is in and its own; None where there is none."""
-    known, found = fields_of(node_type), None
+    known = fields_of(node_type)
+    found = None
     for name in names:
         found = next((field for field in known if field.name == name), None)
         known = found.group if found else ()

@@ -18,7 +18,8 @@ def flat_group(name: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
 
     def flatten(function: Callable[..., Any]) -> Callable[..., Any]:
         group = function.__annotations__[name]
-        hints, fields = get_type_hints(group, include_extras=True), dataclasses.fields(group)
+        hints = get_type_hints(group, include_extras=True)
+        fields = dataclasses.fields(group)
         names = {field.name for field in fields}
 
         @wraps(function)

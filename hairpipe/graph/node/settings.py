@@ -79,7 +79,8 @@ def map_files(fields: Iterable[Field], plain: Plain, change: Callable[[str, str]
     """Replace every file in plain settings by `change(dotted name, path as given)`."""
     changed = dict(plain)
     for field in fields:
-        value, name = plain[field.name], prefix + field.name
+        value = plain[field.name]
+        name = prefix + field.name
         if value is not None and field.group:
             changed[field.name] = map_files(field.group, value, change, name + ".")
         elif value is not None and field.base is Path:
@@ -125,14 +126,17 @@ def make_model(name: str, fields: Iterable[Field]) -> "type[BaseModel]":
 
 def explain(error: "ErrorDetails", fields: tuple[Field, ...], place: Place) -> BadInput:
     """Turn an error of pydantic into one message: the field, what was given, what is allowed."""
-    names, known, field = [], fields, None
+    names = []
+    known = fields
+    field = None
     for part in map(str, error["loc"]):
         if field is not None and not field.group:
             break  # an index into a list
         names.append(part)
         field = next((f for f in known if f.name == part), None)
         known = field.group if field else known
-    dotted, where = ".".join(names), place(names)
+    dotted = ".".join(names)
+    where = place(names)
     if error["type"] == "extra_forbidden":
         return BadInput(f"unknown setting '{dotted}'", where=where, right=nearest(names[-1], [f.name for f in known]))
     if error["type"] == "missing" and len(names) == len(error["loc"]):

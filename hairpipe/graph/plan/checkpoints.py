@@ -62,7 +62,8 @@ class Thinner:
 
     def _thin_before(self, name: str, end: int) -> None:
         """Remove the states of a scan before a frame."""
-        node, store = self.resolver.graph.nodes[name], self.resolver.store
+        node = self.resolver.graph.nodes[name]
+        store = self.resolver.store
         if self.resolver.thinnable(node) is None:
             return
         begin = self._next.get(name, end)
@@ -83,10 +84,13 @@ class Thinner:
 
     def _may_share(self, name: str, twin: str, frame: int) -> bool:
         """Whether a scan that has not reached a frame yet is, as far as is known, the same as another up to there."""
-        results, ahead = self.resolver.results, self._reached.get(twin, self.resolver.graph.begin - 1)
+        results = self.resolver.results
+        ahead = self._reached.get(twin, self.resolver.graph.begin - 1)
         if (name, twin) in self._parted or ahead >= frame:
             return False
-        own, other, following = Task(name, ahead), Task(twin, ahead), Task(twin, ahead + 1)
+        own = Task(name, ahead)
+        other = Task(twin, ahead)
+        following = Task(twin, ahead + 1)
         same = own not in results or other not in results or results[own].key == results[other].key
         if same and following in self.resolver.tasks:
             known = all(source.task in results for source in sources(self.resolver.tasks[following]))

@@ -26,7 +26,8 @@ def differences(old: Parts, new: Parts, modules: dict[str, str], store: Store) -
 def settings(old: dict[str, Any], new: dict[str, Any], label: str) -> Iterator[str]:
     """Compare settings by name, groups field by field; of a file, say that its bytes changed."""
     for name in sorted(old.keys() | new.keys()):
-        before, after = old.get(name), new.get(name)
+        before = old.get(name)
+        after = new.get(name)
         if json.dumps(before) == json.dumps(after):
             continue
         if is_file(before) and is_file(after):
@@ -40,7 +41,8 @@ def settings(old: dict[str, Any], new: dict[str, Any], label: str) -> Iterator[s
 def inputs(old: dict[str, Any], new: dict[str, Any]) -> Iterator[str]:
     """Compare what went into each socket; for a range of frames, which ones differ."""
     for name in sorted(old.keys() | new.keys()):
-        before, after = old.get(name), new.get(name)
+        before = old.get(name)
+        after = new.get(name)
         if before == after:
             continue
         if before is None or after is None:

@@ -50,7 +50,8 @@ class Swept:
 def items(store: Store) -> Iterator[Item]:
     """Iterate over all results in a store, unordered; damaged records are left out."""
     for key in store.record_keys():
-        path, record = store.action_path(key), store.record(key)
+        path = store.action_path(key)
+        record = store.record(key)
         with suppress(FileNotFoundError):  # another process may clean, too
             if record:
                 yield Item(record, path.stat().st_mtime, record.size)
@@ -64,7 +65,8 @@ def objects(store: Store) -> dict[str, int]:
 
 def usage(store: Store) -> dict[str, tuple[int, int]]:
     """Number of results and bytes on disk by node type; an object that is shared counts for the first that has it."""
-    sizes, used = objects(store), {}
+    sizes = objects(store)
+    used = {}
     for item in items(store):
         count, total = used.get(item.record.parts["type"], (0, 0))
         own = sum(sizes.pop(name, 0) for name, _ in item.record.objects())
@@ -173,7 +175,9 @@ def clean(store: Store, *, keep: Set[str] = frozenset(), older: float = 0.0, siz
         for name, _ in item.record.objects():
             held[name] = held.get(name, 0) + 1
     spare = {name for name in sizes if name not in held and is_young(store, name)}
-    total, gone, now = sum(sizes[name] for name in sizes if name in held), 0, time.time()
+    total = sum(sizes[name] for name in sizes if name in held)
+    gone = 0
+    now = time.time()
     for item in known:
         if total <= size or now - item.used < older:
             break

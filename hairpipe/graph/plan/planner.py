@@ -51,7 +51,8 @@ class Explanation:
 
 def check_task(graph: Graph, task: Task) -> None:
     """Raise BadInput where a graph has no such task: for a frame too many, too few, or out of its range."""
-    per_frame, (first, last) = graph.node(task.node).per_frame, graph.frames
+    per_frame = graph.node(task.node).per_frame
+    first, last = graph.frames
     if not per_frame and task.frame is not None:
         raise BadInput(f"'{task.node}' has one value for the shot", where=graph.path, right=task.node)
     if per_frame and task.frame is None:

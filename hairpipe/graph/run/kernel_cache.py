@@ -110,7 +110,8 @@ class KernelLocator:
     """Tells numba where the kernels of a function lie, as its own locators do; an empty path: they are not kept."""
 
     def __init__(self, function: FunctionType, file: str) -> None:
-        self._line, self._py_file = function.__code__.co_firstlineno, file
+        self._line = function.__code__.co_firstlineno
+        self._py_file = file
         entry = table().get(file)
         self._path = str(Path(os.environ[TABLE]).parent / entry.folder) if entry else ""
 
@@ -144,7 +145,8 @@ def digest_of_file(file: str, modified: int) -> str:
 
 def guard(caching: Any) -> None:
     """Patch numba's module of caches: where kernels lie, how they are looked up, checked and sealed; in place."""
-    locators, cache_file = caching.CacheImpl._locator_classes, caching.IndexDataCacheFile
+    locators = caching.CacheImpl._locator_classes
+    cache_file = caching.IndexDataCacheFile
     if KernelLocator in locators:
         return
     locators.insert(0, KernelLocator)
@@ -195,7 +197,9 @@ def codes_behind(signature: Any) -> list[str] | None:
     """
     from numba.core.types import Callable, Type
 
-    modules, seen, queue = set[str](), set[int](), [signature]
+    modules = set[str]()
+    seen = set[int]()
+    queue = [signature]
     while queue:
         thing = queue.pop()
         if id(thing) in seen:

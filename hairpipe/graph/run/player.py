@@ -49,7 +49,8 @@ class Player:
         self._stored: dict[str, Any] = {}
         self._made: dict[Source, Any] = {}
         self._preparations = Preparations()
-        self._frame, self._seconds = graph.begin - 1, {}
+        self._frame = graph.begin - 1
+        self._seconds = {}
         self.take(graph)
 
     def take(self, graph: Graph) -> None:
@@ -80,7 +81,8 @@ class Player:
         return Played(frame, values, self._seconds)
 
     def _evaluate(self, node: Node, frame: int) -> dict[str, Any]:
-        kind, settings = node.type, self.graph.settings(node)
+        kind = node.type
+        settings = self.graph.settings(node)
         inputs = inputs_of(self.graph, Task(node.name, frame), (frame,))
         named = name_inputs(kind, inputs, (frame,), self._name)
         moment = Time(frame, self.graph.fps), self.graph.cuts_of(node, frame, (frame,))

@@ -49,7 +49,8 @@ class Member:
         """Whether it is what a worker started now would be: it may have imported any source it was told of."""
         if self.process.poll() is not None or self.environment != environment:
             return False
-        told, sources = self.hello["sources"], hello["sources"]
+        told = self.hello["sources"]
+        sources = hello["sources"]
         alike = self.hello | {"sources": sources} == hello
         return alike and all(told.get(path) == stamp for path, stamp in sources.items())
 
@@ -94,7 +95,10 @@ class Pool:
         self.hello = {"store": str(store), "codec": codec, "folder": str(folder), "memory": MEMORY}
         self.hello["processor_class"] = processor_class()
         self.hello["sources"] = reader.stamps
-        self.jobs, self.nodes, self.reader, self.spare = jobs, sorted(set(nodes)), reader, spare
+        self.jobs = jobs
+        self.nodes = sorted(set(nodes))
+        self.reader = reader
+        self.spare = spare
         self.kernels: dict[str, str] | None = None
         self.warnings: list[str] = []
         self._passing: tempfile.TemporaryDirectory[str] | None = None
@@ -122,7 +126,8 @@ class Pool:
         """Wait for replies; for a worker that died, the reply is a failure."""
         ready = wait([member.connection for member in self.busy], timeout)
         for member in [member for member in self.busy if member.connection in ready]:
-            task, member.task = member.task, None
+            task = member.task
+            member.task = None
             assert task is not None
             try:
                 reply = json.loads(member.connection.recv_bytes())

@@ -120,7 +120,8 @@ def copy_object(store: Store, name: str, path: Path) -> None:
 
     They are written to a new temporary file, which is renamed when it is on disk.
     """
-    state, source = hasher("file"), store.object_path(name)
+    state = hasher("file")
+    source = store.object_path(name)
     try:
         reader = source.open("rb")
     except (FileNotFoundError, IsADirectoryError):

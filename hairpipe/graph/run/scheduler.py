@@ -66,7 +66,8 @@ class Scheduler:
         self.publisher = Publisher(store, graph, options.publish_root, force=options.force)
         self.selected = frozenset(frames)
         modules = [node.type.module for node in graph.nodes.values()]
-        reader, spare = self.resolver.reader, options.spare
+        reader = self.resolver.reader
+        spare = options.spare
         self.pool = Pool(store.root, options.codec, graph.folder, options.jobs, modules, reader, spare)
         self.locks = KeyLocks(store.root / "lock")
         self.queue = Queue(graph, options.judge.judged)

@@ -49,7 +49,8 @@ class Layer(NamedTuple):
 
 def choose_layer() -> Layer:
     """Choose the threading layer of processes that this one starts."""
-    named, order = os.environ.get(NAME, "default").lower(), os.environ.get(ORDER, "").split()
+    named = os.environ.get(NAME, "default").lower()
+    order = os.environ.get(ORDER, "").split()
     if named != "default" or order:
         name = named if named != "default" else next(filter(is_loadable, order), "none")
         return Layer(name, {}, growth_warning(name))

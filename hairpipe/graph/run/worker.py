@@ -82,7 +82,8 @@ class Worker:
             arguments = build_arguments(
                 node_type, job["inputs"], job["settings"], moment, folder and Workspace(folder), self.values.get
             )
-            begun, worked = time.perf_counter(), processor_time()
+            begun = time.perf_counter()
+            worked = processor_time()
             with recorded_warnings() as warnings:
                 try:
                     prepared = self.preparations.prepare(node_type, job["inputs"], job["settings"], self.values.get)
@@ -90,7 +91,8 @@ class Worker:
                 finally:
                     self._check_code(node_type)
             self.values.check()
-            seconds, processor = time.perf_counter() - begun, processor_time() - worked
+            seconds = time.perf_counter() - begun
+            processor = processor_time() - worked
             del arguments
             check_files(job)
             outputs = self._put(node_type, result, folder)
@@ -151,7 +153,8 @@ def check_files(job: Job) -> None:
 
 def failure(error: Exception) -> Reply:
     """Describe the exception that is being handled."""
-    kind, message = "input", str(error)
+    kind = "input"
+    message = str(error)
     if not isinstance(error, BadInput):
         full = isinstance(error, OSError) and is_full(error)
         kind = "disk" if full else "diverged" if type(error) is ArithmeticError else "node"

@@ -173,7 +173,9 @@ def left_over(path: Path, *, elsewhere: bool = False) -> Iterator[bool]:
 
     elsewhere  judge files by their age where there are no locks
     """
-    name, handle, gone = _NAME.fullmatch(path.name), None, False
+    name = _NAME.fullmatch(path.name)
+    handle = None
+    gone = False
     try:
         if name is not None:
             old = elsewhere and time.time() - path.lstat().st_mtime > STALE

@@ -13,7 +13,8 @@ from hairpipe.errors import BadInput
 
 TRUST = "HAIRPIPE_TRUST_STORE"
 """Variable that names stores of others to take results from, as a list of paths."""
-OTHERS, EVERYBODY = stat.S_IWGRP | stat.S_IWOTH, stat.S_IWOTH
+OTHERS = stat.S_IWGRP | stat.S_IWOTH
+EVERYBODY = stat.S_IWOTH
 BASES = {
     "cache": ("XDG_CACHE_HOME", ".cache"),
     "config": ("XDG_CONFIG_HOME", ".config"),
@@ -28,7 +29,8 @@ def own_folder(kind: Literal["cache", "config", "state"]) -> Path:
     OSError where the user has no home: then there is no such folder.
     """
     variable, usual = BASES[kind]
-    home, told = Path(os.path.expanduser("~")), Path(os.environ.get(variable, ""))  # noqa: PTH111 - no error without
+    home = Path(os.path.expanduser("~"))  # noqa: PTH111 - no error without
+    told = Path(os.environ.get(variable, ""))
     if not home.is_absolute() and not told.is_absolute():
         raise FileNotFoundError(errno.ENOENT, "no home folder")
     return (told if told.is_absolute() else home / usual) / "hairpipe"

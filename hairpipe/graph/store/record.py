@@ -94,10 +94,8 @@ def from_fields(fields: dict[str, Any]) -> Record:
 
 def is_sound(record: Record) -> bool:
     """Whether everything in a record has the type that it is used as, and every name is valid."""
-    parts, numbers = (
-        record.parts,
-        (record.seconds, record.created, 0.0 if record.processor is None else record.processor),
-    )
+    parts = record.parts
+    numbers = (record.seconds, record.created, 0.0 if record.processor is None else record.processor)
     return (
         is_key(record.key)
         and isinstance(record.node, str)

@@ -67,8 +67,10 @@ class Values:
 
         A node may find a file gone while it reads it, and raise an error of its own.
         """
-        handed, self._handed = self._handed, set()
-        found, self._lost = self._lost, None
+        handed = self._handed
+        self._handed = set()
+        found = self._lost
+        self._lost = None
         return found or next((name for name in sorted(handed) if not self.store.has(name)), None)
 
     def check(self) -> None:
@@ -164,7 +166,8 @@ class Values:
     def _put_bytes(self, path: Path, workspace: Path | None) -> Output:
         """Store the bytes of a file; one of the workspace is not copied, where the file system has hard links."""
         path = path.resolve()
-        name, size = digest_file(path) + ".bin", path.stat().st_size
+        name = digest_file(path) + ".bin"
+        size = path.stat().st_size
         if workspace is not None and path.is_relative_to(workspace.resolve()) and not self.store.has(name):
             path.chmod(0o444)
             flush(path)

@@ -42,7 +42,8 @@ def exit_corner(b: np.ndarray, db: Vector) -> tuple[float, int]:
     corner, fraction = -1, 1.0
     for k in range(3):
         if db[k] < -STANDSTILL and b[k] < -fraction * db[k]:
-            fraction, corner = b[k] / -db[k], k
+            fraction = b[k] / -db[k]
+            corner = k
     return fraction, corner
 
 
@@ -63,7 +64,8 @@ def walk(twins: np.ndarray, gradients: np.ndarray, t: int, b: np.ndarray, v: Vec
         v = flattened(out, inward)
         twin = twins[t, k]
         if twin >= 0:  # fold what leads out over the edge into the triangle beyond; at a border it is lost: slide on
-            t, j = twin // 3, twin % 3
+            t = twin // 3
+            j = twin % 3
             b[(j + 1) % 3], b[(j + 2) % 3], b[j] = b[(k + 2) % 3], b[(k + 1) % 3], 0.0
             v = plus(v, scaled(-dot(out, inward), unit(row(gradients[t], j), v)))
     total = b[0] + b[1] + b[2]

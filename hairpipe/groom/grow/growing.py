@@ -50,7 +50,8 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
         raise BadInput(
             f"all hair is shorter than {cut.shortest:g} m", where="length", right="longer, or a lesser `shortest`"
         )
-    sites, layout = Sites(*(array[ids] for array in sites)), Layout(*(array[ids] for array in layout))
+    sites = Sites(*(array[ids] for array in sites))
+    layout = Layout(*(array[ids] for array in layout))
     if layout.lengths.max() > LONGEST:
         warnings.warn(f"hair of up to {layout.lengths.max():.3g} m: is length in metres?", stacklevel=2)
     offsets = offsets_of(count_segments(layout, cut, ids) + 1)
@@ -62,7 +63,8 @@ def grow(canvas: Canvas, style: Style, density: Paint | None, strands: int, cut:
 def count_segments(layout: Layout, cut: Cut, ids: np.ndarray) -> np.ndarray:
     """Return how many segments every strand has, (S,); warn where they are fewer than asked, or than curls need."""
     turns = np.where(layout.radii > 0.0, np.hypot(2.0 * np.pi * layout.radii, layout.pitches), np.inf)
-    wanted, most = cut.wanted(layout.lengths, fitting(layout.lengths, turns)), cut.bearable(layout.lengths)
+    wanted = cut.wanted(layout.lengths, fitting(layout.lengths, turns))
+    most = cut.bearable(layout.lengths)
     if cut != Cut(shortest=cut.shortest):
         warn_of_fewer(ids[most < wanted], cut.shortest)
     counts = np.minimum(wanted, most)
@@ -82,7 +84,8 @@ def warn_of_zigzag(turns: np.ndarray, segments: np.ndarray) -> None:
     needed = FEWEST_SEGMENTS_A_TURN * turns
     coarse = needed > segments
     if coarse.any():
-        count, most = np.count_nonzero(coarse), int(np.ceil(needed[coarse].max()))
+        count = np.count_nonzero(coarse)
+        most = int(np.ceil(needed[coarse].max()))
         warnings.warn(
             f"{count} curls have fewer than {FEWEST_SEGMENTS_A_TURN} segments per turn and are angular; "
             f"segments = {most} avoids this",

@@ -67,7 +67,8 @@ def sample_picture(picture: np.ndarray, uv: np.ndarray) -> np.ndarray:
     height, width = picture.shape
     x = np.clip(uv[:, 0] * width - 0.5, 0.0, width - 1.0)
     y = np.clip((1.0 - uv[:, 1]) * height - 0.5, 0.0, height - 1.0)
-    i, j = x.astype(int), y.astype(int)
+    i = x.astype(int)
+    j = y.astype(int)
     right, below = np.minimum(i + 1, width - 1), np.minimum(j + 1, height - 1)
     top = picture[j, i] + (x - i) * (picture[j, right] - picture[j, i])
     bottom = picture[below, i] + (x - i) * (picture[below, right] - picture[below, i])

@@ -45,7 +45,8 @@ def push(i: int, j: int, points: np.ndarray, normals: np.ndarray, reach: np.ndar
     Within the lesser reach r of the two only: otherwise a dense region would drive neighbouring sparse hair away.
     """
     away = minus(row(points, i), row(points, j))
-    d, r = length(away), min(reach[i], reach[j])
+    d = length(away)
+    r = min(reach[i], reach[j])
     if 0.0 < d < r and dot(row(normals, i), row(normals, j)) > 0.0:
         return scaled((r - d) / d, away)
     return 0.0, 0.0, 0.0

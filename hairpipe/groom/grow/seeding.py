@@ -81,14 +81,16 @@ def spread(mesh: Mesh, density: Density, sites: Sites, mass: np.ndarray) -> Site
 
     mass  density x area of every triangle, (m,)
     """
-    terrain, normals = survey(mesh, mass > 0.0), unit_normals(mesh)
+    terrain = survey(mesh, mass > 0.0)
+    normals = unit_normals(mesh)
     area = math.fsum(np.linalg.norm(area_vectors(mesh)[mass > 0.0], axis=1))
     spacing = math.sqrt(HEXAGON * area / len(sites.triangles))
     mean_density = math.fsum(mass) / area
     for sweep in range(SWEEPS):
         mean_reach = spacing * (WIDE + (CLOSE - WIDE) * sweep / (SWEEPS - 1))
         reach = mean_reach * np.minimum(np.sqrt(mean_density / density(sites)), LARGEST_REACH)
-        points, facing = site_points(mesh, sites), normals[sites.triangles]
+        points = site_points(mesh, sites)
+        facing = normals[sites.triangles]
         forces = repulsion(points, facing, reach, sort_into_cells(points, mean_reach, reach.max()))
         sites = stroll(density, terrain, sites, shortened(STEP * forces, LONGEST * reach))
     return sites
@@ -102,7 +104,8 @@ def shortened(moves: np.ndarray, longest: np.ndarray) -> np.ndarray:
 
 def stroll(density: Density, terrain: Terrain, sites: Sites, moves: np.ndarray) -> Sites:
     """Return sites moved along the surface by tangent vectors [m], (k, 3); none leaves the density."""
-    triangles, barycentrics = sites.triangles.copy(), sites.barycentrics.copy()
+    triangles = sites.triangles.copy()
+    barycentrics = sites.barycentrics.copy()
     walk_all(*terrain, triangles, barycentrics, moves)
     left = ~(density(Sites(triangles, barycentrics)) > 0.0)
     triangles[left], barycentrics[left] = sites.triangles[left], sites.barycentrics[left]

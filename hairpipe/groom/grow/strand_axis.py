@@ -46,7 +46,8 @@ def lay(solid: Solid, axis: np.ndarray, ahead: Vector, comb: Vector, layer: floa
             free = gap - layer - FADE
         if gap < need:
             ahead = unit(minus(plus(there, scaled(need - gap, normal)), here), ahead)
-            there, gap = plus(here, scaled(step, ahead)), need
+            there = plus(here, scaled(step, ahead))
+            gap = need
         put(axis, k, there)
         here = there
 
@@ -59,7 +60,9 @@ def lift_off(solid: Solid, curve: np.ndarray, gap: float) -> None:
     for k in range(1, len(curve)):
         here = row(curve, k)
         step = length(minus(here, before))
-        free, way, before = free - step, way + step, here
+        free = free - step
+        way = way + step
+        before = here
         if free <= 0.0:
             d, normal, place = distance_and_normal(solid, here, place)
             free = d - gap
@@ -82,7 +85,8 @@ def clearance(solid: Solid, here: Vector, there: Vector, need: float, place: int
     if gap < length(minus(there, here)):
         inside, across, _ = distance_and_normal(solid, mix(here, there, 0.5), place)
         if -2.0 * inside > lack:
-            lack, normal = -2.0 * inside, across
+            lack = -2.0 * inside
+            normal = across
     return gap, lack, normal, place
 
 
@@ -93,15 +97,19 @@ def turned_out(solid: Solid, here: Vector, there: Vector, need: float, place: in
     What it lacks is added to it and its length restored, over and over. Where that finds no way, as between two walls,
     it takes the direction nearest to its own that is clear enough, of many; the clearest where none is.
     """
-    way, end = length(minus(there, here)), there
+    way = length(minus(there, here))
+    end = there
     for _ in range(PUSHES):
         _, lack, normal, place = clearance(solid, here, end, need, place)
         if lack <= TOUCHED:
             return end
         end = plus(here, scaled(way, unit(minus(plus(end, scaled(lack, normal)), here), normal)))
-    best, least, nearest = end, np.inf, -np.inf
+    best = end
+    least = np.inf
+    nearest = -np.inf
     for i in range(WAYS):
-        height, turn = 1.0 - (2.0 * i + 1.0) / WAYS, i * GOLDEN
+        height = 1.0 - (2.0 * i + 1.0) / WAYS
+        turn = i * GOLDEN
         across = np.sqrt(1.0 - height * height)
         aside = (across * np.cos(turn), height, across * np.sin(turn))
         end = plus(here, scaled(way, aside))
@@ -123,9 +131,11 @@ def keep_out(solid: Solid, points: np.ndarray, gap: float) -> None:
     """
     free, way, place = 0.0, 0.0, 0
     for k in range(1, len(points)):
-        here, there = row(points, k - 1), row(points, k)
+        here = row(points, k - 1)
+        there = row(points, k)
         step = length(minus(there, here))
-        free, way = free - step, way + step
+        free = free - step
+        way = way + step
         if free > 0.0:
             continue
         need = gap * min(way / RISE, 1.0)

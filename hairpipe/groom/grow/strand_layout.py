@@ -43,7 +43,8 @@ def lay_out(canvas: Canvas, style: Style, sites: Sites, frames: np.ndarray) -> L
     combs = comb_pulls(canvas, style.comb, sites, roots, normals)
     lift = canvas.numbers(style.lift, "lift", sites)
     radii, pitches = curls(canvas, style.curl, sites)
-    depth, turn = stream(canvas.seed, "layer").random(len(roots)), stream(canvas.seed, "phase").random(len(roots))
+    depth = stream(canvas.seed, "layer").random(len(roots))
+    turn = stream(canvas.seed, "phase").random(len(roots))
     return Layout(
         roots=roots,
         ahead=leaving_directions(combs, normals, np.radians(lift)),

@@ -22,7 +22,8 @@ def clumped(hair: Strands, keys: Strands, followed: KeyWeights, pull: float, beg
     pull   share of the way to the key that the tip goes
     begin  share of the length before which nothing is pulled, less than 1
     """
-    points, velocities = hair.points.copy(), hair.velocities.copy()
+    points = hair.points.copy()
+    velocities = hair.velocities.copy()
     _clump(followed, (keys.points, keys.velocities, keys.offsets), hair.offsets, (pull, begin), points, velocities)
     return Strands(points, velocities, hair.offsets, hair.diameter)
 
@@ -42,13 +43,16 @@ def _clump(
     for s in prange(len(offsets) - 1):
         if followed.own[s] >= 0:
             continue
-        g, first, segments = followed.keys[s, 0], offsets[s], offsets[s + 1] - offsets[s] - 1
+        g = followed.keys[s, 0]
+        first = offsets[s]
+        segments = offsets[s + 1] - offsets[s] - 1
         theirs = firsts[g + 1] - firsts[g] - 1
         x, v = row(points, first), row(velocities, first)
         before, last, last_speed = x, x, v  # the point before, and where it was drawn to
         for k in range(1, segments + 1):
             i = first + k
-            l, before = length(minus(row(points, i), before)), row(points, i)
+            l = length(minus(row(points, i), before))
+            before = row(points, i)
             share = min(max((k / segments - begin) / (1.0 - begin), 0.0), 1.0)
             near = pull * share * share * (3.0 - 2.0 * share)
             below = min(k * theirs // segments, theirs - 1)

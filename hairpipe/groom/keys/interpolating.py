@@ -30,7 +30,8 @@ def interpolated(
     """
     motions, rates = roots
     turns = turns_since(keys.points, hair, motions[followed.homes], rates[followed.homes])
-    points, velocities = np.empty_like(groom.points), np.empty((len(groom.points), 3), np.float32)
+    points = np.empty_like(groom.points)
+    velocities = np.empty((len(groom.points), 3), np.float32)
     now = hair.points, hair.velocities
     _interpolate(followed, turns, now, groom.points, groom.offsets, roots, points, velocities)
     return Strands(points, velocities, groom.offsets, hair.diameter)
@@ -50,7 +51,9 @@ def _interpolate(
     """Write points and velocities of all hairs, in place."""
     motions, rates = roots
     for s in prange(len(offsets) - 1):
-        begin, end, own = offsets[s], offsets[s + 1], followed.own[s]
+        begin = offsets[s]
+        end = offsets[s + 1]
+        own = followed.own[s]
         if own >= 0:
             points[begin:end] = keys[0][turns.offsets[own] : turns.offsets[own + 1]]
             velocities[begin:end] = keys[1][turns.offsets[own] : turns.offsets[own + 1]]
@@ -82,7 +85,8 @@ def _turned_by_keys(
             dt = cross(row(turns.spins, first + below), t)
             if rest > 0.0:
                 above = turned(turns.turns, first + below + 1, T)
-                t, dt = mix(t, above, rest), mix(dt, cross(row(turns.spins, first + below + 1), above), rest)
+                t = mix(t, above, rest)
+                dt = mix(dt, cross(row(turns.spins, first + below + 1), above), rest)
             way, speed = plus(way, scaled(weight, t)), plus(speed, scaled(weight, dt))
     return way, speed
 

@@ -57,7 +57,8 @@ def turns_since(rest: np.ndarray, now: Strands, motions: np.ndarray, rates: np.n
     rest            points of the keys at rest [m], (P, 3) float64
     motions, rates  of their roots, x -> R x + t, and their derivative by time, (K, 3, 4) float64
     """
-    turns, spins = np.zeros((len(rest), 3, 3)), np.zeros((len(rest), 3))
+    turns = np.zeros((len(rest), 3, 3))
+    spins = np.zeros((len(rest), 3))
     _propagate(rest, now.points, now.velocities, now.offsets, (motions, rates), turns, spins)
     return KeyTurns(turns, spins, now.offsets)
 
@@ -75,7 +76,8 @@ def _propagate(
     """Carry the rotation of every root along its key, in place."""
     motions, rates = roots
     for g in prange(len(offsets) - 1):
-        R, spin = columns_of(motions, g), spin_of(motions, rates, g)
+        R = columns_of(motions, g)
+        spin = spin_of(motions, rates, g)
         for k in range(offsets[g], offsets[g + 1] - 1):
             T, speed = minus(row(rest, k + 1), row(rest, k)), minus(row(velocities, k + 1), row(velocities, k))
             R, spin = followed(R, spin, T, minus(row(points, k + 1), row(points, k)), speed)
@@ -93,8 +95,11 @@ def followed(R: Columns, spin: Vector, T: Vector, way: Vector, speed: Vector) ->
     if a < _OPPOSED:
         axis = unit(any_across(u), u)
         return (_half_turn(axis, R[0]), _half_turn(axis, R[1]), _half_turn(axis, R[2])), spin
-    du, dt = cross(spin, u), scaled(1.0 / max(length(way), _TINY), flattened(speed, t))
-    c, dc, da = cross(u, t), plus(cross(du, t), cross(u, dt)), dot(du, t) + dot(u, dt)
+    du = cross(spin, u)
+    dt = scaled(1.0 / max(length(way), _TINY), flattened(speed, t))
+    c = cross(u, t)
+    dc = plus(cross(du, t), cross(u, dt))
+    da = dot(du, t) + dot(u, dt)
     # 2 dq/dt q* / |q|^2 of the quaternion q = (a, c) of that rotation
     own = scaled(1.0 / a, plus(minus(scaled(a, dc), scaled(da, c)), cross(c, dc)))
     return (_smallest(c, a, R[0]), _smallest(c, a, R[1]), _smallest(c, a, R[2])), plus(own, _smallest(c, a, spin))

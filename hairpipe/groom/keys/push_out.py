@@ -46,7 +46,8 @@ def pushed_out(
         return hair
     bodies: list[Collider] = [build_collider_field(body, body, frame_dt, Interpolation.linear) for body in surfaces]
     bodies += [build_collider_parts(body, body, frame_dt) for body in parts]
-    points, velocities = hair.points.copy(), hair.velocities.copy()
+    points = hair.points.copy()
+    velocities = hair.velocities.copy()
     kept = thicknesses(hair.offsets, thickness)
     kept[hair.offsets[:-1]] = -np.inf  # roots stay, wherever they are
     looked = np.flatnonzero(np.repeat(among, np.diff(hair.offsets)))
@@ -86,14 +87,18 @@ def _push(
     for n in prange(len(strands)):
         s = strands[n]
         at = np.searchsorted(looked, offsets[s] + 1)
-        before, moved = row(points, offsets[s]), False
+        before = row(points, offsets[s])
+        moved = False
         for i in range(offsets[s] + 1, offsets[s + 1]):
-            y, l = row(points, i), length(minus(row(points, i), before))
+            y = row(points, i)
+            l = length(minus(row(points, i), before))
             before = y
             known = at < len(looked) and looked[at] == i
             deep = known and found.distance[at] < kept[i]
             if moved or deep:
-                root, rate, moved = row(points, i - 1), row(velocities, i - 1), True
+                root = row(points, i - 1)
+                rate = row(velocities, i - 1)
+                moved = True
                 x, v = go_on(root, rate, l, minus(y, root), minus(row(velocities, i), rate))
                 if deep:
                     normal = row(found.normal, at)

@@ -13,7 +13,8 @@ CHANNELS = {
     name.lower(): name for name in ("Xposition", "Yposition", "Zposition", "Xrotation", "Yrotation", "Zrotation")
 }
 MOST_CHANNELS = 6  # of one joint
-MOST_JOINTS, MOST_LETTERS = 10_000, 8 << 20
+MOST_JOINTS = 10_000
+MOST_LETTERS = 8 << 20
 """Of a HIERARCHY section; no rig has a tenth of that, and each word of it takes a hundred bytes of memory."""
 END_SITE = -1
 
@@ -42,7 +43,9 @@ class Hierarchy:
     """The HIERARCHY section, read word by word without recursion: depth is limited by nothing but the file."""
 
     def __init__(self, path: Path, tokens: list[tuple[str, int]]) -> None:
-        self.path, self.tokens, self.place = path, tokens, 0
+        self.path = path
+        self.tokens = tokens
+        self.place = 0
         self.joints: list[Joint] = []
         self.open: list[int] = []  # the joints whose braces are open, or END_SITE
 

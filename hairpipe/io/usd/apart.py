@@ -107,7 +107,8 @@ def serve() -> None:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # what a library prints must not end up in the answer
         module, name, path, arguments = unpack(sys.stdin.buffer.read())
         work = getattr(importlib.import_module(module), name)
-        most, (own, _) = limit_memory(), resource.getrlimit(resource.RLIMIT_CPU)
+        most = limit_memory()
+        own, _ = resource.getrlimit(resource.RLIMIT_CPU)
         with warnings.catch_warnings(record=True) as warned:
             warnings.simplefilter("always", UserWarning)
             try:

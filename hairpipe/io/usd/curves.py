@@ -44,7 +44,8 @@ def read(path: Path, prim: str | None, time: float | None = None) -> Curves:
     lines = [line for part in parts for line in part.lines]
     if not lines:
         raise BadInput("the curves have no points", where=path, right="at least one curve")
-    columns, offsets = np.concatenate(lines), np.cumsum([0] + [len(line) for line in lines]).astype(np.int32)
+    columns = np.concatenate(lines)
+    offsets = np.cumsum([0] + [len(line) for line in lines]).astype(np.int32)
     return Curves(
         np.ascontiguousarray(columns[:, :3]),
         offsets,
@@ -85,8 +86,11 @@ def _read_part(curves: UsdGeom.BasisCurves) -> _Part:
     columns = np.column_stack([move(matrix, points), move(matrix, points if rest is None else rest)])
     strands = np.split(columns, np.cumsum(counts)[:-1]) if len(counts) else []
     scale = np.cbrt(abs(np.linalg.det(matrix[:3, :3])))
-    given, ids = widths(curves, counts), strand_ids(curves, len(counts))
-    lines, spare, faults = list[np.ndarray](), list[int](), dict[int, BadInput]()
+    given = widths(curves, counts)
+    ids = strand_ids(curves, len(counts))
+    lines = list[np.ndarray]()
+    spare = list[int]()
+    faults = dict[int, BadInput]()
     for i, strand in enumerate(strands):
         try:
             line, beyond = _polyline(
@@ -153,7 +157,8 @@ def _polyline(curves: UsdGeom.BasisCurves, points: np.ndarray, where: str) -> tu
     A curve that passes through its points keeps them.
     """
     cubic = curves.GetTypeAttr().Get() == UsdGeom.Tokens.cubic
-    basis, wrap = curves.GetBasisAttr().Get(), curves.GetWrapAttr().Get()
+    basis = curves.GetBasisAttr().Get()
+    wrap = curves.GetWrapAttr().Get()
     if wrap == UsdGeom.Tokens.periodic:
         raise BadInput("the curve is closed", where=where, right="wrap pinned or nonperiodic")
     if len(points) < 2:

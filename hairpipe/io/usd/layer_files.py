@@ -34,7 +34,9 @@ def find_layers(path: Path) -> Layers:
 
     Raises BadInput if one of them is not a regular file.
     """
-    found, sizes, pending = list[Sdf.Layer](), dict[str, int](), [str(path)]
+    found = list[Sdf.Layer]()
+    sizes = dict[str, int]()
+    pending = [str(path)]
     while pending:
         file = pending.pop()
         if file in sizes:
@@ -77,7 +79,8 @@ def expand(template: str, start: float, end: float, stride: float) -> Iterator[s
     """Name the files of a template such as hair.####.usdc, which USD leaves out without a word if they are missing."""
     hashes = re.search(r"(#+)(?:\.(#+))?", template)
     if hashes:
-        whole, part = len(hashes[1]), len(hashes[2] or "")
+        whole = len(hashes[1])
+        part = len(hashes[2] or "")
         width = whole + part + 1 if part else whole
         for step in range(int(min((end - start) / stride + 1e-6, TEMPLATE)) + 1):
             yield f"{template[: hashes.start()]}{start + step * stride:0{width}.{part}f}{template[hashes.end() :]}"

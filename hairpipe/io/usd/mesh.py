@@ -35,9 +35,11 @@ def read_mesh(prim: UsdGeom.Mesh, points: np.ndarray, matrix: np.ndarray) -> Pai
     counts = numbers(prim.GetFaceVertexCountsAttr(), kind=np.int64)
     vertices = numbers(prim.GetFaceVertexIndicesAttr(), kind=np.int64)
     _check_faces(prim, counts, vertices, len(points))
-    uv, solid = _read_uv(prim, vertices, len(points)), _solid_faces(prim, len(counts))
+    uv = _read_uv(prim, vertices, len(points))
+    solid = _solid_faces(prim, len(counts))
     kept = np.repeat(solid, counts)
-    points, vertices = move(matrix, points), vertices[kept]
+    points = move(matrix, points)
+    vertices = vertices[kept]
     corners = triangulate(points[vertices], counts[solid])
     mirrored = np.linalg.det(matrix[:3, :3]) < 0
     if mirrored != (prim.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded):
@@ -75,7 +77,8 @@ def _check_faces(prim: UsdGeom.Mesh, counts: np.ndarray, vertices: np.ndarray, n
 
 def _solid_faces(prim: UsdGeom.Mesh, count: int) -> np.ndarray:
     """Return which faces are not holes, (count,) bool."""
-    holes, where = numbers(prim.GetHoleIndicesAttr(), kind=np.int64), location(prim.GetPrim())
+    holes = numbers(prim.GetHoleIndicesAttr(), kind=np.int64)
+    where = location(prim.GetPrim())
     if len(holes) and (holes.min() < 0 or holes.max() >= count):
         raise BadInput("holeIndices has an index without a face", where=where, right=f"0 to {count - 1}")
     solid = np.ones(count, bool)

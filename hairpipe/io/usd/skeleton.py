@@ -48,7 +48,9 @@ def find_bindings(stage: Usd.Stage) -> dict[Sdf.Path, Binding]:
 
     Raises BadInput if the joints of a skeleton do not form a tree.
     """
-    cache, found, predicate = UsdSkel.Cache(), {}, Usd.TraverseInstanceProxies()
+    cache = UsdSkel.Cache()
+    found = {}
+    predicate = Usd.TraverseInstanceProxies()
     for prim in stage.Traverse(predicate):
         root = UsdSkel.Root(prim)
         if root and cache.Populate(root, predicate):
@@ -84,15 +86,18 @@ def read_rig(query: UsdSkel.SkeletonQuery, first: int) -> Rig:
 
     Raises BadInput if the bind pose does not fit the joints, or cannot be undone.
     """
-    joints, where = tuple(query.GetJointOrder()), location(query.GetPrim())
+    joints = tuple(query.GetJointOrder())
+    where = location(query.GetPrim())
     if not query.HasBindPose():
         raise BadInput("bindTransforms do not fit the joints", where=where, right=f"{len(joints)} matrices")
-    bind, matrix = query.GetJointWorldBindTransforms(), place(query.GetPrim())
+    bind = query.GetJointWorldBindTransforms()
+    matrix = place(query.GetPrim())
     if query.HasRestPose():
         rest = query.ComputeJointSkelTransforms(REST, True)
         skin = Vt.Matrix4dArray([_inverse(b, where) * r for b, r in zip(bind, rest, strict=True)])
     else:
-        rest, skin = bind, Vt.Matrix4dArray([Gf.Matrix4d(1)] * len(bind))
+        rest = bind
+        skin = Vt.Matrix4dArray([Gf.Matrix4d(1)] * len(bind))
     parents = np.array(query.GetTopology().GetParentIndices(), np.int32)
     return Rig(first, joints, parents, _rigid(matrix, np.array([columns(r) for r in rest]), where), skin, matrix)
 
@@ -127,7 +132,8 @@ def skin_at_rest(
         Vt.FloatArray.FromNumpy(np.ascontiguousarray(weights, np.float32).ravel()),
         joints.shape[1],
     )
-    method, bind = skinning.GetSkinningMethod(), skinning.GetGeomBindTransform(REST)
+    method = skinning.GetSkinningMethod()
+    bind = skinning.GetGeomBindTransform(REST)
     if not UsdSkel.SkinPoints(method, bind, rig.skin, *influences, moved):
         right = "classicLinear or dualQuaternion"
         raise BadInput(f"cannot be skinned by the method {method}", where=location(skinning.GetPrim()), right=right)

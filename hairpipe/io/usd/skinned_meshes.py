@@ -67,7 +67,8 @@ def _read_piece(mesh: UsdGeom.Mesh, binding: Binding | None, rigs: dict[Sdf.Path
     if binding is None:
         if rigs:
             warnings.warn(f"{mesh.GetPath()} is not bound to a skeleton, and follows the first joint", stacklevel=2)
-        painted, k = read_mesh(mesh, points, place(mesh.GetPrim())), min(len(rigs), 1)
+        painted = read_mesh(mesh, points, place(mesh.GetPrim()))
+        k = min(len(rigs), 1)
         return Piece(painted, np.zeros((len(points), k), np.int32), np.ones((len(points), k)))
     rig = rigs[binding.skeleton.GetPrim().GetPath()]
     joints, weights = read_influences(rig, binding.skinning, len(points))

@@ -7,7 +7,8 @@ from hairpipe.data import Groom, Mesh, Strands
 from hairpipe.errors import BadInput
 from hairpipe.io.usd.samples import integers, vectors
 
-HAIR_COLOUR, HAIR_ROUGHNESS = Gf.Vec3f(0.09, 0.045, 0.013), 0.4
+HAIR_COLOUR = Gf.Vec3f(0.09, 0.045, 0.013)
+HAIR_ROUGHNESS = 0.4
 """Colour and roughness of brown hair in bulk.
 
 Eumelanin 0.4 absorbs 0.4 (0.419, 0.697, 1.37) [d'Eon et al. 2011], which makes this the colour of a mass of hair,
@@ -15,7 +16,9 @@ exp(-5.89 sqrt(absorption)) [Chiang et al. 2016, azimuthal roughness 0.3].
 """
 KERATIN = 1.55
 """Index of refraction."""
-SKIN_COLOUR, SKIN_ROUGHNESS, FLESH = Gf.Vec3f(0.6, 0.4, 0.33), 0.6, 1.4
+SKIN_COLOUR = Gf.Vec3f(0.6, 0.4, 0.33)
+SKIN_ROUGHNESS = 0.6
+FLESH = 1.4
 TYPES, TOKENS = Sdf.ValueTypeNames, UsdGeom.Tokens
 BASES = {"catmull_rom": TOKENS.catmullRom, "bspline": TOKENS.bspline}
 """Of the curves, by the name that a setting gives."""
@@ -50,7 +53,8 @@ def author_hair(
 def _author_groom(prim: UsdGeom.BasisCurves, strands: Strands, groom: Groom) -> None:
     if not np.array_equal(groom.offsets, strands.offsets):
         raise BadInput("the groom does not have the strands of the hair", where="groom", right="what was simulated")
-    coordinates, pairs = UsdUtils.GetPrimaryUVSetName(), Vt.Vec2fArray.FromNumpy
+    coordinates = UsdUtils.GetPrimaryUVSetName()
+    pairs = Vt.Vec2fArray.FromNumpy
     in_triangle = np.ascontiguousarray(groom.root_barycentrics[:, 1:], np.float32)
     _primvar(prim, UsdUtils.GetPrefName(), TYPES.Point3fArray, TOKENS.vertex, vectors(groom.points))
     _primvar(prim, "hairId", TYPES.IntArray, TOKENS.uniform, integers(groom.ids))
@@ -84,7 +88,8 @@ def _bind(prim: UsdGeom.Gprim, name: str, colour: Gf.Vec3f, roughness: float, io
     The binding is for all purposes: previews leave out one for `full`.
     """
     prim.CreateDisplayColorAttr([colour])
-    stage, root = prim.GetPrim().GetStage(), prim.GetPrim().GetParent().GetPath()
+    stage = prim.GetPrim().GetStage()
+    root = prim.GetPrim().GetParent().GetPath()
     looks = UsdGeom.Scope.Define(stage, root.AppendChild(UsdUtils.GetMaterialsScopeName()))
     material = UsdShade.Material.Define(stage, looks.GetPath().AppendChild(name))
     shader = UsdShade.Shader.Define(stage, material.GetPath().AppendChild("surface"))

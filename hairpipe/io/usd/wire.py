@@ -69,7 +69,8 @@ class Reader:
     """Builds values, and takes the bytes of their arrays one after the other."""
 
     def __init__(self, rest: bytes) -> None:
-        self.rest, self.at = rest, 0
+        self.rest = rest
+        self.at = 0
 
     def build(self, tree: Any) -> Any:
         """Build a value from what JSON has given."""

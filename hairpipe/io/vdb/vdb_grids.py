@@ -23,7 +23,8 @@ def surface_grids(surface: LevelSet) -> list[Grid]:
 
 def density_grids(density: Density) -> list[Grid]:
     """Return `density`, a fog of the length of hair per volume [m/m^3], and `hair_vel`, vectors where there is hair."""
-    empty, first = np.empty((0, 3), int), density.low // BRICK
+    empty = np.empty((0, 3), int)
+    first = density.low // BRICK
     before = density.low - BRICK * first
     after = -(before + density.length.shape) % BRICK
     wide = [(int(a), int(b)) for a, b in zip(before, after, strict=True)]
@@ -31,7 +32,8 @@ def density_grids(density: Density) -> list[Grid]:
     places = np.argwhere((blocks[0] > 0.0).any(axis=(3, 4, 5)))
     places = places[order_in_tree(first + places)]
     length, velocity = (values[tuple(places.T)] for values in blocks)
-    leaves, active = first + places, length > 0.0
+    leaves = first + places
+    active = length > 0.0
     return [
         Grid("density", Tree(leaves, length, active, None, empty, 0.0, density.cell), {"class": "fog volume"}),
         Grid("hair_vel", Tree(leaves, velocity, active, None, empty, 0.0, density.cell), _VECTORS),

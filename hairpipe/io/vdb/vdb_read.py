@@ -21,7 +21,8 @@ ZIP, ACTIVE_MASK, BLOSC = 1, 2, 4
 """How the values of a grid are stored."""
 ONE_VALUE, MASK, MASK_ONE, MASK_TWO, ALL_VALUES = 2, 3, 4, 5, 6
 """What a node stores of inactive values: one, a bit for each, that and one or two values, or all as they are."""
-LEAF, TREE = 3, (4, 5)
+LEAF = 3
+TREE = (4, 5)
 """Base 2 logarithms of the voxels along a leaf, and of the children along the nodes above it, from below."""
 MOST_VOXELS = 1 << 26
 """That are active in a file, at most."""
@@ -86,7 +87,8 @@ def _read_grid(cursor: Cursor, kind: str) -> Voxels:
     if cursor.number("I") != 1:
         raise cursor.fail("a tree has one buffer")
     cursor.number("f")
-    tiles, children = checked_count(cursor, 17), cursor.number("I")
+    tiles = checked_count(cursor, 17)
+    children = cursor.number("I")
     found = [_expanded(cursor, cursor.numbers("3i"), *cursor.numbers("f?"), sum(TREE) + LEAF) for _ in range(tiles)]
     leaves: list[tuple[int, ...]] = []
     for _ in range(children):
@@ -102,7 +104,8 @@ def _read_grid(cursor: Cursor, kind: str) -> Voxels:
 
 def _read_map(cursor: Cursor) -> tuple[float, np.ndarray]:
     """Read the map from indices to space; refuse one that turns, shears or scales one axis more than another."""
-    kind, matrix = cursor.text(), np.eye(4)
+    kind = cursor.text()
+    matrix = np.eye(4)
     if kind == "AffineMap":
         matrix = np.array(cursor.numbers("16d")).reshape(4, 4)
     elif kind in ("ScaleMap", "UniformScaleMap", "ScaleTranslateMap", "UniformScaleTranslateMap"):
@@ -122,7 +125,8 @@ def _read_node(
     cursor: Cursor, coding: _Coding, levels: tuple[int, ...], origin: tuple[int, ...], leaves: list[tuple[int, ...]]
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """Read an internal node and those below it: yield active tiles, and list the origins of leaves, in place."""
-    log2, below = levels[-1], levels[:-1]
+    log2 = levels[-1]
+    below = levels[:-1]
     size = sum(below) + LEAF
     is_child, is_active = (_bits(cursor.bytes(8**log2 // 8)) for _ in range(2))
     values = _read_values(cursor, coding, is_active)

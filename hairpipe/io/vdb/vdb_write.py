@@ -141,10 +141,12 @@ def node(
     blocks    indices of the blocks of 8^3 voxels in it, (n, 3) int
     leaf      indices of their leaves, -1 where a block has none and is inside, (n,) int
     """
-    log2, below = branches[0], branches[1:]
+    log2 = branches[0]
+    below = branches[1:]
     x, y, z = ((blocks >> sum(below)) & (2**log2 - 1)).T
     child = (x << 2 * log2) | (y << log2) | z
-    is_child, is_outside = np.zeros(8**log2, bool), np.ones(8**log2, bool)
+    is_child = np.zeros(8**log2, bool)
+    is_outside = np.ones(8**log2, bool)
     is_child[child if below else child[leaf >= 0]] = True
     is_outside[child[leaf < 0]] = bool(below)
     signs = ALL_BACKGROUND if tree.outside is None else SIGNED_BACKGROUND + bits(is_outside[None]).tobytes()

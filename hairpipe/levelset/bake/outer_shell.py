@@ -36,7 +36,8 @@ def outer_surface(surface: Surface, marks: np.ndarray, lattice: Lattice) -> Oute
     """
     triangles = np.concatenate([surface.corners / lattice.voxel - lattice.first, surface.velocities], axis=2)
     counts, areas = sort_pieces(triangles, marks, np.empty((0, 3, 6)))
-    lost, touched = areas[:, LOST].sum(), areas[:, BACKED:].sum()
+    lost = areas[:, LOST].sum()
+    touched = areas[:, BACKED:].sum()
     whole = areas[:, HIDDEN] == 0
     cut = ~whole & (counts > 0)
     pieces = np.empty((counts[cut].sum(), 3, 6))
@@ -107,7 +108,8 @@ def longest_side(piece: np.ndarray) -> int:
 @njit(cache=True)
 def halve(piece: np.ndarray, s: int, other: np.ndarray) -> None:
     """Cut a piece, in place, at the middle of its side s, and put the other half into `other`."""
-    a, b = s, (s + 1) % 3
+    a = s
+    b = (s + 1) % 3
     for x in range(6):
         middle = 0.5 * (piece[a, x] + piece[b, x])
         for c in range(3):

@@ -60,7 +60,8 @@ def frames_of(rest: Body, pose: Pose | None, leaders: np.ndarray) -> tuple[np.nd
 
     leaders  the bones, (G,), whose joints are p; -1 is none, and its frame the world's
     """
-    poses, rates = np.tile(np.eye(3, 4), (len(leaders), 1, 1)), np.zeros((len(leaders), 3, 4))
+    poses = np.tile(np.eye(3, 4), (len(leaders), 1, 1))
+    rates = np.zeros((len(leaders), 3, 4))
     led = leaders >= 0
     bones = rest.skeleton.rest[leaders[led]]
     poses[led] = bones[:, :3]

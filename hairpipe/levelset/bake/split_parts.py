@@ -115,18 +115,21 @@ def closed(points: np.ndarray, triangles: np.ndarray, rim: np.ndarray) -> Mesh:
 
 def collared(mesh: Mesh, hole: Hole) -> tuple[Mesh, np.ndarray]:
     """Return the mesh with a hole narrowed by a flat collar, and the loop that is left open, (k,); pure."""
-    here, ahead = hole.loop, np.roll(hole.loop, -1)
+    here = hole.loop
+    ahead = np.roll(hole.loop, -1)
     ring = mesh.points[here] + COLLAR * (hole.centre - mesh.points[here])
     inner = len(mesh.points) + np.arange(len(here))
     next_inner = np.roll(inner, -1)
     collar = np.concatenate([np.stack([ahead, here, inner], 1), np.stack([ahead, inner, next_inner], 1)])
-    points, triangles = np.concatenate([mesh.points, ring]), np.concatenate([mesh.triangles, collar.astype(np.int32)])
+    points = np.concatenate([mesh.points, ring])
+    triangles = np.concatenate([mesh.triangles, collar.astype(np.int32)])
     return Mesh(points, triangles, np.zeros_like(points)), inner
 
 
 def raised(mesh: Mesh, hole: Hole) -> Hole:
     """Return a hole with its middle moved outwards, away from the skin that ends there; pure."""
-    here, ahead = mesh.points[hole.loop], np.roll(mesh.points[hole.loop], -1, axis=0)
+    here = mesh.points[hole.loop]
+    ahead = np.roll(mesh.points[hole.loop], -1, axis=0)
     area = 0.5 * np.cross(ahead - hole.centre, here - hole.centre).sum(axis=0)
     size = float(np.linalg.norm(area))
     if size == 0.0:

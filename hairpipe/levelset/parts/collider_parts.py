@@ -84,7 +84,8 @@ class ColliderParts:
     def sweep(self, walk: Walk, start: float, end: float, out: FirstHit) -> None:
         """Write hits that are sooner than out, in place; see Collider."""
         stances = stances_at(self.path, self.looks(start, end))
-        boxes, farthest = boxes_at(stances, self.outlines), self.speed * (end - start)
+        boxes = boxes_at(stances, self.outlines)
+        farthest = self.speed * (end - start)
         sweep_parts(self.before, self.after, self.outlines, stances, boxes, walk, farthest, out.fraction)
 
     def looks(self, start: float, end: float) -> np.ndarray:
@@ -139,7 +140,8 @@ def boxes_at(stances: Stances, outlines: Outlines) -> np.ndarray:
     for t in range(len(stances.turns)):
         for k in range(len(low)):
             for x in range(3):
-                middle, half = stances.places[t, k, x], 0.0
+                middle = stances.places[t, k, x]
+                half = 0.0
                 for y in range(3):
                     turn = stances.turns[t, k, x, y]
                     middle += 0.5 * turn * (low[k, y] + high[k, y])

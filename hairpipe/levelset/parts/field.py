@@ -61,13 +61,17 @@ def part_distance(field: PartField, part: int, X: Vector) -> float:
 @inlined
 def between_corners(field: PartField, part: int, u: float, v: float, w: float) -> float:
     """Return the signed distance [m] far inside a part, (u, v, w) samples from its first: that of a block's corners."""
-    d, nb, nc = field.inner, field.shapes[part, 1] + 1, field.shapes[part, 2] + 1
+    d = field.inner
+    nb = field.shapes[part, 1] + 1
+    nc = field.shapes[part, 2] + 1
     a, b, c = int(u) >> 3, int(v) >> 3, int(w) >> 3
     f, g, h = 0.125 * u - a, 0.125 * v - b, 0.125 * w - c
     n = field.corners[part] + (a * nb + b) * nc + c
     m = n + nb * nc
-    c00, c01 = d[n] + f * (d[m] - d[n]), d[n + 1] + f * (d[m + 1] - d[n + 1])
-    c10, c11 = d[n + nc] + f * (d[m + nc] - d[n + nc]), d[n + nc + 1] + f * (d[m + nc + 1] - d[n + nc + 1])
+    c00 = d[n] + f * (d[m] - d[n])
+    c01 = d[n + 1] + f * (d[m + 1] - d[n + 1])
+    c10 = d[n + nc] + f * (d[m + nc] - d[n + nc])
+    c11 = d[n + nc + 1] + f * (d[m + nc + 1] - d[n + nc + 1])
     low, high = c00 + g * (c10 - c00), c01 + g * (c11 - c01)
     return low + h * (high - low)
 

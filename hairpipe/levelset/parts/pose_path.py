@@ -63,7 +63,8 @@ def path_between(pose0: np.ndarray, rate0: np.ndarray, pose1: np.ndarray, rate1:
         vectors[1, k] = logarithm(start.T @ end)
         vectors[2, k] = frame * inverse_jacobian(vectors[1, k]) @ spin_within(end, rate1[k, :, :3])
     ways = np.stack([frame * rate0[:, :, 3], pose1[:, :, 3] - pose0[:, :, 3], frame * rate1[:, :, 3]])
-    turns, places = np.ascontiguousarray(pose0[:, :, :3]), np.ascontiguousarray(pose0[:, :, 3])
+    turns = np.ascontiguousarray(pose0[:, :, :3])
+    places = np.ascontiguousarray(pose0[:, :, 3])
     return PosePath(turns, places, vectors, ways, frame)
 
 
@@ -79,7 +80,8 @@ def spin_within(turn: np.ndarray, rate: np.ndarray) -> np.ndarray:
 @njit(cache=True)
 def stances_at(path: PosePath, times: np.ndarray) -> Stances:
     """Return the parts at times since the first frame [s], (T,); pure."""
-    count, parts = len(times), len(path.places)
+    count = len(times)
+    parts = len(path.places)
     found = Stances(
         np.empty(count),
         np.empty((count, parts, 3, 3)),

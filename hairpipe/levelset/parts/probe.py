@@ -37,7 +37,8 @@ def nearest_part(
     before: PartField, after: PartField, changes: np.ndarray, stances: Stances, boxes: np.ndarray, x: Vector
 ) -> tuple[int, float]:
     """Return the part nearest to a point at the first of the times, -1 where none is in reach, and its distance [m]."""
-    found, nearest = -1, before.background
+    found = -1
+    nearest = before.background
     for part in range(len(changes)):
         if is_within(boxes, part, x):
             shape = Shape(before, after, changes, part)
@@ -87,7 +88,8 @@ def probe_parts(
             distance[i] = phi
             if not phi < reach[i]:
                 continue
-            shape, X = Shape(before, after, changes, part), place_in(stances, 0, part, x)
+            shape = Shape(before, after, changes, part)
+            X = place_in(stances, 0, part, x)
             g = turned_out(stances, 0, part, shape_gradient(shape, stances.times[0], X))
             steep = length(g)
             scale = 1.0 / steep if steep > 0.0 else 0.0

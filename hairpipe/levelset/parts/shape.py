@@ -38,7 +38,8 @@ def shape_distance(shape: Shape, a: float, X: Vector) -> float:
 @inlined
 def shape_gradient(shape: Shape, a: float, X: Vector) -> Vector:
     """Return the gradient of the distance by central differences over one voxel, as `sample.gradient` does."""
-    e, per = 0.5 / shape.before.per_metre, shape.before.per_metre
+    e = 0.5 / shape.before.per_metre
+    per = shape.before.per_metre
     gx = gy = gz = 0.0
     for side in (-1.0, 1.0):
         gx += side * per * shape_distance(shape, a, (X[0] + side * e, X[1], X[2]))
@@ -108,7 +109,9 @@ def largest_changes(before: PartField, after: PartField, changes: np.ndarray) ->
 @njit(cache=True)
 def largest_change(one: PartField, other: PartField, part: int) -> float:
     """Return the same over the bricks that a part has at one frame; those of two frames coincide."""
-    largest, (na, nb, nc), width = 0.0, one.shapes[part], np.float32(one.background)
+    largest = 0.0
+    na, nb, nc = one.shapes[part]
+    width = np.float32(one.background)
     ahead = np.rint((one.origins[part] - other.origins[part]) * one.per_metre / BRICK).astype(np.int64)
     for i, j, k in np.ndindex(na, nb, nc):
         n = one.bricks[one.starts[part] + (i * nb + j) * nc + k]

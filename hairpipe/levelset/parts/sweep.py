@@ -90,13 +90,15 @@ def first_hit_on_path(
     """Return the fraction of the way from x to y at which a part that moves gets nearer than `kept` [m], if sooner."""
     if keeps_off(shape, stances, x, y, kept):
         return soonest
-    times, legs = stances.times, len(stances.times) - 1
+    times = stances.times
+    legs = len(stances.times) - 1
     low, high = row(outlines.low, shape.part), row(outlines.high, shape.part)
     end = place_in(stances, 0, shape.part, x)
     for t in range(legs):
         if t / legs >= soonest:
             break
-        start, end = end, place_in(stances, t + 1, shape.part, mix(x, y, (t + 1) / legs))
+        start = end
+        end = place_in(stances, t + 1, shape.part, mix(x, y, (t + 1) / legs))
         ray = SpaceTimeRay(start, minus(end, start), times[t], times[t + 1] - times[t])
         found = first_hit(shape, ray, low, high, kept)
         if found < np.inf:
@@ -107,11 +109,13 @@ def first_hit_on_path(
 @inlined
 def keeps_off(shape: Shape, stances: Stances, x: Vector, y: Vector, kept: float) -> bool:
     """Tell whether the way from x to y, as a part sees it, is too short to get nearer than `kept` [m] on it."""
-    times, legs = stances.times, len(stances.times) - 1
+    times = stances.times
+    legs = len(stances.times) - 1
     start = end = place_in(stances, 0, shape.part, x)
     way = 0.0
     for t in range(legs):
-        last, end = end, place_in(stances, t + 1, shape.part, mix(x, y, (t + 1) / legs))
+        last = end
+        end = place_in(stances, t + 1, shape.part, mix(x, y, (t + 1) / legs))
         way += length(minus(end, last))
     ray = SpaceTimeRay(start, minus(end, start), times[0], times[legs] - times[0])
     before, after = distance_on(shape, ray, 0.0) - kept, distance_on(shape, ray, 1.0) - kept
@@ -135,7 +139,8 @@ def sweep_parts(
     boxes     around the parts in the world at all these times [m], (G, 2, 3)
     farthest  the longest way of a part [m]
     """
-    count, changes = len(walk.thickness), outlines.changes
+    count = len(walk.thickness)
+    changes = outlines.changes
     for chunk in prange((count + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
             if is_clear(walk, i, farthest):

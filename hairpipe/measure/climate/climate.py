@@ -50,14 +50,16 @@ def climate_table(
     BadInput where strands do not correspond, no seed is on both sides, or members of the reference are farther apart
     than half the tolerance at once.
     """
-    frames, seeds = list(reference[0]), sides.seeds[sides.model]
+    frames = list(reference[0])
+    seeds = sides.seeds[sides.model]
     lost = [(frame, seed) for run, seed in zip(model, seeds, strict=True) for frame in frames if frame not in run]
     if lost:
         failed = f"member {min(lost)[1]} not finite at frame {min(lost)[0]}"
         return _table({name: np.inf for name in (*ERRORS[:-1], *BIASES[:-1])}, "", failed)
     if len(frames) < 2:
         raise BadInput("a single frame", where="frames", right="at least two: nothing has moved at the first")
-    frames, runs = frames[1:], [*model, *reference]
+    frames = frames[1:]
+    runs = [*model, *reference]
     squares = position_squares(runs, frames, criteria.patches)
     whole = squares.mean(axis=1)
     spreads = np.array([_spread(matrix, sides) for matrix in whole])

@@ -87,7 +87,9 @@ def position_squares(runs: Sequence[Run], frames: Sequence[int], patches: int) -
 
 def observable_distances(runs: Sequence[Run], frames: Sequence[int], criteria: Criteria) -> np.ndarray:
     """Return distances of runs in every observable, means over the frames, (Q, K, K) in the order of `TOLD`."""
-    rests, total, speeds = _rests(runs), np.zeros((len(OBSERVABLES), len(runs), len(runs))), []
+    rests = _rests(runs)
+    total = np.zeros((len(OBSERVABLES), len(runs), len(runs)))
+    speeds = []
     for frame in frames:
         hairs = _hairs(runs, frame)
         speeds.append([tip_speeds(hair) for hair in hairs])
@@ -101,7 +103,8 @@ def observable_distances(runs: Sequence[Run], frames: Sequence[int], criteria: C
 
 def seen(hair: Strands, criteria: Criteria) -> tuple[Any, ...]:
     """Return what is seen of hair at a frame, in the order of `OBSERVABLES`, but for strain, which is of its cut."""
-    touching, energy = contacts(hair, criteria.reach), kinetic_energy(hair, criteria.gravity)
+    touching = contacts(hair, criteria.reach)
+    energy = kinetic_energy(hair, criteria.gravity)
     return places(hair), density(hair), silhouettes(hair), gaps(hair), touching, energy
 
 

@@ -128,7 +128,8 @@ def floors(distances: np.ndarray, sides: Sides, statistic: Statistic = energy_di
     part = min(int(sides.model.sum()), count // 2)
     labels = np.array([np.isin(np.arange(count), chosen) for chosen in combinations(range(count), part)])
     _check(len(labels))
-    within, splits = distances[..., reference[:, None], reference], Sides(labels, sides.seeds[reference])
+    within = distances[..., reference[:, None], reference]
+    splits = Sides(labels, sides.seeds[reference])
     return np.quantile(statistic(within, splits), LIMIT, axis=-1, method="higher")
 
 
@@ -145,7 +146,8 @@ def relabellings(sides: Sides) -> np.ndarray:
     """
     seeds, counts = np.unique(sides.seeds, return_counts=True)
     paired = np.isin(sides.seeds, seeds[counts == 2])
-    free, swaps = np.flatnonzero(~paired), [np.flatnonzero(sides.seeds == seed) for seed in seeds[counts == 2]]
+    free = np.flatnonzero(~paired)
+    swaps = [np.flatnonzero(sides.seeds == seed) for seed in seeds[counts == 2]]
     chosen = list(combinations(range(len(free)), int(sides.model[free].sum())))
     _check(len(chosen) * 2 ** len(swaps))
     found = [sides.model]
@@ -178,7 +180,8 @@ def interval_of_samples(values: np.ndarray) -> Interval:
 
     Patches are independent, members and restarts are; frames of a shot are not.
     """
-    count, mean = len(values), float(np.mean(values))
+    count = len(values)
+    mean = float(np.mean(values))
     if count < 2:
         return Interval(mean, np.nan, np.nan)
     return _interval(mean, float(np.var(values, ddof=1) / count), count - 1)
@@ -199,7 +202,8 @@ def interval_by_members(distances: np.ndarray, sides: Sides) -> Interval:
 
     It is wide, and holds more often than it says. NaN where a side has fewer than two.
     """
-    value, variance = float(squared_bias(distances, sides)), 0.0
+    value = float(squared_bias(distances, sides))
+    variance = 0.0
     for side in (sides.model, ~sides.model):
         members = np.flatnonzero(side)
         if len(members) < 2:

@@ -126,7 +126,8 @@ def silhouette_distance(one: list[np.ndarray], other: list[np.ndarray]) -> float
 
 def _samples(hair: Strands, spacing: float) -> tuple[np.ndarray, np.ndarray]:
     """Return places along all segments, no farther apart than half the spacing [m], (n, 3), and the length of each."""
-    points, first = hair.points.astype(float), np.delete(np.arange(len(hair.points)), hair.offsets[1:] - 1)
+    points = hair.points.astype(float)
+    first = np.delete(np.arange(len(hair.points)), hair.offsets[1:] - 1)
     lengths = segment_lengths(hair.points, hair.offsets)
     pieces = max(int(np.ceil(2.0 * lengths.max() / spacing)), 1)
     shares = ((np.arange(pieces) + 0.5) / pieces)[:, None, None]

@@ -32,7 +32,8 @@ def measure_spread(hair: Mapping[int, Strands], fps: float) -> Table:
     rows = []
     for frame in frames:
         levels = at_levels(hair[frame])
-        gaps, spreads = nearest(levels), spread(levels)
+        gaps = nearest(levels)
+        spreads = spread(levels)
         chance = 0.5 * spreads * np.sqrt(2.0 * np.pi / levels.shape[1])
         share = np.mean(np.divide(gaps, chance, out=np.ones_like(gaps), where=chance > 0.0))
         rows.append(((frame - frames[0]) / fps, 1e3 * spreads[-1], 1e3 * gaps.mean(), share))

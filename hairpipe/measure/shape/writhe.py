@@ -10,7 +10,10 @@ def writhe(points: np.ndarray) -> float:
     of segments (Klenin and Langowski 2000, method 1a). An open curve has a writhe that depends on where it ends.
     """
     first, second = np.triu_indices(len(points) - 1, 2)
-    a, b, c, d = points[first], points[first + 1], points[second], points[second + 1]
+    a = points[first]
+    b = points[first + 1]
+    c = points[second]
+    d = points[second + 1]
     normals = [crossed(c - a, d - a), crossed(d - a, d - b), crossed(d - b, c - b), crossed(c - b, c - a)]
     angles = sum(np.arcsin(np.clip(dot(normals[k], normals[k - 3]), -1.0, 1.0)) for k in range(4))
     signs = np.sign(dot(np.cross(d - c, b - a), c - a))

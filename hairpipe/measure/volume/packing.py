@@ -90,7 +90,8 @@ def densities(hair: Strands, cell: float) -> tuple[np.ndarray, np.ndarray]:
     found = sample_strands(points, hair.offsets, reach_of(points, hair.offsets), cell)
     if found is None:
         raise BadInput("no strand is sound", where="hair", right="finite points")
-    k, pieces = found.segments, found.pieces[found.segments]
+    k = found.segments
+    pieces = found.pieces[found.segments]
     ways = points[k + 1] - points[k]
     length = np.linalg.norm(ways, axis=1) / pieces
     cells = np.floor((points[k] + ((found.places + 0.5) / pieces)[:, None] * ways) / cell)

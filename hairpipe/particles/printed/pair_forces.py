@@ -52,7 +52,9 @@ def push_pairs(
     forces = np.zeros(velocities.shape)
     for k in range(len(pairs.ends)):
         i, j = pairs.ends[k, 0], pairs.ends[k, 1]
-        r, way, u = pairs.apart[k], minus(row(points, j), row(points, i)), minus(row(velocities, j), row(velocities, i))
+        r = pairs.apart[k]
+        way = minus(row(points, j), row(points, i))
+        u = minus(row(velocities, j), row(velocities, i))
         pressed = law.pressure * ((pairs.density[i] - law.rest) / pairs.density[i] ** 2)
         pressed += law.pressure * ((pairs.density[j] - law.rest) / pairs.density[j] ** 2)
         steep = law.mass * law.mass * slope(r / law.h) / (4.0 * np.pi * law.h**4)

@@ -74,7 +74,8 @@ def draw_cloud(cloud: Cloud, style: CloudStyle, body: Mesh | None, shot: Shot) -
     check(cloud, style.particles, body)
     framing = frame_cloud(cloud, style)
     camera = place_camera(shot, framing)
-    film, sight = backdrop(camera.height, camera.width), look_at_body(body, camera)
+    film = backdrop(camera.height, camera.width)
+    sight = look_at_body(body, camera)
     shown = Cloud(*(values[style.buried :] for values in (cloud.points, cloud.velocities, cloud.directions)))
     hair, flesh = _shaded(shown, style, body, sight, (framing, camera))
     film[sight.rows, sight.columns] = at_pixels(sight, body.triangles, flesh)
@@ -114,12 +115,15 @@ def _shaded(
     """Light that particles, (N, 3), and the vertices of the body, (V, 3), send to the eye, linear; unseen ones none."""
     framing, camera = place
     seen = seen_vertices(sight, body.triangles)
-    points, normals = body.points[seen], vertex_normals(body)[seen]
+    points = body.points[seen]
+    normals = vertex_normals(body)[seen]
     turn_to(camera.eye, points, normals)
     clay = skin.CLAY + _haired(style, body, points, camera) * (0.5 * style.colour - skin.CLAY)
-    tilts, no_normals = np.full(len(cloud.points), np.sin(kajiya_kay.TILT)), np.zeros_like(cloud.points)
+    tilts = np.full(len(cloud.points), np.sin(kajiya_kay.TILT))
+    no_normals = np.zeros_like(cloud.points)
     fibres = kajiya_kay.Fibres(cloud.points, cloud.directions, no_normals, style.colours, tilts)
-    hair, flesh = kajiya_kay.AMBIENT * style.colours, skin.AMBIENT * clay
+    hair = kajiya_kay.AMBIENT * style.colours
+    flesh = skin.AMBIENT * clay
     for light in studio(camera.axes):
         cell, to_cells = cells_of(light, framing.target, SCENE * framing.radius, CELLS)
         sprites = _lit(cloud, style, cell, to_cells)
@@ -144,7 +148,8 @@ def _haired(style: CloudStyle, body: Mesh, points: np.ndarray, camera: Camera) -
 
 def _seen(cloud: Cloud, style: CloudStyle, camera: Camera) -> Sprites:
     """Billboards as the camera sees them."""
-    places, ways = camera.project(cloud.points), cloud.directions @ camera.axes.T
+    places = camera.project(cloud.points)
+    ways = cloud.directions @ camera.axes.T
     x, y, z = camera.see(cloud.points).T
     scale = camera.focal / np.maximum(z, NEAR)
     aside = ways[:, :2] - np.stack([x, y], axis=1) * (scale / camera.focal * ways[:, 2])[:, None]
@@ -154,7 +159,8 @@ def _seen(cloud: Cloud, style: CloudStyle, camera: Camera) -> Sprites:
 
 def _lit(cloud: Cloud, style: CloudStyle, cell: float, to_cells: np.ndarray) -> Sprites:
     """Billboards as a lamp sees them."""
-    places, along = apply(to_cells, cloud.points), cloud.directions @ to_cells[:, :3].T
+    places = apply(to_cells, cloud.points)
+    along = cloud.directions @ to_cells[:, :3].T
     scale = np.full(len(places), 1.0 / cell)
     return lay_sprites(_of_rays(places), _of_rays(along), scale, style.half, OPACITY, style.kinds)
 

@@ -60,7 +60,10 @@ def _darken(through: np.ndarray, sprites: Sprites, levels: Levels, front: np.nda
     texture = levels[level_of(levels, halves[1])][sprites.kinds[n]]
     along, across, _ = texture.shape
     opacity, rise = sprites.opacity[n], sprites.rises[n]
-    sx, sy, wx, wy = axes[0] / halves[0], axes[1] / halves[0], -axes[1] / halves[1], axes[0] / halves[1]
+    sx = axes[0] / halves[0]
+    sy = axes[1] / halves[0]
+    wx = -axes[1] / halves[1]
+    wy = axes[0] / halves[1]
     taken = total = 0.0
     top, bottom = rows_under(row, axes, halves)
     for i in range(first_centre(top, height), first_centre(bottom, height)):

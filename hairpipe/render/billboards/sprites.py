@@ -71,8 +71,10 @@ def columns_under(
     """
     ax, ay = axes
     ax, ay = ax if abs(ax) > 1e-9 else 1e-9, ay if abs(ay) > 1e-9 else 1e-9
-    a, b = (-halves[0] - down * ay) / ax, (halves[0] - down * ay) / ax
-    c, d = (down * ax - halves[1]) / ay, (down * ax + halves[1]) / ay
+    a = (-halves[0] - down * ay) / ax
+    b = (halves[0] - down * ay) / ax
+    c = (down * ax - halves[1]) / ay
+    d = (down * ax + halves[1]) / ay
     return column + max(min(a, b), min(c, d)), column + min(max(a, b), max(c, d))
 
 

@@ -40,7 +40,8 @@ def streak_levels() -> Levels:
     covers = thin * _smooth(ends) * _smooth(np.clip((1.0 - np.abs(across)) / 0.4, 0.0, 1.0)) * drawn(0.5, 1.0)
     bright = (covers * drawn(1.0 - BRIGHTER, 1.0 + BRIGHTER)).sum(axis=1) / np.maximum(covers.sum(axis=1), 1e-6)
     cover = 1.0 - np.prod(1.0 - covers, axis=1)
-    shown, levels = np.stack([cover, cover * bright], axis=3), []
+    shown = np.stack([cover, cover * bright], axis=3)
+    levels = []
     while shown.shape[2] >= 2:
         cover, bright = shown[..., 0], shown[..., 1]
         levels.append(np.stack([cover, bright / np.maximum(cover, 1e-6)], axis=3).astype(np.float32))

@@ -40,8 +40,12 @@ def _paint(
         axes, halves = (sprites.axes[n, 0], sprites.axes[n, 1]), (sprites.halves[n, 0], sprites.halves[n, 1])
         texture = levels[level_of(levels, halves[1])][sprites.kinds[n]]
         along, across, _ = texture.shape
-        opacity, rise = np.float32(sprites.opacity[n]), sprites.rises[n]
-        sx, sy, wx, wy = axes[0] / halves[0], axes[1] / halves[0], -axes[1] / halves[1], axes[0] / halves[1]
+        opacity = np.float32(sprites.opacity[n])
+        rise = sprites.rises[n]
+        sx = axes[0] / halves[0]
+        sy = axes[1] / halves[0]
+        wx = -axes[1] / halves[1]
+        wy = axes[0] / halves[1]
         red, green, blue = colours[n]
         top, bottom = rows_under(row, axes, halves)
         for i in range(first_centre(top, height), first_centre(bottom, height)):
@@ -52,7 +56,8 @@ def _paint(
                 s = x * sx + y * sy
                 before = depth[i, j] + SUNK - z - s * rise
                 if before > 0.0:
-                    a, b = texel_of(s, along), texel_of(x * wx + y * wy, across)
+                    a = texel_of(s, along)
+                    b = texel_of(x * wx + y * wy, across)
                     bright = texture[a, b, 1]
                     alpha = np.float32(min(opacity * texture[a, b, 0], 1.0) * min(before * (1.0 / FADE), 1.0))
                     film[i, j, 0] += alpha * (bright * red - film[i, j, 0])

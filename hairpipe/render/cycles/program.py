@@ -91,13 +91,15 @@ def add_surroundings(arrays: Any, colour: list[float]) -> None:
     image.pixels.foreach_set(wall[::-1].astype(np.float32).ravel())
     world = bpy.data.worlds.new("surroundings")
     world.cycles.sampling_method = "NONE"
-    nodes, link = world.node_tree.nodes, world.node_tree.links.new
+    nodes = world.node_tree.nodes
+    link = world.node_tree.links.new
     nodes.clear()
     output, mix, path, place, texture, shown, shed = (
         nodes.new(f"ShaderNode{kind}")
         for kind in ("OutputWorld", "MixShader", "LightPath", "TexCoord", "TexImage", "Background", "Background")
     )
-    texture.image, shed.inputs["Color"].default_value = image, [*colour, 1.0]
+    texture.image = image
+    shed.inputs["Color"].default_value = [*colour, 1.0]
     link(place.outputs["Window"], texture.inputs["Vector"])
     link(texture.outputs["Color"], shown.inputs["Color"])
     link(path.outputs["Is Camera Ray"], mix.inputs[0])
@@ -109,7 +111,8 @@ def add_surroundings(arrays: Any, colour: list[float]) -> None:
 
 def add_camera(camera: dict[str, Any]) -> None:
     """Add a pinhole camera: width and height [pixels], angle of the shorter side [rad], nearest and farthest, axes."""
-    lens, scene = bpy.data.cameras.new("camera"), bpy.context.scene
+    lens = bpy.data.cameras.new("camera")
+    scene = bpy.context.scene
     lens.sensor_fit = "HORIZONTAL" if camera["width"] <= camera["height"] else "VERTICAL"
     lens.angle, lens.clip_start, lens.clip_end = camera["angle"], camera["nearest"], camera["farthest"]
     scene.render.resolution_x, scene.render.resolution_y = camera["width"], camera["height"]
@@ -132,7 +135,8 @@ def make_material(shader: str, told: dict[str, Any], attribute: str, varied: str
     material = bpy.data.materials.new(shader)
     nodes = material.node_tree.nodes
     nodes.clear()
-    node, output = nodes.new(shader), nodes.new("ShaderNodeOutputMaterial")
+    node = nodes.new(shader)
+    output = nodes.new("ShaderNodeOutputMaterial")
     for name, value in told["properties"].items():
         setattr(node, name, value)
     for name, value in told["inputs"].items():
@@ -155,15 +159,23 @@ def render(told: dict[str, Any], path: Path) -> np.ndarray:
     """Return linear light, the top row first, (height, width, 3) float32."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
-    scene.render.threads_mode, scene.render.threads = "FIXED", told["threads"]
+    scene.render.threads_mode = "FIXED"
+    scene.render.threads = told["threads"]
     # The shutter is open for one frame, of one second: velocities are motions meanwhile.
-    scene.render.use_motion_blur, scene.render.motion_blur_shutter, scene.render.fps = told["blur"], 1.0, 1
+    scene.render.use_motion_blur = told["blur"]
+    scene.render.motion_blur_shutter = 1.0
+    scene.render.fps = 1
     cycles = scene.cycles
-    cycles.device, cycles.seed, cycles.samples, cycles.use_adaptive_sampling = "CPU", SEED, told["samples"], False
+    cycles.device = "CPU"
+    cycles.seed = SEED
+    cycles.samples = told["samples"]
+    cycles.use_adaptive_sampling = False
     cycles.max_bounces = cycles.glossy_bounces = cycles.transmission_bounces = BOUNCES
     # No light is cut off, and lobes are not widened after the first bounce: what hair passes on would be wrong.
     cycles.sample_clamp_indirect = cycles.blur_glossy = 0.0
-    cycles.use_denoising, cycles.denoiser, cycles.denoising_use_gpu = told["denoise"], "OPENIMAGEDENOISE", False
+    cycles.use_denoising = told["denoise"]
+    cycles.denoiser = "OPENIMAGEDENOISE"
+    cycles.denoising_use_gpu = False
     file = scene.render.image_settings
     file.file_format, file.color_mode, file.color_depth = "OPEN_EXR", "RGB", "32"
     scene.render.filepath = str(path)

@@ -80,7 +80,8 @@ def trace_hair(
     if exposure.shutter > 0.0 and not (np.isfinite(hair.velocities).all() and np.isfinite(body.rates).all()):
         raise BadInput("a velocity is not finite", where="hair, body", right="shutter = 0 needs none")
     points = np.asarray(hair.points, float)
-    framing, roots = frame_hair(points, hair.offsets), points[hair.offsets[:-1]]
+    framing = frame_hair(points, hair.offsets)
+    roots = points[hair.offsets[:-1]]
     camera = place_camera(replace(shot, grain=1), framing)
     width = fibre.thickness * drawn_width(hair, framing, camera, 1)
     scene = {
@@ -130,7 +131,8 @@ def lamp_of(light: Light) -> dict[str, Any]:
     aside = np.eye(3)[np.argmin(np.abs(light.towards))]
     right = np.cross(aside, light.towards) / np.linalg.norm(np.cross(aside, light.towards))
     axes = np.stack([right, np.cross(light.towards, right), light.towards])
-    colour, irradiance = (light.colour / brightest).tolist(), IRRADIANCE * brightest
+    colour = (light.colour / brightest).tolist()
+    irradiance = IRRADIANCE * brightest
     return {"colour": colour, "irradiance": irradiance, "angle": SOFT, "axes": rows_of(axes, np.zeros(3))}
 
 

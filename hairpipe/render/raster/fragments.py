@@ -52,7 +52,8 @@ def make_tile(depth: np.ndarray) -> Tile:
         for j in range(columns):
             limit[i, j] = depth[i, j] + SKIN
             blended[i, j, 3] = 1.0
-    kept, head = np.empty((rows, columns, KEPT, 5), np.float32), np.zeros((rows, columns), np.int32)
+    kept = np.empty((rows, columns, KEPT, 5), np.float32)
+    head = np.zeros((rows, columns), np.int32)
     return Tile(
         kept,
         head,
@@ -79,7 +80,9 @@ def farthest(limit: np.ndarray) -> np.ndarray:
 @njit(cache=True, nogil=True)
 def add_fragment(tile: Tile, i: int, j: int, z: float, cover: float, red: float, green: float, blue: float) -> None:
     """Add to pixel (i, j) what a line covers of it, before its limit, in place."""
-    kept, head, count = tile.kept, tile.head[i, j], tile.filled[i, j]
+    kept = tile.kept
+    head = tile.head[i, j]
+    count = tile.filled[i, j]
     cover *= min(1.0, (tile.sunk[i, j] - z) / SKIN)
     if count == KEPT:
         if z < kept[i, j, head, 0]:
@@ -87,7 +90,8 @@ def add_fragment(tile: Tile, i: int, j: int, z: float, cover: float, red: float,
             tile.through[i, j] *= 1.0 - cover
             return
         blend(tile, i, j, kept[i, j, head, 1], kept[i, j, head, 2], kept[i, j, head, 3], kept[i, j, head, 4])
-        head, count = (head + 1) & (KEPT - 1), count - 1
+        head = (head + 1) & (KEPT - 1)
+        count = count - 1
         tile.head[i, j] = head
     place = count
     while place > 0 and kept[i, j, (head + place - 1) & (KEPT - 1), 0] > z:

@@ -62,7 +62,8 @@ def draw_tile(
     if not len(listed):
         return
     top, left = place
-    tile, ends = make_tile(depth[top : top + TILE, left : left + TILE]), np.empty((2, 7))
+    tile = make_tile(depth[top : top + TILE, left : left + TILE])
+    ends = np.empty((2, 7))
     for n in listed:
         if is_seen(tile.far, curves.boxes[n], curves.nearest[n], top // BLOCK, left // BLOCK):
             draw_segment(tile, ends, curves, colours, curves.starts[n], place)
@@ -78,7 +79,8 @@ def draw_segment(
     A piece of n misses the curve c by at most max |c''| / (8 n^2); c'' is greatest at an end of the segment. Their
     number is even: colours change their course in the middle.
     """
-    first, last = curves.offsets[curves.strand[i]], curves.offsets[curves.strand[i] + 1] - 1
+    first = curves.offsets[curves.strand[i]]
+    last = curves.offsets[curves.strand[i] + 1] - 1
     terms = np.empty((3, 4))
     for d in range(3):
         terms[d] = catmull_rom(curves.places, d, i, first, last)
@@ -112,7 +114,8 @@ def catmull_rom(places: np.ndarray, d: int, i: int, first: int, last: int) -> tu
 
     Beyond the ends of the strand, its points first and last, points are mirrored, as in the pinned curves of USD.
     """
-    p1, p2 = places[i, d], places[i + 1, d]
+    p1 = places[i, d]
+    p2 = places[i + 1, d]
     p0 = places[i - 1, d] if i > first else 2.0 * p1 - p2
     p3 = places[i + 2, d] if i + 1 < last else 2.0 * p2 - p1
     return p1, 0.5 * (p2 - p0), p0 - 2.5 * p1 + 2.0 * p2 - 0.5 * p3, 1.5 * (p1 - p2) + 0.5 * (p3 - p0)
@@ -135,15 +138,24 @@ def draw_line(tile: Tile, a: np.ndarray, b: np.ndarray) -> None:
     reach, size = (columns, rows) if steep else (rows, columns)
     if a[major] > b[major]:
         a, b = b, a
-    start, run = a[major], b[major] - a[major]
+    start = a[major]
+    run = b[major] - a[major]
     thick = 0.5 * math.hypot(run, b[minor] - a[minor]) / run if run > 0.0 else 0.0
-    across, z, half, red, green, blue = a[minor], a[2], thick * a[3], a[4], a[5], a[6]
-    d_across, d_z, d_half = b[minor] - across, b[2] - z, thick * b[3] - half
+    across = a[minor]
+    z = a[2]
+    half = thick * a[3]
+    red = a[4]
+    green = a[5]
+    blue = a[6]
+    d_across = b[minor] - across
+    d_z = b[2] - z
+    d_half = thick * b[3] - half
     d_red, d_green, d_blue = b[4] - red, b[5] - green, b[6] - blue
     for m in range(first_centre(start, size), first_centre(b[major], size)):
         t = (m + 0.5 - start) / run
         middle, spread, at = across + t * d_across, half + t * d_half, z + t * d_z
-        low, high = min(max(middle - spread, 0.0), reach), min(max(middle + spread, 0.0), reach)
+        low = min(max(middle - spread, 0.0), reach)
+        high = min(max(middle + spread, 0.0), reach)
         for k in range(int(low), min(int(high) + 1, reach)):
             row, column = (m, k) if steep else (k, m)
             cover = min(high, k + 1.0) - max(low, float(k))

@@ -62,7 +62,8 @@ def look_at_body(body: Mesh, camera: Camera) -> Sight:
 
 def seen_vertices(sight: Sight, triangles: np.ndarray) -> np.ndarray:
     """List the vertices of triangles that any pixel sees, ascending."""
-    faces, corners = np.zeros(len(triangles), bool), np.zeros(len(sight.places), bool)
+    faces = np.zeros(len(triangles), bool)
+    corners = np.zeros(len(sight.places), bool)
     faces[sight.seen[sight.rows, sight.columns]] = True
     corners[triangles[faces]] = True
     return np.flatnonzero(corners)

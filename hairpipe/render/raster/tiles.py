@@ -46,7 +46,8 @@ def lay_curves(places: np.ndarray, offsets: np.ndarray, width: float, depth: np.
     Steps of depth are equal in its logarithm: what has flown away does not make them coarse.
     """
     strand = np.repeat(np.arange(len(offsets) - 1, dtype=np.int32), np.diff(offsets))
-    boxes, nearest = np.empty((len(places), 4), np.int16), np.empty(len(places), np.float32)
+    boxes = np.empty((len(places), 4), np.int16)
+    nearest = np.empty(len(places), np.float32)
     bound(boxes, nearest, places, offsets, strand, width, farthest(depth + SKIN), (len(depth), depth.shape[1]))
     starts = np.flatnonzero(nearest < np.inf)
     logs = np.log(nearest[starts])
@@ -76,17 +77,20 @@ def bound(
     """
     low, high = np.empty(3), np.empty(3)
     for i in range(len(places)):
-        first, last = offsets[strand[i]], offsets[strand[i] + 1] - 1
+        first = offsets[strand[i]]
+        last = offsets[strand[i] + 1] - 1
         nearest[i] = np.inf
         if i == last or min(places[max(i - 1, first), 2], places[i, 2], places[i + 1, 2]) <= NEAR:
             continue
         if places[min(i + 2, last), 2] <= NEAR:
             continue
         for d in range(3):
-            p1, p2 = places[i, d], places[i + 1, d]
+            p1 = places[i, d]
+            p2 = places[i + 1, d]
             p0 = places[i - 1, d] if i > first else 2.0 * p1 - p2
             p3 = places[i + 2, d] if i + 1 < last else 2.0 * p2 - p1
-            b1, b2 = p1 + (p2 - p0) / 6.0, p2 - (p3 - p1) / 6.0
+            b1 = p1 + (p2 - p0) / 6.0
+            b2 = p2 - (p3 - p1) / 6.0
             low[d], high[d] = min(min(p1, p2), min(b1, b2)), max(max(p1, p2), max(b1, b2))
         z = max(low[2], NEAR)
         half = width / z + 1.0
@@ -125,7 +129,8 @@ def list_by_tile(boxes: np.ndarray, rows: int, columns: int) -> tuple[np.ndarray
             for j in range(boxes[n, 2] // blocks, boxes[n, 3] // blocks + 1):
                 starts[i * columns + j + 1] += 1
     starts = np.cumsum(starts)
-    ends, indices = starts[:-1].copy(), np.empty(starts[-1], np.int32)
+    ends = starts[:-1].copy()
+    indices = np.empty(starts[-1], np.int32)
     for n in range(len(boxes)):
         for i in range(boxes[n, 0] // blocks, boxes[n, 1] // blocks + 1):
             for j in range(boxes[n, 2] // blocks, boxes[n, 3] // blocks + 1):

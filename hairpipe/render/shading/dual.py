@@ -89,9 +89,11 @@ def add_scattered(
         kappa = ((ex * lx + ey * ly + ez * lz) / away - sin_l * sin_e) / max(cos_l * cos_e, 1e-6)
         azimuth = math.acos(min(max(kappa, -1.0), 1.0)) / math.pi
         apart = math.sqrt(max(0.0, 0.5 - 0.5 * (cos_l * cos_e + sin_l * sin_e)))
-        n, last = met[i, 0], max(met[i, 0], met[i, 1])
+        n = met[i, 0]
+        last = max(met[i, 0], met[i, 1])
         direct = math.exp(-n)
-        tilt, onward = math.asin(tilts[i]), 1.0 - azimuth
+        tilt = math.asin(tilts[i])
+        onward = 1.0 - azimuth
         cone_r = cone(sin_l, cos_l, sin_e, cos_e, tilt * TILTS[0], R)
         cone_tt = cone(sin_l, cos_l, sin_e, cos_e, tilt * TILTS[1], TT)
         cone_trt = cone(sin_l, cos_l, sin_e, cos_e, tilt * TILTS[2], TRT)
@@ -105,7 +107,8 @@ def add_scattered(
         x, y = crossed[1] + onward, returned[1] + azimuth
         cone_u = cone(sin_l, cos_l, sin_e, cos_e, tilt * (x * turn[0] + y * turn[1]), x * wide[0] + y * wide[1])
         for c in range(3):
-            level, others = math.sqrt(colours[i, c]), math.sqrt(around[c])
+            level = math.sqrt(colours[i, c])
+            others = math.sqrt(around[c])
             on, back = at_inclination(table.streams, others, apart, 0)
             down, up = streams(on, back, n, last)
             r, tt = at_azimuth(table.lobes, level, apart, azimuth, 0)
@@ -121,7 +124,8 @@ def streams(on: float, back: float, n: float, last: float) -> tuple[float, float
     """Light on its way from the lamp, over what it sheds, behind n of the last hairs, and light on its way back."""
     lost = 1.0 - on
     k = max(math.sqrt(max(lost * lost - back * back, 0.0)), FLAT)
-    echo, end = math.exp(-2.0 * k * (last - n)), math.exp(-2.0 * k * last)
+    echo = math.exp(-2.0 * k * (last - n))
+    end = math.exp(-2.0 * k * last)
     left = math.exp(-k * n) / (k + lost + (k - lost) * end)
     return left * (k + lost + (k - lost) * echo), left * back * (1.0 - echo)
 
@@ -134,7 +138,8 @@ def count_events(on: float, back: float, n: float, last: float) -> tuple[tuple[f
     logarithm by that of the share.
     """
     down, up = streams(on, back, n, last)
-    low, low_up = FAINT * max(down - math.exp(-n), FAINT**2), FAINT * max(up, FAINT**2)
+    low = FAINT * max(down - math.exp(-n), FAINT**2)
+    low_up = FAINT * max(up, FAINT**2)
     crossed, crossed_up = streams(on * (1.0 - FAINT), back, n, last)
     returned, returned_up = streams(on, back * (1.0 - FAINT), n, last)
     return ((down - crossed) / low, (up - crossed_up) / low_up), ((down - returned) / low, (up - returned_up) / low_up)
@@ -147,8 +152,10 @@ def cone(sin_l: float, cos_l: float, sin_e: float, cos_e: float, turn: float, wi
     csch(1/v)/(2 v) exp(-sin sin/v) I_0(cos cos/v), which over all directions is 2 pi; exponents are drawn together. The
     lobe is turned by an angle to the root.
     """
-    s, c = math.sin(turn), math.cos(turn)
-    sine, both = sin_e * c + cos_e * s, abs(cos_l * (cos_e * c - sin_e * s))
+    s = math.sin(turn)
+    c = math.cos(turn)
+    sine = sin_e * c + cos_e * s
+    both = abs(cos_l * (cos_e * c - sin_e * s))
     x = both / width
     return math.exp((both - sin_l * sine - 1.0) / width) * bessel(x) / (width * (1.0 - math.exp(-2.0 / width)))
 
@@ -170,8 +177,14 @@ def at_inclination(table: np.ndarray, level: float, sine: float, first: int) -> 
     """Look up two columns of a table of `Scattering` at the square root of a colour and the sine of an inclination."""
     i, u = cell(level, COLOURS)
     j, v = cell(sine, STEPS)
-    a, b, c, d = (1.0 - u) * (1.0 - v), (1.0 - u) * v, u * (1.0 - v), u * v
-    p, q, r, s = table[i, j], table[i, j + 1], table[i + 1, j], table[i + 1, j + 1]
+    a = (1.0 - u) * (1.0 - v)
+    b = (1.0 - u) * v
+    c = u * (1.0 - v)
+    d = u * v
+    p = table[i, j]
+    q = table[i, j + 1]
+    r = table[i + 1, j]
+    s = table[i + 1, j + 1]
     k = first + 1
     return a * p[first] + b * q[first] + c * r[first] + d * s[first], a * p[k] + b * q[k] + c * r[k] + d * s[k]
 
@@ -180,7 +193,8 @@ def at_inclination(table: np.ndarray, level: float, sine: float, first: int) -> 
 def at_azimuth(lobes: np.ndarray, level: float, sine: float, turns: float, first: int) -> tuple[float, float]:
     """Look up two of the lobes, see `Scattering`, at an azimuth [half turns] as well."""
     k, w = cell(turns, STEPS)
-    p, q = at_inclination(lobes[:, :, k], level, sine, first), at_inclination(lobes[:, :, k + 1], level, sine, first)
+    p = at_inclination(lobes[:, :, k], level, sine, first)
+    q = at_inclination(lobes[:, :, k + 1], level, sine, first)
     return (1.0 - w) * p[0] + w * q[0], (1.0 - w) * p[1] + w * q[1]
 
 

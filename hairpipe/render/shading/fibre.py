@@ -83,7 +83,8 @@ def absorptions() -> np.ndarray:
     """Find what hair absorbs over its radius, for the colours of a table, (COLOURS,)."""
     entry, turned, averaged = refract(), *gaussians()
     colours = np.linspace(0.0, 1.0, COLOURS) ** 2
-    low, high = np.zeros(COLOURS), np.full(COLOURS, BLACKEST)
+    low = np.zeros(COLOURS)
+    high = np.full(COLOURS, BLACKEST)
     for _ in range(50):
         middle = 0.5 * (low + high)
         sent = shares(entry, middle)[:, :, :1]
@@ -128,10 +129,12 @@ def deep_colour(sharp: np.ndarray, averaged: np.ndarray) -> np.ndarray:
     cos/(1 + cos) comes there, of the stream D cos/(k + cos).
     """
     cosine = np.cos(AZIMUTHS[FRONT])
-    back, lost = STEP * averaged[..., FRONT].sum(axis=-1), 1.0 - STEP * averaged[..., ~FRONT].sum(axis=-1)
+    back = STEP * averaged[..., FRONT].sum(axis=-1)
+    lost = 1.0 - STEP * averaged[..., ~FRONT].sum(axis=-1)
     k = np.sqrt(np.maximum(lost**2 - back**2, 0.0))
     up = (back / (lost + k))[..., None]
-    direct, down = cosine / (1.0 + cosine), cosine / (k[..., None] + cosine)
+    direct = cosine / (1.0 + cosine)
+    down = cosine / (k[..., None] + cosine)
     behind = np.roll(averaged, STEPS - 1, axis=-1)[..., FRONT]
     sent = direct * sharp[..., FRONT] + (down - direct) * averaged[..., FRONT] + up * down * behind
     return STEP * sent.sum(axis=-1)
@@ -177,8 +180,10 @@ def gaussians() -> tuple[np.ndarray, np.ndarray]:
     Returns these of a lamp, and averaged over light from half the azimuths. Sums over the azimuths, times their step,
     are 1/ACROSS. Light leaves at 2 p gamma_t - 2 gamma_i + p pi.
     """
-    index, h = bent()[1], offsets_across()
-    outside, inside = np.arcsin(h), np.arcsin(h / index[:, None])
+    index = bent()[1]
+    h = offsets_across()
+    outside = np.arcsin(h)
+    inside = np.arcsin(h / index[:, None])
     spread = np.full((4, STEPS, ACROSS, len(AZIMUTHS)), 0.5 / np.pi)
     for p in range(3):
         away = AZIMUTHS - (p * (2.0 * inside + np.pi) - 2.0 * outside)[..., None]

@@ -123,11 +123,13 @@ def lie(
     places, along = np.empty((len(sites), 3)), np.empty((len(sites), 3))
     for n in range(len(sites)):
         i = sites[n] // 2
-        first, last = offsets[strand[n]], offsets[strand[n] + 1] - 1
+        first = offsets[strand[n]]
+        last = offsets[strand[n] + 1] - 1
         length = 0.0
         for d in range(3):
             if sites[n] % 2:
-                p1, p2 = points[i, d], points[i + 1, d]
+                p1 = points[i, d]
+                p2 = points[i + 1, d]
                 p0 = points[i - 1, d] if i > first else 2.0 * p1 - p2
                 p3 = points[i + 2, d] if i + 1 < last else 2.0 * p2 - p1
                 places[n, d] = (9.0 * (p1 + p2) - p0 - p3) / 16.0
@@ -167,14 +169,16 @@ def add_light(shed: np.ndarray, fibres: Fibres, eye: np.ndarray, light: Light, b
         cos_e = (tx * ex + ty * ey + tz * ez) / away
         sin_l = math.sqrt(max(0.0, 1.0 - cos_l * cos_l))
         sin_e = math.sqrt(max(0.0, 1.0 - cos_e * cos_e))
-        cos_sum, sin_sum = cos_l * cos_e - sin_l * sin_e, sin_l * cos_e + cos_l * sin_e
+        cos_sum = cos_l * cos_e - sin_l * sin_e
+        sin_sum = sin_l * cos_e + cos_l * sin_e
         kappa = ((ex * lx + ey * ly + ez * lz) / away - cos_l * cos_e) / max(sin_l * sin_e, 1e-6)
         side = 0.5 * (1.0 + kappa) + 0.5 * BACK * (1.0 - kappa)
         nx, ny, nz = facing[i, 0], facing[i, 1], facing[i, 2]
         share = math.sqrt(nx * nx + ny * ny + nz * nz)
         diffuse = MATT * ((1.0 - share) * sin_l + max(0.0, nx * lx + ny * ly + nz * lz))
         s = tilts[i]
-        double, triple = 1.0 - 2.0 * s * s, math.sqrt(1.0 - s * s) * (1.0 - 4.0 * s * s)  # cosines of both angles
+        double = 1.0 - 2.0 * s * s  # cosines of both angles
+        triple = math.sqrt(1.0 - s * s) * (1.0 - 4.0 * s * s)
         gloss = GLOSS * max(0.0, -cos_sum * double - sin_sum * 2.0 * s * math.sqrt(1.0 - s * s)) ** 64
         sheen = SHEEN * max(0.0, sin_sum * s * (3.0 - 4.0 * s * s) - cos_sum * triple) ** 16
         for c in range(3):

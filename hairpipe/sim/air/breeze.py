@@ -36,7 +36,8 @@ class Breeze(Interaction):
 
     def linearise(self, at: Prediction, push: np.ndarray, damping: np.ndarray) -> None:
         """Add the force push - damping v of the air, in place; gusts go by the time of the shot, resumed or not."""
-        air, some = np.empty_like(at.points), slice(None) if at.active.all() else at.active
+        air = np.empty_like(at.points)
+        some = slice(None) if at.active.all() else at.active
         air[some] = self._air(at.points[some], self._shield or self._counted(at.points), at.seconds)
         add_drag(at, air, self.offsets, self.law, push, damping)
 

@@ -48,8 +48,12 @@ def _add_segment(points, velocities, air, k, law, push, damping):
     across = np.sqrt(max(squared - along * along, 0.0))
     normal = 0.5 * length * normal_drag(law, across)
     excess = 0.5 * length * tangential_drag(law, np.sqrt(squared)) - normal
-    xx, xy, xz = normal + excess * dx * dx, excess * dx * dy, excess * dx * dz
-    yy, yz, zz = normal + excess * dy * dy, excess * dy * dz, normal + excess * dz * dz
+    xx = normal + excess * dx * dx
+    xy = excess * dx * dy
+    xz = excess * dx * dz
+    yy = normal + excess * dy * dy
+    yz = excess * dy * dz
+    zz = normal + excess * dz * dz
     for p in (k, k + 1):
         wx, wy, wz = air[p, 0], air[p, 1], air[p, 2]
         push[p, 0] += xx * wx + xy * wy + xz * wz

@@ -46,7 +46,8 @@ def modes_of(gusts: Gusts) -> Modes:
     """Draw the modes of gusts from their seed."""
     from scipy.special import gammaincinv, ndtri  # here: it costs every worker 0.2 s, and most hair knows no gusts
 
-    chance, count = stream(gusts.seed, "gusts"), 3 * FRAMES
+    chance = stream(gusts.seed, "gusts")
+    count = 3 * FRAMES
     quantiles = (np.arange(count) + 0.5) / count
     frames = np.linalg.qr(chance.normal(size=(FRAMES, 3, 3)))[0].transpose(0, 2, 1)
     numbers = np.sqrt(2.0 * gammaincinv(2.5, chance.permutation(quantiles))) / (2.0 * np.pi * gusts.size)
@@ -82,10 +83,15 @@ def _add_waves(waves, phases, amplitudes, points, air):
 @njit(cache=True)
 def _add_to_chunk(waves, phases, amplitudes, points, air):
     """Add all modes to a few points; the loop over points is the inner one, for the compiler to vectorise."""
-    x, y, z = points[:, 0].copy(), points[:, 1].copy(), points[:, 2].copy()
+    x = points[:, 0].copy()
+    y = points[:, 1].copy()
+    z = points[:, 2].copy()
     u, v, w = np.zeros_like(x), np.zeros_like(x), np.zeros_like(x)
     for m in range(len(waves)):
-        kx, ky, kz, phase = waves[m, 0], waves[m, 1], waves[m, 2], phases[m]
+        kx = waves[m, 0]
+        ky = waves[m, 1]
+        kz = waves[m, 2]
+        phase = phases[m]
         ax, ay, az = amplitudes[m, 0], amplitudes[m, 1], amplitudes[m, 2]
         for p in range(len(x)):
             share = _cosine(kx * x[p] + ky * y[p] + kz * z[p] + phase)

@@ -38,9 +38,11 @@ def add_wind(wind: Wind, hair: LooseFibres, seconds: float, push: np.ndarray, dr
     if wind.shielding is not None:
         hairs = wind.shielding.hairs * float(hair.counts.mean())
         wind = replace(wind, shielding=replace(wind.shielding, hairs=hairs))
-    half, count = 0.5 * hair.segment * hair.directions, len(hair.counts)
+    half = 0.5 * hair.segment * hair.directions
+    count = len(hair.counts)
     ends = np.stack([hair.points - half, hair.points + half], axis=1).reshape(-1, 3)
-    pace, still = np.repeat(hair.velocities, 2, axis=0), np.zeros(2 * count)
+    pace = np.repeat(hair.velocities, 2, axis=0)
+    still = np.zeros(2 * count)
     at = Prediction(ends, pace, pace, still, still, np.ones(2 * count, bool), 0.0, 0.0, seconds)
     pushes, drags = np.zeros((2 * count, 3)), np.zeros((2 * count, 6))
     offsets = np.arange(0, 2 * count + 1, 2, dtype=np.int32)

@@ -62,11 +62,13 @@ def shield_of(
     bounds = _bounds(points, axes)
     if bounds[0, 0] > bounds[1, 0]:
         return None
-    cell, (low, counts) = wind.shielding.cell, _nodes_around(bounds, wind.shielding.cell)
+    cell = wind.shielding.cell
+    low, counts = _nodes_around(bounds, wind.shielding.cell)
     while np.prod(counts) > MOST_NODES:
         cell *= 2.0
         low, counts = _nodes_around(bounds, cell)
-    low, area = low.astype(np.int64), np.zeros(tuple(counts.astype(int)))
+    low = low.astype(np.int64)
+    area = np.zeros(tuple(counts.astype(int)))
     hairs = np.ones(len(points)) if widths is None else widths**2
     _count(points, offsets, axes, low, cell, wind.shielding.hairs * diameter, hairs, area)
     left = np.empty_like(area)
@@ -77,7 +79,8 @@ def shield_of(
 @njit(cache=True)
 def _bounds(points, axes):
     """Return the least and the greatest coordinates along the axes [m], (2, 3), of points that are finite."""
-    least, greatest = np.full(3, np.inf), np.full(3, -np.inf)
+    least = np.full(3, np.inf)
+    greatest = np.full(3, -np.inf)
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         if np.isfinite(x + y + z):

@@ -100,7 +100,9 @@ def inverse_mass(masses, segments, fractions, i):
 def apply(v, masses, segments, fractions, i, impulse):
     """Give an impulse [N s] to the first point of pair i and the opposite to its second, in place; held points stay."""
     for j in range(2):
-        k, s, sign = segments[i, j], fractions[i, j], 1.0 - 2.0 * j
+        k = segments[i, j]
+        s = fractions[i, j]
+        sign = 1.0 - 2.0 * j
         for c in range(3):
             v[k, c] += sign * (1.0 - s) / masses[k] * impulse[c]
             v[k + 1, c] += sign * s / masses[k + 1] * impulse[c]
@@ -137,7 +139,8 @@ def normal_of(x, v, segments, fractions, i):
         return scaled(1.0 / length, gap)
     a, b = along(x, segments[i, 0]), along(x, segments[i, 1])
     speed = between(v, segments, fractions, i)
-    n, aa = cross(a, b), dot(a, a)
+    n = cross(a, b)
+    aa = dot(a, a)
     nn = dot(n, n)
     if nn > 1e-12 * aa * dot(b, b):
         sign = -1.0 if dot(n, speed) > 0.0 else 1.0

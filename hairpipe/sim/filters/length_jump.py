@@ -27,7 +27,8 @@ def mark_length_jumps(model, before, after, out):
 
 @njit(cache=True, error_model="numpy")
 def _mark_block(model, block, before, after, out):
-    first, stride = model.first[block], shape_of(model).stride
+    first = model.first[block]
+    stride = shape_of(model).stride
     jumped = load(before, (0, 0)) < load(before, (0, 0))
     for p in range(shape_of(model).before, before.shape[0] - stride - shape_of(model).after, stride):
         inverse_rest = load(model.inverse_lengths, (first + p, stride - 1))

@@ -38,7 +38,9 @@ class Bdf2:
         else:
             x1, v1, dt = self._before
             r = step.dt / dt
-            w1, w0, h = (1 + r) ** 2 / (1 + 2 * r), r**2 / (1 + 2 * r), (1 + r) / (1 + 2 * r) * step.dt
+            w1 = (1 + r) ** 2 / (1 + 2 * r)
+            w0 = r**2 / (1 + 2 * r)
+            h = (1 + r) / (1 + 2 * r) * step.dt
             xh, vh = w1 * x0 - w0 * x1, w1 * v0 - w0 * v1
             around.begin(state, step)
             weights = restart_fresh(model, state, xh, vh, everywhere(model, x0, h), step.dt)

@@ -121,7 +121,8 @@ def hold_broken(model: StrandModel, state: State, began: Began, step: Step) -> N
         return
     state.held += broken > 0.0
     state.failed += not are_finite(model, state.x).any()
-    ends, clamped = step.ends(1.0), model.shape.clamped
+    ends = step.ends(1.0)
+    clamped = model.shape.clamped
     for block, lane in np.argwhere(broken).tolist():
         rows = slice(model.first[block], model.first[block + 1])
         here = began.x[rows, :, lane].astype(float)
@@ -142,7 +143,8 @@ def carried_with(points: np.ndarray, clamp: np.ndarray) -> np.ndarray:
     The rotation is that of least squares; about an axis on which all of a clamp lies it does not turn. Source: Kabsch,
     A solution for the best rotation to relate two sets of vectors, 1976.
     """
-    before, after = points[: len(clamp)] - points[len(clamp) - 1], clamp - clamp[-1]
+    before = points[: len(clamp)] - points[len(clamp) - 1]
+    after = clamp - clamp[-1]
     left, _, right = np.linalg.svd(before.T @ after + 1e-9 * np.sum(before * before) * np.eye(3))
     left[:, -1] *= np.linalg.det(left @ right)
     return (points - points[len(clamp) - 1]) @ (left @ right) + clamp[-1]
@@ -172,14 +174,20 @@ def do_again(
     x0, v0, T0 = began
     T = np.zeros_like(state.T) if T0 is None else copied(T0)
     again = State(copied(x0), copied(v0), np.empty_like(x0), T, state.fresh)
-    active, root, dt = rows_of(model, lost != 0.0), model.shape.clamped - 1, step.dt / parts
-    weights, changed = everywhere(model, x0, dt), 0.0
+    active = rows_of(model, lost != 0.0)
+    root = model.shape.clamped - 1
+    dt = step.dt / parts
+    weights = everywhere(model, x0, dt)
+    changed = 0.0
     for part in range(1, parts + 1):
-        x0, v0, ends = copied(again.x), copied(again.v), step.ends(part / parts)
+        x0 = copied(again.x)
+        v0 = copied(again.v)
+        ends = step.ends(part / parts)
         set_all_tensions(model, again.x, again.T)
         along = (ends[:, root] - x0[model.first[:-1] + root]) / dt
         again.v[:] = np.where(active, np.repeat(along, np.diff(model.first), axis=0), state.v)
-        xh, before = np.where(active, x0, state.x - dt * state.v), np.where(active, v0, state.v)
+        xh = np.where(active, x0, state.x - dt * state.v)
+        before = np.where(active, v0, state.v)
         stage = Stage(xh, v0, x0, before, ends, step.held, weights, step.time + part / parts * step.dt, dt)
         kick = around.solve(again.x, again.v, again.T, stage, robust, lost)
         again.a[:] = (again.v - v0 - kick) / dt

@@ -34,7 +34,10 @@ class NineSteps(ABC):
 
     def advance(self, model: StrandModel, state: State, step: Step, around: Surroundings) -> None:
         """Advance state by step, in place."""
-        x, v, before, dt = state.x.copy(), state.v, state.v.copy(), step.dt
+        x = state.x.copy()
+        v = state.v
+        before = state.v.copy()
+        dt = step.dt
         around.begin(state, step)
         around.leave_to_corrections()  # bodies hold only what step 5 has moved
         v_star = self.solve(state, step, around, x, dt / 2, 0.5, step.time)  # 1
@@ -59,7 +62,8 @@ class NineSteps(ABC):
         part  of the step after which held particles would stand at x + h v, at their mean velocity
         time  that bodies and wind are those of [s]
         """
-        moved, v = x.copy(), np.zeros_like(x)
+        moved = x.copy()
+        v = np.zeros_like(x)
         start = step.ends(0.0)
         ends = start + part * (step.ends(1.0) - start)
         weights = everywhere(around.model, x, h)

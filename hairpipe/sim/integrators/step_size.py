@@ -153,14 +153,16 @@ class Root:
 
     def longest(self, state: State, path: ClampPath, time: float) -> float:
         """Shorten the rest of the frame until the ends keep to the distance: twice as many steps, then as few as do."""
-        left, here = path.frame_dt - time, path.ends(time)
+        left = path.frame_dt - time
+        here = path.ends(time)
 
         def is_far(count: int) -> bool:
             return _farthest(path.way(here, time + left / count))[0] > self.distance
 
         few, many = 0, 1
         while is_far(many) and many < _COUNTED:
-            few, many = many, 2 * many
+            few = many
+            many = 2 * many
         while many - few > 1:
             middle = (few + many) // 2
             few, many = (middle, many) if is_far(middle) else (few, middle)
@@ -240,7 +242,10 @@ def _farthest(way: np.ndarray) -> tuple[float, int, int]:
 @njit(cache=True)
 def _strain_rate(first, inverse_lengths, shape, x, v):
     """Find the largest rate of strain of an edge on the axis [1/s], its block and lane."""
-    fastest, where, which, stride = 0.0, 0, 0, shape.stride
+    fastest = 0.0
+    where = 0
+    which = 0
+    stride = shape.stride
     for block in range(len(first) - 1):
         for p in range(first[block] + shape.before, first[block + 1] - stride - shape.after, stride):
             for lane in range(x.shape[2]):

@@ -52,7 +52,8 @@ class TrBdf2:
     def take_step(self, model: StrandModel, state: State, step: Step, around: Surroundings) -> ContactChange:
         """Advance state by step, in place; return what contact changed."""
         x, v, T, dt = state.x, state.v, state.T, step.dt
-        began, h = begin(model, state), G * dt / 2
+        began = begin(model, state)
+        h = G * dt / 2
         x0, v0 = began.x, began.v
         around.begin(state, step)
         xh, vh = np.empty_like(x), np.empty_like(x)

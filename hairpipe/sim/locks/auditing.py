@@ -20,7 +20,8 @@ def to_audit(leaders: np.ndarray, share: float, turn: int) -> np.ndarray:
 
     leaders  of every strand, (S,) int32; share  of the locks; of eight and more two at least, for a bound
     """
-    follows, chosen = leaders != np.arange(len(leaders)), np.full(len(leaders), -1, np.int32)
+    follows = leaders != np.arange(len(leaders))
+    chosen = np.full(len(leaders), -1, np.int32)
     if share > 0.0 and follows.any():
         guides = np.unique(leaders[follows])
         period = min(round(1.0 / share), max(len(guides) // 2, 4))
@@ -67,7 +68,8 @@ def back_in(
     Of those for which there is no room, one in `most` shall lead.
     """
     tried = (beside[:, 0] >= 0) & (errors <= tolerance)
-    out, sizes = leaders.copy(), np.bincount(leaders, minlength=len(leaders))
+    out = leaders.copy()
+    sizes = np.bincount(leaders, minlength=len(leaders))
     _seat(np.flatnonzero(tried), beside, sizes, most, out)
     return out, np.flatnonzero(tried & (out == leaders))[::most]
 

@@ -78,8 +78,12 @@ def _carry(followers, places, guides, about, roots, points, velocities, disagree
     offsets, rest, owners, begins = about
     motions, rates = roots
     for f in prange(len(followers)):
-        begin, end, first = begins[f], begins[f + 1], offsets[followers[f]]
-        x, v, total = points[begin:end], velocities[begin:end], 0.0
+        begin = begins[f]
+        end = begins[f + 1]
+        first = offsets[followers[f]]
+        x = points[begin:end]
+        v = velocities[begin:end]
+        total = 0.0
         for i in range(begin, end):
             total += _follow(places, guides, owners, offsets, i, begin, x, v)
         disagreement[f] = np.sqrt(total / (end - begin))
@@ -114,11 +118,14 @@ def _follow(places, guides, owners, offsets, i, begin, x, v):
         )
         k = turn_at(offsets, owners[p], p)
         way = turned(guides.turns, k, offset)
-        y, dy = plus(row(guides.points, p), way), plus(row(guides.velocities, p), cross(row(guides.spins, k), way))
+        y = plus(row(guides.points, p), way)
+        dy = plus(row(guides.velocities, p), cross(row(guides.spins, k), way))
         if j == 0:
             there = y
-        w, off = 1.0 / max(dot(offset, offset), _CORE * _CORE), minus(y, there)
-        weights, square = weights + w, square + w * dot(off, off)
+        w = 1.0 / max(dot(offset, offset), _CORE * _CORE)
+        off = minus(y, there)
+        weights = weights + w
+        square = square + w * dot(off, off)
         to, speed = plus(to, scaled(w, off)), plus(speed, scaled(w, dy))
     mean = scaled(1.0 / weights, to)
     put(x, i - begin, plus(there, mean))
@@ -142,12 +149,15 @@ def _smooth(places, guides, owners, offsets, begin, x, v):
     last = len(x) - 1
     before, went = row(x, 0), row(v, 0)
     for k in range(1, last + 1):
-        i, here, goes = begin + k, row(x, k), row(v, k)
+        i = begin + k
+        here = row(x, k)
+        goes = row(v, k)
         p = np.int64(places.points[i, 0])
         s = turn_at(offsets, owners[p], p)
         bend = (np.float64(places.bends[i, 0]), np.float64(places.bends[i, 1]), np.float64(places.bends[i, 2]))
         own = turned(guides.turns, s, bend)
-        differs, turns = minus(minus(before, here), own), minus(minus(went, goes), cross(row(guides.spins, s), own))
+        differs = minus(minus(before, here), own)
+        turns = minus(minus(went, goes), cross(row(guides.spins, s), own))
         share = 0.5
         if k < last:
             differs, turns = plus(differs, minus(row(x, k + 1), here)), plus(turns, minus(row(v, k + 1), goes))

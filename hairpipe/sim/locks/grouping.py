@@ -69,8 +69,10 @@ def grouped(
     places       where all points are [m], (P, 3), and the offsets of the strands, (S+1,) int32
     closest      connections that a segment may have
     """
-    (points, offsets), strands = places, np.arange(len(known.leaders), dtype=np.int32)
-    compared, ends = known.audited >= 0, known.since + 1 >= locks.after
+    points, offsets = places
+    strands = np.arange(len(known.leaders), dtype=np.int32)
+    compared = known.audited >= 0
+    ends = known.since + 1 >= locks.after
     audited = compared & (known.parted < 0)
     loose = follows(known.leaders) & (np.maximum(deviations.disagreement, deviations.pushed) > locks.tolerance)
     leaders = np.where(loose, strands, known.leaders)
@@ -98,5 +100,7 @@ def grouped(
         now = np.where(compared, leaders[known.audited], -1)
     connections, ages = inherited(connections, ages, leaders, offsets, closest)
     errors = np.where(audited & ends, deviations.off, np.nan).astype(np.float32)
-    now, turn, since = now.astype(np.int32), known.turn + ends, 0 if ends else known.since + 1
+    now = now.astype(np.int32)
+    turn = known.turn + ends
+    since = 0 if ends else known.since + 1
     return Grouping(leaders, connections, ages, now, parted, errors, turn, since)

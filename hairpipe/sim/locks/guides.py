@@ -91,7 +91,8 @@ def take_guides(whole: HairModel, leaders: np.ndarray) -> Guides:
 
 def _model_of(whole: HairModel, part: Layout, strands: np.ndarray) -> StrandModel:
     """Return the model of some strands: its arrays have a row for every particle, or for every strand."""
-    layout, changes = whole.layout, {"first": part.first}
+    layout = whole.layout
+    changes = {"first": part.first}
     names: tuple[str, ...] = kind_of(whole.model).model._fields  # type: ignore[attr-defined]
     for name in names:
         values = getattr(whole.model, name)
@@ -135,7 +136,8 @@ def _put_of_blocks(
     values: np.ndarray, changed: np.ndarray, whole: Layout, part: Layout, strands: np.ndarray
 ) -> np.ndarray:
     """Return what all strands have, with what some of them have now; pure."""
-    out, firsts = values.copy(), (np.arange(part.blocks + 1), np.arange(whole.blocks + 1))
+    out = values.copy()
+    firsts = (np.arange(part.blocks + 1), np.arange(whole.blocks + 1))
     _give(_flat(changed), firsts[0], strands[part.strands], part.idle, _flat(out), firsts[1], *_where(whole))
     return out
 
@@ -149,7 +151,8 @@ def _flat(values: np.ndarray) -> np.ndarray:
 def _take(source, firsts, blocks, lanes, out, first, strands):
     for block in prange(len(first) - 1):
         for lane in range(strands.shape[1]):
-            begin, theirs = firsts[blocks[strands[block, lane]]], lanes[strands[block, lane]]
+            begin = firsts[blocks[strands[block, lane]]]
+            theirs = lanes[strands[block, lane]]
             for row in range(first[block + 1] - first[block]):
                 for c in range(out.shape[1]):
                     out[first[block] + row, c, lane] = source[begin + row, c, theirs]
@@ -160,7 +163,8 @@ def _give(source, first, strands, idle, out, firsts, blocks, lanes):
     for block in prange(len(first) - 1):
         for lane in range(strands.shape[1]):
             if not idle[block, lane]:
-                begin, theirs = firsts[blocks[strands[block, lane]]], lanes[strands[block, lane]]
+                begin = firsts[blocks[strands[block, lane]]]
+                theirs = lanes[strands[block, lane]]
                 for row in range(first[block + 1] - first[block]):
                     for c in range(out.shape[1]):
                         out[begin + row, c, theirs] = source[first[block] + row, c, lane]

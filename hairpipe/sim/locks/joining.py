@@ -64,7 +64,8 @@ def _unite(pairs, leaders, sizes, most):
     for k in range(len(pairs)):
         a, b = _root(parents, pairs[k, 0]), _root(parents, pairs[k, 1])
         if a != b and sizes[a] + sizes[b] <= most:
-            first, second = min(a, b), max(a, b)
+            first = min(a, b)
+            second = max(a, b)
             parents[second] = first
             sizes[first] += sizes[second]
     locks = np.empty_like(leaders)
@@ -101,7 +102,8 @@ def _choose(order, locks, leaders, points, offsets, out):
         end = begin
         while end < len(order) and locks[order[end]] == locks[order[begin]]:
             end += 1
-        members, fresh = order[begin:end], False
+        members = order[begin:end]
+        fresh = False
         for s in members:
             fresh |= leaders[s] != leaders[members[0]]
         if fresh:
@@ -119,7 +121,8 @@ def _nearest_to_mean(members, leaders, points, offsets):
         for k in range(count):
             for c in range(3):
                 mean[k, c] += points[offsets[s] + k, c] / len(members)
-    best, least = members[0], np.inf
+    best = members[0]
+    least = np.inf
     for s in members:
         far = 0.0
         for k in range(count):

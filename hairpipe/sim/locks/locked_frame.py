@@ -60,8 +60,10 @@ def check_locks(hair: HairModel, lead: Lead, scene: Scene) -> None:
 
 def no_locks(strands: int, stuck: int = 0) -> LockState:
     """Simulate every one of so many strands, of which so many connections have just been made."""
-    leaders, ages = np.arange(strands, dtype=np.int32), np.zeros(stuck, np.int32)
-    nobody, errors = np.full(strands, -1, np.int32), np.full(strands, np.nan, np.float32)
+    leaders = np.arange(strands, dtype=np.int32)
+    ages = np.zeros(stuck, np.int32)
+    nobody = np.full(strands, -1, np.int32)
+    errors = np.full(strands, np.nan, np.float32)
     apart = np.zeros(strands, np.float32)
     return LockState(leaders, ages, *no_places(0), apart, nobody, nobody, errors, turn=0, since=0)
 
@@ -78,14 +80,17 @@ def advance_locked(
     scene    one that `check_locks` lets pass
     advance  simulates guides from the frame before to this one
     """
-    locks, stiction, offsets = scene.locks, scene.stiction, hair.layout.offsets
+    locks = scene.locks
+    stiction = scene.stiction
+    offsets = hair.layout.offsets
     assert locks is not None and stiction is not None
     known = previous.locks or no_locks(len(hair.groom.ids), len(previous.stuck))
     guides = take_guides(hair, known.leaders)
     before = guides.state_of(previous)
     moved = advance(guides, before)
     ages = ages_of(before.stuck, before.stuck_at, known.ages, moved.stuck, moved.stuck_at)
-    motion, state = motion_of(guides, moved, around.lead), guides.put(previous, moved)
+    motion = motion_of(guides, moved, around.lead)
+    state = guides.put(previous, moved)
     by_guides, deviations = _carry(hair, known, motion, around, scene.contact.thickness)
     simulated = np.repeat(~follows(known.leaders), np.diff(offsets))[:, None]
     points, velocities = (np.where(simulated, *both) for both in zip(motion[:2], by_guides, strict=True))
@@ -106,7 +111,8 @@ def advance_locked(
 def motion_of(guides: Guides, moved: HairState, lead: Lead) -> GuideMotion:
     """Return how guides move at a frame, as points of the groom."""
     groom, layout = guides.hair.groom, guides.hair.layout
-    points, velocities = layout.axis(moved.positions), layout.axis(moved.velocities).astype(np.float64)
+    points = layout.axis(moved.positions)
+    velocities = layout.axis(moved.velocities).astype(np.float64)
     roots = (motions[guides.strands] for motions in motion_of_roots(lead, guides.whole.groom))
     turns = turns_since(groom.points, Strands(points, velocities, layout.offsets, guides.hair.diameter), *roots)
     out = []
@@ -123,18 +129,24 @@ def _carry(
 
     Returns points and velocities of all, (P, 3) each, and what is known of the errors of those that are carried.
     """
-    groom, offsets = hair.groom, hair.layout.offsets
-    points, velocities, (disagreement, pushed) = motion.points, motion.velocities, np.zeros((2, len(known.leaders)))
-    beside, among = np.full((len(known.leaders), FOLLOWED), -1, np.int32), is_carried(known.leaders, known.audited)
+    groom = hair.groom
+    offsets = hair.layout.offsets
+    points = motion.points
+    velocities = motion.velocities
+    disagreement, pushed = np.zeros((2, len(known.leaders)))
+    beside = np.full((len(known.leaders), FOLLOWED), -1, np.int32)
+    among = is_carried(known.leaders, known.audited)
     if among.any():
         strands = np.flatnonzero(among)
-        places, roots = Places(known.points, known.offsets, known.bends), motion_of_roots(around.lead, groom)
+        places = Places(known.points, known.offsets, known.bends)
+        roots = motion_of_roots(around.lead, groom)
         tried = known.parted[strands] >= 0
         on_trial = np.repeat(tried, np.diff(offsets)[strands])
         beside[strands[tried]] = guides_beside(strands[tried], places.points[on_trial], offsets)
         x, v, disagreement[strands] = carried(strands, places, motion, offsets, groom.points, roots)
         rows = points_of_strands(strands, offsets)
-        points, velocities = points.copy(), velocities.copy()
+        points = points.copy()
+        velocities = velocities.copy()
         points[rows], velocities[rows] = x, v
         shown = Strands(points, velocities, offsets, hair.diameter)
         outside = pushed_out(shown, among, around.surfaces, around.parts, thickness, around.frame_dt)
@@ -151,7 +163,8 @@ def _distances(points: np.ndarray, others: np.ndarray, offsets: np.ndarray) -> n
 
 def _places(known: LockState, now: Grouping, points: np.ndarray, offsets: np.ndarray, turns: np.ndarray) -> Places:
     """Return what hairs follow from now on that are at points [m], (P, 3); audited strands follow again."""
-    before, ended = is_carried(known.leaders, known.audited), now.since == 0
+    before = is_carried(known.leaders, known.audited)
+    ended = now.since == 0
     keeps = before & ~((known.audited >= 0) & ended)
     rows = np.repeat(keeps[before], np.diff(offsets)[before])
     followed = Places(*(values[rows] for values in (known.points, known.offsets, known.bends)))
@@ -172,7 +185,9 @@ def _with_turns(
 
 def _on_axes(hair: HairModel, state: HairState, points: np.ndarray, velocities: np.ndarray) -> HairState:
     """Return the state with the axes of all strands where they are; pure."""
-    axis, x, v = axis_of(hair.layout), copied(state.positions), copied(state.velocities)
+    axis = axis_of(hair.layout)
+    x = copied(state.positions)
+    v = copied(state.velocities)
     scatter(axis, points, x)
     scatter(axis, velocities.astype(v.dtype), v)
     return replace(state, positions=x, velocities=v)

@@ -40,7 +40,8 @@ class Places(NamedTuple):
 
 def no_places(points: int) -> Places:
     """Give so many points nothing to follow."""
-    offsets, bends = np.zeros((points, FOLLOWED, 3), np.float32), np.zeros((points, 3), np.float32)
+    offsets = np.zeros((points, FOLLOWED, 3), np.float32)
+    bends = np.zeros((points, 3), np.float32)
     return Places(np.full((points, FOLLOWED), -1, np.int32), offsets, bends)
 
 
@@ -76,13 +77,16 @@ def renewed(
     carried  who follows something from now on, (S,) bool: the others may be followed
     points, offsets, turns  as for `find_places`
     """
-    (strands, places), mine = before, points_of_strands(np.flatnonzero(carried), offsets)
+    strands, places = before
+    mine = points_of_strands(np.flatnonzero(carried), offsets)
     followed = carried[np.repeat(np.arange(len(carried)), np.diff(offsets))][places.points] & (places.points >= 0)
     rows = np.full(len(points), -1)
     rows[points_of_strands(strands, offsets)] = np.where(followed.any(axis=1), -1, np.arange(len(followed)))
     rows = rows[mine]
-    kept, fresh = rows >= 0, np.flatnonzero(rows < 0)
-    out, guides = no_places(len(mine)), np.flatnonzero(~carried)
+    kept = rows >= 0
+    fresh = np.flatnonzero(rows < 0)
+    out = no_places(len(mine))
+    guides = np.flatnonzero(~carried)
     news = find_places(points, offsets, guides, mine[fresh], turns) if len(fresh) else no_places(0)
     for whole, was, found in zip(out, places, news, strict=True):
         whole[kept], whole[fresh] = was[rows[kept]], found
@@ -97,8 +101,10 @@ def guides_beside(strands: np.ndarray, followed: np.ndarray, offsets: np.ndarray
 
     -1 where there are no more, (n, FOLLOWED) int32. A guide has as many segments as those that it leads.
     """
-    beside, counts = np.full((len(strands), FOLLOWED), -1, np.int32), np.diff(offsets)
-    begins, owners = np.concatenate([[0], np.cumsum(counts[strands])]), np.repeat(np.arange(len(counts)), counts)
+    beside = np.full((len(strands), FOLLOWED), -1, np.int32)
+    counts = np.diff(offsets)
+    begins = np.concatenate([[0], np.cumsum(counts[strands])])
+    owners = np.repeat(np.arange(len(counts)), counts)
     _rank(followed, owners, counts, strands, begins, beside)
     return beside
 
@@ -133,7 +139,8 @@ def _rank(followed, owners, counts, strands, begins, beside):
         times = np.zeros(FOLLOWED, np.int64)
         first = 0
         while first < len(guides):
-            guide, end = guides[first], first
+            guide = guides[first]
+            end = first
             while end < len(guides) and guides[end] == guide:
                 end += 1
             if counts[guide] == counts[strands[f]]:
@@ -157,7 +164,8 @@ def _insert(guide, count, guides, times):
 def _look_back(points, offsets, turns, owners, mine, places):
     """Write the ways from the places and the bends, turned back, in place."""
     for i in prange(len(mine)):
-        p, strand = mine[i], owners[mine[i]]
+        p = mine[i]
+        strand = owners[mine[i]]
         x = row(points, p)
         for j in range(FOLLOWED):
             place = np.int64(places.points[i, j])

@@ -45,7 +45,8 @@ def _stand(axis, rest, active, motion, held, particles):
     """Write the rows of strands that stand up, in place: those between two points go with the middle of these."""
     (held_x, held_v), (x, v, accelerations, tensions) = held, particles
     for block in prange(len(axis.first) - 1):
-        first, end = axis.first[block], axis.first[block + 1]
+        first = axis.first[block]
+        end = axis.first[block + 1]
         for lane in range(axis.strands.shape[1]):
             if active[axis.strands[block, lane]]:
                 accelerations[first:end, :, lane] = 0.0
@@ -58,11 +59,15 @@ def _stand(axis, rest, active, motion, held, particles):
 @njit(cache=True)
 def _place_beside(axis, rest, motion, block, lane, x, v):
     """Write the rows of one strand from the root on, in place."""
-    first, end, stride = axis.first[block] + axis.root, axis.first[block + 1], axis.stride
-    begin, last = axis.offsets[axis.strands[block, lane]], axis.offsets[axis.strands[block, lane] + 1] - 1
+    first = axis.first[block] + axis.root
+    end = axis.first[block + 1]
+    stride = axis.stride
+    begin = axis.offsets[axis.strands[block, lane]]
+    last = axis.offsets[axis.strands[block, lane] + 1] - 1
     for p in range(first, end):
         k = min((p - first) // stride, last - begin)
-        on, after = k * stride == p - first, min(begin + k + 1, last)
+        on = k * stride == p - first
+        after = min(begin + k + 1, last)
         share = 0.0 if on or after == begin + k else 0.5
         middle = mix(row(motion.points, begin + k), row(motion.points, after), share)
         speed = mix(row(motion.velocities, begin + k), row(motion.velocities, after), share)
@@ -70,7 +75,8 @@ def _place_beside(axis, rest, motion, block, lane, x, v):
         then = _of_lane(rest, first + (after - begin) * stride, lane)
         segment = min(begin + k, last - 1)
         way = turned(motion.turns, segment, minus(_of_lane(rest, p, lane), mix(was, then, share)))
-        at, goes = plus(middle, way), plus(speed, cross(row(motion.spins, segment), way))
+        at = plus(middle, way)
+        goes = plus(speed, cross(row(motion.spins, segment), way))
         for c in range(3):
             x[p, c, lane], v[p, c, lane] = at[c], goes[c]
 

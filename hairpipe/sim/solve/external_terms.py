@@ -75,9 +75,13 @@ def _lay_out_block(axis, block, terms, velocities, weights, outer):
     touching = len(received) > 0
     for lane in range(axis.strands.shape[1]):
         strand = axis.strands[block, lane]
-        row, h = axis.first[block] // axis.stride, weights[block, lane]
+        row = axis.first[block] // axis.stride
+        h = weights[block, lane]
         for k in range(axis.offsets[strand], axis.offsets[strand + 1]):
-            d, x, y, z = damping[k], velocities[k, 0], velocities[k, 1], velocities[k, 2]
+            d = damping[k]
+            x = velocities[k, 0]
+            y = velocities[k, 1]
+            z = velocities[k, 2]
             outer[row, 0, lane] = h * (push[k, 0] - d[0] * x - d[1] * y - d[2] * z)
             outer[row, 1, lane] = h * (push[k, 1] - d[1] * x - d[3] * y - d[4] * z)
             outer[row, 2, lane] = h * (push[k, 2] - d[2] * x - d[4] * y - d[5] * z)

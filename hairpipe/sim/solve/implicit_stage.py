@@ -16,29 +16,20 @@ that between the point and the next [kg]; no rows where nothing does. Those of b
 import numpy as np
 from numba import njit, prange
 
-from hairpipe.kernels.banded import add
 from hairpipe.kernels.compile import inlined
 from hairpipe.kernels.simd import any_lane, either, load, select, store, store_as
 from hairpipe.kernels.simd_arrays import copy, fill
 from hairpipe.sim.solve.spring_form import SpringForm
 from hairpipe.sim.solve.stage import Iterate, Rule, Stage, System
+from hairpipe.sim.solve.stage_system import assemble
 from hairpipe.sim.solve.stretch import note_pivot, overstrained, set_tensions
 from hairpipe.sim.strands.band import (
-    add_inertia,
-    add_next,
-    add_point,
-    eliminate,
-    fix_lanes,
-    fix_root,
     row_size,
-    start_row,
     substitute,
 )
 from hairpipe.sim.strands.forces.spring import multiplier
 from hairpipe.sim.strands.interface import (
     StiffnessPart,
-    Terms,
-    add_forces,
     follow_solve,
     hold_tip,
     predict,
@@ -48,69 +39,7 @@ from hairpipe.sim.strands.interface import (
 )
 
 _PROJECTED = int(StiffnessPart.projected)
-_EXPLICIT, _PRINTED, _TENSION, _MULTIPLIER = (int(form) for form in SpringForm)
-
-
-@inlined
-def _start_row(model, system, mass, speeds, p, h, rule):
-    """Inertia, weight and air drag of particle p; speeds  vh and v [m/s]."""
-    (A, b), (vh, v) = system, speeds
-    start_row(model, A, p, b.shape[0])
-    m = load(mass, (p,))
-    for c in range(3):
-        speed = load(v, (p, c))
-        store(b, (p, c), m * (load(vh, (p, c)) - speed + h * (rule.gravity[c] - rule.drag * speed)))
-    for c in range(3, shape_of(model).unknowns):
-        store(b, (p, c), 0.0)
-    add_inertia(model, A, p, m * (1.0 + h * rule.drag))
-
-
-@inlined
-def _six(outer, n, c):
-    first = load(outer, (n, c)), load(outer, (n, c + 1)), load(outer, (n, c + 2))
-    return (*first, load(outer, (n, c + 3)), load(outer, (n, c + 4)), load(outer, (n, c + 5)))
-
-
-@inlined
-def _add_outer(model, A, b, outer, p, n, last):
-    """Add what acts from outside on particle p, the point n of its axis, of which the last is that particle."""
-    for c in range(3):
-        add(b, p, c, load(outer, (n, c)))
-    add_point(model, A, p, _six(outer, n, 3))
-    if outer.shape[1] > 9 and p < last:
-        add_next(model, A, p, _six(outer, n, 9))
-
-
-@inlined
-def _assemble(model, block, system, at, outer, stage, h, rule):
-    """Leave the factors in A, and in b what is left to substitute for the change of velocity [m/s].
-
-    Returns the lowest pivot, where that may be negative.
-    """
-    A, b = system
-    x, v = at.x, at.v
-    vh, held = stage.vh, stage.held
-    count, reach = x.shape[0], shape_of(model).reach
-    clamped, stride, last = shape_of(model).clamped, shape_of(model).stride, count - 1 - shape_of(model).after
-    mass = model.mass[model.first[block] : model.first[block + 1]]
-    hh = (0.0 if rule.form == _EXPLICIT else 1.0) * h * h
-    lowest, terms = 0.0 * h + 1.0, Terms(h, hh, rule.damping, rule.part)
-    for p in range(min(reach, count)):
-        _start_row(model, system, mass, (vh, v), p, h, rule)
-    for p in range(count):
-        if p + reach < count:
-            _start_row(model, system, mass, (vh, v), p + reach, h, rule)
-        add_forces(model, system, at, p, block, terms)
-        past = p + 1 - clamped
-        if outer.shape[0] > 0 and past >= 0 and p <= last and past % stride == 0:
-            _add_outer(model, A, b, outer, p, past // stride, last)
-        if p < clamped:
-            lowest = fix_root(model, A, b, p, count, lowest)
-        else:
-            if len(held) > 0 and p >= count - clamped:
-                fix_lanes(model, A, b, p, load(held, (block,)) > 0.0)
-            lowest = eliminate(model, A, b, p, count, lowest)
-    return lowest
+_, _PRINTED, _TENSION, _MULTIPLIER = (int(form) for form in SpringForm)
 
 
 @njit(cache=True, error_model="numpy")
@@ -121,7 +50,9 @@ def _update(model, block, at, b, bad, only_bad, h, rule):
         for p in range(x.shape[0]):
             for c in range(shape_of(model).unknowns):
                 store(b, (p, c), select(bad, load(b, (p, c)), 0.0))
-    count, first, dx = x.shape[0], model.first[block], np.empty(x.shape, x.dtype)
+    count = x.shape[0]
+    first = model.first[block]
+    dx = np.empty(x.shape, x.dtype)
     for p in range(count):
         for c in range(3):
             dv = load(b, (p, c))
@@ -179,7 +110,11 @@ def _guess(model, block, at, stage, h, guard):
 @inlined
 def _restart(model, block, at, stage, h, bad):
     """Place the lanes that are bad as the stage began, along with their roots."""
-    x, v, before, ends, clamped = at.x, at.v, stage.before, stage.ends, shape_of(model).clamped
+    x = at.x
+    v = at.v
+    before = stage.before
+    ends = stage.ends
+    clamped = shape_of(model).clamped
     for p in range(clamped, x.shape[0]):
         for c in range(3):
             along = load(ends, (clamped - 1, c)) - load(before, (clamped - 1, c))
@@ -195,7 +130,9 @@ def run_stage(model, block, at, stage, rule):
     at     an Iterate, in: its v is the guess; out: at the end of the stage
     stage  of the block
     """
-    x, T, h = at.x, at.T, load(stage.h, (block,))
+    x = at.x
+    T = at.T
+    h = load(stage.h, (block,))
     A, b = _room(model, x)
     nothing = np.empty((0, 9, x.shape[2]), x.dtype)
     bad = _guess(model, block, at, stage, h, rule.guard)
@@ -204,7 +141,7 @@ def run_stage(model, block, at, stage, rule):
     for iteration in range(rule.iterations + int(any_lane(bad))):
         set_form(model, block, x, T, rule)
         hold_tip(model, block, x, T, stage.held)
-        note_pivot(model, T, _assemble(model, block, System(A, b), at, nothing, stage, h, rule))
+        note_pivot(model, T, assemble(model, block, System(A, b), at, nothing, stage, h, rule))
         substitute(model, A, b, x.shape[0])
         _update(model, block, at, b, bad, iteration == rule.iterations, h, rule)
 
@@ -212,7 +149,8 @@ def run_stage(model, block, at, stage, rule):
 @njit(cache=True)
 def _room(model, x):
     """Make room for the matrix and the right-hand side of a block at x, (rows, 3, W)."""
-    numbers, unknowns = row_size(shape_of(model)), shape_of(model).unknowns
+    numbers = row_size(shape_of(model))
+    unknowns = shape_of(model).unknowns
     return np.empty((x.shape[0], numbers, x.shape[2]), x.dtype), np.empty((x.shape[0], unknowns, x.shape[2]), x.dtype)
 
 
@@ -281,7 +219,9 @@ def _guess_block(model, block, at, stage, rule):
 def _carry(model, block, at, stage, h, bad, rule):
     """Carry the lanes that are bad by backward Euler over the span of the stage, in place."""
     x, v, T = at
-    before, ends, span = stage.before, stage.ends, 0.0 * h + stage.span
+    before = stage.before
+    ends = stage.ends
+    span = 0.0 * h + stage.span
     count = x.shape[0]
     A, b = _room(model, x)
     moved, speeds, tensions = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty(T.shape, T.dtype)
@@ -295,9 +235,10 @@ def _carry(model, block, at, stage, h, bad, rule):
     _place_ends(moved, speeds, before, ends, stage.held, block, clamped, span)
     set_form(model, block, moved, tensions, rule)
     hold_tip(model, block, moved, tensions, stage.held)
-    nothing, carried = np.empty((0, 9, x.shape[2]), x.dtype), Iterate(moved, speeds, tensions)
+    nothing = np.empty((0, 9, x.shape[2]), x.dtype)
+    carried = Iterate(moved, speeds, tensions)
     euler = Stage(before, stage.began, before, stage.began, ends, stage.held, stage.h, stage.time, stage.span)
-    note_pivot(model, tensions, _assemble(model, block, System(A, b), carried, nothing, euler, span, rule))
+    note_pivot(model, tensions, assemble(model, block, System(A, b), carried, nothing, euler, span, rule))
     substitute(model, A, b, count)
     _update(model, block, carried, b, bad, True, span, rule)
     for p in range(count):
@@ -341,22 +282,29 @@ def _take_back(new, old, kept):
 
 @njit(cache=True, error_model="numpy")
 def _factor_block(model, block, system, at, outer, active, stage, rule):
-    rows, h = slice(model.first[block], model.first[block + 1]), load(stage.h, (block,))
+    rows = slice(model.first[block], model.first[block + 1])
+    h = load(stage.h, (block,))
     part, its_stage = _of_block(model, block, at, stage)
-    A, bs, xs = system.A, system.b[rows], part.x
+    A = system.A
+    bs = system.b[rows]
+    xs = part.x
     As = _room(model, xs)[0]
     set_form(model, block, xs, part.T, rule)
     hold_tip(model, block, xs, part.T, its_stage.held)
     axis = slice(rows.start // shape_of(model).stride, rows.stop // shape_of(model).stride)
-    coupled, full, indefinite, lowest = A.shape[0] > 0, System(As, bs), h < 0.0, h
+    coupled = A.shape[0] > 0
+    full = System(As, bs)
+    indefinite = h < 0.0
+    lowest = h
     # Strands that are coupled are one system, which must be positive definite: one that is not would spoil them all.
     for attempt in range(2 if coupled and shape_of(model).unknowns > 3 else 1):
         if attempt == 1:
             indefinite = lowest <= 0.0
             if not any_lane(indefinite):
                 break
-            full, rule = System(As.copy(), bs.copy()), _with_part(rule, _PROJECTED)
-        lowest = _assemble(model, block, System(As, bs), part, outer[axis], its_stage, h, rule)
+            full = System(As.copy(), bs.copy())
+            rule = _with_part(rule, _PROJECTED)
+        lowest = assemble(model, block, System(As, bs), part, outer[axis], its_stage, h, rule)
         if attempt == 1:
             _take_back(As, full.A, indefinite)
             _take_back(bs, full.b, indefinite)
@@ -383,6 +331,7 @@ def update_stages(model, at, b, active, weights, rule):
 
 @njit(cache=True, error_model="numpy")
 def _update_block(model, block, at, b, active, weights, rule):
-    rows, h = slice(model.first[block], model.first[block + 1]), load(weights, (block,))
+    rows = slice(model.first[block], model.first[block + 1])
+    h = load(weights, (block,))
     part = Iterate(at.x[rows], at.v[rows], at.T[rows])
     _update(model, block, part, b[rows], load(active, (block,)) > 0.0, True, h, rule)

@@ -81,7 +81,10 @@ def solve(
     _take_finite(alone, points[6])
     multiply(points[6], points[0], points[1])
     np.negative(r, out=r)
-    size, before, rz, made = _size(masses, points[6]), np.inf, 0.0, 0
+    size = _size(masses, points[6])
+    before = np.inf
+    rz = 0.0
+    made = 0
     while True:
         respond(points[1], points[2])
         rz = _turn(before, r, z, p, q)
@@ -92,7 +95,8 @@ def solve(
         multiply(points[3], points[4], points[5])
         if not _advance(rz, p, q, w, s, r, x):
             break
-        before, made = rz, made + 1
+        before = rz
+        made = made + 1
     return Exchange(points[0], made, float(np.sqrt(rz / size)) if rz > 0.0 else 0.0)
 
 

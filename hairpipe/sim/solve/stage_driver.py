@@ -64,7 +64,8 @@ class StageDriver:
         guess_stages(self.model, at, stage, rule)
         everyone = np.ones(self.axis.strands.shape, at.x.dtype)
         again = active = everyone if active is None else active
-        here, contact_dv = self._predict(at, stage, active), np.zeros((len(self.masses), 3))
+        here = self._predict(at, stage, active)
+        contact_dv = np.zeros((len(self.masses), 3))
         for interaction in self.interactions:
             interaction.predict(here)
         for left in reversed(range(rule.iterations + _PASSES)):
@@ -93,7 +94,8 @@ class StageDriver:
         points, velocities = points_at(self.axis, at.x), points_at(self.axis, at.v)
         points += self.origin
         lagged = velocities if stage.began is at.v else points_at(self.axis, stage.began)
-        weights, active_points = np.empty_like(self.masses), np.empty(len(self.masses), np.bool_)
+        weights = np.empty_like(self.masses)
+        active_points = np.empty(len(self.masses), np.bool_)
         spread(self.axis, stage.h, weights)
         points_of(self.axis, active, active_points)
         times = stage.span, stage.time, self.seconds + stage.time
@@ -104,11 +106,13 @@ class StageDriver:
 
         anew  linearise forces between strands again; else those of previous solves are used
         """
-        push, damping = self._room("push", here.points), self._room("damping", here.points, 6)
+        push = self._room("push", here.points)
+        damping = self._room("damping", here.points, 6)
         clear(here.active, push, damping)
         for interaction in self.interactions:
             interaction.linearise(here, push, damping)
-        received, own = push[:0], (np.empty((0, 6), np.float32), np.empty((0, 6), np.float32))
+        received = push[:0]
+        own = (np.empty((0, 6), np.float32), np.empty((0, 6), np.float32))
         if self.coupling:
             received = self._room("received", here.points)
             if anew:
@@ -147,7 +151,8 @@ class StageDriver:
 
     def _judge(self, here: Prediction, dtype: DTypeLike) -> np.ndarray:
         """Mark the strands that an interaction wants to be solved again, (blocks, W)."""
-        again, lanes = np.zeros(len(here.points), np.bool_), np.zeros(self.axis.strands.shape, dtype)
+        again = np.zeros(len(here.points), np.bool_)
+        lanes = np.zeros(self.axis.strands.shape, dtype)
         for interaction in self.interactions:
             interaction.judge(here, again)
         lanes_with(self.axis, again, lanes)

@@ -55,7 +55,8 @@ class StrandCoupling:
         couplings = couplings_at(self._places)
         for interaction, (first, last) in zip(self.interactions, pairwise(self._bounds.tolist()), strict=True):
             interaction.couple(at, part_of(couplings, first, last))
-        self._rows, self._change = coupling_rows(couplings, self._incidence), None
+        self._rows = coupling_rows(couplings, self._incidence)
+        self._change = None
 
     @property
     def own(self) -> tuple[np.ndarray, np.ndarray]:
@@ -94,5 +95,6 @@ class StrandCoupling:
     def release(self) -> None:
         """Free what only the solves of a step need."""
         nowhere = Joined(np.empty((0, 2), np.int32), np.empty((0, 2)))
-        self._places, self._incidence = nowhere, find_incidence(nowhere.segments, 0)
+        self._places = nowhere
+        self._incidence = find_incidence(nowhere.segments, 0)
         self._rows = coupling_rows(couplings_at(nowhere), self._incidence)

@@ -29,9 +29,11 @@ def respond(model, axis: Axis, system, held, active, impulses, change) -> None:
 @njit(cache=True, error_model="numpy")
 def _respond_block(model, axis, block, system, held, active, impulses, change):
     rows = slice(axis.first[block], axis.first[block + 1])
-    As, b = system.A[rows], system.b
+    As = system.A[rows]
+    b = system.b
     x = np.empty((As.shape[0], shape_of(model).unknowns, As.shape[2]), active.dtype)
-    count, clamped = x.shape[0], shape_of(model).clamped
+    count = x.shape[0]
+    clamped = shape_of(model).clamped
     fill(x, 0.0)
     if active[block].any():
         _take(axis, block, impulses, x)
@@ -58,7 +60,8 @@ def _respond_block(model, axis, block, system, held, active, impulses, change):
 def _take(axis, block, points, x):
     """Copy what points of a block have to its particles."""
     for lane in range(axis.strands.shape[1]):
-        first, row = axis.offsets[axis.strands[block, lane]], axis.root
+        first = axis.offsets[axis.strands[block, lane]]
+        row = axis.root
         for k in range(first, axis.offsets[axis.strands[block, lane] + 1]):
             for c in range(3):
                 x[row, c, lane] = points[k, c]
@@ -70,7 +73,8 @@ def _give(axis, block, x, points):
     """Copy what particles of a block have to its points."""
     for lane in range(axis.strands.shape[1]):
         if not axis.idle[block, lane]:
-            first, row = axis.offsets[axis.strands[block, lane]], axis.root
+            first = axis.offsets[axis.strands[block, lane]]
+            row = axis.root
             for k in range(first, axis.offsets[axis.strands[block, lane] + 1]):
                 for c in range(3):
                     points[k, c] = x[row, c, lane]

@@ -12,7 +12,8 @@ from hairpipe.sim.strands.interface import shape_of, spring_constant, springs_fr
 @inlined
 def overstrained(model, x, block, limit):
     """Lanes with an axis edge whose strain is beyond +-limit, or with a particle on it that is not finite."""
-    first, stride = model.first[block], shape_of(model).stride
+    first = model.first[block]
+    stride = shape_of(model).stride
     within = load(x, (0, 0)) <= load(x, (0, 0))
     for p in range(shape_of(model).before, x.shape[0] - stride - shape_of(model).after, stride):
         dx = load(x, (p + stride, 0)) - load(x, (p, 0))
@@ -32,7 +33,8 @@ def set_tensions(model, block, x, T):
 
     x  (particles, 3, W); T  (particles, springs, W)
     """
-    first, count = model.first[block], x.shape[0]
+    first = model.first[block]
+    count = x.shape[0]
     for p in range(count):
         for o in range(1, springs_from(model, p, count) + 1):
             k = spring_constant(model, block, p, o)

@@ -50,17 +50,21 @@ def tangent(model, block, x, steps) -> np.ndarray:
     x      positions [m], (particles, 3, W)
     steps  of the differences for all strands [m], (blocks, W)
     """
-    count, reach = x.shape[0], shape_of(model).reach
+    count = x.shape[0]
+    reach = shape_of(model).reach
     H = np.zeros((3 * count, 3 * reach + 3, x.shape[2]), x.dtype)
     A = np.zeros((count, row_size(shape_of(model)), x.shape[2]), x.dtype)
     still, slack = np.zeros_like(x), np.zeros_like(x)
-    moved, slope, b = x.copy(), np.empty_like(x), np.empty_like(x)
+    moved = x.copy()
+    slope = np.empty_like(x)
+    b = np.empty_like(x)
     step = load(steps, (block,))
     for colour in range(2 * reach + 1):
         for c in range(3):
             fill(slope, 0.0)
             for side in range(6):
-                sign, far = 1.0 - 2.0 * (side % 2), side // 2 + 1
+                sign = 1.0 - 2.0 * (side % 2)
+                far = side // 2 + 1
                 for p in range(colour, count, 2 * reach + 1):
                     store(moved, (p, c), load(x, (p, c)) + sign * far * step)
                 _set_forces(model, block, A, b, moved, still, slack)
@@ -90,7 +94,8 @@ def find_stable(model, x, steps, stable) -> None:
 @njit(cache=True, error_model="numpy")
 def _find_stable(model, block, x, steps, stable):
     """Eliminate one unknown after the other: H is positive definite where all that is left on its diagonal is."""
-    rows, clamped = x[model.first[block] : model.first[block + 1]], shape_of(model).clamped
+    rows = x[model.first[block] : model.first[block + 1]]
+    clamped = shape_of(model).clamped
     H = tangent(model, block, rows, steps)
     store(stable, (block,), 1.0)
     for i in range(3 * clamped, H.shape[0]):
@@ -111,7 +116,8 @@ def assemble(model, block, x, T, part):
     """
     count = x.shape[0]
     A = np.empty((count, row_size(shape_of(model)), x.shape[2]), x.dtype)
-    b, still = np.zeros((count, shape_of(model).unknowns, x.shape[2]), x.dtype), np.zeros_like(x)
+    b = np.zeros((count, shape_of(model).unknowns, x.shape[2]), x.dtype)
+    still = np.zeros_like(x)
     for p in range(count):
         start_row(model, A, p, count)
     for p in range(count):
@@ -135,7 +141,8 @@ def find_stable_by_pivots(model, x, T, stable) -> None:
 def _find_stable_by_pivots(model, block, x, T, stable):
     rows = slice(model.first[block], model.first[block + 1])
     A, b = assemble(model, block, x[rows], T[rows].copy(), _EXACT)
-    count, lowest = b.shape[0], 0.0 * load(stable, (block,)) + 1.0
+    count = b.shape[0]
+    lowest = 0.0 * load(stable, (block,)) + 1.0
     for p in range(count):
         if p < shape_of(model).clamped:
             lowest = fix_root(model, A, b, p, count, lowest)

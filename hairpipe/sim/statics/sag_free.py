@@ -89,7 +89,8 @@ def carry_weight(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> Equi
 
 def stands(model: StrandModel, x: np.ndarray, found: Equilibrium, limit: float) -> np.ndarray:
     """Tell which strands stand at x [m] with the springs that were found, none strained too far, (blocks, W) bool."""
-    model, stable = model._replace(inverse_lengths=found.inverse_lengths), np.zeros_like(found.strains)
+    model = model._replace(inverse_lengths=found.inverse_lengths)
+    stable = np.zeros_like(found.strains)
     if may_be_lost(model):
         find_stable_by_pivots(model, x, found.tensions, stable)
     else:
@@ -166,7 +167,8 @@ def _carry(x, b, T, q):
 
 @njit(cache=True, error_model="numpy")
 def _carry_block(model, block, x, gravity, T, lengths, strains):
-    first, count = model.first[block], x.shape[0]
+    first = model.first[block]
+    count = x.shape[0]
     b = np.empty_like(x)
     for p in range(count):
         for c in range(3):

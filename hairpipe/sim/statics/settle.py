@@ -60,7 +60,8 @@ def settle(
     gravity  [m/s^2], (3,)
     active   strands to settle; the others are unchanged, (blocks, W) bool
     """
-    positions, tensions = x.copy(), np.zeros_like(model.inverse_lengths)
+    positions = x.copy()
+    tensions = np.zeros_like(model.inverse_lengths)
     left = np.zeros(active.shape)
     settle_all(model, positions, tensions, gravity, active.astype(float), left)
     moving = ids[np.unique(layout.strands[~(left <= STILL)])]
@@ -108,7 +109,8 @@ def _solve(model, block, A, b, rate):
 
     rate  1 / h^2 [1/s^2]
     """
-    count, lowest = b.shape[0], 0.0 * load(b, (0, 0)) + 1.0
+    count = b.shape[0]
+    lowest = 0.0 * load(b, (0, 0)) + 1.0
     for p in range(count):
         if p < shape_of(model).clamped:
             lowest = fix_root(model, A, b, p, count, lowest)
@@ -133,15 +135,19 @@ def _largest(b, first):
 
 @njit(cache=True, error_model="numpy")
 def _settle(model, block, x, T, gravity, active, left):
-    count, clamped, stride = x.shape[0], shape_of(model).clamped, shape_of(model).stride
+    count = x.shape[0]
+    clamped = shape_of(model).clamped
+    stride = shape_of(model).stride
     A = np.empty((count, row_size(shape_of(model)), x.shape[2]), x.dtype)
-    b, dx = np.empty((count, shape_of(model).unknowns, x.shape[2]), x.dtype), np.zeros_like(x)
+    b = np.empty((count, shape_of(model).unknowns, x.shape[2]), x.dtype)
+    dx = np.zeros_like(x)
     at = Iterate(x, np.zeros_like(x), T)
     mass = 0.0 * load(x, (0, 0))
     for p in range(clamped, count):
         mass = mass + load(model.mass, (model.first[block] + p,))
     furthest = _FURTHEST / load(model.inverse_lengths, (model.first[block] + shape_of(model).before, stride - 1))
-    rate, before = mass * 0.0 + _START * _START, mass * 0.0
+    rate = mass * 0.0 + _START * _START
+    before = mass * 0.0
     for step in range(_MOST_STEPS + 1):
         set_tensions(model, block, x, T)
         force = _assemble(model, block, A, b, at, gravity, _FULL) / mass

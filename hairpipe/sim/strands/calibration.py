@@ -74,7 +74,8 @@ def _fit(slack: float, ratio: float, altitude: float, turn: float) -> tuple[floa
     altitude  constant of the altitude springs over that of the torsion springs
     turn      of the lattice [rad]
     """
-    log, rod = np.log([1 / 6.2, 1 / 3.7]), straight_rod(turn)
+    log = np.log([1 / 6.2, 1 / 3.7])
+    rod = straight_rod(turn)
     for _ in range(30):
         misfit = _misfit(log, slack, ratio, altitude, rod)
         if np.abs(misfit).max() < _ENOUGH:

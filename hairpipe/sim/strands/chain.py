@@ -91,8 +91,11 @@ def _springs(p: int, count: int) -> int:
 
 @inlined
 def _add_forces(model, system, at, p, block, terms):
-    (A, b), x, (h, hh, damping, _) = system, at.x, terms
-    count, row = x.shape[0], model.first[block] + p
+    A, b = system
+    x = at.x
+    h, hh, damping, _ = terms
+    count = x.shape[0]
+    row = model.first[block] + p
     if p + 2 < count:
         joint = 2.0 if p == 0 else 1.0
         add_bending(A, b, x, p, joint * load(model.constants, (block, 1)), h, hh)

@@ -76,7 +76,8 @@ def _fit_some(axis: np.ndarray, normals: np.ndarray, turn: float, constants: np.
     soft = tip_of_rod(axis, constants[0], material)
     edges = axis[:, 1] - axis[:, 0]
     aside = np.cross(edges / np.linalg.norm(edges, axis=1, keepdims=True), normals)
-    best, least = Fit(normals.copy(), np.full((len(axis), 1), turn), np.ones(len(axis))), np.full(len(axis), np.inf)
+    best = Fit(normals.copy(), np.full((len(axis), 1), turn), np.ones(len(axis)))
+    least = np.full(len(axis), np.inf)
     for roll in 2.0 * np.pi * np.arange(ROLLS) / ROLLS:
         first = np.cos(roll) * normals + np.sin(roll) * aside
         for sense in (turn, -turn):
@@ -112,7 +113,8 @@ def tip_of_rod(axis: np.ndarray, axial: np.ndarray, material: Material) -> np.nd
     """
     edges = np.diff(axis, axis=1)
     lengths = np.linalg.norm(edges, axis=2)
-    along, half = edges / lengths[:, :, None], 0.5 * _bends(axis)
+    along = edges / lengths[:, :, None]
+    half = 0.5 * _bends(axis)
     # A point has half the arc before it and half that behind it; the arcs at both ends bend as their neighbours do.
     arc = lengths / np.sinc(np.concatenate([half[:, :1], 0.5 * (half[:, 1:] + half[:, :-1]), half[:, -1:]], 1) / np.pi)
     tangents = np.concatenate([along[:, :1], along[:, 1:] + along[:, :-1], along[:, -1:]], axis=1)
@@ -181,10 +183,12 @@ def _altitude(x, p):
     b, c, d = minus(row(x, p + 1), a), minus(row(x, p + 2), a), minus(row(x, p + 3), a)
     n1, n2, n3 = cross(c, d), cross(d, b), cross(b, c)
     n0 = scaled(-1.0, plus(n1, plus(n2, n3)))
-    best, most = n0, dot(n0, n0)
+    best = n0
+    most = dot(n0, n0)
     for n in (n1, n2, n3, plus(n1, n2), plus(n1, n3), plus(n2, n3)):
         if dot(n, n) > most:
-            best, most = n, dot(n, n)
+            best = n
+            most = dot(n, n)
     weights = dot(n0, best) / most, dot(n1, best) / most, dot(n2, best) / most, dot(n3, best) / most
     size = np.sqrt(most)
     return weights, scaled(1.0 / size, best), abs(dot(n1, b)) / size

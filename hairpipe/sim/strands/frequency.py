@@ -22,7 +22,8 @@ def stiffest_springs(model):
     """Find the largest sum of 4 k / (m l0) over the springs at a free particle [1/s^2], its block and lane."""
     stiffest, where, which = 0.0, 0, 0
     for block in range(len(model.first) - 1):
-        first, count = model.first[block], model.first[block + 1] - model.first[block]
+        first = model.first[block]
+        count = model.first[block + 1] - model.first[block]
         sums = np.zeros((count, model.mass.shape[1]))
         k = np.empty((1, model.mass.shape[1]), model.mass.dtype)
         for p in range(count):

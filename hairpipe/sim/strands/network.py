@@ -113,10 +113,8 @@ def build_network(
         length = np.linalg.norm(np.diff(axis, axis=1), axis=2).mean(1)
         normals = lattice.first_normals(axis, frames[layout.strands[blocks].reshape(-1)])
         fit = _fit(axis, normals, length, material, construction)
-        particles, constants = (
-            lattice.perturb(axis, fit.normals, fit.turns),
-            spring_constants(material, construction, length),
-        )
+        particles = lattice.perturb(axis, fit.normals, fit.turns)
+        constants = spring_constants(material, construction, length)
         constants[1:] *= fit.factors
         segments = axis.shape[1] - 1
         masses = lattice.masses(length, segments, material.line_density, construction.off_axis_mass)
@@ -168,7 +166,8 @@ def _springs(p: int, count: int) -> int:
 def _spring(model, at, p, block, offset, terms):
     """Linearise the spring from particle p to p + offset."""
     first = model.first[block]
-    k, inverse_rest = _constant(model, block, p, offset), load(model.inverse_lengths, (first + p, offset - 1))
+    k = _constant(model, block, p, offset)
+    inverse_rest = load(model.inverse_lengths, (first + p, offset - 1))
     c = 0.0 * k
     if terms.damping > 0.0:
         c = terms.damping * critical_damping(k, inverse_rest, model.mass, first + p, first + p + offset)
@@ -177,7 +176,8 @@ def _spring(model, at, p, block, offset, terms):
 
 @inlined
 def _add_forces(model, system, at, p, block, terms):
-    (A, b), x = system, at.x
+    A, b = system
+    x = at.x
     count = x.shape[0]
     if p + 3 < count:
         heights = model.inverse_heights[model.first[block] : model.first[block + 1]]

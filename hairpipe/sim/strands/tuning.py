@@ -100,7 +100,9 @@ def carried_by_particles(name: str, table: dict[str, Any], whole: str, part: Sim
     table  of it in the graph file
     whole  edge of the groom of all strands: the particles stand for these also where a sample of them is carried
     """
-    particles, cloud, material = f"{name}-particles", f"{name}-cloud", table.get("material", {})
+    particles = f"{name}-particles"
+    cloud = f"{name}-cloud"
+    material = table.get("material", {})
     around = {socket: edge for socket, edge in table["in"].items() if socket in AROUND}
     fibre = {"fibre": {key: material[key] for key in ("diameter", "density") if key in material}}
     moved = {"type": "simulate_particles", "in": {"particles": particles} | around} | fibre

@@ -33,10 +33,12 @@ class Lock(NamedTuple):
 
 def measure_luminance(say: Callable[[str], None], strands: int = 3000, samples: int = 32) -> list[Lock]:
     """Take both pictures of a lock of each colour, and report progress; BadInput where Blender is not installed."""
-    lock, measured = make_lock(strands), []
+    lock = make_lock(strands)
+    measured = []
     for name, colour in COLOURS.items():
         say(f"a {name} lock")
-        shade, fibre = np.array(colour), Fibre(1.0, np.array(colour))
+        shade = np.array(colour)
+        fibre = Fibre(1.0, np.array(colour))
         with tempfile.TemporaryDirectory() as folder:
             traced = trace_hair(lock, None, SHOT, fibre, Exposure(samples, False, 0.0), Path(folder))
         dual = expose_portrait(lock, None, SHOT, shade, 1.0, shade_dual)
@@ -46,9 +48,11 @@ def measure_luminance(say: Callable[[str], None], strands: int = 3000, samples: 
 
 def make_lock(strands: int) -> Strands:
     """Hang strands, evenly spread over a disc, each a helix of a phase of its own; no two begin at one height."""
-    n, s = np.arange(strands)[:, None], np.linspace(0.0, LENGTH, 41)
+    n = np.arange(strands)[:, None]
+    s = np.linspace(0.0, LENGTH, 41)
     spread, phase, height = (n * irrational % 1.0 for irrational in np.sqrt([2.0, 3.0, 5.0]))
-    out, around = RADIUS * np.sqrt((n + 0.5) / strands), 2.0 * np.pi * spread
+    out = RADIUS * np.sqrt((n + 0.5) / strands)
+    around = 2.0 * np.pi * spread
     turn = 2.0 * np.pi * (s / WAVE + phase)
     across = out * np.sin(around) + SWING * np.sin(turn), out * np.cos(around) + SWING * np.cos(turn)
     points = np.stack([across[0], 0.1 * LENGTH * height - s, across[1]], axis=2).reshape(-1, 3).astype(np.float32)

@@ -25,7 +25,8 @@ def measure_page(folder: Path) -> Report:
 
     BadInput where there is none, no browser, or the page does not become ready.
     """
-    page, browser = folder / "index.html", shutil.which("chromium")
+    page = folder / "index.html"
+    browser = shutil.which("chromium")
     if not page.is_file():
         raise BadInput("holds no report", where=folder, right="a folder that `hairpipe report` has written")
     if browser is None:
@@ -63,7 +64,8 @@ def opening_seconds(browser: str, page: Path) -> float:
 
 def session_seconds(session: int) -> dict[int, float]:
     """Processor seconds of each process of a session, by its number."""
-    found, tick = {}, os.sysconf("SC_CLK_TCK")
+    found = {}
+    tick = os.sysconf("SC_CLK_TCK")
     for place in Path("/proc").glob("[0-9]*"):
         with suppress(OSError, IndexError, ValueError):
             fields = (place / "stat").read_text().rpartition(")")[2].split()

@@ -23,7 +23,8 @@ from hairpipe.render.lights import studio
 from hairpipe.render.portrait import cast_shadows, draw_portrait, drawn_width
 from hairpipe.sim.material import Material
 
-SHOT, BROWN = Shot(720, 720, grain=1), np.array([0.11, 0.05, 0.025])
+SHOT = Shot(720, 720, grain=1)
+BROWN = np.array([0.11, 0.05, 0.025])
 """Of the picture; colour of the hair, linear."""
 _PARTS = {
     "raster/lines": "hair",
@@ -49,7 +50,8 @@ def measure_picture(say: Say, sizes: tuple[tuple[int, int], ...] = HAIR, times: 
     sizes  strands, and points of each
     times  that a picture is taken
     """
-    bust, cases = build_bust(), list[Case]()
+    bust = build_bust()
+    cases = list[Case]()
     for strands, points in sizes:
         say(f"{strands:,} strands of {points} points")
         groom = grow(Canvas(bust, no_image, 0), Style(length=PaintedMetres(LENGTH)), None, strands, Cut(points - 1))

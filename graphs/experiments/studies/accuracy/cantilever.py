@@ -43,10 +43,13 @@ def sag(specimen: Specimen, angle: float, roll: float, gammas: Iterable[float]) 
     angle  of the clamp from hanging [rad]; roll  of the strand about its axis [rad]
     """
     length = specimen.segment * specimen.segments
-    aside, axis = np.array([np.cos(roll), np.sin(roll), 0.0]), np.array([0.0, 0.0, 1.0])
+    aside = np.array([np.cos(roll), np.sin(roll), 0.0])
+    axis = np.array([0.0, 0.0, 1.0])
     down = np.cos(angle) * axis - np.sin(angle) * aside
     level = np.sin(angle) * axis + np.cos(angle) * aside
-    free, at_gamma, at = motions(specimen), 0.0, Balance(specimen.rest, 0.0)
+    free = motions(specimen)
+    at_gamma = 0.0
+    at = Balance(specimen.rest, 0.0)
     weight = specimen.weight(down * specimen.material.bending / (specimen.material.line_density * length**3))
     for gamma in gammas:
         while at_gamma < gamma:

@@ -14,13 +14,16 @@ COLUMNS = ("time [s]", "difference [% of length]")
 def headings(count: int) -> np.ndarray:
     """Rotations about +Y by equal parts of a turn, (count, 3, 3)."""
     angles = 2 * np.pi * np.arange(count) / count
-    c, s, zero = np.cos(angles), np.sin(angles), np.zeros(count)
+    c = np.cos(angles)
+    s = np.sin(angles)
+    zero = np.zeros(count)
     return np.stack([c, zero, s, zero, zero + 1, zero, -s, zero, c], axis=1).reshape(-1, 3, 3)
 
 
 def fanned(groom: Groom, count: int, radius: float) -> Groom:
     """Give the first strand of a groom in so many headings, with its root's frame, all roots on a circle [m]; pure."""
-    points, frame = groom.points[: groom.offsets[1]].copy(), groom.root_frames[0].copy()
+    points = groom.points[: groom.offsets[1]].copy()
+    frame = groom.root_frames[0].copy()
     points[:, 0] += radius
     frame[0, 3] += radius
     turns = headings(count)
@@ -29,7 +32,8 @@ def fanned(groom: Groom, count: int, radius: float) -> Groom:
 
 def fan_table(hair: Mapping[int, Strands], fps: float) -> Table:
     """Tabulate how far the strands of a fan are from the first, turned to it: the farthest point, frame by frame."""
-    rows, frames = [], list(hair)
+    rows = []
+    frames = list(hair)
     for frame in frames:
         strands = hair[frame]
         points = strands.points.reshape(len(strands.offsets) - 1, -1, 3).astype(float)

@@ -72,8 +72,10 @@ def rod_of(sample: Sample, curl: Helix, points: np.ndarray) -> tuple[Rod, Clamp]
     turn = 2 * np.arcsin(np.linalg.norm(points[1, :2] - points[0, :2]) / (2 * curl.radius))
     rise = curl.pitch / (2 * np.pi)
     per_turn = np.hypot(curl.radius, rise)
-    bend, twist = curl.radius / per_turn**2, rise / per_turn**2
-    tangent, inward = np.array([0.0, curl.radius, rise]) / per_turn, np.array([-1.0, 0.0, 0.0])
+    bend = curl.radius / per_turn**2
+    twist = rise / per_turn**2
+    tangent = np.array([0.0, curl.radius, rise]) / per_turn
+    inward = np.array([-1.0, 0.0, 0.0])
     frame = np.column_stack([np.cross(tangent, inward), -inward, tangent])
     material = sample.material
     length = float(turn * per_turn * (len(points) - 1))
@@ -83,7 +85,8 @@ def rod_of(sample: Sample, curl: Helix, points: np.ndarray) -> tuple[Rod, Clamp]
 
 def sag(specimen: Specimen, gravities: Sequence[float], down: np.ndarray) -> Iterator[tuple[float, bool]]:
     """Follow the tip down, (3,), as gravity grows [m/s^2]: sag [m], and whether the strand came to rest."""
-    pose, free = specimen.rest, motions(specimen)
+    pose = specimen.rest
+    free = motions(specimen)
     for gravity in gravities:
         at = balance(specimen, pose, specimen.weight(gravity * down), free)
         pose = at.pose
@@ -92,7 +95,8 @@ def sag(specimen: Specimen, gravities: Sequence[float], down: np.ndarray) -> Ite
 
 def spring_of_strand(specimen: Specimen, axis: np.ndarray) -> float:
     """Small force along the axis, (3,), on the tip over its way [N/m]."""
-    free, stiff = motions(specimen), stiffness(specimen, specimen.rest, _AT_REST)
+    free = motions(specimen)
+    stiff = stiffness(specimen, specimen.rest, _AT_REST)
     load = specimen.nothing()
     load[specimen.tip, :3] = axis
     way = free @ np.linalg.solve(free.T @ stiff @ free, free.T @ load.reshape(-1))

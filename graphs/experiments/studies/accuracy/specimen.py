@@ -92,9 +92,12 @@ class Specimen:
 
     def spun(self, pose: Pose, angles: np.ndarray) -> np.ndarray:
         """Motion that turns rows, and the edges after them, about +Z by angles [rad], (rows,): (rows, unknowns)."""
-        way, (x, y, _) = self.nothing(), pose.x.T
-        c, s = np.cos(angles), np.sin(angles)
-        way[:, 0], way[:, 1] = (c - 1) * x - s * y, s * x + (c - 1) * y
+        way = self.nothing()
+        x, y, _ = pose.x.T
+        c = np.cos(angles)
+        s = np.sin(angles)
+        way[:, 0] = (c - 1) * x - s * y
+        way[:, 1] = s * x + (c - 1) * y
         way[:, 3:] = self.lever * angles[:, None]
         return way
 
@@ -133,7 +136,8 @@ def stiffness(specimen: Specimen, pose: Pose, step: float = STEP) -> np.ndarray:
     step  of the differences, over the length of a segment
     """
     if may_be_lost(specimen.model):
-        matrix, end = _of_rows(_assemble(specimen, pose)[0]), specimen.shape.unknowns * specimen.tip + 3
+        matrix = _of_rows(_assemble(specimen, pose)[0])
+        end = specimen.shape.unknowns * specimen.tip + 3
         matrix[end:, end:] = 0.0  # what comes after the tip has no equation
         return matrix
     x = _lanes(specimen, pose.x)
@@ -166,7 +170,8 @@ def _assemble(specimen: Specimen, pose: Pose) -> tuple[np.ndarray, np.ndarray]:
 
 def _of_rows(A: np.ndarray) -> np.ndarray:
     """Give the matrix whose rows hold four rows of an upper triangle, see `banded_angle.py`, (4 rows, 4 rows)."""
-    size, bands = 4 * len(A), {k: np.zeros(4 * len(A)) for k in range(11)}
+    size = 4 * len(A)
+    bands = {k: np.zeros(4 * len(A)) for k in range(11)}
     for unknown, first in enumerate((0, 11, 21, 30)):
         for k in range(11 - unknown):
             bands[k][unknown::4] = A[:, first + k]

@@ -30,7 +30,8 @@ def motions(specimen: Specimen, slides: bool = False) -> np.ndarray:
 
     slides  its last rows, as many as hold the root, are held, too, but for a common motion along +Z
     """
-    nothing, clamped = specimen.nothing(), specimen.shape.clamped
+    nothing = specimen.nothing()
+    clamped = specimen.shape.clamped
     count, unknowns = nothing.shape
     angles = unknowns - 3  # that of the last edge held at the root is free, and the tip has none
     last = count - clamped if slides else count - specimen.shape.after
@@ -52,7 +53,9 @@ def balance(specimen: Specimen, pose: Pose, load: np.ndarray, free: np.ndarray) 
 
     length = specimen.segment * specimen.segments
     scale = np.abs(load).sum() + specimen.material.bending / length**2
-    best, stalled, residual = np.inf, 0, np.inf
+    best = np.inf
+    stalled = 0
+    residual = np.inf
     for _ in range(_MOST_STEPS):
         left = free.T @ (forces(specimen, pose) + load).reshape(-1)
         residual = float(np.abs(left).max() / scale)

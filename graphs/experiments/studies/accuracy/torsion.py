@@ -60,12 +60,16 @@ def held_length(specimen: Specimen) -> float:
 
 def twist(specimen: Specimen, twists: Sequence[float]) -> Iterator[Twisted]:
     """Turn the far end step by step [rad]; it may slide along the axis, so that no tension arises."""
-    pose, now, free = specimen.rest, 0.0, motions(specimen, slides=True)
+    pose = specimen.rest
+    now = 0.0
+    free = motions(specimen, slides=True)
     for turn in twists:
-        pose, now = twisted_on(specimen, pose, turn, turn - now), turn
+        pose = twisted_on(specimen, pose, turn, turn - now)
+        now = turn
         at = balance(specimen, pose, specimen.nothing(), free)
         pose = at.pose
-        x, held = pose.x[-specimen.shape.clamped :], forces(specimen, pose)[-specimen.shape.clamped :]
+        x = pose.x[-specimen.shape.clamped :]
+        held = forces(specimen, pose)[-specimen.shape.clamped :]
         torque = np.cross(x, held[:, :3])[:, 2].sum() + specimen.lever * held[:, 3:].sum()
         yield Twisted(turn, pose, -float(torque), at.found)
 
@@ -86,7 +90,8 @@ def twisted_on(specimen: Specimen, pose: Pose, turn: float, more: float) -> Pose
 
 def couple(specimen: Specimen) -> np.ndarray:
     """Load of a unit couple about the axis on the end, (rows, unknowns); times a motion it is the angle of the end."""
-    load, clamped = specimen.nothing(), specimen.shape.clamped
+    load = specimen.nothing()
+    clamped = specimen.shape.clamped
     if may_be_lost(specimen.model):
         load[-clamped, 3] = 1 / specimen.lever
         return load
@@ -100,7 +105,8 @@ def couple(specimen: Specimen) -> np.ndarray:
 
 def tip_shift(specimen: Specimen) -> float:
     """Shift of a free tip over the length per radian that a small couple about the axis turns it by."""
-    load, free = couple(specimen).reshape(-1), motions(specimen)
+    load = couple(specimen).reshape(-1)
+    free = motions(specimen)
     way = free @ np.linalg.solve(free.T @ stiffness(specimen, specimen.rest) @ free, free.T @ load)
     aside = np.linalg.norm(way.reshape(len(specimen.mass), -1)[specimen.tip, :2])
     return float(aside / abs(load @ way) / (specimen.segment * specimen.segments))

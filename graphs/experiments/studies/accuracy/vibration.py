@@ -41,7 +41,8 @@ def frequencies(specimen: Specimen, modes: int) -> np.ndarray:
     free = motions(specimen)
     root = np.sqrt(free.T @ specimen.weight(np.ones(3)).reshape(-1))
     heavy = root > 0.0
-    root, matrix = root[heavy], condensed(free.T @ stiffness(specimen, specimen.rest) @ free, heavy)
+    root = root[heavy]
+    matrix = condensed(free.T @ stiffness(specimen, specimen.rest) @ free, heavy)
     squares, vectors = eigh(matrix / np.outer(root, root))
     along = specimen.rest.x[specimen.shape.clamped : specimen.tip + 1, 2]
     heights = np.clip(along / along[-1], 0, 1)

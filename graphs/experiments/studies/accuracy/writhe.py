@@ -46,7 +46,8 @@ def writhe_tables(sample: Sample, segments: Sequence[int]) -> tuple[Table, Table
             raise BadInput(f"{count} segments are not straight without twist", right="springs that bend and twist")
         unit = states[0].stiffness
         way += [(sample.name(count), count, state.twist / theory, state.stiffness / unit) for state in states]
-        last, left = states[-1].twist, states[-1].stiffness / unit
+        last = states[-1].twist
+        left = states[-1].stiffness / unit
         how = "writhing" if left < _SOFT else "springs"
         onset.append((sample.name(count), count, theory, last, 100 * (last / theory - 1), left, how))
     return table_of_rows(COLUMNS, way), table_of_rows(ONSET, onset)

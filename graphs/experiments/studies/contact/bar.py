@@ -50,7 +50,8 @@ def axis_at(speed: float, time: float) -> tuple[np.ndarray, np.ndarray]:
 def bar_at(speed: float, time: float) -> BodyParts:
     """Return the bar at a time [s], a body of one part."""
     place, rate = axis_at(speed, time)
-    pose, rates = np.column_stack([np.eye(3), place]), np.column_stack([np.zeros((3, 3)), rate])
+    pose = np.column_stack([np.eye(3), place])
+    rates = np.column_stack([np.zeros((3, 3)), rate])
     return gathered(("bar",), pose[None], rates[None], [_shape()])
 
 

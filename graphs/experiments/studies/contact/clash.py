@@ -47,14 +47,16 @@ def clash_table(
     truth  such a table of converged runs, with all these speeds, or BadInput; None: this is one
     run    drives the bar at a speed [m/s] with so many steps a second
     """
-    rows, known = [], fastest_of(truth)
+    rows = []
+    known = fastest_of(truth)
     if missing := sorted({f"{speed:g} m/s" for speed in speeds} - set(known)) if known else []:
         raise BadInput(f"the converged run has no {missing[0]}", right=f"one of {', '.join(known)}")
     for speed in speeds:
         possible = FLUNG * known.get(f"{speed:g} m/s", np.inf) + FLUNG_LEAST
         for rate in rates:
             worst = run(speed, rate)
-            depths, through = (1e3 * worst.deepest, 1e3 * worst.shown), int(worst.through.sum())
+            depths = (1e3 * worst.deepest, 1e3 * worst.shown)
+            through = int(worst.through.sum())
             values = *depths, through, 100 * worst.stretch, worst.fastest, worst.grown, worst.simulated
             rows.append((f"{speed:g} m/s", 1.0 / rate, worst.steps, *values, signs(worst, possible)))
     return table_of_rows(COLUMNS, rows)
@@ -130,7 +132,8 @@ def _advance(
 
 
 def _seen(hair: HairModel, positions: np.ndarray, velocities: np.ndarray, axis: np.ndarray | None) -> Seen:
-    points, offsets = hair.layout.axis(positions), hair.layout.offsets
+    points = hair.layout.axis(positions)
+    offsets = hair.layout.offsets
     lengths = np.delete(np.linalg.norm(np.diff(points, axis=0), axis=1), offsets[1:-1] - 1)
     return Seen(points, hair.layout.axis(velocities), float(lengths.max()) * SEGMENTS / LENGTH - 1.0, axis)
 
@@ -142,7 +145,8 @@ def _energy(hair: HairModel, state: HairState, lead: Lead) -> float:
     it or is denser than it may be is not counted: a contact comes into being as it is pressed.
     """
     assert isinstance(hair.model, Network)
-    layout, clamped = hair.layout, hair.model.shape.clamped
+    layout = hair.layout
+    clamped = hair.model.shape.clamped
     if state.locks is not None:
         points, velocities = layout.axis(state.positions), layout.axis(state.velocities)
         state = stand_up(hair, state, points, velocities, follows(state.locks.leaders), lead)

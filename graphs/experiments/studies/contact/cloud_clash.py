@@ -18,16 +18,19 @@ def meet(particles: Particles, settings: ParticleSettings, speed: float, rate: i
 
     rate  frames a second: bodies are found once in each, however many steps it has
     """
-    prepared, settings = prepare(particles, settings), replace(settings, steps=1)
+    prepared = prepare(particles, settings)
+    settings = replace(settings, steps=1)
     held = np.flatnonzero(np.isfinite(prepared.model.links.keeps))
     worst = Worst(np.zeros(len(held), bool), simulated=len(particles.points) - prepared.model.deep)
-    mass, work = prepared.model.masses[prepared.model.deep :].sum(), 0.0
+    mass = prepared.model.masses[prepared.model.deep :].sum()
+    work = 0.0
     start = _frame(particles, speed, -1, rate)
     simulation = ParticleSimulation(particles, prepared, settings)
     state = next_state(simulation, None, start)
     with np.errstate(all="ignore"):
         for frame in range(round(seconds * rate)):
-            before, began = state.points, axis_at(speed, frame / rate)[0]
+            before = state.points
+            began = axis_at(speed, frame / rate)[0]
             try:
                 state = next_state(simulation, state, _frame(particles, speed, frame, rate))
             except ArithmeticError:
@@ -45,7 +48,8 @@ def meet(particles: Particles, settings: ParticleSettings, speed: float, rate: i
 
 def _frame(particles: Particles, speed: float, frame: int, rate: int) -> Frame:
     """Return the frame after so many, of so many a second; its motion of the roots is that of strands."""
-    began, ended = frame / rate, (frame + 1) / rate
+    began = frame / rate
+    ended = (frame + 1) / rate
     leads = roots_at(particles.hair, speed, began), roots_at(particles.hair, speed, ended)
     return Frame(leads, (), [(bar_at(speed, began), bar_at(speed, ended))], began, 1.0 / rate)
 

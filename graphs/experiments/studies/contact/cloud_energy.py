@@ -22,8 +22,10 @@ PIECES = 32
 
 def energy_of(prepared: Prepared, state: ParticleState, gravity: float) -> float:
     """Return the energy of motion, of weight above y = 0 and of pressure of all particles [J]; gravity [m/s^2]."""
-    model, free = prepared.model, slice(prepared.model.deep, None)
-    masses, law = model.masses[free], prepared.law
+    model = prepared.model
+    free = slice(prepared.model.deep, None)
+    masses = model.masses[free]
+    law = prepared.law
     squares = np.sum(state.velocities[free] ** 2, axis=1)
     moving = float(masses @ (0.5 * squares + gravity * state.points[free, 1]))
     if law is None:
@@ -39,7 +41,8 @@ def pressure_energy(law: Law, density: np.ndarray) -> float:
 
 def work_on_links(model: Model, springs: Springs, before: np.ndarray, after: np.ndarray) -> float:
     """Return the work [J] done against links while particles go straight from before to after [m], (N, 3) each."""
-    total, (lengths, tensions) = 0.0, _pull(model, springs, before)
+    total = 0.0
+    lengths, tensions = _pull(model, springs, before)
     for piece in range(PIECES):
         were, pulled = lengths, tensions
         lengths, tensions = _pull(model, springs, before + (piece + 1) / PIECES * (after - before))
@@ -50,7 +53,8 @@ def work_on_links(model: Model, springs: Springs, before: np.ndarray, after: np.
 def _pull(model: Model, springs: Springs, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return lengths [m] and tensions [N] of links, (E,) each, with particles at points."""
     links = model.links
-    ways, stiffness = np.empty((len(links.ends), 4)), np.empty(len(links.ends))
+    ways = np.empty((len(links.ends), 4))
+    stiffness = np.empty(len(links.ends))
     measure_links(links, points, ways)
     stiffen(links, model.reach, springs.axial, ways, stiffness)
     return ways[:, 3], stiffness * (ways[:, 3] - springs.rest)

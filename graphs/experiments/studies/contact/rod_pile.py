@@ -72,9 +72,11 @@ def sweep_over(pile: Pile, law: Collisions, dt: float, *, elastic: bool) -> None
 
 def system(pile: Pile, law: Collisions, dt: float) -> tuple[sparse.csr_matrix, np.ndarray]:
     """Make the linear system (M + J^T M_c J) dv = J^T push of the free points, linearised at x + dt v."""
-    masses, free = pile.masses, np.arange(12 * (len(pile.points) // 4 - 1)) + 12
+    masses = pile.masses
+    free = np.arange(12 * (len(pile.points) // 4 - 1)) + 12
     contacts = pile.contacts(law)
-    couplings, count = couplings_at(contacts), len(pile.points)
+    couplings = couplings_at(contacts)
+    count = len(pile.points)
     at = Prediction(
         points=pile.points + dt * pile.velocities,
         velocities=pile.velocities,
@@ -103,5 +105,6 @@ def relative(couplings: Couplings | Contacts, points: int) -> sparse.csr_matrix:
 
 def stiffness(couplings: Couplings) -> sparse.bsr_matrix:
     """Every M on the diagonal, (3 n, 3 n)."""
-    blocks, count = matrices(couplings), len(couplings.acts)
+    blocks = matrices(couplings)
+    count = len(couplings.acts)
     return sparse.bsr_matrix((blocks, np.arange(count), np.arange(count + 1)), (3 * count, 3 * count))

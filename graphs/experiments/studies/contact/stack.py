@@ -59,7 +59,8 @@ def standing_table(law: Collisions, dt: float, layers: Sequence[int], sweeps: Se
             pile = pile_up(np.arange(count + 1) * (law.thickness + DROP))
             for _ in range(round(seconds / dt)):
                 (fall_coupled if name == "coupled" else fall_swept)(pile, rule, dt)
-            height, speed = max(pile.points[-4:, 1].mean(), 0.0), np.linalg.norm(pile.velocities, axis=1).max()
+            height = max(pile.points[-4:, 1].mean(), 0.0)
+            speed = np.linalg.norm(pile.velocities, axis=1).max()
             rows.append((name, count, 100 * height / resting(count, law)[-1], 1e3 * speed))
     return table_of_rows(("solver", "layers", "height of the top [%]", "fastest point [mm/s]"), rows)
 
@@ -76,8 +77,10 @@ def swept(law: Collisions, dt: float, layers: int) -> Iterator[float]:
 def coupled(law: Collisions, dt: float, layers: int) -> list[float]:
     """List the greatest error of any approach after 0, 1, 2 ... conjugate gradients [m/s]: of what is exact."""
     pile = landing(law, dt, layers)
-    (A, b), contacts = system(pile, law, dt), pile.contacts(law)
-    exact, found = spsolve(A.tocsc(), b), [np.zeros_like(b)]
+    A, b = system(pile, law, dt)
+    contacts = pile.contacts(law)
+    exact = spsolve(A.tocsc(), b)
+    found = [np.zeros_like(b)]
     cg(A, b, rtol=1e-10, atol=0.0, M=alone(A, 2 * layers), callback=lambda x: found.append(x.copy()))
     errors = [np.concatenate([np.zeros(12), x - exact]).reshape(-1, 3) for x in found]
     return [float(np.abs(opening(contacts, error)).max()) for error in errors]
@@ -92,7 +95,8 @@ def landing(law: Collisions, dt: float, layers: int) -> Pile:
 
 def alone(A: csr_matrix, count: int) -> bsr_matrix:
     """Invert the blocks of single rods, so many: the preconditioner."""
-    rods, whole = np.arange(count + 1), A.toarray().reshape(count, 6, count, 6)
+    rods = np.arange(count + 1)
+    whole = A.toarray().reshape(count, 6, count, 6)
     return bsr_matrix((np.linalg.inv(whole[rods[:-1], :, rods[:-1]]), rods[:-1], rods))
 
 

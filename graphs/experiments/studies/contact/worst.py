@@ -8,7 +8,9 @@ import numpy as np
 from hairpipe.graphs.experiments.studies.contact.bar import HALT, RADIUS, depth
 
 GRAVITY = 9.81
-STRETCHED, INSIDE, GROWN = 0.1, 1e-3, GRAVITY * RADIUS
+STRETCHED = 0.1
+INSIDE = 1e-3
+GROWN = GRAVITY * RADIUS
 """What counts as failed: stretch of a segment, depth in the bar at a frame [m], energy that hair wins at rest [J/kg].
 
 Of all that acts on hair when all else is at rest, only the bar adds to the energy: what is inside of it is pushed out,

@@ -44,7 +44,8 @@ def solves_for(level: float, solves: np.ndarray, errors: np.ndarray) -> float:
     NaN where the most solves leave more, or nothing was run; an error that is not finite is more.
     """
     order = np.argsort(solves)
-    solves, errors = solves[order], np.where(np.isfinite(errors[order]), errors[order], np.inf)
+    solves = solves[order]
+    errors = np.where(np.isfinite(errors[order]), errors[order], np.inf)
     above = np.flatnonzero(errors > level)
     if not len(solves):
         return np.nan

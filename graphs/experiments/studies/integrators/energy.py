@@ -26,7 +26,10 @@ def energies(hair: HairModel, state: State, gravity: float) -> np.ndarray:
     found = layout.empty_blocks()
     for block in range(layout.blocks):
         rows = slice(model.first[block], model.first[block + 1])
-        x, v, mass, inverse = state.x[rows], state.v[rows], model.mass[rows].copy(), model.inverse_lengths[rows]
+        x = state.x[rows]
+        v = state.v[rows]
+        mass = model.mass[rows].copy()
+        inverse = model.inverse_lengths[rows]
         mass[: model.shape.clamped] = 0.0
         moving = 0.5 * np.einsum("pl,pcl,pcl->l", mass, v, v) + gravity * np.einsum("pl,pl->l", mass, x[:, 1])
         tensions = np.zeros_like(inverse)
@@ -70,7 +73,8 @@ def _add_vertices(model: Rod, block: int, x: np.ndarray, T: np.ndarray, found: n
     """Add the energy of bending and twist of a block of rods to that found, in place; T is used up."""
     total = load(found, (block,))
     for p in range(GHOST, x.shape[0] - 3):
-        row, vertex = model.first[block] + p + 1, bend(*carry_frame(x, T, p))
+        row = model.first[block] + p + 1
+        vertex = bend(*carry_frame(x, T, p))
         k1, k2 = vertex.k1 - load(model.inverse_lengths, (row, 1)), vertex.k2 - load(model.inverse_lengths, (row, 2))
         psi = load(T, (p + 1, TWIST)) - load(model.inverse_lengths, (row, 3))
         bent, twisted = load(model.inverse_lengths, (row, BENDING)), load(model.inverse_lengths, (row, TWISTING))

@@ -40,7 +40,8 @@ def error_table(
 
     most  solves a run may have; a longer one is not run, which its rows say
     """
-    true, rows = course_of(truth, trial), []
+    true = course_of(truth, trial)
+    rows = []
     for rate in rates:
         count = -(-rate // RATE)
         solves = RATE * (count * SOLVES[scheme.value] + (scheme.value == "bdf2")) * scheme.iterations

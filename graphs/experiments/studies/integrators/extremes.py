@@ -94,7 +94,8 @@ def _try(case: Case, rate: int, seconds: float) -> tuple[float | str, ...]:
 def disturb(hair: HairModel, positions: np.ndarray, how: str) -> None:
     """Move the free particles of a strand, (rows, 3, W) [m], in place."""
     clamped = hair.model.shape.clamped
-    free, root = positions[clamped:], positions[clamped - 1].copy()
+    free = positions[clamped:]
+    root = positions[clamped - 1].copy()
     segment = 1.0 / float(hair.model.inverse_lengths[0, 1, 0])
     if how == "scattered":
         free += segment * np.random.default_rng(3).normal(size=(*free.shape[:2], 1))

@@ -66,7 +66,8 @@ def _follow(trial: Trial, strands: list[Strand], scene: Scene, step: float) -> l
     rows = [_sample(hair, motion, _worst(hair, motion, motion.x, frame), scene, unit)]
     with np.errstate(all="ignore"):
         for before, after in pairwise(held):
-            path, worst = ClampPath(before, after, frame), np.zeros((4, *hair.layout.strands.shape))
+            path = ClampPath(before, after, frame)
+            worst = np.zeros((4, *hair.layout.strands.shape))
             for n in range(count):
                 x = motion.x.copy()
                 integrator.advance(hair.model, motion, Step(path, n * frame / count, frame / count), around)

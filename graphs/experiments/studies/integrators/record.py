@@ -21,7 +21,8 @@ OTHERS = {
 
 def course_table(trial: Trial, scheme: Scheme, strain: StrainLimit | None, rate: int) -> Table:
     """Tabulate every strand at every sample; rate in steps a second."""
-    course, strands = follow(trial, scheme, strain, 1.0 / rate), trial.strands
+    course = follow(trial, scheme, strain, 1.0 / rate)
+    strands = trial.strands
     samples = len(course.tips)
     columns = {
         "time [s]": np.repeat(np.arange(samples) / RATE, len(strands)),
@@ -34,7 +35,8 @@ def course_table(trial: Trial, scheme: Scheme, strain: StrainLimit | None, rate:
 
 def course_of(table: Table, trial: Trial) -> Course:
     """Read the course of a trial back; BadInput where the table is of another one."""
-    strands, samples = trial.strands, round(trial.seconds * RATE) + 1
+    strands = trial.strands
+    samples = round(trial.seconds * RATE) + 1
     whose = [(strand.motion, strand.length) for strand in strands] * samples
     if list(zip(table.texts.get("motion", ()), table.numbers.get("length [m]", ()), strict=False)) != whose:
         raise BadInput("the converged run is of another trial", right="motions, lengths and seconds of this one")

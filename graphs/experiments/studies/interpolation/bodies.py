@@ -24,7 +24,10 @@ def poses_at(case: Case, a: float) -> tuple[np.ndarray, np.ndarray]:
 
 def skin_at(case: Case, a: float) -> Mesh:
     """Return the surfaces of all solids in the world, with velocities."""
-    points, triangles, velocities, count = [], [], [], 0
+    points = []
+    triangles = []
+    velocities = []
+    count = 0
     for solid, pose, rate in zip(case.solids, *poses_at(case, a), strict=True):
         mesh = solid.mesh()
         points.append(mesh.points @ pose[:, :3].T + pose[:, 3])
@@ -36,7 +39,8 @@ def skin_at(case: Case, a: float) -> Mesh:
 
 def outline_at(case: Case, a: float) -> np.ndarray:
     """Return points on the surface of the union of the solids in the world [m], (n, 3)."""
-    poses, found = case.path(a), []
+    poses = case.path(a)
+    found = []
     for one, (solid, pose) in enumerate(zip(case.solids, poses, strict=True)):
         points = solid.mesh().points @ pose[:, :3].T + pose[:, 3]
         others = [other for other in range(len(poses)) if other != one]

@@ -55,8 +55,11 @@ def moved(name: str, *pairs: tuple[Solid, Way]) -> Case:
     return Case(name, solids, lambda a: np.array([way.pose(a) for way in ways]), solids[0].radius)
 
 
-EGG, ROD, LIMB = ellipsoid((0.6, 0.45, 0.3)), capsule(0.3, 0.4), capsule(0.25, 0.5, (0.5, 0.0, 0.0))
-HEAD, SHOULDER = ellipsoid((0.6, 0.45, 0.3), (0.25, 0.0, 0.0)), capsule(0.3, 0.6)
+EGG = ellipsoid((0.6, 0.45, 0.3))
+ROD = capsule(0.3, 0.4)
+LIMB = capsule(0.25, 0.5, (0.5, 0.0, 0.0))
+HEAD = ellipsoid((0.6, 0.45, 0.3), (0.25, 0.0, 0.0))
+SHOULDER = capsule(0.3, 0.6)
 
 # They travel by so much, or turn by so many degrees, from one frame to the next; the hinges open by 60 degrees, from so
 # many; a rod slides past another, and a chin turns by 60 degrees over a shoulder.

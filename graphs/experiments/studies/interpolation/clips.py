@@ -53,11 +53,13 @@ def clip_table(rest: Mesh, clip: Clip, stride: int, dt: float) -> Table:
     found: dict[tuple[str, float], list[tuple[np.ndarray, np.ndarray]]] = {}
     sites = outer_sites(rest, clip.surfaces[numbers[0]])
     for begin in range(0, len(numbers) - stride, stride):
-        first, last = numbers[begin], numbers[begin + stride]
+        first = numbers[begin]
+        last = numbers[begin + stride]
         seconds = (last - first) * dt
         surfaces = surfaces_between(clip, first, last, seconds)
         for number in numbers[begin : begin + stride + 1]:
-            then, a = clip.surfaces[number], (number - first) / (last - first)
+            then = clip.surfaces[number]
+            a = (number - first) / (last - first)
             points = site_points(clip.skins[number], sites)
             baked = build_collider_field(then, then, 1.0, Interpolation.linear)
             near = misses(baked, points, 0.0, np.inf)[0] < OUTER * then.voxel

@@ -36,7 +36,8 @@ def sections(name: str, fractions: Sequence[float], voxel: float, half_width: fl
         raise BadInput(f"no case '{name}'", where="case", right=", ".join(known))
     case = known[name]
     ends = np.concatenate([outline_at(case, a) for a in (0.0, 0.5, 1.0)])
-    low, high = ends.min(axis=0) - 4.0 * voxel, ends.max(axis=0) + 4.0 * voxel
+    low = ends.min(axis=0) - 4.0 * voxel
+    high = ends.max(axis=0) + 4.0 * voxel
     step = (high - low)[:2].max() / (ACROSS - 1)
     x, y = np.arange(low[0], high[0], step), np.arange(low[1], high[1], step)
     plane = np.stack([*np.meshgrid(x, y), np.zeros((len(y), len(x)))], axis=-1)

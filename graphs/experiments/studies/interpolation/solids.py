@@ -52,9 +52,12 @@ class Solid(NamedTuple):
 def tube(rings: int, sectors: int) -> np.ndarray:
     """Return the triangles of rings of points, one after the other, and the two poles behind them, (m, 3) int32."""
     i, j = np.meshgrid(np.arange(rings - 1), np.arange(sectors), indexing="ij")
-    a, b = (i * sectors + j).ravel(), (i * sectors + (j + 1) % sectors).ravel()
+    a = (i * sectors + j).ravel()
+    b = (i * sectors + (j + 1) % sectors).ravel()
     first = np.arange(sectors)
-    last, start, end = (rings - 1) * sectors + first, rings * sectors, rings * sectors + 1
+    last = (rings - 1) * sectors + first
+    start = rings * sectors
+    end = rings * sectors + 1
     sides = [np.stack([a, a + sectors, b], 1), np.stack([b, a + sectors, b + sectors], 1)]
     caps = [np.stack([np.full(sectors, start), first, np.roll(first, -1)], 1)]
     caps += [np.stack([np.full(sectors, end), np.roll(last, -1), last], 1)]

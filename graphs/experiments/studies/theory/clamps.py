@@ -47,7 +47,9 @@ def hang_rod(rod: Rod, start: Clamp, force: np.ndarray | None = None, couple: np
     """
     force, couple = (np.zeros(3) if load is None else load for load in (force, couple))
     size = np.linalg.norm(rod.weight) * rod.length + np.linalg.norm(force) + np.linalg.norm(couple) / rod.length
-    shape, done, step = rest_shape(rod, start), 0.0, rod.bending / rod.length**2 / max(float(size), 1e-300)
+    shape = rest_shape(rod, start)
+    done = 0.0
+    step = rod.bending / rod.length**2 / max(float(size), 1e-300)
     while done < 1:
         part = min(done + step, 1.0)
         try:
@@ -57,7 +59,9 @@ def hang_rod(rod: Rod, start: Clamp, force: np.ndarray | None = None, couple: np
         except ArithmeticError:
             found = None
         if found is not None and _distance(shape, found) < _FURTHEST:
-            shape, done, step = found, part, 2 * step
+            shape = found
+            done = part
+            step = 2 * step
         elif step > _SMALLEST:
             step /= 4
         else:
@@ -75,7 +79,8 @@ def span_rod(rod: Rod, start: Clamp, end: Clamp, guess: Shape) -> Shape:
 
 
 def _hang(rod: Rod, start: Clamp, force: np.ndarray, couple: np.ndarray, guess: Shape, tolerance: float) -> Shape:
-    pull, turn = force * rod.length**2 / rod.bending, couple * rod.length / rod.bending
+    pull = force * rod.length**2 / rod.bending
+    turn = couple * rod.length / rod.bending
 
     def ends(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return np.concatenate([_held(rod, start, a), b[FORCE] - pull, b[COUPLE] - turn])

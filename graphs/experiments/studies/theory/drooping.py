@@ -22,7 +22,8 @@ def drooped(groom: Groom, material: Material, gravity: float) -> Strands:
     known: dict[tuple[float, float], Elastica] = {}
     for strand in range(len(groom.ids)):
         mine = slice(*groom.offsets[strand : strand + 2])
-        root, along = groom.points[mine][0], groom.points[mine][-1] - groom.points[mine][0]
+        root = groom.points[mine][0]
+        along = groom.points[mine][-1] - groom.points[mine][0]
         length = float(np.linalg.norm(along))
         straight = root + np.outer(shares[mine], along)
         rise = float(along[1]) / length

@@ -76,7 +76,8 @@ def balance(rod: Rod, ends: Callable[[np.ndarray, np.ndarray], np.ndarray], gues
     """
     from scipy.integrate import solve_bvp
 
-    length, unit = rod.length, rod.bending / rod.length
+    length = rod.length
+    unit = rod.bending / rod.length
     load = rod.weight * length**2 / unit
     natural = rod.natural * length
     ratio = rod.bending / rod.torsion - 1
@@ -93,7 +94,8 @@ def balance(rod: Rod, ends: Callable[[np.ndarray, np.ndarray], np.ndarray], gues
 
     def jacobian(s: np.ndarray, y: np.ndarray) -> np.ndarray:
         q, n, m = y[TURN], y[FORCE], y[COUPLE]
-        tangent, turned = tangents(q), tangent_slopes(q)
+        tangent = tangents(q)
+        turned = tangent_slopes(q)
         twist = ratio * np.sum(m * tangent, axis=0)
         along = ratio * (_E3 @ q)
         matrix = np.zeros((13, 13, len(s)))

@@ -44,7 +44,8 @@ def rod_of(points: np.ndarray, bending: float, torsion: float) -> tuple[Rod, Cla
     towards = aside / size if size > 0.0 else np.linalg.svd(along[None])[2][1]
     curvature = 8.0 * bulge(points) / length**2
     half = curvature * length / 2.0
-    tangent, normal = np.cos(half) * along + np.sin(half) * towards, np.cos(half) * towards - np.sin(half) * along
+    tangent = np.cos(half) * along + np.sin(half) * towards
+    normal = np.cos(half) * towards - np.sin(half) * along
     frame = np.column_stack([normal, np.cross(tangent, normal), tangent])
     return Rod(length, bending, torsion, np.array([0.0, -curvature, 0.0]), np.zeros(3)), Clamp(points[0], frame)
 
@@ -60,7 +61,8 @@ def follow(rod: Rod, start: Clamp, ends: list[Ends]) -> Iterator[Shape]:
         holds = [between([getattr(hold, name)[0] for hold in ends], goal) for name in ("roots", "tips")]
         found = balanced(rod, led(start, holds[0]), led(end, holds[1]), onward(known, goal), known[-1][1])
         if found is not None:
-            known, done = [known[-1], (goal, found)], goal
+            known = [known[-1], (goal, found)]
+            done = goal
             part = min(1.0, 2.0 * part) if done % (2.0 * part) == 0.0 else part
             if done == int(done):
                 yield found
@@ -97,7 +99,8 @@ def led(clamp: Clamp, motion: np.ndarray) -> Clamp:
 def onward(known: list[tuple[float, Shape]], goal: float) -> Shape:
     """Guess the shape at a time from the two before it, on a straight line."""
     (first, before), (second, now) = known
-    ahead, old = (goal - second) / (second - first), at(before, now.arc)
+    ahead = (goal - second) / (second - first)
+    old = at(before, now.arc)
     values = ("points", "quaternions", "force", "couple")
     points, turns, force, couple = (
         (1.0 + ahead) * getattr(now, value) - ahead * getattr(old, value) for value in values

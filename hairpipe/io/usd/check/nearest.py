@@ -28,8 +28,11 @@ def _nearest(points: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.
 def _project(points: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
     """Return the weights of the corners at the foot of the perpendicular; NaN for triangles without area."""
     e, f, d = b - a, c - a, points - a
-    ee, ef, ff = (e * e).sum(-1), (e * f).sum(-1), (f * f).sum(-1)
-    de, df = (d * e).sum(-1), (d * f).sum(-1)
+    ee = (e * e).sum(-1)
+    ef = (e * f).sum(-1)
+    ff = (f * f).sum(-1)
+    de = (d * e).sum(-1)
+    df = (d * f).sum(-1)
     area = ee * ff - ef * ef
     with np.errstate(divide="ignore", invalid="ignore"):
         v, w = (ff * de - ef * df) / area, (ee * df - ef * de) / area
@@ -38,9 +41,11 @@ def _project(points: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) ->
 
 def _on_edge(points: np.ndarray, triangles: np.ndarray, i: int, j: int) -> np.ndarray:
     """Return the weights of the corners at the nearest point of the edge from corner i to j."""
-    start, along = triangles[:, i], triangles[:, j] - triangles[:, i]
+    start = triangles[:, i]
+    along = triangles[:, j] - triangles[:, i]
     square = np.maximum((along * along).sum(-1), np.finfo(np.float64).tiny)
     share = np.clip(((points - start) * along).sum(-1) / square, 0, 1)
     weights = np.zeros((*share.shape, 3))
-    weights[..., i], weights[..., j] = 1 - share, share
+    weights[..., i] = 1 - share
+    weights[..., j] = share
     return weights

@@ -88,8 +88,10 @@ def _best(found: list[Roots]) -> Roots | None:
 
 def _told(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
     """Return the roots on the triangles that the hair names, if the mesh has them."""
-    faces, uv = hair.first.array("primvars:skinprim"), hair.first.array("primvars:skinprimuv", 2)
-    skin, count = mesh.first, len(hair.first.counts)
+    faces = hair.first.array("primvars:skinprim")
+    uv = hair.first.array("primvars:skinprimuv", 2)
+    skin = mesh.first
+    count = len(hair.first.counts)
     if faces is None or uv is None or not len(faces) == len(uv) == count or not is_triangles(skin):
         return None
     known = (faces >= 0) & (faces < len(skin.counts))
@@ -114,7 +116,8 @@ def _nearest(scene: Scene, hair: Track, mesh: Track) -> Roots | None:
     if not (skin.consistent and len(skin.counts) and skin.corners.max() < len(skin.points) and skin.corners.min() >= 0):
         return None
     strands = np.unique(np.linspace(0, len(hair.first.counts) - 1, PROBED).astype(np.int64))
-    points, triangles = scene.place(mesh, hair.first.code), _fan(skin)
+    points = scene.place(mesh, hair.first.code)
+    triangles = _fan(skin)
     if not (np.isfinite(points).all() and len(triangles)):
         return None
     face, weights = nearest_on_triangles(hair.first.placed[hair.first.roots[strands]], points[triangles])

@@ -47,7 +47,8 @@ class Scene:
 
     def place(self, mesh: Track, time: float | None) -> np.ndarray:
         """Return the points of a mesh in the world, moved by its skeleton if it has one, (n, 3) float64."""
-        shape, binding = mesh.at(time), self.bindings.get(mesh.prim.GetPath())
+        shape = mesh.at(time)
+        binding = self.bindings.get(mesh.prim.GetPath())
         if binding is None or not len(shape.points):
             return shape.placed
         points = Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(shape.points))

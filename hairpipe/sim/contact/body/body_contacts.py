@@ -59,7 +59,8 @@ class BodyContacts(Interaction):
     _is_left_to_corrections: bool = field(default=False, init=False)
 
     def __post_init__(self) -> None:
-        self._state, self._everyone = ContactState.none(len(self.thickness)), np.ones(len(self.thickness), np.bool_)
+        self._state = ContactState.none(len(self.thickness))
+        self._everyone = np.ones(len(self.thickness), np.bool_)
         highest = 2.0 * self.turns.radii.max(initial=0.0) if self.turns is not None else 0.0
         far = float(self.thickness.max(initial=0.0) + highest)
         self._reach = np.full(len(self.thickness), np.inf)
@@ -71,7 +72,8 @@ class BodyContacts(Interaction):
         active  points that are looked at, (P,) bool; of the others what was seen last
         """
         self._cache.renew(points, time, active, self._state.state != FREE)
-        probe, self._target_gap = self._cache.probe, self.thickness
+        probe = self._cache.probe
+        self._target_gap = self.thickness
         if self.turns is not None and self.contact.folds is not None:
             self._target_gap = self.thickness.copy()
             add_heights(points, self.offsets, self.turns, probe.normal, self.contact.folds, self._target_gap)
@@ -117,7 +119,8 @@ class BodyContacts(Interaction):
     def judge(self, at: Prediction, again: np.ndarray) -> None:
         """Look at what a solve found; mark points whose contact changed, (P,) bool, in place."""
         if not self._is_left_to_corrections:
-            probe, changed = self.look(at.points, at.time, at.active), np.empty(len(at.points), np.bool_)
+            probe = self.look(at.points, at.time, at.active)
+            changed = np.empty(len(at.points), np.bool_)
             update_active_set(self._state, probe, at, self._kept, self.contact.friction, changed)
             np.logical_or(again, changed, out=again)
 
@@ -160,7 +163,8 @@ class BodyContacts(Interaction):
             surface.sweep(walk, end.time, end.time + end.dt, hits)
         met = np.flatnonzero((hits.fraction <= 1.0) & np.isfinite(masses))
         parts = np.minimum((hits.fraction[met] * _PARTS).astype(int), _PARTS - 1)
-        meeting, leaving = self._meeting(end, before[met], after[met], parts), SdfSample.blank(len(met))
+        meeting = self._meeting(end, before[met], after[met], parts)
+        leaving = SdfSample.blank(len(met))
         for surface in self.surfaces:
             surface.probe(after[met], end.time + end.dt, leaving)
         most = farthest(self._start_distance, end.dt)
@@ -178,7 +182,8 @@ class BodyContacts(Interaction):
         """Find the body where and when points that run into it have not yet: after so many parts of the step, (n,)."""
         meeting = SdfSample.blank(len(parts))
         for part in np.unique(parts):
-            chosen, share = parts == part, part / _PARTS
+            chosen = parts == part
+            share = part / _PARTS
             at = before[chosen] + share * (after[chosen] - before[chosen])
             found = SdfSample.blank(len(at))
             for surface in self.surfaces:

@@ -44,7 +44,8 @@ def turns_of(points: np.ndarray, offsets: np.ndarray) -> Turns:
 
     points  of the groom [m], (P, 3); offsets  (S+1,) int32
     """
-    found, radii = np.ones(len(offsets) - 1, np.int32), np.zeros(len(offsets) - 1)
+    found = np.ones(len(offsets) - 1, np.int32)
+    radii = np.zeros(len(offsets) - 1)
     _find_turns(points, offsets, found)
     centres = np.empty_like(points)
     set_centres(points, offsets, found, centres)
@@ -56,7 +57,8 @@ def turns_of(points: np.ndarray, offsets: np.ndarray) -> Turns:
 @njit(cache=True)
 def _find_turns(points, offsets, found):
     for strand in range(len(found)):
-        begin, end = offsets[strand], offsets[strand + 1]
+        begin = offsets[strand]
+        end = offsets[strand + 1]
         sines, cosines, bend, count = 0.0, 0.0, 0.0, 0
         before, last = np.zeros(3), np.zeros(3)
         for k in range(begin, end - 1):
@@ -81,7 +83,9 @@ def _find_turns(points, offsets, found):
 def set_centres(points: np.ndarray, offsets: np.ndarray, turns: np.ndarray, centres: np.ndarray) -> None:
     """Set centres, (P, 3), to the mean of points over one turn about each; near an end, over the turn there."""
     for strand in prange(len(turns)):
-        begin, end, turn = offsets[strand], offsets[strand + 1], turns[strand]
+        begin = offsets[strand]
+        end = offsets[strand + 1]
+        turn = turns[strand]
         for k in range(begin, end):
             first = min(max(k - turn // 2, begin), end - turn)
             for c in range(3):

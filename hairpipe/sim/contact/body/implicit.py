@@ -73,7 +73,8 @@ class ContactState(NamedTuple):
     @classmethod
     def none(cls, count: int) -> "ContactState":
         """Make points that touch nothing."""
-        vectors, numbers = [np.zeros((count, 3)) for _ in range(2)], [np.zeros(count) for _ in range(3)]
+        vectors = [np.zeros((count, 3)) for _ in range(2)]
+        numbers = [np.zeros(count) for _ in range(3)]
         state, freed, discontinuous = np.zeros(count, np.int8), np.zeros(count, np.bool_), np.zeros(count, np.bool_)
         return cls(state, numbers[0], freed, discontinuous, vectors[0], numbers[1], vectors[1], numbers[2])
 
@@ -210,7 +211,8 @@ def _update_touching(contact, i, v, friction):
         contact.state[i] = FREE
         contact.freed[i] = contact.discontinuous[i] = True
         return True
-    limit, is_new = -friction * c * normal, contact.state[i] == NEW
+    limit = -friction * c * normal
+    is_new = contact.state[i] == NEW
     contact.state[i] = TOUCHES
     if limit <= 0.0:
         held = contact.c_t[i] > 0.0

@@ -38,7 +38,8 @@ def share_gap(
     pushed = pushed[probe.normal[pushed].any(axis=1)]
     if not len(pushed):
         return kept
-    target_gap, normals = kept[pushed], probe.normal[pushed]
+    target_gap = kept[pushed]
+    normals = probe.normal[pushed]
     ahead = SdfSample.blank(len(pushed), float(thickness.max(initial=0.0)))
     for surface in surfaces:
         surface.probe(points[pushed] + (target_gap - probe.distance[pushed])[:, None] * normals, time, ahead)

@@ -44,8 +44,10 @@ class ProbeCache:
     def __post_init__(self) -> None:
         self._band = min((surface.band for surface in self.surfaces), default=np.inf)
         self._speed = max((surface.speed for surface in self.surfaces), default=0.0)
-        self.probe, self.clearance = SdfSample.blank(self.count, self._band), np.full(self.count, np.nan)
-        self._places, self._times = np.full((self.count, 3), np.nan), np.full(self.count, np.nan)
+        self.probe = SdfSample.blank(self.count, self._band)
+        self.clearance = np.full(self.count, np.nan)
+        self._places = np.full((self.count, 3), np.nan)
+        self._times = np.full(self.count, np.nan)
 
     def renew(self, points: np.ndarray, time: float, active: np.ndarray, bound: np.ndarray) -> None:
         """Query the bodies at points [m], (P, 3), at a time since the previous frame [s].
@@ -53,11 +55,13 @@ class ProbeCache:
         active  points that are queried, (P,) bool; the others keep their last answers, from wherever and whenever
         bound   to a body, whatever its distance: queried unless they have not moved, (P,) bool
         """
-        seen, unsure = _Seen(self._places, self._times, self.probe.distance), np.empty(self.count, np.bool_)
+        seen = _Seen(self._places, self._times, self.probe.distance)
+        unsure = np.empty(self.count, np.bool_)
         _find_unsure(points, time, seen, active, bound, (self.far, self._speed), self.clearance, unsure)
         again = np.flatnonzero(unsure)
         if len(again):
-            places, some = np.empty((len(again), 3)), SdfSample.blank(len(again), self._band)
+            places = np.empty((len(again), 3))
+            some = SdfSample.blank(len(again), self._band)
             _take(points, again, places, self._places)
             reach = np.where(bound[again], self.reach, self.far)
             for surface in self.surfaces:

@@ -80,17 +80,16 @@ def project(
     Third and fourth: which points touched, (P,) bool, and their normals, (P, 3).
     """
     count = len(motion.after)
-    dx, dv, touched, normals = (
-        np.zeros((count, 3)),
-        np.zeros((count, 3)),
-        np.zeros(count, np.bool_),
-        np.zeros((count, 3)),
-    )
+    dx = np.zeros((count, 3))
+    dv = np.zeros((count, 3))
+    touched = np.zeros(count, np.bool_)
+    normals = np.zeros((count, 3))
     next_met = 0
     for i in range(count):
         through = -1
         if next_met < len(met) and met[next_met] == i:
-            through, next_met = next_met, next_met + 1
+            through = next_met
+            next_met = next_met + 1
         kept, phi = motion.thickness[i], ended.distance[i]
         n = (ended.normal[i, 0], ended.normal[i, 1], ended.normal[i, 2])
         out = n[0] * n[0] + n[1] * n[1] + n[2] * n[2] > 0.5
@@ -124,7 +123,9 @@ def _slow(motion, i, n, b, dv):
 @njit(cache=True)
 def _meet(motion, i, n, b, push, dx, dv):
     """Move a point that is too near out, friction acting on what it moved in the step."""
-    p, q, dt = motion.after[i], motion.before[i], motion.dt
+    p = motion.after[i]
+    q = motion.before[i]
+    dt = motion.dt
     u = (p[0] - q[0] - dt * b[0], p[1] - q[1] - dt * b[1], p[2] - q[2] - dt * b[2])
     s = slide(u, n, push, motion.friction)
     dx[i, 0], dx[i, 1], dx[i, 2] = s[0] - u[0], s[1] - u[1], s[2] - u[2]
@@ -134,7 +135,9 @@ def _meet(motion, i, n, b, push, dx, dv):
 @njit(cache=True)
 def _stop(motion, i, share, n, b, dx, dv):
     """Let a point that went through go on along the surface from where it met it."""
-    p, q, dt = motion.after[i], motion.before[i], motion.dt
+    p = motion.after[i]
+    q = motion.before[i]
+    dt = motion.dt
     w = ((p[0] - q[0]) / dt - b[0], (p[1] - q[1]) / dt - b[1], (p[2] - q[2]) / dt - b[2])
     s = slide(w, n, max(0.0, -(w[0] * n[0] + w[1] * n[1] + w[2] * n[2])), motion.friction)
     for a in range(3):

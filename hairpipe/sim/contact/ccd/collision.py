@@ -64,13 +64,16 @@ def collide(
     """
     candidates = Candidates(before, after, offsets, _LOOK * collisions.thickness, ignored)
     met = crossings(before, after, candidates.pairs)
-    found, together = len(met.times), met
+    found = len(met.times)
+    together = met
     change = np.zeros(after.shape)
     for attempt in range(collisions.attempts):
         if not len(met.times):
             break
         together = _in_time(met) if attempt == 0 else _in_time(together, met)
-        previous, ends, struck = change.copy(), np.empty_like(after), np.empty(len(after), np.bool_)
+        previous = change.copy()
+        ends = np.empty_like(after)
+        struck = np.empty(len(after), np.bool_)
         passages = _passages(before, after, masses, together, collisions.thickness, dt)
         _solve(change, passages, masses, together.segments, together.fractions, collisions.friction)
         _end(after, previous, change, dt, ends, struck)
@@ -105,11 +108,13 @@ def _passages(before, after, masses, met, thickness, dt):
         w = inverse_mass(masses, segments, fractions, i)
         n = (normals[i, 0], normals[i, 1], normals[i, 2])
         begun, ended = between(before, segments, fractions, i), between(after, segments, fractions, i)
-        gap, u = dot(n, begun), scaled(1.0 / dt, minus(ended, begun))
+        gap = dot(n, begun)
+        u = scaled(1.0 / dt, minus(ended, begun))
         end = min(max(gap, _LEAST * thickness), thickness)
         for c in range(3):
             passages[i, c], passages[i, 3 + c] = n[c], u[c]
-        passages[i, 6], passages[i, 7] = (end - gap) / dt, 1.0 / w if w > 0.0 else 0.0
+        passages[i, 6] = (end - gap) / dt
+        passages[i, 7] = 1.0 / w if w > 0.0 else 0.0
     return passages
 
 

@@ -39,7 +39,9 @@ def coplanar_time(pair: Encounter) -> float:
     """Return the fraction of the step at which two segments first meet, inf if they do not."""
     A0, A1, C0, C1 = _sides(pair)
     P0, P1 = minus(pair.c[0], pair.a[0]), minus(pair.c[1], pair.a[1])
-    N0, N1, N01 = cross(A0, C0), cross(A1, C1), plus(cross(A0, C1), cross(A1, C0))
+    N0 = cross(A0, C0)
+    N1 = cross(A1, C1)
+    N01 = plus(cross(A0, C1), cross(A1, C0))
     b = (dot(N0, P0), (dot(N01, P0) + dot(N0, P1)) / 3.0, (dot(N01, P1) + dot(N1, P0)) / 3.0, dot(N1, P1))
     area = max(length(A0), length(A1)) * max(length(C0), length(C1))
     noise = _ROUNDING * area * max(length(P0), length(P1))
@@ -70,7 +72,8 @@ def _is_flat(b: Cubic, noise: float) -> bool:
 def _first_root(pair: Encounter, b: Cubic, noise: float) -> float:
     """Return the first root at which the segments meet, inf if there is none."""
     low, high = quadratic_roots(b[1] - b[0], b[2] - b[1], b[3] - b[2])
-    left, f_left = 0.0, b[0]
+    left = 0.0
+    f_left = b[0]
     for right in (low, high, 1.0):
         f_right = _value(b, right)
         if abs(f_left) <= noise and touch_inside(pair, left):
@@ -150,12 +153,16 @@ def first_graze(pair: Encounter) -> float:
 def _times_on_line(end: Path, start: Path, stop: Path) -> tuple[float, float]:
     E0, E1 = minus(end[0], start[0]), minus(end[1], start[1])
     A0, A1 = minus(stop[0], start[0]), minus(stop[1], start[1])
-    q0, q1, q2 = cross(E0, A0), plus(cross(E0, A1), cross(E1, A0)), cross(E1, A1)
-    largest, times = -1.0, (1.0, 1.0)
+    q0 = cross(E0, A0)
+    q1 = plus(cross(E0, A1), cross(E1, A0))
+    q2 = cross(E1, A1)
+    largest = -1.0
+    times = (1.0, 1.0)
     for first, doubled, last in zip(q0, q1, q2):  # noqa: B905, numba has no strict
         size = max(abs(first), abs(0.5 * doubled), abs(last))
         if size > largest:
-            largest, times = size, quadratic_roots(first, 0.5 * doubled, last)
+            largest = size
+            times = quadratic_roots(first, 0.5 * doubled, last)
     return times
 
 
@@ -165,7 +172,8 @@ def quadratic_roots(first: float, middle: float, last: float) -> tuple[float, fl
 
     Of one without roots that is twice where it comes closest to zero: rounding may have taken a double root away.
     """
-    square, half = first - 2.0 * middle + last, middle - first
+    square = first - 2.0 * middle + last
+    half = middle - first
     q = -(half + np.copysign(np.sqrt(max(half * half - square * first, 0.0)), half))
     x = q / square if square != 0.0 else 1.0
     y = first / q if q != 0.0 else 1.0
@@ -203,7 +211,8 @@ def may_cross(before, after, pairs, start, room):
     b1, b2 = (dot(N01, P0) + dot(N0, P1)) / 3.0, (dot(N01, P1) + dot(N1, P0)) / 3.0
     sizes = maximum(dot(A0, A0), dot(A1, A1)) * maximum(dot(C0, C0), dot(C1, C1))
     noise = _ROUNDING * sqrt(sizes * maximum(dot(P0, P0), dot(P1, P1)))
-    low, high = minimum(minimum(b0, b1), minimum(b2, b3)), maximum(maximum(b0, b1), maximum(b2, b3))
+    low = minimum(minimum(b0, b1), minimum(b2, b3))
+    high = maximum(maximum(b0, b1), maximum(b2, b3))
     return ((1 << count) - 1) & ~bits(either(low > noise, high < -noise))
 
 

@@ -19,7 +19,8 @@ from hairpipe.sim.contact.hair.couplings import ACROSS, ALONG, DIRECTION, PUSH, 
 
 _CHUNK = 2048
 """Points that are gathered one after the other."""
-_NO_BLOCK, _NO_PUSH = (0.0,) * 6, (0.0, 0.0, 0.0)
+_NO_BLOCK = (0.0,) * 6
+_NO_PUSH = (0.0, 0.0, 0.0)
 
 
 class CouplingRows(NamedTuple):
@@ -47,9 +48,11 @@ def coupling_rows(couplings: Couplings, incidence: Incidence) -> CouplingRows:
     """Sort couplings that act by the segments that they touch, and sum up what points have of them; pure."""
     first = np.zeros_like(incidence.first)
     _count_acting(couplings.acts, incidence, first)
-    count, points = first[-1], len(first) - 1
+    count = first[-1]
+    points = len(first) - 1
     # Memory from numpy, in huge pages: all of it is read in every iteration.
-    others, places = np.empty(count, np.int32), np.empty((count, 4), np.int16)
+    others = np.empty(count, np.int32)
+    places = np.empty((count, 4), np.int16)
     own = (np.empty((points, size), dtype) for size, dtype in ((3, np.float64), (6, np.float32), (6, np.float32)))
     out = CouplingRows(first, others, places, np.empty((count, 3), np.float32), *own)
     _gather(couplings, incidence, out)
@@ -90,13 +93,15 @@ def _gather_some(couplings, incidence, out, begin):
                 fetch(exerted, ahead)
                 fetch(fractions, ahead)
                 fetch(couplings.segments, ahead)
-            i, j = sides[e] >> 1, sides[e] & 1
+            i = sides[e] >> 1
+            j = sides[e] & 1
             if acts[i]:
                 M, r = _enter(couplings, i, j, out, place)
                 near = _more_block(near, (1.0 - r) * (1.0 - r), M)
                 far = _more_block(far, r * r, M)
                 between = _more_block(between, r * (1.0 - r), M)
-                sign, s = 1.0 - 2.0 * j, fractions[i, j]
+                sign = 1.0 - 2.0 * j
+                s = fractions[i, j]
                 push = (exerted[i, PUSH], exerted[i, PUSH + 1], exerted[i, PUSH + 2])
                 near_push = plus(near_push, scaled(sign * (1.0 - s), push))
                 far_push = plus(far_push, scaled(sign * s, push))
@@ -156,7 +161,8 @@ def multiply_across(rows: CouplingRows, v: np.ndarray, start: np.ndarray, out: n
     v           [m/s], (points, 3) float32
     start, out  [N s], (points, 3) float32
     """
-    places, speeds = rows.places.reshape(-1), v.reshape(-1)
+    places = rows.places.reshape(-1)
+    speeds = v.reshape(-1)
     for chunk in prange(-(-len(out) // _CHUNK)):
         _multiply_some(rows, places, speeds, start, out, np.int64(chunk) * _CHUNK)
 
@@ -180,7 +186,8 @@ def impulses_after(rows: CouplingRows, change: np.ndarray, active: np.ndarray, o
     active     points that are asked for, (points,) bool
     out     [N s], (points, 3)
     """
-    places, rounded = rows.places.reshape(-1), rounded_speeds(change)
+    places = rows.places.reshape(-1)
+    rounded = rounded_speeds(change)
     for chunk in prange(-(-len(out) // _CHUNK)):
         begin = np.int64(chunk) * _CHUNK
         for k in range(begin, min(begin + _CHUNK, len(out))):
@@ -243,8 +250,10 @@ def _across(rows, places, k, v):
         ahead = np.int64(others[min(e + AHEAD, len(others) - 1)])
         fetch(v, 3 * ahead)
         fetch(v, 3 * ahead + 5)
-        d, q = load_short_four(places, 4 * e), np.int64(others[e])
-        before, after = load_four(v, 3 * q), without_first(load_four(v, 3 * q + 2))
+        d = load_short_four(places, 4 * e)
+        q = np.int64(others[e])
+        before = load_four(v, 3 * q)
+        after = without_first(load_four(v, 3 * q + 2))
         u = before + item(d, 3) * (after - before)
         y = numbers[e, 0] * u + (numbers[e, 1] * dot(d, u)) * d
         total = total + y

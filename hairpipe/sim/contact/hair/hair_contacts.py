@@ -79,11 +79,14 @@ class HairContacts(Interaction):
         """Connect what has come near, and return the pairs that may touch in this step."""
         if not self._reach:
             return empty_pairs()
-        count, stuck = len(points), key_of(self.connections.segments)
-        known, fresh = union(self._never, stuck), empty_pairs()
+        count = len(points)
+        stuck = key_of(self.connections.segments)
+        known = union(self._never, stuck)
+        fresh = empty_pairs()
         near = pairs_about(points, self.offsets, self._reach, known, self.widths)
         if self.stiction is not None:
-            may, most = within(near, count, self.stiction.reach, self.at_rest[0], self.widths), self.stiction.closest
+            may = within(near, count, self.stiction.reach, self.at_rest[0], self.widths)
+            most = self.stiction.closest
             fresh = closest_pairs(points, near, may, most, room(self.connections, count, most))
             self.connections = connect(self.connections, fresh)
         if self._coupled is None:
@@ -107,7 +110,8 @@ class HairContacts(Interaction):
 
     def finish_solves(self, end: StepEnd) -> None:
         """Free what only the solves of a step need."""
-        self._places, self._contacts = join(no_connections()), None
+        self._places = join(no_connections())
+        self._contacts = None
 
     def correct(self, end: StepEnd) -> None:
         """Bring back hair that passed through hair in a step, in place."""

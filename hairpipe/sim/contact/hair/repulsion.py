@@ -51,7 +51,8 @@ def linearise(contacts: Contacts, at: Prediction, collisions: Collisions, out: C
 
     Contacts of non-finite strands, or between two inactive strands, do not act.
     """
-    stiffness, viscosity = collisions.stiffness, collisions.stiffness * RELAXATION
+    stiffness = collisions.stiffness
+    viscosity = collisions.stiffness * RELAXATION
     law = (stiffness, viscosity, collisions.friction)
     _linearise(out, contacts, at, law)
 
@@ -69,14 +70,16 @@ def _linearise(out, contacts, at, law):
             continue
         n = (contacts.normals[i, 0], contacts.normals[i, 1], contacts.normals[i, 2])
         overlap = contacts.thickness[i] - dot(n, between(points, segments, fractions, i))
-        u, coming = between(velocities, segments, fractions, i), between(at.lagged_velocity, segments, fractions, i)
+        u = between(velocities, segments, fractions, i)
+        coming = between(at.lagged_velocity, segments, fractions, i)
         un, closing = dot(n, u), dot(n, coming)
         h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
         ahead = overlap - h * (closing - un)
         force, load = stiffness * overlap - viscosity * un, stiffness * ahead - viscosity * closing
         if np.isfinite(force + load) and (contacts.loads[i] > 0.0 or (ahead > 0.0 and load > 0.0)):
             ut, slip = minus(u, scaled(un, n)), minus(coming, scaled(closing, n))
-            w, along = inverse_mass(masses, segments, fractions, i), span * (h * stiffness + viscosity)
+            w = inverse_mass(masses, segments, fractions, i)
+            along = span * (h * stiffness + viscosity)
             limit = friction * max(contacts.loads[i], load / (1.0 + along * w))
             across = min(span * limit / max(np.sqrt(dot(slip, slip)) - limit * span * w, CREEP), _FIRMEST / w)
             acts[i] = True

@@ -149,11 +149,15 @@ def _linearise(out, connections, at, law, widths):
         if length < np.inf and speed < np.inf:
             d = normal_of(points, velocities, segments, fractions, i)
             wide = mean_width(widths, segments, i)
-            longer, slack, stiffness = length - wide * reach, wide * (far - reach), single / wide
+            longer = length - wide * reach
+            slack = wide * (far - reach)
+            stiffness = single / wide
             present = min(slack / max(longer, slack), 1.0)
-            k, w = stiffness * present * present, inverse_mass(masses, segments, fractions, i)
+            k = stiffness * present * present
+            w = inverse_mass(masses, segments, fractions, i)
             c = 2.0 * fraction * present * np.sqrt(stiffness / w) if w > 0.0 else 0.0
-            h, pull = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]]), k * longer
+            h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
+            pull = k * longer
             force = -span * (pull + c * dot(u, d))
             acts[i] = True
             exerted[i, ALONG] = span * (h * k + c)

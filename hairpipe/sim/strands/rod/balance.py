@@ -27,7 +27,8 @@ def carry(model: StrandModel, x: np.ndarray, gravity: np.ndarray) -> tuple[np.nd
 
     Returns their rest state and what they remember, both (rows, 6, W), and the largest strain of an edge, (blocks, W).
     """
-    natural, remembered = model.inverse_lengths.copy(), np.zeros_like(model.inverse_lengths)
+    natural = model.inverse_lengths.copy()
+    remembered = np.zeros_like(model.inverse_lengths)
     strains = np.zeros((len(model.first) - 1, x.shape[2]))
     counts = np.diff(model.first)
     for count in np.unique(counts):
@@ -75,17 +76,24 @@ def _carry(x: np.ndarray, weight: np.ndarray, natural: np.ndarray, axial: np.nda
     tangents = edges / lengths
     m1 = _directors(x, tangents)
     m2 = np.cross(tangents, m1)
-    force, torque = weight.copy(), np.zeros(weight.shape[:2])
-    rest, tension = natural.copy(), np.zeros(weight.shape[:2])
+    force = weight.copy()
+    torque = np.zeros(weight.shape[:2])
+    rest = natural.copy()
+    tension = np.zeros(weight.shape[:2])
     for i in range(edges.shape[1] - 1, 0, -1):  # the vertex between edges i - 1 and i, in row i + 1
-        te, tf, row = tangents[:, i - 1], tangents[:, i], i + GHOST
+        te = tangents[:, i - 1]
+        tf = tangents[:, i]
+        row = i + GHOST
         chi = 1 + _dot(te, tf)
-        kb, tt = 2 * np.cross(te, tf) / chi, (te + tf) / chi
+        kb = 2 * np.cross(te, tf) / chi
+        tt = (te + tf) / chi
         c1, c2 = (m1[:, i - 1] + m1[:, i]) / chi, (m2[:, i - 1] + m2[:, i]) / chi
-        k1, k2 = chi * _dot(c2, kb) / 2, -chi * _dot(c1, kb) / 2
+        k1 = chi * _dot(c2, kb) / 2
+        k2 = -chi * _dot(c1, kb) / 2
         by_e = np.stack([np.cross(tf, c2) - k1 * tt, -np.cross(tf, c1) - k2 * tt, kb / 2], axis=2)
         by_f = np.stack([-np.cross(te, c2) - k1 * tt, np.cross(te, c1) - k2 * tt, kb / 2], axis=2)
-        by_e, by_f = by_e / lengths[:, i - 1, :, None], by_f / lengths[:, i, :, None]
+        by_e = by_e / lengths[:, i - 1, :, None]
+        by_f = by_f / lengths[:, i, :, None]
         by_a, by_b = (
             np.concatenate([-_dot(m1[:, j], kb) / 2, -_dot(m2[:, j], kb) / 2, np.full_like(k1, sign)], axis=1)
             for j, sign in ((i - 1, -1.0), (i, 1.0))

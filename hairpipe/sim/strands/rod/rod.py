@@ -106,13 +106,16 @@ def shape_at_rest(
     nodes = np.concatenate([2 * axis[:, :1] - axis[:, 1:2], axis], axis=1)
     edges = np.diff(nodes, axis=1)
     lengths = np.linalg.norm(edges, axis=2)
-    tangents, strands, count = edges / lengths[:, :, None], len(axis), nodes.shape[1] + 2
+    tangents = edges / lengths[:, :, None]
+    strands = len(axis)
+    count = nodes.shape[1] + 2
     natural = np.zeros((strands, count, RESTS))
     natural[:, 1:-2, 0] = 1 / lengths
     director = normals
     first = nodes[:, 0] + lengths[:, :1] * director
     for i in range(1, edges.shape[1]):
-        te, tf = tangents[:, i - 1], tangents[:, i]
+        te = tangents[:, i - 1]
+        tf = tangents[:, i]
         after = lattice.transport(director, te, tf)
         twice = np.cross(te, tf) / (1 + np.sum(te * tf, axis=1, keepdims=True))
         k1 = np.sum((np.cross(te, director) + np.cross(tf, after)) * twice, axis=1)
@@ -147,7 +150,8 @@ def _add_forces(model, system, at, p, block, terms):
     (A, b), (x, _, T), (h, hh, _, part) = system, at, terms
     if not 0 < p < x.shape[0] - 3:
         return
-    row, inverse = model.first[block] + p + 1, load(model.constants, (block, 1))
+    row = model.first[block] + p + 1
+    inverse = load(model.constants, (block, 1))
     bending, twisting = load(model.inverse_lengths, (row, BENDING)), load(model.inverse_lengths, (row, TWISTING))
     vertex = bend(*carry_frame(x, T, p))
     q = (

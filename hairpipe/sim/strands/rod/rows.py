@@ -15,7 +15,8 @@ from hairpipe.sim.strands.rod.vertex import Gradient, Tangent
 @inlined
 def in_unknowns(H, s, inverse):
     """Give s times a tangent, by angles times a length; inverse  1 / that length [1/m]."""
-    ef, a = H.ef, s * inverse
+    ef = H.ef
+    a = s * inverse
     x, y, z = scaled(s, ef[0:3]), scaled(s, ef[3:6]), scaled(s, ef[6:9])
     return Tangent(
         sym3.times(s, H.ee),
@@ -46,7 +47,8 @@ def add_gradient(b, p, h, inverse, g: Gradient):
 @inlined
 def _less(nine, six):
     """A block row by row less a symmetric one."""
-    x, y = minus(nine[0:3], six[0:3]), minus(nine[3:6], (six[1], six[3], six[4]))
+    x = minus(nine[0:3], six[0:3])
+    y = minus(nine[3:6], (six[1], six[3], six[4]))
     z = minus(nine[6:9], (six[2], six[4], six[5]))
     return x[0], x[1], x[2], y[0], y[1], y[2], z[0], z[1], z[2]
 

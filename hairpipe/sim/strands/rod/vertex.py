@@ -81,7 +81,9 @@ def bend(te, tf, ie, jf, m1e, m1f):
     kb = scaled(2.0 * inverse, cross(te, tf))
     m1, m2 = plus(m1e, m1f), plus(m2e, m2f)
     k1, k2 = 0.5 * dot(m2, kb), -0.5 * dot(m1, kb)
-    tt, c1, c2 = scaled(inverse, plus(te, tf)), scaled(inverse, m1), scaled(inverse, m2)
+    tt = scaled(inverse, plus(te, tf))
+    c1 = scaled(inverse, m1)
+    c2 = scaled(inverse, m2)
     return Bend(te, tf, ie, jf, m1e, m1f, m2e, m2f, inverse, kb, tt, c1, c2, k1, k2)
 
 
@@ -89,7 +91,9 @@ def bend(te, tf, ie, jf, m1e, m1f):
 def gradients(v):
     """Give the derivatives of k1, k2 and psi at a vertex."""
     tf_c2, te_c2, tf_c1, te_c1 = cross(v.tf, v.c2), cross(v.te, v.c2), cross(v.tf, v.c1), cross(v.te, v.c1)
-    bent1, bent2, half = scaled(v.k1, v.tt), scaled(v.k2, v.tt), scaled(0.5, v.kb)
+    bent1 = scaled(v.k1, v.tt)
+    bent2 = scaled(v.k2, v.tt)
+    half = scaled(0.5, v.kb)
     first = Gradient(
         scaled(v.ie, minus(tf_c2, bent1)),
         scaled(-v.jf, plus(te_c2, bent1)),
@@ -194,8 +198,10 @@ def geometric(q, v):
     D = minus(scaled(q1, v.c2), scaled(q2, v.c1))
     d_e, d_f = minus(scaled(q1, v.m2e), scaled(q2, v.m1e)), minus(scaled(q1, v.m2f), scaled(q2, v.m1f))
     c_e, c_f = plus(scaled(q1, v.m1e), scaled(q2, v.m2e)), plus(scaled(q1, v.m1f), scaled(q2, v.m2f))
-    bent, twisted = scaled(K, v.tt), scaled(0.25 * q3, v.kb)
-    te_D, tf_D = plus(bent, cross(v.te, D)), minus(bent, cross(v.tf, D))
+    bent = scaled(K, v.tt)
+    twisted = scaled(0.25 * q3, v.kb)
+    te_D = plus(bent, cross(v.te, D))
+    tf_D = minus(bent, cross(v.tf, D))
     ee = _of_edge(v.ie, v, K, minus(tf_D, twisted), minus(d_e, scaled(q3, v.te)), v.te)
     ff = _of_edge(v.jf, v, K, minus(te_D, twisted), minus(d_f, scaled(q3, v.tf)), v.tf)
     s = v.ie * v.jf
@@ -214,7 +220,9 @@ def geometric(q, v):
         ef[7] + w[0],
         ef[8] - k,
     )
-    half, n_e, n_f = scaled(0.5, v.kb), scaled(v.inverse, v.tf), scaled(v.inverse, v.te)
+    half = scaled(0.5, v.kb)
+    n_e = scaled(v.inverse, v.tf)
+    n_f = scaled(v.inverse, v.te)
     along_e, along_f = scaled(dot(half, c_e), v.tt), scaled(dot(half, c_f), v.tt)
     return Tangent(
         ee,

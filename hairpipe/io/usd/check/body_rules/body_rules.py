@@ -70,7 +70,8 @@ def _face_normals(mesh: Snapshot) -> tuple[np.ndarray, np.ndarray, np.ndarray] |
 
 def _told_normals(mesh: Snapshot) -> np.ndarray | None:
     """Return the authored normal at the first corner of each face, (f, 3), None where there is none."""
-    given, firsts = mesh.array("normals", 3), np.cumsum(mesh.counts) - mesh.counts
+    given = mesh.array("normals", 3)
+    firsts = np.cumsum(mesh.counts) - mesh.counts
     corners = {TOKENS.vertex: mesh.corners[firsts], TOKENS.varying: mesh.corners[firsts]}
     corners |= {TOKENS.faceVarying: firsts, TOKENS.uniform: np.arange(len(mesh.counts))}
     interpolation = UsdGeom.PointBased(mesh.prim).GetNormalsInterpolation()
@@ -110,7 +111,8 @@ def up_axis(scene: Scene) -> Iterator[Fault]:
 
 def _ways_up(track: Track, body: np.ndarray) -> list[np.ndarray]:
     """Return what speaks for each axis pointing up, 1, and against it, -1: (3,) each."""
-    hair, size = track.first, np.maximum(np.ptp(body, axis=0), np.finfo(np.float64).tiny)
+    hair = track.first
+    size = np.maximum(np.ptp(body, axis=0), np.finfo(np.float64).tiny)
     roots, tips = hair.placed[hair.roots], hair.placed[hair.tips]
     above = (roots.mean(axis=0) - (body.min(axis=0) + body.max(axis=0)) / 2) / size
     below = (roots - tips).mean(axis=0) / max(np.median(np.linalg.norm(tips - roots, axis=1)), 1e-30)

@@ -18,7 +18,8 @@ UV = 0.01  # by which texture coordinates may be off those of the skin
 def skin_range(scene: Scene) -> Iterator[Fault]:
     """Find roots on faces that no mesh has, or outside of the triangle they name."""
     for track in scene.hair:
-        faces, uv = track.first.array("primvars:skinprim"), track.first.array("primvars:skinprimuv", 2)
+        faces = track.first.array("primvars:skinprim")
+        uv = track.first.array("primvars:skinprimuv", 2)
         meshes = [len(mesh.first.counts) for mesh in scene.skins if mesh.first.consistent]
         if faces is not None and len(faces) and meshes and len(meshes) == len(scene.skins):
             wrong = (faces < 0) | (faces >= max(meshes))
@@ -92,7 +93,8 @@ def _late(roots: Roots, hair: Snapshot, time: float) -> str:
 def root_uv(scene: Scene) -> Iterator[Fault]:
     """Find texture coordinates of roots that are not those of the skin they stand on, or all the same."""
     for track in scene.hair:
-        roots, st = told_roots(scene, track), track.first.array("primvars:st", 2)
+        roots = told_roots(scene, track)
+        st = track.first.array("primvars:st", 2)
         if st is None or len(st) != len(track.first.counts) or not np.isfinite(st).all():
             continue
         if len(st) > 1 and not np.ptp(st, axis=0).any():

@@ -118,7 +118,8 @@ def two_of_one(curves: Snapshot) -> Iterator[Fault]:
 
 def hair_ids(curves: Snapshot) -> Iterator[Fault]:
     """Find hair that moves without names, names that are not whole numbers, and two hairs of one name."""
-    attribute, ids = curves.prim.GetAttribute("primvars:hairId"), curves.array("primvars:hairId")
+    attribute = curves.prim.GetAttribute("primvars:hairId")
+    ids = curves.array("primvars:hairId")
     if not (attribute and attribute.HasValue()):
         moves = curves.prim.GetAttribute("points").GetNumTimeSamples() > 1
         if moves and not any(IDS.search(name) for name in curves.prim.GetAuthoredPropertyNames()):

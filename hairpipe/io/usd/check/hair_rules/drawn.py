@@ -70,7 +70,8 @@ def why_hidden(prim: Usd.Prim, kind: type[UsdGeom.Gprim]) -> tuple[str, float | 
 
 
 def _invisible_since(prim: Usd.Prim) -> Usd.TimeCode | None:
-    times, above = {Usd.TimeCode.EarliestTime()}, prim
+    times = {Usd.TimeCode.EarliestTime()}
+    above = prim
     while above.IsA(UsdGeom.Imageable):
         times |= {Usd.TimeCode(t) for t in UsdGeom.Imageable(above).GetVisibilityAttr().GetTimeSamples()}
         above = above.GetParent()
@@ -81,7 +82,8 @@ def _invisible_since(prim: Usd.Prim) -> Usd.TimeCode | None:
 
 def hair_in_default(scene: Scene) -> Iterator[Fault]:
     """Find a default prim without hair: who refers to the file gets none."""
-    default, paths = scene.stage.GetDefaultPrim(), [track.prim.GetPath() for track in scene.hair]
+    default = scene.stage.GetDefaultPrim()
+    paths = [track.prim.GetPath() for track in scene.hair]
     if default and paths and not any(path.HasPrefix(default.GetPath()) for path in paths):
         message = f"is the defaultPrim, but the hair is {paths[0]}; who refers to this file gets none"
         yield Fault(str(default.GetPath()), message)

@@ -87,7 +87,8 @@ def extent(shape: Snapshot) -> Iterator[Fault]:
     if not (shape.consistent and len(shape.points) and np.isfinite(shape.points).all()) or box is None or len(box) != 2:
         return
     thick = _half_width(shape)
-    lower, upper = shape.points.min(axis=0) - thick, shape.points.max(axis=0) + thick
+    lower = shape.points.min(axis=0) - thick
+    upper = shape.points.max(axis=0) + thick
     size = np.linalg.norm(upper - lower)
     outside = np.maximum(box[0] - lower, upper - box[1]).max()
     if not outside <= TOUCH * size + np.abs(box).max() * 1e-6:

@@ -29,7 +29,8 @@ def plausible_size(scene: Scene) -> Iterator[Fault]:
         hair = track.first
         if not hair.sound or not _scale(hair, scene) > 0:
             continue
-        width, length = _width(hair, scene), float(np.median(hair.lengths)) * _scale(hair, scene)
+        width = _width(hair, scene)
+        length = float(np.median(hair.lengths)) * _scale(hair, scene)
         scalp = _box(hair.placed[hair.roots], scene) if len(hair.counts) >= FEW else None
         votes = [_side(width, WIDTH), _side(length, LENGTH), _side(scalp, SCALP), _side(body, BODY)]
         sizes = f"widths of {_said(width)}, strands of {_said(length)}" + (f", a body of {_said(body)}" if body else "")
@@ -112,7 +113,8 @@ def precision(track: Track, hair: Snapshot) -> Iterator[Fault]:
 def float_translate(scene: Scene) -> Iterator[Fault]:
     """Find hair that is moved far away in single precision."""
     for track in scene.hair:
-        widths, prim = track.first.array("widths"), track.prim
+        widths = track.first.array("widths")
+        prim = track.prim
         least = ROOM * np.median(widths) if widths is not None and len(widths) else 0.0
         while least > 0 and prim.IsA(UsdGeom.Xformable):
             for op in UsdGeom.Xformable(prim).GetOrderedXformOps():

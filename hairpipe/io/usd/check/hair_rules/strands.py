@@ -34,7 +34,8 @@ def collapsed(track: Track, hair: Snapshot) -> Iterator[Fault]:
     """Find strands without length, and points of a strand that lie on each other."""
     if not hair.sound:
         return
-    short, alike = _short(hair), _coincident(hair)
+    short = _short(hair)
+    alike = _coincident(hair)
     if short.any():
         message = f"strand {np.argmax(short)} has no length; {short.sum()} such, drop them or keep their shape"
         yield Fault(track.path("points"), message, hair.code)
@@ -92,7 +93,8 @@ def stretch(track: Track, hair: Snapshot) -> Iterator[Fault]:
 
 def widths_steady(track: Track, hair: Snapshot) -> Iterator[Fault]:
     """Find widths that change in time: hair flickers."""
-    before, now = track.first.array("widths"), hair.array("widths")
+    before = track.first.array("widths")
+    now = hair.array("widths")
     if before is None or now is None or len(before) != len(now) or not len(now):
         return
     thick = before > 0
@@ -173,11 +175,13 @@ def _scrambled(hair: Snapshot, still: Snapshot) -> float:
     if len(hair.counts) < FEW:
         return 0.0
     some = np.unique(np.linspace(0, len(hair.counts) - 1, MANY).astype(np.int64))
-    roots, rests = hair.points[hair.roots[some]].astype(np.float64), still.points[still.roots[some]].astype(np.float64)
+    roots = hair.points[hair.roots[some]].astype(np.float64)
+    rests = still.points[still.roots[some]].astype(np.float64)
     apart = np.linalg.norm(roots[:, None] - roots, axis=2)
     np.fill_diagonal(apart, np.inf)
     nearest = apart.argmin(axis=1)
-    now, then = apart[np.arange(len(some)), nearest], np.linalg.norm(rests - rests[nearest], axis=1)
+    now = apart[np.arange(len(some)), nearest]
+    then = np.linalg.norm(rests - rests[nearest], axis=1)
     return float((then > PARTED * now + ROUGH * np.ptp(rests, axis=0).max()).mean())
 
 

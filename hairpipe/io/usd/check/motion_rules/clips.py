@@ -35,7 +35,8 @@ def clip_undeclared(prim: Usd.Prim) -> Iterator[Fault]:
     """Find what clips hold and their manifest does not declare: it is never read."""
     api = Usd.ClipsAPI(prim)
     for name in prim.GetMetadata("clips") or {}:
-        manifest, path = _open(prim, api.GetClipManifestAssetPath(name)), api.GetClipPrimPath(name)
+        manifest = _open(prim, api.GetClipManifestAssetPath(name))
+        path = api.GetClipPrimPath(name)
         if manifest is None:
             continue
         if not path or not manifest.GetPrimAtPath(path):
@@ -53,7 +54,8 @@ def clip_times(prim: Usd.Prim) -> Iterator[Fault]:
     """Find clips that are played at times at which they have no sample."""
     api = Usd.ClipsAPI(prim)
     for name in prim.GetMetadata("clips") or {}:
-        files, path = api.ComputeClipAssetPaths(name), api.GetClipPrimPath(name)
+        files = api.ComputeClipAssetPaths(name)
+        path = api.GetClipPrimPath(name)
         if api.GetClipTemplateAssetPath(name) or not path:
             continue
         active = [(time, int(index)) for time, index in api.GetClipActive(name) or []]
@@ -68,7 +70,8 @@ def clip_times(prim: Usd.Prim) -> Iterator[Fault]:
 
 def clip_rates(prim: Usd.Prim) -> Iterator[Fault]:
     """Find clips of another rate, unit or up axis than the stage: nothing converts one into the other."""
-    api, root = Usd.ClipsAPI(prim), prim.GetStage().GetRootLayer().pseudoRoot
+    api = Usd.ClipsAPI(prim)
+    root = prim.GetStage().GetRootLayer().pseudoRoot
     for name in prim.GetMetadata("clips") or {}:
         unlike: dict[str, list[str]] = {}
         for asset in api.ComputeClipAssetPaths(name):

@@ -20,14 +20,16 @@ CLOSE = 1e-2  # frames between samples that are one, badly rounded
 
 def sample_gaps(prim: Usd.Prim) -> Iterator[Fault]:
     """Find frames without a sample: clients make one up from its neighbours and say nothing."""
-    attribute, stage = _leader(prim), prim.GetStage()
+    attribute = _leader(prim)
+    stage = prim.GetStage()
     times = np.unique(attribute.GetTimeSamples())
     times = times[times == np.round(times)]  # those between frames are for the shutter
     if len(times) < 2:
         return
     step = np.diff(times).min()
     start, end = (stage.GetStartTimeCode(), stage.GetEndTimeCode()) if has_range(stage) else times[[0, -1]]
-    before, after = max(0, (times[0] - start) // step), max(0, (end - times[-1]) // step)
+    before = max(0, (times[0] - start) // step)
+    after = max(0, (end - times[-1]) // step)
     gaps = np.concatenate([[before], np.round(np.diff(times) / step) - 1, [after]])
     firsts = np.concatenate([[times[0] - before * step], times + step])
     if gaps.any():
@@ -41,7 +43,8 @@ def sample_gaps(prim: Usd.Prim) -> Iterator[Fault]:
 
 def sample_range(prim: Usd.Prim) -> Iterator[Fault]:
     """Find samples that are not played since they lie outside of the stage's time codes."""
-    attribute, stage = _leader(prim), prim.GetStage()
+    attribute = _leader(prim)
+    stage = prim.GetStage()
     times = attribute.GetTimeSamples() if has_range(stage) else []
     outside = [t for t in times if not stage.GetStartTimeCode() <= t <= stage.GetEndTimeCode()]
     if outside:

@@ -11,7 +11,8 @@ from hairpipe.io.usd.check.snapshot import Snapshot
 from hairpipe.io.usd.check.track import Track
 
 SLIGHT = 0.1  # of the usual way, below which a strand shows nothing
-BELONG, SCALE = 0.3, (0.3, 3.0)  # least correlation of velocities with the way of a strand, and their scale
+BELONG = 0.3  # least correlation of velocities with the way of a strand, and their scale
+SCALE = (0.3, 3.0)
 JUMP = 0.5  # of its length, by which all points of a strand may be elsewhere than its velocities lead to
 ALONE = 10.0  # times as far as strands usually are off, from which on a strand jumps
 TINY = np.finfo(np.float64).tiny
@@ -21,7 +22,8 @@ def velocities_of_strands(track: Track) -> Iterator[Fault]:
     """Find strands whose velocities are not theirs: 0 at one time or throughout, backwards, of another unit."""
     told = both = seen = np.zeros(0)
     for before, now in _steps(track):
-        lead, way = _lead(before, now), now.points.astype(np.float64) - before.points
+        lead = _lead(before, now)
+        way = now.points.astype(np.float64) - before.points
         yield from _lost(track, before, way)
         told = _add(told, now.per_strand_of_points((lead**2).sum(axis=1)))
         both = _add(both, now.per_strand_of_points((lead * way).sum(axis=1)))

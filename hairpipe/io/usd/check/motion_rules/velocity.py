@@ -31,7 +31,8 @@ class Sums(NamedTuple):
 
     def add(self, told: np.ndarray, seen: np.ndarray) -> "Sums":
         """Return the sums with two arrays of one shape more."""
-        a, b = told.ravel(), seen.ravel()
+        a = told.ravel()
+        b = seen.ravel()
         return Sums(self.told + a @ a, self.both + a @ b, self.seen + b @ b)
 
     @property
@@ -74,7 +75,8 @@ def _overall(track: Track) -> Iterator[str]:
         told, seen = _simpson(trio, rate)
         right = right.add(told, seen)
         if told_before is not None and seen_before is not None and len(told_before) == len(told):
-            late, early = late.add(told, seen_before), early.add(told_before, seen)
+            late = late.add(told, seen_before)
+            early = early.add(told_before, seen)
         told_before, seen_before = told, seen
     noise = ROUNDING * np.sqrt(track.first.points.size) * np.abs(track.first.points).max(initial=0)
     if max(right.told, right.seen) <= noise**2:
@@ -139,7 +141,8 @@ def _step_by_step(track: Track) -> Iterator[Fault]:
 
 def _steps(track: Track) -> Iterator[Step]:
     """Compare neighbours: (v0 + v1) / 2 = (x1 - x0) / (t1 - t0), up to the third derivative of x."""
-    rate, before = track.prim.GetStage().GetTimeCodesPerSecond(), None
+    rate = track.prim.GetStage().GetTimeCodesPerSecond()
+    before = None
     for now in (track.at(time) for time in track.points):
         before = None if before is None or track.is_cut(before, now) else before
         arrays = [] if before is None else [before.points, now.points, before.array("velocities", 3)]
@@ -147,7 +150,8 @@ def _steps(track: Track) -> Iterator[Step]:
         if before is not None and all(a is not None and len(a) == len(now.points) for a in arrays):
             sound = np.logical_and.reduce([np.isfinite(array).all(axis=1) for array in arrays])
             start, end, v0, v1 = (array[sound].astype(np.float64) for array in arrays)
-            told, seen = (v0 + v1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate, end - start
+            told = (v0 + v1) / 2 * (now.time.GetValue() - before.time.GetValue()) / rate
+            seen = end - start
             most = max(np.abs(start).max(initial=0), np.abs(end).max(initial=0))
             norms = (float(np.linalg.norm(array)) for array in (told, seen, told - seen))
             yield Step(before.code, now.code, *norms, ROUNDING * np.sqrt(start.size) * most)
@@ -169,7 +173,8 @@ def velocities_missing(scene: Scene) -> Iterator[Fault]:
 
 
 def _frozen(track: Track) -> Iterator[Fault]:
-    stage, hair = track.prim.GetStage(), track.first
+    stage = track.prim.GetStage()
+    hair = track.first
     speed = hair.array("velocities", 3)
     if not hair.sound or speed is None or not stage.GetEndTimeCode() > stage.GetStartTimeCode():
         return
@@ -182,7 +187,9 @@ def _frozen(track: Track) -> Iterator[Fault]:
 def acceleration_match(scene: Scene) -> Iterator[Fault]:
     """Find accelerations that do not change the velocities as they do change: (a0 + a1) / 2 = (v1 - v0) / dt."""
     for track in scene.hair:
-        sums, before, rate = NONE, None, track.prim.GetStage().GetTimeCodesPerSecond()
+        sums = NONE
+        before = None
+        rate = track.prim.GetStage().GetTimeCodesPerSecond()
         moves = track.moves and track.prim.GetAttribute("accelerations").HasValue()
         for now in (track.at(time) for time in track.points) if moves else ():
             arrays = [s.array(n, 3) for s in (before, now) if s is not None for n in ("velocities", "accelerations")]

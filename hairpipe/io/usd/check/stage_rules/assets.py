@@ -140,7 +140,8 @@ def _mismatch(path: Path, field: UsdVol.OpenVDBAsset, inspect: Inspect) -> str:
         grids = {grid.name: grid.grid_class for grid in inspect(path)}
     except BadInput as fault:
         return f"{path.name} does not open: {fault.what}"
-    name, kind = field.GetFieldNameAttr().Get(), field.GetFieldClassAttr().Get()
+    name = field.GetFieldNameAttr().Get()
+    kind = field.GetFieldClassAttr().Get()
     if name not in grids:
         return f"{path.name} has no grid {name!r}, but {', '.join(map(repr, sorted(grids))) or 'none at all'}"
     if kind in CLASSES and grids[name] != CLASSES[kind]:

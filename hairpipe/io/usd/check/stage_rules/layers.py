@@ -25,7 +25,8 @@ def composition(stage: Usd.Stage) -> Iterator[Fault]:
 def variants(prim: Usd.Prim) -> Iterator[Fault]:
     """Find selections of a variant that there is not."""
     for name in prim.GetVariantSets().GetNames():
-        chosen, there = prim.GetVariantSet(name).GetVariantSelection(), prim.GetVariantSet(name).GetVariantNames()
+        chosen = prim.GetVariantSet(name).GetVariantSelection()
+        there = prim.GetVariantSet(name).GetVariantNames()
         if chosen and chosen not in there:
             message = f"the variant {chosen!r} of {name} is not there; there are {', '.join(there) or 'none'}"
             yield Fault(str(prim.GetPath()), message)
@@ -33,13 +34,16 @@ def variants(prim: Usd.Prim) -> Iterator[Fault]:
 
 def layer_units(stage: Usd.Stage) -> Iterator[Fault]:
     """Find layers of another unit or up axis, which nothing converts, and of another rate, which nothing expects."""
-    unit, up, rate = UsdGeom.GetStageMetersPerUnit(stage), UsdGeom.GetStageUpAxis(stage), stage.GetTimeCodesPerSecond()
+    unit = UsdGeom.GetStageMetersPerUnit(stage)
+    up = UsdGeom.GetStageUpAxis(stage)
+    rate = stage.GetTimeCodesPerSecond()
     mended = _mended_layers(stage)
     for layer in stage.GetUsedLayers(includeClipLayers=False):
         if layer.anonymous or layer == stage.GetRootLayer():
             continue
         facts = layer.pseudoRoot.GetInfo
-        name, free = layer.GetDisplayName(), layer in mended
+        name = layer.GetDisplayName()
+        free = layer in mended
         own = facts(UNIT) if layer.pseudoRoot.HasInfo(UNIT) else None
         if not free and own is not None and not math.isclose(own, unit, rel_tol=1e-6):
             yield Fault("/", f"{name} has {UNIT} {own:g}, the stage {unit:g}; nothing converts one into the other")

@@ -61,7 +61,8 @@ def shader_inputs(prim: Usd.Prim) -> Iterator[Fault]:
     node = Sdr.Registry().GetShaderNodeByIdentifier(OWN)
     known = node.GetShaderInputNames()
     for given in shader.GetInputs():
-        name, value = given.GetBaseName(), None if given.HasConnectedSource() else given.Get()
+        name = given.GetBaseName()
+        value = None if given.HasConnectedSource() else given.Get()
         if name not in known:
             yield Fault(str(given.GetAttr().GetPath()), f"is not an input of {OWN}, which has {', '.join(known)}")
         elif given.GetTypeName() != (kind := node.GetShaderInput(name).GetTypeAsSdfType().GetSdfType()):

@@ -31,7 +31,8 @@ def metres_per_unit(stage: Usd.Stage) -> Iterator[Fault]:
 
 def frame_rate(stage: Usd.Stage) -> Iterator[Fault]:
     """Find a stage whose velocities mean nothing, or that plays at another speed than its frames."""
-    codes, frames = stage.GetTimeCodesPerSecond(), stage.GetFramesPerSecond()
+    codes = stage.GetTimeCodesPerSecond()
+    frames = stage.GetFramesPerSecond()
     if not (math.isfinite(codes) and codes > 0):
         yield Fault("/", f"timeCodesPerSecond is {codes:g}; it has to be positive")
     elif not stage.HasAuthoredMetadata("timeCodesPerSecond"):
@@ -52,7 +53,8 @@ def time_codes(stage: Usd.Stage) -> Iterator[Fault]:
 
 def has_range(stage: Usd.Stage) -> bool:
     """Return whether the stage says from when to when it lasts, and means it."""
-    start, end = stage.GetStartTimeCode(), stage.GetEndTimeCode()
+    start = stage.GetStartTimeCode()
+    end = stage.GetEndTimeCode()
     return stage.HasAuthoredTimeCodeRange() and math.isfinite(end - start) and start <= end
 
 

@@ -49,7 +49,8 @@ def ignored_transform(prim: Usd.Prim) -> Iterator[Fault]:
 
 def reset_transform(prim: Usd.Prim) -> Iterator[Fault]:
     """Find prims that do not go with what they stand under."""
-    xform, parent = UsdGeom.Xformable(prim), UsdGeom.Xformable(prim.GetParent())
+    xform = UsdGeom.Xformable(prim)
+    parent = UsdGeom.Xformable(prim.GetParent())
     if xform and parent and xform.GetResetXformStack():
         yield Fault(str(prim.GetPath()), f"resets its transform, so that it does not go with {parent.GetPath()}")
 
@@ -57,7 +58,8 @@ def reset_transform(prim: Usd.Prim) -> Iterator[Fault]:
 def hair_transform(scene: Scene) -> Iterator[Fault]:
     """Find hair that is mirrored, sheared, or of another scale than the body or its own widths."""
     for track in scene.hair:
-        path, axes = str(track.prim.GetPath()), track.first.world[:3, :3]
+        path = str(track.prim.GetPath())
+        axes = track.first.world[:3, :3]
         own = np.array(UsdGeom.Xformable(track.prim).GetLocalTransformation(track.first.time))[:3, :3]
         scales = np.linalg.svd(axes, compute_uv=False)
         bodies = [_scale(mesh.first.world[:3, :3]) for mesh in scene.meshes if scene.moves(mesh) or _is_bound(track)]

@@ -1,0 +1,54 @@
+"""Unlike things are assigned one by one, so that a reader finds each name at the beginning of a line."""
+
+import ast
+from collections.abc import Iterator
+
+from .sources import SOURCES, name_of, tree_of
+
+
+def form_of(value: ast.expr) -> object:
+    """Describe an expression without its names and numbers: `a.x` is like `b.y`, `f(1)` like `f(2)`."""
+    if isinstance(value, ast.Name | ast.Constant):
+        return type(value)
+    if isinstance(value, ast.UnaryOp) and isinstance(value.operand, ast.Constant):
+        return ast.Constant
+    if isinstance(value, ast.Call):
+        named = [(keyword.arg, form_of(keyword.value)) for keyword in value.keywords]
+        return (ast.dump(value.func), tuple(map(form_of, value.args)), tuple(named))
+    parts = ast.iter_child_nodes(value)
+    return (type(value), *(form_of(part) if isinstance(part, ast.expr) else type(part) for part in parts))
+
+
+def names_in(expression: ast.expr) -> set[str]:
+    return {item.id for item in ast.walk(expression) if isinstance(item, ast.Name)}
+
+
+def is_exchange(targets: list[ast.expr], values: list[ast.expr]) -> bool:
+    """Whether a value is read after the name that it reads would have been assigned, as in `a, b = b, a`."""
+    return any(names_in(target) & names_in(value) for k, target in enumerate(targets) for value in values[k + 1 :])
+
+
+def assignments_of_unlike_things(tree: ast.Module) -> Iterator[ast.Assign]:
+    for item in ast.walk(tree):
+        if not isinstance(item, ast.Assign) or not isinstance(item.value, ast.Tuple):
+            continue
+        target, values = item.targets[0], item.value.elts
+        if isinstance(target, ast.Tuple) and len(target.elts) == len(values) and len(item.targets) == 1:
+            named = all(isinstance(each, ast.Name) for each in target.elts)
+            alike = len(set(map(form_of, values))) == 1
+            if named and not alike and not is_exchange(target.elts, values):
+                yield item
+
+
+def test_unlike_things_are_assigned_one_by_one():
+    wrong = [
+        f"{name_of(path)}:{item.lineno}: {ast.unparse(item)}"
+        for path in SOURCES
+        for item in assignments_of_unlike_things(tree_of(path))
+    ]
+    assert not wrong, "\n".join(wrong)
+
+
+def test_what_is_alike_or_exchanged_may_share_a_line():
+    text = "a, b = x.p, y.q\nc, d = d, c + 1\ne, f = 0, len(g)\ns, t = s + 1, s\n"
+    assert [item.lineno for item in assignments_of_unlike_things(ast.parse(text))] == [3]
