@@ -45,6 +45,7 @@ def gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) -
     """
     for block in prange(len(axis.first) - 1):
         for lane in range(axis.strands.shape[1]):
+            # Threads write disjoint points: an idle lane repeats a strand of another lane.
             if active[block, lane] != 0.0 and not axis.idle[block, lane]:
                 strand = axis.strands[block, lane]
                 for n in range(axis.offsets[strand + 1] - axis.offsets[strand]):
@@ -61,6 +62,7 @@ def scatter(axis: Axis, points: np.ndarray, lanes: np.ndarray) -> None:
     Rows that are not on the axis stay.
     """
     for block in prange(len(axis.first) - 1):
+        # Idle lanes are written, too: they must stay copies, as `any_lane` looks at every lane.
         for lane in range(axis.strands.shape[1]):
             strand = axis.strands[block, lane]
             for n in range(axis.offsets[strand + 1] - axis.offsets[strand]):
@@ -84,6 +86,7 @@ def follow(axis: Axis, change: np.ndarray, times: float, lanes: np.ndarray) -> N
                 point = axis.offsets[strand] + n
                 for c in range(3):
                     here = times * change[point, c]
+                    # Point 0 is held, whatever its change is.
                     before = times * change[point - 1, c] if n > 1 else 0.0
                     lanes[row, c, lane] += here
                     if axis.stride == 2 and (here != 0.0 or before != 0.0):
@@ -101,6 +104,7 @@ def following_masses(axis: Axis, mass: np.ndarray) -> np.ndarray:
     if axis.stride == 2:
         before = np.empty_like(masses)
         gather(axis._replace(root=axis.root - 1), everyone, mass[:, None, :], before)
+        # The particle before the root point is held.
         before[axis.offsets[:-1]] = 0.0
         masses += 0.5 * before
         masses[:-1] += 0.5 * before[1:]

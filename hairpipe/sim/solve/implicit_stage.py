@@ -47,6 +47,7 @@ def _update(model, block, at, b, bad, only_bad, h, rule):
     """Move to the solution; with only_bad, in the flagged lanes only."""
     x, v, T = at
     if only_bad and shape_of(model).unknowns > 3:
+        # A rod reads the change of its angles from b in `follow_solve`: in lanes that stay it is 0.
         for p in range(x.shape[0]):
             for c in range(shape_of(model).unknowns):
                 store(b, (p, c), select(bad, load(b, (p, c)), 0.0))
@@ -62,6 +63,7 @@ def _update(model, block, at, b, bad, only_bad, h, rule):
             store(v, (p, c), load(v, (p, c)) + dv)
     if rule.form == _MULTIPLIER:
         for p in range(count):
+            # The linear system was made at the old x, so tensions are found before x moves.
             for o in range(1, springs_from(model, p, count) + 1):
                 k = spring_constant(model, block, p, o)
                 t = multiplier(x, dx, p, o, k, load(model.inverse_lengths, (first + p, o - 1)))
@@ -84,6 +86,7 @@ def _place_ends(x, v, xh, ends, held, block, clamped, h):
             store(x, (p, c), end)
             store(v, (p, c), (end - load(xh, (p, c))) / h)
     if len(held) > 0:
+        # The tip may be held in some lanes of a block only.
         fixed = load(held, (block,)) > 0.0
         for i in range(clamped):
             p = count - clamped + i
@@ -117,6 +120,7 @@ def _restart(model, block, at, stage, h, bad):
     clamped = shape_of(model).clamped
     for p in range(clamped, x.shape[0]):
         for c in range(3):
+            # A rigid shift with the root: edges keep the lengths that they had when the stage began.
             along = load(ends, (clamped - 1, c)) - load(before, (clamped - 1, c))
             store(x, (p, c), select(bad, load(before, (p, c)) + along, load(x, (p, c))))
             store(v, (p, c), select(bad, (load(x, (p, c)) - load(stage.xh, (p, c))) / h, load(v, (p, c))))
@@ -138,6 +142,7 @@ def run_stage(model, block, at, stage, rule):
     bad = _guess(model, block, at, stage, h, rule.guard)
     if any_lane(bad):
         _restart(model, block, at, stage, h, bad)
+    # One pass more for the lanes that restarted: they are farther from the solution; the others are left as they are.
     for iteration in range(rule.iterations + int(any_lane(bad))):
         set_form(model, block, x, T, rule)
         hold_tip(model, block, x, T, stage.held)
@@ -225,6 +230,7 @@ def _carry(model, block, at, stage, h, bad, rule):
     count = x.shape[0]
     A, b = _room(model, x)
     moved, speeds, tensions = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty(T.shape, T.dtype)
+    # A copy, as the lanes that are not bad keep their T.
     copy(tensions, T)
     clamped = shape_of(model).clamped
     for p in range(count):
@@ -244,6 +250,7 @@ def _carry(model, block, at, stage, h, bad, rule):
     for p in range(count):
         for c in range(3):
             store(x, (p, c), select(bad, load(moved, (p, c)), load(x, (p, c))))
+            # Not the velocity found: in every lane x = xh + h v must hold for the solves that follow.
             store(v, (p, c), select(bad, (load(x, (p, c)) - load(stage.xh, (p, c))) / h, load(v, (p, c))))
         for o in range(T.shape[1]):
             store(T, (p, o), select(bad, load(tensions, (p, o)), load(T, (p, o))))
@@ -263,6 +270,7 @@ def factor_stages(model, system, at, outer, active, stage, rule):
         if active[block].any():
             _factor_block(model, np.int64(block), system, at, outer, active, stage, rule)
         else:
+            # Strand systems that are not solved are read all the same, as a change of velocity of 0.
             fill(b[model.first[block] : model.first[block + 1]], 0.0)
 
 
@@ -288,12 +296,14 @@ def _factor_block(model, block, system, at, outer, active, stage, rule):
     A = system.A
     bs = system.b[rows]
     xs = part.x
+    # Elimination has the precision of the model, in a buffer of the block; `store_as` below rounds what is kept.
     As = _room(model, xs)[0]
     set_form(model, block, xs, part.T, rule)
     hold_tip(model, block, xs, part.T, its_stage.held)
     axis = slice(rows.start // shape_of(model).stride, rows.stop // shape_of(model).stride)
     coupled = A.shape[0] > 0
     full = System(As, bs)
+    # Only for numba, which needs the types of both before the loop: h is positive, so no lane is marked.
     indefinite = h < 0.0
     lowest = h
     # Strands that are coupled are one system, which must be positive definite: one that is not would spoil them all.
@@ -306,8 +316,10 @@ def _factor_block(model, block, system, at, outer, active, stage, rule):
             rule = _with_part(rule, _PROJECTED)
         lowest = assemble(model, block, System(As, bs), part, outer[axis], its_stage, h, rule)
         if attempt == 1:
+            # The projected stiffness is for the lanes that need it; the others keep the exact one, to the bit.
             _take_back(As, full.A, indefinite)
             _take_back(bs, full.b, indefinite)
+    # A strand by itself has its step done again instead (`may_be_lost`), which coupled strands could not do alone.
     if not coupled:
         note_pivot(model, part.T, lowest)
     substitute(model, As, bs, xs.shape[0])
@@ -315,6 +327,7 @@ def _factor_block(model, block, system, at, outer, active, stage, rule):
         for c in range(bs.shape[1]):
             store(bs, (p, c), select(load(active, (block,)) > 0.0, load(bs, (p, c)), 0.0))
     if A.shape[0] > 0:
+        # Conjugate gradients solve with these factors in every iteration: their time is that of reading them.
         kept = A[rows]
         for p in range(kept.shape[0]):
             for c in range(kept.shape[1]):

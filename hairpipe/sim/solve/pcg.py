@@ -75,13 +75,16 @@ def solve(
     A strand for which this is not a number, or respond gives none, is taken as held, and spares the others.
     """
     rows = -(-alone.size // _WIDTH)
+    # Filled up to whole vectors of lanes with zeros, which add nothing to sums.
     vectors = np.zeros((7, rows, _WIDTH), _SINGLE)
     s, r, z, p, q, w, x = vectors
     points = [vector.reshape(-1)[: alone.size].reshape(-1, 3) for vector in vectors]
     _take_finite(alone, points[6])
+    # The first residual is r = -O x0, as x0 solves the systems of the strands; s is still 0.
     multiply(points[6], points[0], points[1])
     np.negative(r, out=r)
     size = _size(masses, points[6])
+    # Makes beta 0 in the first iteration, so that p starts as z.
     before = np.inf
     rz = 0.0
     made = 0
@@ -89,7 +92,9 @@ def solve(
         respond(points[1], points[2])
         rz = _turn(before, r, z, p, q)
         if rz <= tolerance * tolerance * size:
+            # The norm of x costs a pass over memory: it is renewed only where the old one would end the iterations.
             size = _size(masses, points[6])
+        # In this order of comparisons a NaN ends the iterations, too.
         if not tolerance * tolerance * size < rz < np.inf or made == most:
             break
         multiply(points[3], points[4], points[5])
@@ -118,8 +123,10 @@ def _size(masses, x):
             if masses[k] < np.inf:
                 square = np.float64(x[k, 0]) ** 2 + np.float64(x[k, 1]) ** 2 + np.float64(x[k, 2]) ** 2
                 moving[chunk] += masses[k] * square
+                # Norm of hair that moves at the speed STILL: the least that the tolerance is relative to.
                 still[chunk] += masses[k] * STILL * STILL
     total, least = 0.0, 0.0
+    # One after another: a sum over threads would depend on their number.
     for chunk in range(chunks):
         total, least = total + moving[chunk], least + still[chunk]
     return max(total, least)
@@ -134,6 +141,7 @@ def _turn(before, r, z, p, q):
         _sum_finite(sums, np.int64(chunk), r, z)
     rz = _total(sums)
     beta = rz / before
+    # A second pass, as beta needs the whole sum.
     for chunk in prange(chunks):
         _turn_some(np.int64(chunk) * _CHUNK, beta, r, z, p, q)
     return rz
@@ -158,6 +166,7 @@ def _advance(rz, p, q, w, s, r, x):
 @inlined
 def _total(sums):
     total = 0.0
+    # A chunk is short enough for single precision; the sum over chunks is not.
     for chunk in range(sums.shape[0]):
         for lane in range(sums.shape[1]):
             total += np.float64(sums[chunk, lane])
@@ -178,6 +187,7 @@ def _sum_finite(sums, chunk, r, z):
 def _sum(sums, chunk, x, y):
     begin = chunk * _CHUNK
     total = load(x, (begin,)) * load(y, (begin,))
+    # Each lane has its own sum: the additions are vectorised without a change of their order.
     for row in range(begin + 1, min(begin + _CHUNK, len(x))):
         total = total + load(x, (row,)) * load(y, (row,))
     store(sums, (chunk,), total)
@@ -187,6 +197,7 @@ def _sum(sums, chunk, x, y):
 def _turn_some(begin, beta, r, z, p, q):
     for row in range(begin, min(begin + _CHUNK, len(r))):
         store(p, (row,), load(z, (row,)) + beta * load(p, (row,)))
+        # q = P p needs no product, as P z = r.
         store(q, (row,), load(r, (row,)) + beta * load(q, (row,)))
 
 

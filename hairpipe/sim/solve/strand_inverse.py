@@ -37,10 +37,12 @@ def _respond_block(model, axis, block, system, held, active, impulses, change):
     fill(x, 0.0)
     if active[block].any():
         _take(axis, block, impulses, x)
+        # The root is held: impulses on it are taken by the body.
         for p in range(clamped):
             for c in range(3):
                 store(x, (p, c), 0.0)
         for p in range(clamped, count):
+            # Cleared just before the row is eliminated, so that an impulse on a held particle reaches no later row.
             free = load(active, (block,)) > 0.0
             if len(held) > 0 and p >= count - clamped:
                 free = both(free, load(held, (block,)) < 0.5)
@@ -72,6 +74,7 @@ def _take(axis, block, points, x):
 def _give(axis, block, x, points):
     """Copy what particles of a block have to its points."""
     for lane in range(axis.strands.shape[1]):
+        # An idle lane repeats a strand to fill its block: its points are written once only.
         if not axis.idle[block, lane]:
             first = axis.offsets[axis.strands[block, lane]]
             row = axis.root

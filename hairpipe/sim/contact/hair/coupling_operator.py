@@ -64,6 +64,7 @@ def _count_acting(acts, incidence, first):
     for chunk in prange(-(-(len(first) - 1) // _CHUNK)):
         for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(first) - 1)):
             for e in range(incidence.first[k], incidence.first[k + 1]):
+                # What does not act is left out here once, instead of being read in every iteration.
                 first[k + 1] += acts[incidence.sides[e] >> 1]
     for k in range(1, len(first)):
         first[k] += first[k - 1]
@@ -88,6 +89,7 @@ def _gather_some(couplings, incidence, out, begin):
         near, far, between, near_push, far_push = _NO_BLOCK, _NO_BLOCK, _NO_BLOCK, _NO_PUSH, _NO_PUSH
         place = out.first[k]
         for e in range(first[k], first[k + 1]):
+            # The couplings of a segment lie anywhere in memory: they are fetched before they are needed.
             ahead = sides[min(e + AHEAD, len(sides) - 1)] >> 1
             if acts[ahead]:
                 fetch(exerted, ahead)
@@ -100,12 +102,14 @@ def _gather_some(couplings, incidence, out, begin):
                 near = _more_block(near, (1.0 - r) * (1.0 - r), M)
                 far = _more_block(far, r * r, M)
                 between = _more_block(between, r * (1.0 - r), M)
+                # The push acts on the first segment, and the opposite on the second.
                 sign = 1.0 - 2.0 * j
                 s = fractions[i, j]
                 push = (exerted[i, PUSH], exerted[i, PUSH + 1], exerted[i, PUSH + 2])
                 near_push = plus(near_push, scaled(sign * (1.0 - s), push))
                 far_push = plus(far_push, scaled(sign * s, push))
                 place += 1
+        # Row begin - 1 belongs to another thread: here it only gives what it passes on to the next point.
         if k >= begin:
             for c in range(6):
                 out.diagonal[k, c], out.following[k, c] = near[c] + carried[c], between[c]
@@ -125,6 +129,7 @@ def _enter(couplings, i, j, rows, place):
     rows.numbers[place, 0] = couplings.exerted[i, ACROSS]
     rows.numbers[place, 1] = couplings.exerted[i, ALONG] - couplings.exerted[i, ACROSS]
     rows.numbers[place, 2] = _rounded(couplings.fractions[i, j]) / WHOLE
+    # Own blocks are made of the rounded numbers, so that P + O is the matrix of one set of springs.
     across, more = np.float64(rows.numbers[place, 0]), np.float64(rows.numbers[place, 1])
     x, y, z = rows.places[place, 0] / WHOLE, rows.places[place, 1] / WHOLE, rows.places[place, 2] / WHOLE
     xx, xy, xz, yy, yz, zz = outer(more, (x, y, z))
@@ -194,6 +199,7 @@ def impulses_after(rows: CouplingRows, change: np.ndarray, active: np.ndarray, o
             if active[k]:
                 total, far = _across(rows, places, k, rounded)
                 near = total - far
+                # Each point sums up for itself what the segment before passes on: active points need not be contiguous.
                 if k > 0:
                     near = near + _across(rows, places, k - 1, rounded)[1]
                 own = _own_part(rows, change, k)
@@ -214,6 +220,7 @@ def follow(rows: CouplingRows, change: np.ndarray, active: np.ndarray, total: np
                 own = _own_part(rows, change, k)
                 for c in range(3):
                     out[k, c] -= own[c]
+                    # A lost strand must not move the others; a comparison with NaN is false.
                     if abs(change[k, c]) < np.inf:
                         total[k, c] += change[k, c]
 
@@ -248,11 +255,13 @@ def _across(rows, places, k, v):
     total, far = zeros(), zeros()
     for e in range(first[k], first[k + 1]):
         ahead = np.int64(others[min(e + AHEAD, len(others) - 1)])
+        # The other side lies anywhere in memory, and its six numbers may span two cache lines.
         fetch(v, 3 * ahead)
         fetch(v, 3 * ahead + 5)
         d = load_short_four(places, 4 * e)
         q = np.int64(others[e])
         before = load_four(v, 3 * q)
+        # Four numbers are read from one before: a read of four at 3 q + 3 would pass the end of the array.
         after = without_first(load_four(v, 3 * q + 2))
         u = before + item(d, 3) * (after - before)
         y = numbers[e, 0] * u + (numbers[e, 1] * dot(d, u)) * d
@@ -264,6 +273,7 @@ def _across(rows, places, k, v):
 @njit(cache=True)
 def _multiply_some(rows, places, v, start, out, begin):
     """Walk as `_gather_some` does."""
+    # The segment before the chunk is computed twice, so that no thread waits for another.
     carried = _across(rows, places, begin - 1, v)[1] if begin > 0 else zeros()
     for k in range(begin, min(begin + _CHUNK, len(out))):
         total, far = _across(rows, places, k, v)
