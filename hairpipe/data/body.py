@@ -10,7 +10,7 @@ from hairpipe.data.value import value
 
 @value
 class Skeleton:
-    """Joints of a body at rest; a parent stands before its children.
+    """Joints of a body at rest; parents precede children.
 
     names    of the joints, J of them
     parents  index of the parent joint, -1 at a root, (J,) int32
@@ -30,10 +30,10 @@ class Body:
 
     mesh      at rest, n vertices; Y up, the face looks along +Z
     skeleton  J joints
-    joints    indices of the k joints a vertex follows, (n, k) int32
+    joints    indices of the k joints that move a vertex, (n, k) int32
     weights   their weights, each row sums to 1, (n, k) float64
-    maps      painted vertex values by name, each (n,) float64 in 0..1; "scalp" is where hair may grow
-    time      code at which a file that moves it was read: hair is read from files at the same time
+    maps      painted vertex values by name, each (n,) float64 in 0..1; hair grows where "scalp" is not 0
+    time      time code at which an animated file was read; hair is read from files at the same time
     """
 
     mesh: Mesh
@@ -46,7 +46,7 @@ class Body:
 
 @value
 class Pose:
-    """Where the joints of a body's skeleton are at one frame, and how they move.
+    """Transforms of the joints of a body's skeleton at one frame, and their rates.
 
     transforms  joint-to-world matrices [m], (J, 4, 4) float64, in the order of the skeleton
     rates       their time derivatives [1/s, m/s], (J, 4, 4) float64

@@ -7,15 +7,15 @@ from hairpipe.data.value import value
 
 @value
 class Clip:
-    """The joints of a performer and their channels over time; a parent stands before its children.
+    """The joints of a performer and their channels over time; parents precede children.
 
-    names       of the joints, J of them
+    names       names of the J joints
     parents     index of the parent joint, -1 at a root, (J,) int32
-    offsets     of every joint from its parent where all channels are zero [file units], (J, 3) float64
-    ends        of the End Site of a joint from it [file units], (J, 3) float64, NaN where it has none
-    channels    of every joint in the order of the file, such as ("Xposition", "Zrotation")
-    values      of all channels, joint after joint [file units, deg], (F, C) float64; positions in place of offsets
-    frame_time  from one frame to the next [s]
+    offsets     offset of every joint from its parent with all channels zero [file units], (J, 3) float64
+    ends        offset of a joint's End Site from the joint [file units], (J, 3) float64, NaN if it has none
+    channels    channels of every joint in the order of the file, such as ("Xposition", "Zrotation")
+    values      values of all channels, by joint [file units, deg], (F, C) float64; positions replace offsets
+    frame_time  duration of a frame [s]
     """
 
     names: tuple[str, ...]

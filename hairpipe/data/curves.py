@@ -9,14 +9,14 @@ from hairpipe.data.value import value
 class Curves:
     """Strands of a file, root first.
 
-    points   of all strands, one after another [m], (p, 3) float64
+    points   points of all strands, in order [m], (p, 3) float64
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
-    ids      that the file gives them, else their places in it; unique, (S,) int32
-    held     whether the tip is held as the root is, (S,) bool
-    spare    points at either end of a strand beyond where the file says that the curve ends, (S,) int64
-    rest     of all points in the rest shape that the file has besides [m], (p, 3) float64
+    ids      ids in the file, otherwise indices of the curves; unique, (S,) int32
+    held     whether the tip is held like the root, (S,) bool
+    spare    number of control points at either end of a strand beyond the ends of the curve, (S,) int64
+    rest     points of the rest shape, if the file has one [m], (p, 3) float64
     widths   of the strands at all points [m], (p,) float64
-    time     code at which a file that moves them was read
+    time     time code at which an animated file was read
     """
 
     points: np.ndarray

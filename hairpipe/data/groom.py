@@ -9,17 +9,17 @@ from hairpipe.data.value import value
 class Groom:
     """Strands on the body at rest, root first, each cut into segments of equal length and bound to the body.
 
-    points            of all strands, one after another, each from the skin on [m], (p, 3) float64
+    points            points of all strands in order, each from the skin to the tip [m], (p, 3) float64
     offsets           strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
-    ids               of the strands, unique, (S,) int32
+    ids               unique ids of the strands, (S,) int32
     root_triangles    triangle of the body a strand grows from, (S,) int32
-    root_barycentrics where in it, (S, 3) float64, rows sum to 1
+    root_barycentrics barycentric coordinates of the root in it, (S, 3) float64, rows sum to 1
     root_frames       rest frame of the root: columns tangent, bitangent, outward normal, origin [m], (S, 3, 4) float64
     root_uv           texture coordinates of the root, (S, 2) float32
-    tip_triangles     triangle of the body that holds the tip, -1 where it is free, (S,) int32; without, all are free
-    tip_barycentrics  where in it, (S, 3) float64
-    tip_frames        rest frame of the tip, as that of the root, (S, 3, 4) float64
-    widths            of the strands at all points as a file gave them, to draw with [m], (p,) float64
+    tip_triangles     triangle of the body that holds the tip, -1 if free, (S,) int32; if absent, all are free
+    tip_barycentrics  barycentric coordinates of the tip in it, (S, 3) float64
+    tip_frames        rest frame of the tip, like `root_frames`, (S, 3, 4) float64
+    widths            widths at all points as read from a file, for drawing [m], (p,) float64
     """
 
     points: np.ndarray
@@ -37,7 +37,7 @@ class Groom:
 
 @value
 class Strands:
-    """Hair at one frame: what is drawn and exported; strands, order and counts are those of the groom.
+    """Hair at one frame, as drawn and exported; strands, order and counts are those of the groom.
 
     points      [m], (p, 3) float64: single precision has an error of 0.03 mm a kilometre from the origin
     velocities  [m/s], (p, 3) float32

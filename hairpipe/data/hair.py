@@ -7,21 +7,21 @@ from hairpipe.data.value import value
 
 @value
 class LockState:
-    """Which hairs are simulated, and what the others follow (`sim/locks`).
+    """Guides, which are simulated, and their followers (`sim/locks`).
 
-    Rows F are the points of those that are carried, since they follow, are audited or on trial, strand by strand.
+    F rows: the points of strands that are interpolated (followers, audited and on trial), strand by strand.
 
-    leaders       strand that is simulated for each, itself where it is, (strands,) int32
-    ages          frames that each of `HairState.stuck` has lasted, (n,) int32
-    points        of the groom that each point of a follower follows, -1 where no more, (F, 4) int32
-    offsets       from there, turned back to where hair was at rest [m], (F, 4, 3) float32
-    bends         of followers when they began to follow, turned back likewise [m], (F, 3) float32
-    disagreement  of what a follower follows, 0 for what is simulated [m], (strands,) float32
-    audited       guide that each followed which is audited or on trial now, -1: none, (strands,) int32
-    parted        guide that each followed which is simulated by itself now, -1: none, (strands,) int32
-    errors        of those whose audit ended at this frame, rms over their points, else NaN [m], (strands,) float32
-    turn          number of the audit that goes on
-    since         frames for which it has gone on
+    leaders       guide of each strand, itself for a guide, (strands,) int32
+    ages          age of each connection in `HairState.stuck`, in frames, (n,) int32
+    points        points of guides that each point of a follower follows, -1 if fewer than 4, (F, 4) int32
+    offsets       offsets from those points, rotated back to rest [m], (F, 4, 3) float32
+    bends         bends of followers when they began to follow, rotated back likewise [m], (F, 3) float32
+    disagreement  disagreement of a follower's guides, 0 for simulated strands [m], (strands,) float32
+    audited       previous guide of a strand that is audited or on trial, -1: none, (strands,) int32
+    parted        previous guide of a strand that has left its lock, -1: none, (strands,) int32
+    errors        rms error of a strand whose audit ended at this frame, else NaN [m], (strands,) float32
+    turn          number of the current audit
+    since         its duration so far, in frames
     """
 
     leaders: np.ndarray
@@ -39,19 +39,19 @@ class LockState:
 
 @value
 class HairState:
-    """Everything the next frame needs, in the simulation's own layout: particles in rows, strands in the last axis.
+    """Everything the next frame needs, in the layout of the simulation: particles in rows, strands in the last axis.
 
     positions        in the world [m], (rows, 3, lanes) float64
-    velocities       [m/s], same shape, float64, or float32 where hair is computed in that
-    accelerations    that the last step found [m/s^2], same shape and precision
-    fresh            strands whose forces have jumped since, so that accelerations do not count, (blocks, lanes) bool
+    velocities       [m/s], same shape, float64, or float32 in single precision
+    accelerations    accelerations of the last step [m/s^2], same shape and precision
+    fresh            strands whose forces jumped afterwards: accelerations are invalid, (blocks, lanes) bool
     tensions         multipliers of the springs to the next particles [N], (rows, springs, lanes)
-    inverse_lengths  1 / rest length of those springs [1/m], same shape; None where they rest in the groom's shape
-    stuck            segments of the groom that stick together, first < second, (n, 2) int32
-    stuck_at         where on them, as fractions of their length, (n, 2) float64
-    pace             longest step that hair which passes through hair allows next [s]
-    stretched        length over that at rest of a segment that was warned of; 1: none was
-    locks            of hair that is simulated once; None: every hair is. Of followers the axis alone is up to date
+    inverse_lengths  1 / rest length of those springs [1/m], same shape; None if they rest in the groom's shape
+    stuck            pairs of connected segments of the groom, first < second, (n, 2) int32
+    stuck_at         positions of the connection on both, as fractions of their length, (n, 2) float64
+    pace             longest next step that crossings allow [s]
+    stretched        largest stretch of a segment that was reported; 1: none was
+    locks            state of locks; None: every hair is simulated. Of followers only the axis is up to date
     """
 
     positions: np.ndarray

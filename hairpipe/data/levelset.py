@@ -9,11 +9,11 @@ from hairpipe.data.value import value
 class LevelSet:
     """Cubic bricks of 8 voxels a side that cover the narrow band; everything else is far inside or far outside.
 
-    A brick stores the 9 x 9 x 9 samples at the corners of its 8 x 8 x 8 voxels, so that a point in it is interpolated
-    without looking at a neighbour. Sample (i, j, k) of brick (a, b, c) lies at origin + voxel * (8a+i, 8b+j, 8c+k).
-    What is far inside is known at the corners of its blocks.
+    A brick stores the 9 x 9 x 9 samples at the corners of its 8 x 8 x 8 voxels, so a point in it is interpolated
+    without its neighbours. Sample (i, j, k) of brick (a, b, c) lies at origin + voxel * (8a+i, 8b+j, 8c+k).
+    Blocks far inside have samples at their corners.
 
-    bricks      index of the brick that covers this block of space, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
+    bricks      index of the brick that covers a block of space, FAR_OUTSIDE or FAR_INSIDE, (na, nb, nc) int32
     distance    signed distance, negative inside, outside at most voxel*half_width [m], (B, 9, 9, 9) float32
     velocity    of the nearest point of the surface; beyond the band, of one nearby [m/s], (B, 9, 9, 9, 3) float32
     inner       the same at the corners of the blocks that are far inside: distance [m], then velocity [m/s]; elsewhere

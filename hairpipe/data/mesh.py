@@ -7,11 +7,11 @@ from hairpipe.data.value import value
 
 @value
 class Mesh:
-    """Triangles in space, with the velocity of every vertex when they move.
+    """Triangles in space, with the velocities of the vertices if they move.
 
     points      positions [m], (n, 3) float64
     triangles   vertex indices, counter-clockwise seen from outside, (m, 3) int32
-    velocities  of the vertices [m/s], (n, 3) float64, or None where the mesh does not move
+    velocities  of the vertices [m/s], (n, 3) float64, or None for a static mesh
     uv          texture coordinates of the triangle corners, (m, 3, 2) float32, or None
     """
 

@@ -8,18 +8,18 @@ from hairpipe.data.value import value
 
 @value
 class Particles:
-    """Particles that stand for hair at rest, and the links between them; those below the skin come first.
+    """Particles that represent hair at rest, and the links between them; those below the skin come first.
 
-    hair        strands that particles lie on, as they are at rest
-    strands     strand of `hair` that each lies on, (N,) int32
-    arcs        where on it, from the skin, of a curl along its axis; negative below the skin [m], (N,) float64
+    hair        strands on which the particles lie, at rest
+    strands     strand of `hair` of each particle, (N,) int32
+    arcs        arc length from the skin, along the axis of a curl; negative below the skin [m], (N,) float64
     points      [m], (N, 3) float64
-    directions  of the hair there, to the tip, unit vectors, (N, 3) float64
+    directions  directions of the hair towards the tip, unit vectors, (N, 3) float64
     masses      [kg], (N,) float64
-    links       the particle towards the root, then that towards the tip, (E, 2) int32
+    links       pairs of particles, the one nearer to the root first, (E, 2) int32
     alignments  a_ij of equation (6) at rest, (E,) float64
-    reach       h_1: links fade at twice this distance [m]
-    range       h_2: hair acts on hair within twice this distance [m]
+    reach       h_1: link strength is zero at twice this distance [m]
+    range       h_2: hairs interact within twice this distance [m]
     """
 
     hair: Groom

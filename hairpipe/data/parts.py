@@ -7,16 +7,16 @@ from hairpipe.data.value import value
 
 @value
 class BodyParts:
-    """The parts of a body at one frame; the body is all of them together.
+    """The parts of a body at one frame; the body is their union.
 
-    A part k is a level set in its own frame: X = R_k^T (x - p_k), with poses[k] = [R_k | p_k] and R_k a rotation. It is
-    made of bricks, as a LevelSet is. The index of all its bricks, (na, nb, nc) of them, lies flat from starts[k] on.
+    A part k is a level set in its own frame: X = R_k^T (x - p_k), with poses[k] = [R_k | p_k] and R_k a rotation. It
+    consists of bricks, like a LevelSet. The index of its (na, nb, nc) blocks is stored flat from starts[k] on.
 
-    names       of the parts, that of the bone each follows
+    names       names of the parts: those of their bones
     poses       [R | p] of the parts [m], (G, 3, 4) float64
     rates       their time derivatives [1/s, m/s], (G, 3, 4) float64
-    starts      where the bricks of every part begin in `bricks`, (G + 1,) int64
-    shapes      how many bricks of a part there are along the axes, (G, 3) int32
+    starts      start of every part in `bricks`, (G + 1,) int64
+    shapes      number of blocks of a part along the axes, (G, 3) int32
     origins     position of the first sample of a part in its frame [m], (G, 3) float64
     bricks      index of the brick at every block of space, LevelSet.FAR_OUTSIDE or FAR_INSIDE, int32
     distance    signed, negative inside, outside at most voxel*half_width [m], (B, 9, 9, 9) float32

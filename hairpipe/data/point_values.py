@@ -7,10 +7,10 @@ from hairpipe.data.value import value
 
 @value
 class PointValues:
-    """Values at the points of strands, to look at; a name carries its unit, as in "depth [mm]".
+    """Values at the points of strands, for display; a name contains its unit, as in "depth [mm]".
 
-    names    K of them
-    values   one row a name, (K, p) float32
+    names    names of the K values
+    values   one row per name, (K, p) float32
     offsets  strand s owns points offsets[s]:offsets[s+1], (S+1,) int32
     """
 
@@ -21,9 +21,9 @@ class PointValues:
 
 @value
 class Normals:
-    """Normals of hair as one body at the points of its strands, to shade it with.
+    """Normals of the hair volume at the points of its strands, for shading.
 
-    vectors  unit; 0 where there is none, (p, 3) float32
+    vectors  unit normals; 0 where undefined, (p, 3) float32
     """
 
     vectors: np.ndarray

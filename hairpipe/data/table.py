@@ -13,9 +13,10 @@ Column = np.ndarray | tuple[str, ...]
 
 @value
 class Table:
-    """Columns in their order; a name carries its unit, as in "time [s]".
+    """Columns in order; a name contains its unit, as in "time [s]".
 
-    `table_of_columns({"time [s]": times, "case": cases})` makes one of arrays or lists, `table_of_rows` of rows.
+    `table_of_columns({"time [s]": times, "case": cases})` builds a table from arrays or lists, `table_of_rows` from
+    rows.
 
     names    of all columns, in order
     numbers  columns of numbers by name, each (rows,) float64 or int64
@@ -72,7 +73,7 @@ def column_of(name: str, values: Sequence[Any] | np.ndarray) -> Column:
 def joined(tables: Sequence[Table], labels: Sequence[str] = (), label: str = "case") -> Table:
     """Lay tables with the same columns, in the order of the first, below each other; ValueError where columns differ.
 
-    labels  of the tables: a first column says for every row which one it is from; none without labels
+    labels  labels of the tables, written to a first column; none without labels
     label   name of that column
     """
     names = tables[0].names

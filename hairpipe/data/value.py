@@ -1,4 +1,4 @@
-"""`@value`: the declaration of a type that travels along edges, and the short text of its values.
+"""`@value`: the declaration of a type that edges transport, and the short text of its values.
 
 Fields are arrays, bool, int, float, text, tuples of texts, other values, dicts of those by name, or None:
 
@@ -6,7 +6,7 @@ Fields are arrays, bool, int, float, text, tuples of texts, other values, dicts 
     class Springs:
         lengths: np.ndarray
 
-The docstring of the class has a line for each, `lengths  at rest [m], (n,) float64`, from which its unit is read.
+The docstring of the class has a line for each field, `lengths  at rest [m], (n,) float64`, which states the unit.
 """
 
 import dataclasses

@@ -1,7 +1,7 @@
-"""The axis of every strand, point after point, and back: contact does not care for lanes.
+"""Conversion between lanes and the points of strand axes, which contact works on.
 
-Flat, a point is a row of three numbers and strand s owns rows offsets[s]:offsets[s+1], as in the groom. In lanes its
-components lie a vector apart, strands of a block side by side.
+Flat, a point is a row of three numbers and strand s owns rows offsets[s]:offsets[s+1], as in the groom. In lanes the
+components of a point lie a vector apart, and the strands of a block are interleaved.
 """
 
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from hairpipe.sim.layout import Layout
 
 
 class Axis(NamedTuple):
-    """Where the points of the groom lie among the particles.
+    """Rows and lanes of the groom's points among the particles.
 
     first    rows of block b are first[b]:first[b+1], (blocks+1,) int64
     strands  strand in every lane, (blocks, W) int64
@@ -41,7 +41,7 @@ def axis_of(layout: Layout) -> Axis:
 def gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) -> None:
     """Copy values on the axes of active strands, (rows, k, W), to the points of the groom, (P, k), in place.
 
-    active  not 0 for strands that are copied, (blocks, W)
+    active  nonzero for strands to copy, (blocks, W)
     """
     for block in prange(len(axis.first) - 1):
         for lane in range(axis.strands.shape[1]):
@@ -57,9 +57,9 @@ def gather(axis: Axis, active: np.ndarray, lanes: np.ndarray, out: np.ndarray) -
 
 @njit(cache=True, parallel=True)
 def scatter(axis: Axis, points: np.ndarray, lanes: np.ndarray) -> None:
-    """Write what points have, (P, k), to lanes, (rows, k, W), in place.
+    """Write values of points, (P, k), to lanes, (rows, k, W), in place.
 
-    Rows that are not on the axis stay.
+    Rows off the axis are unchanged.
     """
     for block in prange(len(axis.first) - 1):
         # Idle lanes are written, too: they must stay copies, as `any_lane` looks at every lane.
@@ -74,9 +74,9 @@ def scatter(axis: Axis, points: np.ndarray, lanes: np.ndarray) -> None:
 
 @njit(cache=True, parallel=True)
 def follow(axis: Axis, change: np.ndarray, times: float, lanes: np.ndarray) -> None:
-    """Add changes of points, (P, 3), so many times, to lanes, (rows, 3, W), in place.
+    """Add changes of points, (P, 3), times a factor, to lanes, (rows, 3, W), in place.
 
-    A perturbed particle follows the mean of its two neighbours on the axis. Held points stay.
+    A perturbed particle moves with the mean of its two neighbours on the axis. Held points are unchanged.
     """
     for block in prange(len(axis.first) - 1):
         for lane in range(axis.strands.shape[1]):
@@ -94,7 +94,7 @@ def follow(axis: Axis, change: np.ndarray, times: float, lanes: np.ndarray) -> N
 
 
 def following_masses(axis: Axis, mass: np.ndarray) -> np.ndarray:
-    """Return the mass that moves with each point when it alone is changed by `follow` [kg], (P,); pure.
+    """Return the mass that moves with each point when `follow` changes that point alone [kg], (P,); pure.
 
     mass  of particles [kg], (rows, W)
     """

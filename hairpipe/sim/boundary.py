@@ -1,7 +1,7 @@
-"""How strands are led: the held particles at the root, and at a tip that is held, between two frames.
+"""Boundary conditions of strands between two frames: held particles at the root and at a held tip.
 
-The clamp is rigid in the frame of the root's triangle, or of whatever leads the ends. Between frames it moves on the
-cubic through both positions and velocities, so that its speed does not jump at a frame.
+The clamp is rigid in the frame of the root's triangle, or of the scripted ends. Between frames it moves on the cubic
+through both positions and velocities, so that its speed is continuous at frames.
 """
 
 from dataclasses import dataclass
@@ -25,11 +25,11 @@ _INSTANT = 1e-5  # [s]; velocities of root frames are differences over this time
 
 @dataclass(frozen=True, eq=False)
 class Clamp:
-    """Held particles at one frame: those at the root, then those at the tip, whether it is held or not.
+    """Held particles at one frame: those at the root, then those at the tip, even of a free tip.
 
     positions  [m], (blocks, 2 clamped, 3, W)
     velocities [m/s], same shape
-    tips       1 where the tip is held, (blocks, W); no rows where all are free
+    tips       1 if the tip is held, (blocks, W); no rows if all are free
     """
 
     positions: np.ndarray
@@ -73,7 +73,7 @@ class ClampPath:
 def origin_of(x: np.ndarray, layout: Layout) -> np.ndarray:
     """Return the middle of the roots of strands [m], (3,), about which a frame is computed; x [m], (rows, 3, W).
 
-    So hair is as precise far from the origin of the world as near it. Roots that are not finite are left out.
+    This makes the precision independent of the distance from the world's origin. Non-finite roots are excluded.
     """
     roots = layout.axis(x)[layout.offsets[:-1]]
     roots = roots[np.isfinite(roots).all(axis=1)]
@@ -129,9 +129,9 @@ def _motion_on(
 
 
 def motion_of_roots(lead: Lead, groom: Groom) -> tuple[np.ndarray, np.ndarray]:
-    """Rigid motions of the roots from where the groom put them, and their rates, (strands, 3, 4).
+    """Return rigid motions of the roots from the groom, and their rates, (strands, 3, 4).
 
-    Raises BadInput where the lead is that of another groom.
+    Raises BadInput if the lead belongs to another groom.
     """
     check_lead(lead, groom)
     if isinstance(lead, Ends):
@@ -142,7 +142,7 @@ def motion_of_roots(lead: Lead, groom: Groom) -> tuple[np.ndarray, np.ndarray]:
 def apply_rigid(motions: np.ndarray, points: np.ndarray, strands: np.ndarray) -> np.ndarray:
     """Move particles x -> R x + t.
 
-    motions  of every strand: columns of R, then t, (strands, 3, 4)
+    motions  motion of every strand: columns of R, then t, (strands, 3, 4)
     points   [m], (rows, 3, W)
     strands  strand in every lane of a row, (rows, W)
     returns  [m], (rows, 3, W), in the precision of the points
@@ -153,9 +153,9 @@ def apply_rigid(motions: np.ndarray, points: np.ndarray, strands: np.ndarray) ->
 
 
 def place(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout) -> tuple[np.ndarray, np.ndarray]:
-    """Put particles where their roots are led, every strand rigidly with its root.
+    """Move every strand of the groom rigidly with its root.
 
-    lead     the body, or what leads the ends; None: roots stand still
+    lead     the body or the scripted ends that move the roots; None: roots are at rest
     rest     particles of the groom [m], (rows, 3, W) float64
     returns  positions [m], float64, and velocities [m/s], (rows, 3, W)
     """
@@ -181,7 +181,7 @@ def velocities_around_roots(lead: Lead, groom: Groom) -> np.ndarray:
 def clamp_at(lead: Lead, groom: Groom, rest: np.ndarray, layout: Layout, origin: np.ndarray = WORLD) -> Clamp:
     """Find the held particles at a frame, about an origin [m], (3,); other arguments as for `place`.
 
-    BadInput where both ends are one segment.
+    Raises BadInput if both ends are in one segment.
     """
     clamped = layout.shape.clamped
     shape = (layout.blocks, clamped, 3, layout.width)

@@ -64,12 +64,12 @@ def surroundings_of(
     began: float,
     origin: np.ndarray = WORLD,
 ) -> Surroundings:
-    """Collect what acts on hair in a frame, which is computed about an origin [m], (3,).
+    """Collect the interactions of a frame, which is computed about an origin [m], (3,).
 
-    The order of interactions is decided here: wind, bodies, the strain limit, pairs of hair, hair as a volume, then
-    those of the scene. Where a step begins, in solves, and in the nine steps (5: bodies, 6: hair) they act in this
-    order; what puts right at the end of a step of the other schemes goes backwards: crossings of hair, then strain, and
-    bodies have the last word.
+    This function defines the order of interactions: wind, bodies, the strain limit, pairs of hair, hair as a volume,
+    then those of the scene. They act in this order at the start of a step, in solves, and in the nine steps (5:
+    bodies, 6: hair); corrections at the end of a step of the other schemes run in reverse order: crossings of hair,
+    then strain, then bodies.
     """
     offsets = hair.layout.offsets
     acting = list[Interaction]()

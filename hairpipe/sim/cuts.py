@@ -1,7 +1,7 @@
-"""Cuts of a shot: hair goes with its roots to a body that is somewhere else, and the frame passes as any other.
+"""Cuts of a shot: hair moves rigidly with its roots to the new place of the body, and is then simulated for the frame.
 
-Where the body would have been a frame before it is at its new place is not known: it is taken to have come from there
-steadily, with the velocities that it has. Hair is carried there rigidly with its roots, and simulated from there.
+The place of the body one frame before the cut is unknown: it is extrapolated backwards with the body's present
+velocities. Hair is moved there rigidly with its roots, and simulated from there.
 """
 
 from collections.abc import Sequence
@@ -48,9 +48,9 @@ def _parts_before(body: BodyParts, dt: float) -> BodyParts:
 
 
 def steady(motions: np.ndarray, rates: np.ndarray, points: np.ndarray, dt: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return rigid motions x -> R x + t, (n, 3, 4), and their rates, dt [s] earlier on a steady way; pure.
+    """Return rigid motions x -> R x + t, (n, 3, 4), and their rates, dt [s] earlier at constant velocity; pure.
 
-    points  that went straight, before they were moved [m], (n, 3); all turn about theirs
+    points  unmoved points with straight paths, the centres of rotation [m], (n, 3)
 
     R_ = (I + dt/2 W)^-1 (I - dt/2 W) R with W = R' R^T, which is exp(-dt W) R up to the third power of dt.
     """
@@ -69,9 +69,9 @@ def steady(motions: np.ndarray, rates: np.ndarray, points: np.ndarray, dt: float
 
 
 def rigid_over_cut(leads: tuple[Lead, Lead], groom: Groom) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rigid motions of roots over a cut, x -> Q x + d, and their turns alone, (strands, 3, 4) each; pure.
+    """Return the rigid motions of roots over a cut, x -> Q x + d, and their rotations, (strands, 3, 4) each; pure.
 
-    leads  what leads the roots before the cut and after it
+    leads  lead of the roots before and after the cut
 
     With the motion x = R X + t of a root before the cut and R_, t_ after it, Q = R_ R^T and d = t_ - Q t.
     """
@@ -83,17 +83,17 @@ def rigid_over_cut(leads: tuple[Lead, Lead], groom: Groom) -> tuple[np.ndarray, 
 
 
 def carry_over_cut(hair: HairModel, state: HairState, leads: tuple[Lead, Lead]) -> HairState:
-    """Move the hair of a body that is somewhere else, and moves otherwise, from one frame to the next; pure.
+    """Move hair from the pose and motion of the body before a cut to those after it; pure.
 
-    leads  what leads the roots before the cut and after it
+    leads  lead of the roots before and after the cut
 
-    With Q and d of `rigid_over_cut`, and the velocities u and u_ of what goes rigidly with the root at x before the cut
-    and at x_ after it,
+    With Q and d of `rigid_over_cut`, and the velocities u and u_ of points rigidly attached to the root at x before the
+    cut and at x_ after it,
 
         x_ = Q x + d,   v_ = Q (v - u) + u_,   a_ = Q a
 
-    so that the shape of a strand and its motion relative to the root are kept. Tensions, and all else that has no
-    direction, stay. No time passes. Gravity does not turn with the roots: hair that hung falls from where it is.
+    so that the shape of a strand and its motion relative to the root are kept. Tensions and other scalars are
+    unchanged. No time passes. Gravity does not rotate with the roots: hanging hair falls from its rotated position.
     """
     before, after = leads
     groom, layout = hair.groom, hair.layout

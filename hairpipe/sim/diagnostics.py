@@ -31,7 +31,7 @@ def warn_of_sweep(scene: Scene) -> None:
 
 
 def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[Collider]) -> None:
-    """Name the strands whose roots are so deep inside bodies, as these are now, that their first segments end inside.
+    """Warn of the strands whose roots are so deep inside bodies at present that their first segments end inside.
 
     positions  of the particles [m], (rows, 3, W)
     """
@@ -52,12 +52,12 @@ def warn_of_deep_roots(hair: HairModel, positions: np.ndarray, bodies: Sequence[
 
 
 def warn_of_stretch(hair: HairModel, positions: np.ndarray, scene: Scene, frame: int, told: float) -> float:
-    """Name the strand with the segment that is stretched most, where that is farther than a body may have to.
+    """Warn of the strand with the largest stretch, if it exceeds the stretch that a body may cause.
 
     positions  of the particles [m], (rows, 3, W)
-    told       stretch that was told of before, which this must exceed by some: one that lasts is told of once
+    told       last stretch that was reported; only a stretch that exceeds it by a margin is reported again
 
-    Returns what has been told of now.
+    Returns the last stretch that was reported.
     """
     offsets = hair.layout.offsets
     rest = segment_lengths(hair.groom.points, hair.layout.offsets)
@@ -89,12 +89,13 @@ def warn_of_lost(hair: HairModel, before: HairState, after: HairState, frame: in
 
 
 def warn_of_held(hair: HairModel, now: State, mended: np.ndarray, steps: int, frame: int) -> None:
-    """Name the strands that could not be solved in some of the steps of a frame, see `integrators/lost.py`.
+    """Warn of the strands that could not be solved in some steps of a frame, see `integrators/lost.py`.
 
-    now     hair where the frame ends, after so many steps
-    mended  strands that were not finite where the frame began, (blocks, W) bool
+    now     hair at the end of the frame, with the number of steps
+    mended  strands that were not finite at the start of the frame, (blocks, W) bool
 
-    Raises ArithmeticError where no step could be solved for any of them, or in single precision where there is double.
+    Raises ArithmeticError if no step could be solved for any strand, or if strands are held in single precision while
+    double is available.
     """
     held = now.held
     used = ~hair.layout.idle

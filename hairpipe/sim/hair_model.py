@@ -25,14 +25,15 @@ DEFAULT = Construction()
 
 @dataclass(frozen=True, eq=False)
 class HairModel:
-    """The strands of a groom, modelled.
+    """The strand model of a groom.
 
     rest      particles of the groom in the world [m], (rows, 3, W) float64
-    diameter  of a hair [m]
-    widths    of segments, roots of the numbers of hairs that they stand for: so many times the distances of a single
-              hair are kept, and the square of it shields from the wind, (P,); None: 1
-    part_of   the strands of which these are some, and the number of each of their points here, -1: not, (P,)
-    in_double builds the same strands in double precision; None: these are
+    diameter  diameter of a hair [m]
+    widths    square root of the number of hairs that a segment represents, (P,): contact distances are scaled by it,
+              wind shielding by its square; None: 1
+    part_of   the model of all strands of which these are a subset, and the index here of each of its points, -1:
+              absent, (P,)
+    in_double builds the same strands in double precision; None if these are
     """
 
     groom: Groom
@@ -65,7 +66,7 @@ class HairModels:
     def in_precision(self, precision: Precision) -> HairModel:
         """Return the strands in a precision.
 
-        Raises BadInput naming strands with a segment without length, and whatever the kind of model refuses.
+        Raises BadInput naming strands with a segment of zero length, and the errors of the kind of model.
         """
         if precision not in self._built:
             check_segments(self.groom)

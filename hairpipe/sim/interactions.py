@@ -1,16 +1,16 @@
-"""What acts on strands: the protocol that wind, bodies, other hair and forces of your own implement.
+"""Interactions: the protocol that wind, bodies, hair contact and user-defined forces implement.
 
-An interaction sees the points of strands' axes, never their particles. In a step it is called in this order:
+An interaction receives the points of strand axes, never the particles. The hooks are called in this order in a step:
 
-    begin          look around where the step begins
-    predict        a stage begins: look where it is predicted to end        }
+    begin          prepare at the start of the step
+    predict        a stage begins: query its predicted end                  }
     linearise      add force and damping at the prediction                  }  every stage; linearise and judge
-    couple         set what joins strands to each other                     }  again where judge asked for it
+    couple         set the couplings between strands                        }  again for strands marked by judge
     judge          mark points whose strands must be solved again           }
     finish_solves  the solves of the step are over
     repel          change velocities by impulses
     limit          keep positions of particles within bounds
-    correct        put right what the solves left, or never saw
+    correct        correct the errors that the solves left or do not model
 
 All hooks do nothing unless overridden, so a force needs `linearise` alone:
 
@@ -20,7 +20,7 @@ All hooks do nothing unless overridden, so a force needs `linearise` alone:
             push[-1] += K * (self.place(at.seconds) - at.points[-1] + h * at.velocities[-1])
             damping[-1, [0, 3, 5]] += K * h
 
-Hand interactions of your own to a simulation by `with_interactions(scene, ...)`; `sim/build.py` decides the order.
+Pass user-defined interactions to a simulation by `with_interactions(scene, ...)`; `sim/build.py` defines the order.
 """
 
 from dataclasses import dataclass, field, fields
@@ -36,13 +36,13 @@ from hairpipe.sim.settings import Scene
 
 
 class Start(NamedTuple):
-    """Points where a step begins.
+    """Points at the start of a step.
 
     points, velocities  in the world [m], [m/s], (P, 3)
-    masses              inf where they are held [kg], (P,)
-    time                since the previous frame [s]
-    seconds             of the shot [s]
-    dt                  that the step lasts [s]
+    masses              inf for held points [kg], (P,)
+    time                time since the previous frame [s]
+    seconds             time of the shot [s]
+    dt                  duration of the step [s]
     """
 
     points: np.ndarray
@@ -54,16 +54,16 @@ class Start(NamedTuple):
 
 
 class Prediction(NamedTuple):
-    """Points where a stage is linearised, or where a solve of it has led; travels whole into kernels.
+    """Points at the linearisation of a stage, or after one of its solves; passed whole to kernels.
 
     points, velocities  in the world [m], [m/s], (P, 3)
-    lagged_velocity     that drag and friction go by: of how the stage began, then of the last solve [m/s], (P, 3)
-    masses              inf where points are held [kg], (P,)
-    weights             h, of the end of the stage: x = xh + h v [s], (P,)
-    active              points of strands that are solved, (P,) bool; nothing is asked of the others
-    span                that the stage covers [s]
-    time                of the stage, at its end but in the nine steps, since the previous frame [s]
-    seconds             the same in the shot [s]
+    lagged_velocity     velocity for drag and friction: at the start of the stage, then of the last solve [m/s], (P, 3)
+    masses              inf for held points [kg], (P,)
+    weights             weight h of the end of the stage: x = xh + h v [s], (P,)
+    active              points of strands to solve, (P,) bool; the others are ignored
+    span                duration of the stage [s]
+    time                end of the stage since the previous frame (in nine_steps, a time within it) [s]
+    seconds             the same time in the shot [s]
     """
 
     points: np.ndarray
@@ -82,12 +82,12 @@ class StepEnd:
     """Strands after the solves of a step, which interactions correct.
 
     x, v     positions about the origin [m] and velocities [m/s], (rows, 3, W); changed in place
-    before   positions where the step began, same shape
-    masses   of points, inf where they are held [kg], (P,)
-    axis     where points lie among particles
+    before   positions at the start of the step, same shape
+    masses   masses of points, inf if held [kg], (P,)
+    axis     location of the points among the particles
     origin   [m], (3,)
-    time     at which the step began, since the previous frame [s]
-    dt       that it lasted [s]
+    time     start of the step since the previous frame [s]
+    dt       duration of the step [s]
     """
 
     x: np.ndarray
@@ -134,10 +134,10 @@ class StepEnd:
 
 
 class Interaction:
-    """One thing that acts on strands; its hooks are called as the module says, and do nothing here.
+    """An interaction with strands; hooks are called as the module states, and do nothing here.
 
-    in_solve  whether it takes part in solves; else it only puts right what they leave
-    couples   whether it joins strands to each other: `places` and `couple` are asked for
+    in_solve  whether it acts in solves; otherwise it only corrects their results
+    couples   whether it couples strands: `places` and `couple` are then called
     """
 
     in_solve: ClassVar[bool] = True

@@ -11,14 +11,14 @@ from hairpipe.kernels.simd import width
 
 
 class Shape(NamedTuple):
-    """How the particles of a strand stand in its rows.
+    """Order of the particles of a strand in its rows.
 
-    reach    a force couples a particle to so many after it
-    clamped  so many at the root are held by the body; the last of them is m_0, the first point of the groom
-    stride   from one particle on the axis to the next
+    reach    number of following particles that a force couples to a particle
+    clamped  number of particles at the root that the body holds; the last of them is m_0, the first point of the groom
+    stride   rows from one particle on the axis to the next
     unknowns of a row of the system: 3, or 4 where the edge to the next particle has an angle
-    before   particles before those that edges join: they show how the root is turned
-    after    so many after those: they show how the tip is turned, where it is held
+    before   number of particles before those that edges join: they define the orientation of the root
+    after    number of particles after those: they define the orientation of a held tip
     """
 
     reach: int
@@ -47,8 +47,8 @@ class Layout:
     idle      lanes that only repeat a strand, (blocks, width) bool
     segments  of the strands of a block, (blocks,) int64
     first     rows (particles) of block b are first[b]:first[b+1], (blocks+1,) int64
-    shape     how the particles of a strand stand in its rows
-    dtype     that strands are computed in, float64 or float32
+    shape     order of the particles of a strand in its rows
+    dtype     precision of the strands, float64 or float32
     """
 
     offsets: np.ndarray

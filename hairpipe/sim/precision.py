@@ -1,23 +1,23 @@
-"""When hair is computed in single precision: the tool chooses, from what hair touches, its steps, stiffness and mass.
+"""Choice of single precision from the contacts of hair, its steps, stiffness and mass.
 
-The matrix of an implicit step has stiffness in addition to mass, h^2 k to m, and what is lost when one is eliminated
-from the other grows with that: with the square of how many explicit steps there are in a step,
+The matrix of an implicit step adds the stiffness h^2 k to the mass m, and the rounding error of the elimination grows
+with their ratio: with the square of the number of explicit steps in a step,
 
     N = dt sqrt(max_p sum_s 4 k_s / (m_p l_s)),
 
-the sum running over the springs s at a particle p. At N = 4,000, rounding, 6e-8 N^2, is as great as mass is. What that
-does to hair that touches nothing depends on the model: hair of 25 cm in a shake has an error of 22 % of its length as a
-network at N = 1,650, and as a rod at N = 740 by 0.001 % more than in double precision
+the sum running over the springs s at a particle p. At N = 4,000 the rounding error, 6e-8 N^2, equals the mass. For
+hair without contact the effect depends on the model: hair of 25 cm in a shake has an error of 22 % of its length as a
+network at N = 1,650; as a rod at N = 740 the error is 0.001 % larger than in double precision
 (`graphs/experiments/precision.toml`). So the largest N allowed is a property of the model, `ModelKind.single_limit`. At
 that limit rounding moves falling hair by less than the error of a step of 1/240 s (`tests/sim/test_precision.py`).
 
-Hair on a body is three times as far off as in double and saves nothing, for the time goes into probing the body; hair
-among hair saves a tenth, and goes ways of its own. So hair that may touch anything stays in double precision, as does
-hair that stands without sag, whose springs cancel. What is exchanged between strands, and their factors there, are in
-single precision whatever this says: nothing is eliminated any more.
+Hair on a body has three times the error of double precision and saves no time, since queries of the body dominate;
+hair in contact with hair saves a tenth, and its trajectories diverge. So hair with possible contacts is computed in
+double precision, as is sag-free hair, whose springs cancel. Couplings between strands and the factors used there are
+always in single precision: they take no part in an elimination.
 
 A frame is computed about the middle of the roots (`boundary.origin_of`), and positions between frames are in double
-precision: single precision rounds them to 6e-8 of the way from there, wherever in the world that is.
+precision: single precision rounds them to 6e-8 of the distance from that middle, anywhere in the world.
 """
 
 from typing import Literal
@@ -33,13 +33,13 @@ PrecisionAsked = Literal["automatic", "double", "single"]
 def choose_precision(
     asked: PrecisionAsked, models: HairModels, scene: Scene, *, bodies: bool, first: bool = False
 ) -> HairModel:
-    """Return strands in the precision asked for, or in the one that is enough for the scene.
+    """Return strands in the requested precision, or in the one that suffices for the scene.
 
-    bodies  that hair may touch are there
-    first   frame of a shot: the one that warns
+    bodies  whether there are bodies that hair may touch
+    first   whether this is the first frame of a shot, at which warnings are emitted
 
-    Warns where single precision was chosen, and where it was asked for and is not safe. Raises BadInput as
-    `HairModels.in_precision` does, and where single precision was asked for and cannot do.
+    Warns if single precision was chosen, and if it was requested but is not safe. Raises BadInput as
+    `HairModels.in_precision`, and if single precision was requested but is impossible.
     """
     if first:
         models.kind.warn(models.groom, models.material)

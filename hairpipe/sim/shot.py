@@ -1,6 +1,6 @@
-"""A shot of hair of any model: its first frame, those after it, and cuts, over which hair goes with its roots.
+"""A shot of any hair model: its first frame, the following frames, and cuts, over which hair moves with its roots.
 
-A model of hair provides a `Simulation`; what a shot does between two frames is the same for all of them.
+A hair model provides a `Simulation`; the sequence of a shot is the same for all models.
 """
 
 from collections.abc import Sequence
@@ -18,13 +18,13 @@ S = TypeVar("S")
 class Frame:
     """The surroundings of hair at a frame and the one before it, in this order in all pairs.
 
-    leads     what leads the roots
+    leads     leads of the roots: bodies or scripted ends
     surfaces  level sets of whole bodies
     parts     bodies in parts
     began     time of the shot at the previous frame [s]
     frame_dt  time between the two [s]
-    cut       the shot is cut at this frame: hair is carried over with its roots
-    target    densities that hair is led to, where `volume.target` says how
+    cut       whether the shot is cut at this frame: hair is moved with its roots
+    target    target densities, if `volume.target` is set
     """
 
     leads: tuple[Lead, Lead]

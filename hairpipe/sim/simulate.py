@@ -97,12 +97,12 @@ class StrandSimulation:
 
 
 def next_state(hair: HairModel, previous: HairState | None, frame: Frame, scene: Scene) -> HairState:
-    """Return the hair at a frame from that at the previous one; there is none at the first. Pure.
+    """Return the hair at a frame from that at the previous frame, which is absent at the first. Pure.
 
-    A frame in which single precision loses strands is computed again in double.
+    A frame in which single precision loses strands is recomputed in double precision.
 
-    Raises BadInput where there is a target and no group that says how hair is led to it, or the group alone, and
-    ArithmeticError as `advance_frame` does.
+    Raises BadInput if only one of the target and the group `volume.target` is given, and ArithmeticError as
+    `advance_frame`.
     """
     try:
         return shot.next_state(StrandSimulation(hair, scene), previous, frame)
@@ -131,10 +131,10 @@ def _led(hair: HairModel, frame: Frame, scene: Scene) -> Scene:
 
 
 def start(hair: HairModel, lead: Lead, scene: Scene) -> HairState:
-    """Put the groom where its roots are, moving with them.
+    """Place the groom at its roots, with their velocity.
 
-    Its springs are at rest, so it begins to fall freely; with a sag-free start they carry it. BadInput as for `stand`,
-    and where a scheme is none for the model.
+    Its springs are at rest, so it starts in free fall; with a sag-free start they support it. Raises BadInput as
+    `stand`, and if the model does not support the scheme.
     """
     check_scheme(hair.model, scene)
     layout = hair.layout
@@ -178,18 +178,18 @@ def advance_frame(
 ) -> HairState:
     """Advance hair from the previous frame to this one; pure.
 
-    leads     what leads the roots at the previous and at this frame
-    bodies    that hair does not pass through
+    leads     leads of the roots at the previous and at this frame
+    bodies    bodies that hair collides with
     frame_dt  time between the frames [s]
     began     time of the shot at the previous frame [s]
-    watch     is called after every step with the state, about the middle of the roots, and the times at which the step
-              began and ended, since the previous frame [s]
+    watch     called after every step with the state, about the middle of the roots, and the start and end of the step
+              since the previous frame [s]
 
-    Strands that no step can be solved for are held, and warned of, see `integrators/lost.py`; those that are not finite
-    where the frame begins start as groomed.
+    Strands without a solvable step are held and reported, see `integrators/lost.py`; those that are not finite at the
+    start of the frame are reset to the groom.
 
-    Raises ArithmeticError where no step can be solved for any strand, where the roots of some are not finite, where a
-    frame takes too many steps, and where strands are held that there are in double precision, too.
+    Raises ArithmeticError if no step can be solved for any strand, if roots are not finite, if a frame takes too many
+    steps, and if strands are held that are also available in double precision.
     """
     state, mended = restored(hair, state, leads[0])
     origin = origin_of(state.positions, hair.layout)

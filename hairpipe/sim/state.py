@@ -10,15 +10,15 @@ from hairpipe.sim.boundary import ClampPath
 
 @dataclass(eq=False)
 class State:
-    """Hair on its way through a frame; integrators change it in place.
+    """State of hair within a frame; integrators change it in place.
 
     x, v   positions [m] and velocities [m/s], (rows, 3, W)
     a      accelerations of the last stage [m/s^2], (rows, 3, W)
-    T      tensions of the springs as the last solve found them [N], (rows, springs, W)
-    fresh  strands whose forces have jumped since, so that their accelerations do not count, (blocks, W) bool
-    held   steps since the last frame in which each strand could not be solved, see `integrators/lost.py`, (blocks, W)
-           int64
-    failed steps since then in which none could be solved
+    T      tensions of the springs in the last solve [N], (rows, springs, W)
+    fresh  strands whose forces jumped afterwards: their accelerations are invalid, (blocks, W) bool
+    held   number of steps since the last frame without a solution for each strand, see `integrators/lost.py`,
+           (blocks, W) int64
+    failed number of steps since the last frame without a solution for any strand
     """
 
     x: np.ndarray

@@ -1,7 +1,7 @@
-"""Everything that acts on strands in a frame, as an integrator drives it: begin, solve stages, correct, bound the step.
+"""The interactions of a frame, driven by an integrator: begin a step, solve stages, correct, bound the step.
 
-It knows interactions by the protocol alone, see `interactions.py`. They are called in the order in which they are
-given, but for what puts right at the end of a step, `end`, which goes backwards: the first has the last word.
+Interactions are accessed only by the protocol, see `interactions.py`. They are called in the given order, except in
+`end`, the corrections at the end of a step, which runs in reverse: the first interaction corrects last.
 """
 
 from collections.abc import Sequence
@@ -24,12 +24,12 @@ from hairpipe.sim.strands.interface import StrandModel
 
 @dataclass(eq=False)
 class Surroundings:
-    """What acts on strands in a frame.
+    """The interactions of strands in a frame.
 
-    model, layout  of the strands
+    model, layout  those of the strands
     interactions   in order, see above
-    seconds        of the shot at the previous frame [s]
-    origin         about which positions of strands are [m], (3,); interactions see points in the world
+    seconds        time of the shot at the previous frame [s]
+    origin         origin of strand positions [m], (3,); interactions receive points in the world
     """
 
     model: StrandModel
@@ -102,7 +102,7 @@ class Surroundings:
             interaction.repel(end, elastic=elastic)
 
     def correct(self, x: np.ndarray, v: np.ndarray, before: np.ndarray, step: Step) -> None:
-        """Put hair right in order, in place.
+        """Apply the corrections of interactions in order, in place.
 
         x, v, before  positions and velocities now, positions at the start of the step, (rows, 3, W)
         """
@@ -111,12 +111,12 @@ class Surroundings:
             interaction.correct(end)
 
     def end(self, state: State, before: np.ndarray, step: Step) -> np.ndarray | float:
-        """Correct what the solves of a step found, in place; before is where it began [m], (rows, 3, W).
+        """Correct the result of the solves of a step, in place; before: positions at its start [m], (rows, 3, W).
 
-        Velocities first, in order: what only held points is taken back, and what is near repels. Then positions, in
-        reverse order.
+        Velocities first, in order: velocities that only enforced positions are removed, and close hair repels. Then
+        positions, in reverse order.
 
-        Returns how that changed velocities [m/s], (rows, 3, W), or 0.
+        Returns the change of velocities [m/s], (rows, 3, W), or 0.
         """
         self._jumped[:] = 0.0
         if not self.interactions:
@@ -136,9 +136,9 @@ class Surroundings:
         return end.pushed()
 
     def discontinuous(self, like: np.ndarray) -> np.ndarray:
-        """Mark the strands whose forces jumped in this step, (blocks, W), of the dtype of an array.
+        """Mark the strands whose forces jumped in this step, (blocks, W), in the dtype of an array.
 
-        An interaction says so, or `end` stretched or relieved hairs.
+        Interactions report it, or `end` stretched or relieved hairs.
         """
         marked = np.zeros(len(self._masses), np.bool_)
         lanes = np.zeros(self.layout.strands.shape, like.dtype)

@@ -12,12 +12,12 @@ from hairpipe.volume.targeting import Hair, TargetGrid, attraction, between, tar
 
 @dataclass(eq=False)
 class VolumeTarget(Interaction):
-    """What leads hair in a frame.
+    """The density target of a frame.
 
-    offsets        of the points of strands, (S+1,) int32
+    offsets        offsets of the points of strands, (S+1,) int32
     reach          see `sample_strands` [m], (S,)
-    lengths        of hair at each point, at rest [m], (P,)
-    before, after  the density at the previous frame and at this one, on all grids
+    lengths        length of hair at each point, at rest [m], (P,)
+    before, after  density at the previous frame and at this one, on all grids
     frame_dt       time between the two [s]
     """
 
@@ -47,7 +47,7 @@ def volume_target(
     strands: tuple[np.ndarray, np.ndarray, np.ndarray],
     frame_dt: float,
 ) -> VolumeTarget:
-    """Make what leads strands, by offsets, reach and lengths, to densities at the previous frame and at this one.
+    """Make a target from offsets, reach and lengths of strands and densities at the previous frame and at this one.
 
     Raises BadInput as `target_grids` does.
     """
