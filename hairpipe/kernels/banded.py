@@ -81,6 +81,7 @@ def fix_row(A, b, p):
 def fix_lanes(A, b, p, fixed):
     """Make the unknown of particle p zero in the lanes of a mask, in place."""
     for c in range(A.shape[1]):
+        # The other lanes keep their row, so the whole row is selected instead of cleared.
         unit = 1.0 if c == 0 or c == 3 or c == 5 else 0.0
         store(A, (p, c), select(fixed, unit, load(A, (p, c))))
     for c in range(3):
@@ -95,6 +96,7 @@ def _invert(A, p):
     cxx = yy * zz - yz * yz
     cxy = xz * yz - xy * zz
     cxz = xy * yz - xz * yy
+    # One division for all six numbers: it is as slow as many multiplications.
     s = 1.0 / (xx * cxx + xy * cxy + xz * cxz)
     xx, xy, xz, yy, yz, zz = (
         cxx * s,
@@ -189,6 +191,7 @@ def eliminate(A, b, p, count, reach):
     store(b, (p, 0), x[0])
     store(b, (p, 1), x[1])
     store(b, (p, 2), x[2])
+    # Written out for a reach of up to three, so that the blocks U of a row stay in registers for all products.
     after = min(reach, count - 1 - p)
     if after > 0:
         u1 = _columns(A, p, 1)
@@ -222,6 +225,7 @@ def forward(A, b, p, count, reach):
         for c in range(3):
             column = _kept(A, p, w + c, x[0]), _kept(A, p, w + 3 + c, x[0]), _kept(A, p, w + 6 + c, x[0])
             _take_product(b, p + o, c, column, x)
+    # Last, as the rows after it take b as it was before the product with D^-1.
     xx, xy, xz = _kept(A, p, 0, x[0]), _kept(A, p, 1, x[0]), _kept(A, p, 2, x[0])
     yy, yz, zz = _kept(A, p, 3, x[0]), _kept(A, p, 4, x[0]), _kept(A, p, 5, x[0])
     x = _times(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), x)
@@ -238,6 +242,7 @@ def _kept(A, p, c, like):
 @inlined
 def substitute(A, b, count, reach):
     """Replace b by the solution, in place, after every row has been eliminated; A may be kept in less precision."""
+    # From the tip to the root: a row depends on later rows only.
     for p in range(count - 1, -1, -1):
         x, y, z = load(b, (p, 0)), load(b, (p, 1)), load(b, (p, 2))
         for o in range(1, min(reach, count - 1 - p) + 1):

@@ -97,6 +97,7 @@ def _add_forces(model, system, at, p, block, terms):
     count = x.shape[0]
     row = model.first[block] + p
     if p + 2 < count:
+        # The joint at the root stands for half a segment of free hair, the other half being buried: twice as stiff.
         joint = 2.0 if p == 0 else 1.0
         add_bending(A, b, x, p, joint * load(model.constants, (block, 1)), h, hh)
     if p + 1 < count:

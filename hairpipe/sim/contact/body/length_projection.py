@@ -72,6 +72,7 @@ def keep_lengths(after: np.ndarray, normals: np.ndarray, masses: np.ndarray, mov
     """
     way = np.empty(3)
     for i in range(1, len(moved)):
+        # A root: the point before it belongs to another strand.
         if masses[i] == np.inf:
             continue
         rest = length = along = 0.0
@@ -83,8 +84,10 @@ def keep_lengths(after: np.ndarray, normals: np.ndarray, masses: np.ndarray, mov
         longest = (1.0 + STRETCH) ** 2 * rest
         if length <= longest:
             continue
+        # Along the normal alone it is nearly too long: the whole way is shortened, not only that in the plane.
         if along**2 > _STEEPEST**2 * longest:
             along = 0.0
+        # Shortens the way within the plane of contact only, so that the point slides and is not pulled back in.
         scale = np.sqrt((longest - along**2) / (length - along**2))
         for a in range(3):
             up = along * normals[i, a]

@@ -91,6 +91,7 @@ def _find_unsure(points, time, seen, active, bound, law, clearance, unsure):
             known = (way == 0.0 and time == seen.times[i]) or (not bound[i] and least > far)
             unsure[i] = not known
             if known:
+                # A bound from below, as the distance itself is no longer known.
                 clearance[i] = least
 
 

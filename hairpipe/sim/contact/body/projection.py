@@ -51,6 +51,7 @@ def slide(u, n, push, friction):
     normal = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
     tx, ty, tz = u[0] - normal * n[0], u[1] - normal * n[1], u[2] - normal * n[2]
     speed = np.sqrt(tx * tx + ty * ty + tz * tz)
+    # Coulomb's law for a push as an impulse: sliding loses mu times it, at most all.
     keep = max(0.0, 1.0 - friction * push / speed) if speed > 0.0 else 0.0
     normal += push
     return normal * n[0] + keep * tx, normal * n[1] + keep * ty, normal * n[2] + keep * tz
@@ -87,6 +88,7 @@ def project(
     next_met = 0
     for i in range(count):
         through = -1
+        # Both ascend, so that one walk over the points finds what each has met.
         if next_met < len(met) and met[next_met] == i:
             through = next_met
             next_met = next_met + 1
@@ -97,6 +99,7 @@ def project(
             m = (meeting.normal[through, 0], meeting.normal[through, 1], meeting.normal[through, 2])
             end = leaving[through]
             same = m[0] * end[0] + m[1] * end[1] + m[2] * end[2]
+            # Opposite normals: it came out on the other side, and has to go on from where it met the body.
             if same <= 0.0 and m[0] * m[0] + m[1] * m[1] + m[2] * m[2] > 0.5:
                 b = (meeting.velocity[through, 0], meeting.velocity[through, 1], meeting.velocity[through, 2])
                 _stop(motion, i, shares[through], m, b, dx, dv)
@@ -141,5 +144,6 @@ def _stop(motion, i, share, n, b, dx, dv):
     w = ((p[0] - q[0]) / dt - b[0], (p[1] - q[1]) / dt - b[1], (p[2] - q[2]) / dt - b[2])
     s = slide(w, n, max(0.0, -(w[0] * n[0] + w[1] * n[1] + w[2] * n[2])), motion.friction)
     for a in range(3):
+        # The way up to the body was free; only what is left of the step slides.
         dx[i, a] = (1.0 - share) * dt * (s[a] - w[a])
     _slow(motion, i, n, b, dv)

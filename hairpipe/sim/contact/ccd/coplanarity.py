@@ -45,10 +45,12 @@ def coplanar_time(pair: Encounter) -> float:
     b = (dot(N0, P0), (dot(N01, P0) + dot(N0, P1)) / 3.0, (dot(N01, P1) + dot(N1, P0)) / 3.0, dot(N1, P1))
     area = max(length(A0), length(A1)) * max(length(C0), length(C1))
     noise = _ROUNDING * area * max(length(P0), length(P1))
+    # All Bernstein coefficients of one sign, beyond rounding: no root, as f is within their hull.
     if min(min(b[0], b[1]), min(b[2], b[3])) > noise or max(max(b[0], b[1]), max(b[2], b[3])) < -noise:
         return np.inf
     time = _first_root(pair, b, noise)
     if max(length(N0), max(length(N1), 0.5 * length(N01))) <= NEARLY_PARALLEL * area or _is_flat(b, noise):
+        # The cubic has no information here, or only noise: an end then has to come to the other line.
         time = min(time, first_graze(pair))
     return time
 
@@ -74,8 +76,10 @@ def _first_root(pair: Encounter, b: Cubic, noise: float) -> float:
     low, high = quadratic_roots(b[1] - b[0], b[2] - b[1], b[3] - b[2])
     left = 0.0
     f_left = b[0]
+    # Between its extremes the cubic is monotone: at most one root in each interval.
     for right in (low, high, 1.0):
         f_right = _value(b, right)
+        # A double root touches zero at an extreme without a change of sign.
         if abs(f_left) <= noise and touch_inside(pair, left):
             return left
         if (f_left < 0.0) != (f_right < 0.0):
@@ -101,6 +105,7 @@ def _slope(b: Cubic, t: float) -> float:
 @njit(cache=True)
 def _bracketed(b: Cubic, low: float, high: float) -> float:
     """Return the root between low and high, where the cubic changes sign: Newton's method, kept in by bisection."""
+    # The bracket is kept while Newton's method converges, which alone may leave it.
     negative_left = _value(b, low) < 0.0
     t = 0.5 * (low + high)
     for _ in range(100):
@@ -160,6 +165,7 @@ def _times_on_line(end: Path, start: Path, stop: Path) -> tuple[float, float]:
     times = (1.0, 1.0)
     for first, doubled, last in zip(q0, q1, q2):  # noqa: B905, numba has no strict
         size = max(abs(first), abs(0.5 * doubled), abs(last))
+        # The other components may be nothing but rounding.
         if size > largest:
             largest = size
             times = quadratic_roots(first, 0.5 * doubled, last)
@@ -174,6 +180,7 @@ def quadratic_roots(first: float, middle: float, last: float) -> tuple[float, fl
     """
     square = first - 2.0 * middle + last
     half = middle - first
+    # No difference of nearly equal numbers: one root is q / a, and the other c / q.
     q = -(half + np.copysign(np.sqrt(max(half * half - square * first, 0.0)), half))
     x = q / square if square != 0.0 else 1.0
     y = first / q if q != 0.0 else 1.0
@@ -189,6 +196,7 @@ def may_cross(before, after, pairs, start, room):
     """
     count = min(len(pairs) - start, WIDTH)
     for lane in range(WIDTH):
+        # Lanes beyond the last pair repeat it; the mask at the end drops them.
         i, j = pairs[start + min(lane, count - 1), 0], pairs[start + min(lane, count - 1), 1]
         for x in range(3):
             room[x, lane] = before[i + 1, x] - before[i, x]

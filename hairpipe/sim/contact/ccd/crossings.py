@@ -53,6 +53,7 @@ def _find_times(before, after, pairs, times):
         room = np.empty((ROWS, WIDTH))
         for start in range(np.int64(chunk) * _CHUNK, min((np.int64(chunk) + 1) * _CHUNK, len(pairs)), WIDTH):
             times[start : start + WIDTH] = np.inf
+            # Signs of eight cubics at once; most pairs end here, and the rest are solved one by one.
             possible = may_cross(before, after, pairs, start, room)
             while possible != 0:
                 k = start + lowest(possible)

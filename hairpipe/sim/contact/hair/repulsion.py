@@ -74,12 +74,15 @@ def _linearise(out, contacts, at, law):
         coming = between(at.lagged_velocity, segments, fractions, i)
         un, closing = dot(n, u), dot(n, coming)
         h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
+        # Where the solve is linearised at rest, only the lagged velocity shows what is coming.
         ahead = overlap - h * (closing - un)
         force, load = stiffness * overlap - viscosity * un, stiffness * ahead - viscosity * closing
+        # A loaded contact acts one step longer than it pushes: hair at rest would lose and catch it in turns.
         if np.isfinite(force + load) and (contacts.loads[i] > 0.0 or (ahead > 0.0 and load > 0.0)):
             ut, slip = minus(u, scaled(un, n)), minus(coming, scaled(closing, n))
             w = inverse_mass(masses, segments, fractions, i)
             along = span * (h * stiffness + viscosity)
+            # The load of the last step holds a stack at rest; what stops the pair alone is the load of an impact.
             limit = friction * max(contacts.loads[i], load / (1.0 + along * w))
             across = min(span * limit / max(np.sqrt(dot(slip, slip)) - limit * span * w, CREEP), _FIRMEST / w)
             acts[i] = True

@@ -130,6 +130,7 @@ def _hold_on(kept, connections, points, distance, widths):
     for i in prange(len(kept)):
         span = between(points, connections.segments, connections.fractions, i)
         far = distance * mean_width(widths, connections.segments, i)
+        # NaN is not kept: a connection of a lost strand breaks.
         kept[i] = dot(span, span) <= far * far
 
 
@@ -142,6 +143,7 @@ def _linearise(out, connections, at, law, widths):
     acts, exerted = out.acts, out.exerted
     for i in prange(len(acts)):
         acts[i] = False
+        # Neither strand is solved: there is no equation for the coupling to be in.
         if not (at.active[segments[i, 0]] or at.active[segments[i, 1]]):
             continue
         apart, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
@@ -152,15 +154,18 @@ def _linearise(out, connections, at, law, widths):
             longer = length - wide * reach
             slack = wide * (far - reach)
             stiffness = single / wide
+            # Beyond release it breaks within the step: a weaker spring that does the same work until then.
             present = min(slack / max(longer, slack), 1.0)
             k = stiffness * present * present
             w = inverse_mass(masses, segments, fractions, i)
             c = 2.0 * fraction * present * np.sqrt(stiffness / w) if w > 0.0 else 0.0
+            # One h for both strands, so that what they exert on each other is opposite.
             h = 0.5 * (weights[segments[i, 0]] + weights[segments[i, 1]])
             pull = k * longer
             force = -span * (pull + c * dot(u, d))
             acts[i] = True
             exerted[i, ALONG] = span * (h * k + c)
+            # Only tension resists turning; the negative stiffness of compression would make M indefinite.
             exerted[i, ACROSS] = span * h * max(pull, 0.0) / max(length, _SMALLEST)
             for a in range(3):
                 exerted[i, DIRECTION + a], exerted[i, PUSH + a] = d[a], force * d[a]

@@ -63,6 +63,7 @@ def off_the_line(u, v, w, size, where):
     along = _longer(u, _longer(v, w))
     aside = cross(along, _least_axis(along))
     limit = maximum(_limit(u, v, w), nothing(size))
+    # The last factor is 0 at the limit: the displacement fades in, and the force does not jump there.
     reach = _limits(size)[0] * sqrt(dot(along, along)) * (1.0 - size / limit)
     b = plus(u, scaled(reach, _unit(aside)))
     c = plus(v, scaled(reach, _unit(cross(along, aside))))

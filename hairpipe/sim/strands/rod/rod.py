@@ -148,6 +148,7 @@ def _constant(model, block, p, offset):
 @inlined
 def _add_forces(model, system, at, p, block, terms):
     (A, b), (x, _, T), (h, hh, _, part) = system, at, terms
+    # A vertex needs three nodes from row p on; q in the first row and q' in the last are no nodes.
     if not 0 < p < x.shape[0] - 3:
         return
     row = model.first[block] + p + 1
@@ -161,6 +162,7 @@ def _add_forces(model, system, at, p, block, terms):
     )
     g1, g2, g3 = gradients(vertex)
     H = sum_of(sum_of(stretch_of(bending, g1), stretch_of(bending, g2)), stretch_of(twisting, g3))
+    # Summed in (e, th_e, f, th_f) first: it is written to the matrix, which is in memory, only once.
     H = in_unknowns(sum_of(H, geometric(q, vertex)), hh, inverse)
     if part == _PROJECTED:
         # Angles have no inertia: with what is left of the stiffness alone, nothing might hold them.
@@ -179,6 +181,7 @@ def _edge(model, at, p, row, block, along, terms):
     if damping > 0.0:
         c = damping * critical_damping(k, inverse_rest, model.mass, row, row + 1)
     now = k * (inverse_rest * dot(difference(x, p, p + 1), t) - 1.0)
+    # The tension that the last solve found: that of the present stretch would damp moving hair.
     held = now if part == _EXACT else maximum(load(T, (p, TENSION)), 0.0)
     across_it = hh * held * inverse
     xx, xy, xz, yy, yz, zz = sym3.outer(hh * k * inverse_rest + h * c - across_it, t)

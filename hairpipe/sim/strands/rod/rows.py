@@ -80,6 +80,7 @@ def _add_angle(A, p, column, three):
 def add_tangent(A, p, H: Tangent):
     """Add the tangent of a vertex at row p + 1, in place."""
     ee, ff, m = H.ee, H.ff, H.ef
+    # e = x_p+1 - x_p and f = x_p+2 - x_p+1: row p gets -1 times blocks of e, row p + 1 those of e minus those of f.
     add_point(A, p, ee)
     _add_column(A, p, 3, scaled(-1.0, H.e_a))
     _add_columns(A, p, 4, _less(m, ee))

@@ -26,6 +26,7 @@ def semidefinite(H, like):
     for i in range(SIZE):
         for j in range(SIZE):
             store(V, (8 * i + j,), 1.0 if i == j else 0.0)
+    # A fixed number: a test of convergence would let the lanes of a block depend on each other.
     for _ in range(_SWEEPS):
         for i in range(SIZE - 1):
             for j in range(i + 1, SIZE):
@@ -39,6 +40,7 @@ def _rotate(S, V, i, j):
     """Rotate rows and columns i and j so that S_ij becomes zero."""
     a, b, c = load(S, (8 * i + i,)), load(S, (8 * j + j,)), load(S, (8 * i + j,))
     size = sqrt((b - a) * (b - a) + 4.0 * c * c)
+    # The smaller of the two rotations; this sign avoids cancellation.
     bottom = select(b > a, b - a + size, b - a - size)
     t = select(bottom * bottom > 0.0, 2.0 * c / bottom, 0.0)
     cosine = 1.0 / sqrt(1.0 + t * t)
@@ -61,6 +63,7 @@ def _turn(M, here, there, sine, cosine):
 def _recompose(S, V):
     """Set the upper half of S to V max(S, 0) V^T, of its diagonal; V is lost."""
     for k in range(SIZE):
+        # Square roots on both sides, so that V S V^T needs one array; negative eigenvalues become 0 here.
         size = sqrt(maximum(load(S, (8 * k + k,)), 0.0))
         for i in range(SIZE):
             store(V, (8 * i + k,), size * load(V, (8 * i + k,)))
