@@ -24,7 +24,7 @@ def cut_by_sphere(a: Vector, b: Vector, centre: Vector, radius: float) -> Vector
     half = dot(ab, ca)
     rest = dot(ca, ca) - radius * radius
     root = np.sqrt(max(half * half - square * rest, 0.0))
-    t = (root - half) / square if half <= 0.0 else -rest / (root + half)
+    t = (root - half) / square if half <= 0.0 else -rest / (root + half)  # The form of the root without cancellation.
     return mix(a, b, min(max(t, 0.0), 1.0))
 
 
@@ -38,7 +38,7 @@ def stride(curve: np.ndarray, chord: float, points: np.ndarray) -> int:
     put(points, 0, here)
     k = 1
     for i in range(1, len(points)):
-        while k < len(curve) and length(minus(row(curve, k), here)) < chord:
+        while k < len(curve) and length(minus(row(curve, k), here)) < chord:  # Forward only, to the first exit.
             a = row(curve, k)
             k = k + 1
         if k == len(curve):
@@ -78,7 +78,7 @@ def divide(curve: np.ndarray, points: np.ndarray) -> None:
     n = len(points) - 1
     low = length(minus(row(curve, len(curve) - 1), row(curve, 0))) / n * (1.0 - SLACK)
     high = arc_length(curve) / n * (1.0 + SLACK)
-    for _ in range(HALVINGS):
+    for _ in range(HALVINGS):  # A fixed number of halvings: the chord is the same to the bit on all machines.
         chord = 0.5 * (low + high)
         if stride(curve, chord, points) > n:
             low = chord

@@ -81,7 +81,6 @@ def fix_row(A, b, p):
 def fix_lanes(A, b, p, fixed):
     """Make the unknown of particle p zero in the lanes of a mask, in place."""
     for c in range(A.shape[1]):
-        # The other lanes keep their row, so the whole row is selected instead of cleared.
         unit = 1.0 if c == 0 or c == 3 or c == 5 else 0.0
         store(A, (p, c), select(fixed, unit, load(A, (p, c))))
     for c in range(3):
@@ -96,8 +95,7 @@ def _invert(A, p):
     cxx = yy * zz - yz * yz
     cxy = xz * yz - xy * zz
     cxz = xy * yz - xz * yy
-    # One division for all six numbers: it is as slow as many multiplications.
-    s = 1.0 / (xx * cxx + xy * cxy + xz * cxz)
+    s = 1.0 / (xx * cxx + xy * cxy + xz * cxz)  # One division for all six: it is as slow as many multiplications.
     xx, xy, xz, yy, yz, zz = (
         cxx * s,
         cxy * s,
@@ -242,8 +240,7 @@ def _kept(A, p, c, like):
 @inlined
 def substitute(A, b, count, reach):
     """Replace b by the solution, in place, after every row has been eliminated; A may be kept in less precision."""
-    # From the tip to the root: a row depends on later rows only.
-    for p in range(count - 1, -1, -1):
+    for p in range(count - 1, -1, -1):  # From the tip to the root: a row depends on later rows only.
         x, y, z = load(b, (p, 0)), load(b, (p, 1)), load(b, (p, 2))
         for o in range(1, min(reach, count - 1 - p) + 1):
             w = OFFSET + 9 * (o - 1)

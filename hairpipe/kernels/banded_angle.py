@@ -45,7 +45,6 @@ def fix_row(A, b, p):
 @inlined
 def fix_position(A, b, p):
     """Make the position of row p zero, in place; its angle is free."""
-    # Couplings of the position to the angle and to later rows are cleared, too: a held position moves nothing.
     for c in range(_ANGLE):
         store(A, (p, c), 1.0 if c in (_X, _Y, _Z) else 0.0)
     for c in range(3):
@@ -140,8 +139,7 @@ def eliminate(A, b, p, count, lowest):
     y3 = y3 - w03 * y0 - w13 * y1 - w23 * y2
     t3 = _less(_less(_less(t3, w03, t0), w13, t1), w23, t2)
     z3 = _times(i3, t3)
-    # Divided by the pivots for `substitute`; the rows after this one take the undivided y.
-    store(b, (p, 0), y0 * i0)
+    store(b, (p, 0), y0 * i0)  # Divided by the pivots for `substitute`; the rows after this one take the undivided y.
     store(b, (p, 1), y1 * i1)
     store(b, (p, 2), y2 * i2)
     store(b, (p, 3), y3 * i3)
@@ -215,8 +213,7 @@ def forward(A, b, p, count):
     y1 = load(b, (p, 1)) - load_as(A, (p, 1), y0) * y0
     y2 = load(b, (p, 2)) - load_as(A, (p, 2), y0) * y0 - load_as(A, (p, 12), y0) * y1
     y3 = load(b, (p, 3)) - load_as(A, (p, 3), y0) * y0 - load_as(A, (p, 13), y0) * y1 - load_as(A, (p, 22), y0) * y2
-    # Seven columns, of two rows: a row after the tip is left out.
-    for c in range(7):
+    for c in range(7):  # Seven columns, of two rows: a row after the tip is left out.
         if p + 1 + c // 4 < count:
             place = p + 1 + c // 4, c % 4
             taken = load_as(A, (p, 4 + c), y0) * y0 + load_as(A, (p, 14 + c), y0) * y1
@@ -240,8 +237,7 @@ def _reached(A, p, c, s):
 def substitute(A, b, count):
     """Replace b by the solution, in place, after every row has been eliminated; A may be kept in less precision."""
     zero = 0.0 * load(b, (0, 0))
-    # The seven unknowns after a row: they stay in registers from row to row.
-    s = zero, zero, zero, zero, zero, zero, zero
+    s = zero, zero, zero, zero, zero, zero, zero  # The seven unknowns after a row stay in registers from row to row.
     for p in range(count - 1, -1, -1):
         w = load(b, (p, 3)) - _reached(A, p, 31, s)
         z = load(b, (p, 2)) - load_as(A, (p, 22), w) * w - _reached(A, p, 23, s)

@@ -62,7 +62,6 @@ def combine_all(out, a, x, b, y):
     """Set out, which may be x or y, to a x + b y for all strands, in place; a and b numbers, the others
     (rows, components, W).
     """
-    # Rows are independent of each other, so that out may be x or y.
-    for n in prange((out.shape[0] + _CHUNK - 1) // _CHUNK):
+    for n in prange((out.shape[0] + _CHUNK - 1) // _CHUNK):  # Rows are independent, so that out may be x or y.
         rows = slice(np.int64(n) * _CHUNK, (np.int64(n) + 1) * _CHUNK)
         combine(out[rows], a, x[rows], b, y[rows])

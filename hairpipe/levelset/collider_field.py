@@ -176,7 +176,7 @@ def change_along(body: Body, ray: SpaceTimeRay, s: float) -> float:
     change = 0.0
     if before:
         change = seen_from(ray, seconds, velocity(body.before, x, y, z))
-    if after:
+    if after:  # Where both frames know the velocity, the larger change is the safe one.
         change = max(change, seen_from(ray, seconds, velocity(body.after, x, y, z)))
     if not before and not after:
         change = seen_from(ray, seconds, (0.0, 0.0, 0.0)) + body.motion.speed * seconds
@@ -202,9 +202,10 @@ def first_hit(body: Body, ray: SpaceTimeRay, thickness: float, known: float) -> 
     if not first <= last:
         return np.inf
     change = MARGIN * max(change_along(body, ray, first), change_along(body, ray, last), STILL)
-    if known - 2.0 * thickness > change:
+    if known - 2.0 * thickness > change:  # Told by what the caller knows, before a distance is read.
         return np.inf
     begin, finish = distance_on(body, ray, first), distance_on(body, ray, last)
+    # A point that begins nearer than its thickness hits only where it comes nearer still.
     kept = min(thickness, begin, 0.5 * body.before.background)
     if begin <= 0.0 or (finish >= kept and begin + finish - 2.0 * kept > change * (last - first)):
         return np.inf
@@ -231,7 +232,7 @@ def _probe_between(
     for chunk in prange((len(points) + CHUNK - 1) // CHUNK):
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x, y, z = row(points, i)
-            if is_far(before, after, x, y, z):
+            if is_far(before, after, x, y, z):  # Most hair is far: two look-ups of bricks, not of velocities.
                 continue
             at = departure_points(scheme, before, after, seconds / frame, frame, x, y, z)
             phi = distance_at(before, after, at)
@@ -270,7 +271,7 @@ def sweep_field(
     """Write, in place, hits that are sooner than `fraction`, of points that walk from a time start to end [s]."""
     count = len(walk.thickness)
     for chunk in prange((count + CHUNK - 1) // CHUNK):
-        body = Body(before, after, motion)
+        body = Body(before, after, motion)  # Made here: a parallel loop takes no tuple within a tuple.
         for i in range(chunk * CHUNK, min(count, (chunk + 1) * CHUNK)):
             if is_clear(walk, i, motion.speed * (end - start)):
                 continue

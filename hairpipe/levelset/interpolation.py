@@ -80,7 +80,7 @@ def two_sided(field0: Field, field1: Field, a: float, dt: float, x: float, y: fl
     ux, uy, uz = velocity(field0, x, y, z)
     vx, vy, vz = velocity(field1, x, y, z)
     known = (brick_at(field0, x, y, z) != FAR_OUTSIDE) + (brick_at(field1, x, y, z) != FAR_OUTSIDE)
-    share = 1.0 / max(known, 1)
+    share = 1.0 / max(known, 1)  # A frame without a velocity at x reads 0: the mean is over those that have one.
     mx, my, mz = share * (ux + vx), share * (uy + vy), share * (uz + vz)
     s = dt * a
     r = dt * (1 - a)

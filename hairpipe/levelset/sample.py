@@ -57,9 +57,10 @@ def locate(field: Field, x: float, y: float, z: float) -> tuple[int, int, int, i
     i = 0
     j = 0
     k = 0
+    # As floats, before they become integers: NaN and far points fail, too.
     if 0.0 <= u < 8.0 * na and 0.0 <= v < 8.0 * nb and 0.0 <= w < 8.0 * nc:
         i, j, k = int(u), int(v), int(w)
-        n = field.bricks[i >> 3, j >> 3, k >> 3]
+        n = field.bricks[i >> 3, j >> 3, k >> 3]  # Bricks are of 8 voxels: shifts and masks in place of divisions.
     return n, i & 7, j & 7, k & 7, u - i, v - j, w - k
 
 
@@ -81,7 +82,7 @@ def sample(field: Field, x: float, y: float, z: float) -> tuple[float, float, fl
     if n >= 0:
         d = field.distance
         c00 = d[n, i, j, k]
-        d00 = d[n, i + 1, j, k] - d[n, i, j, k]
+        d00 = d[n, i + 1, j, k] - d[n, i, j, k]  # Differences of samples serve both, the distance and its gradient.
         c01 = d[n, i, j, k + 1]
         d01 = d[n, i + 1, j, k + 1] - d[n, i, j, k + 1]
         c10 = d[n, i, j + 1, k]

@@ -88,7 +88,7 @@ def crossed_box(low: Vector, high: Vector, ray: SpaceTimeRay) -> tuple[float, fl
         near = low[axis] - ray.start[axis]
         far = high[axis] - ray.start[axis]
         step = ray.way[axis]
-        if step != 0.0:
+        if step != 0.0:  # Without motion along an axis the ray is between the two faces all the way, or nowhere.
             first = max(first, min(near / step, far / step))
             last = min(last, max(near / step, far / step))
         elif not near <= 0.0 <= far:
@@ -109,8 +109,10 @@ def first_below(distance: Callable[..., float], body: Any, ray: SpaceTimeRay, ke
         if far == span.last:
             return np.inf
         near = far
+        # A shortest step, or steps would vanish where the ray grazes the surface.
         far = min(span.last, far + max(gap, _LEAST * span.voxel) / span.change)
         gap = distance(body, ray, far) - kept
+    # The ray was above at near and is below at far: bisected until the distance is known, not the fraction.
     while (far - near) * span.change > _SHARP * span.voxel:
         middle = 0.5 * (near + far)
         if distance(body, ray, middle) < kept:

@@ -67,6 +67,7 @@ def planes_of(found: SdfSample, places: np.ndarray, thickness: np.ndarray, frict
     offsets = np.ones(len(places))
     for k in range(len(places)):
         if np.isfinite(found.distance[k]):
+            # Nothing found: a normal of 0 and a gap of 1 m keep the plane out of every test.
             offsets[k] = found.distance[k] - dot(row(found.normal, k), row(places, k))
     return Planes(found.normal, offsets, found.velocity, thickness, friction)
 
@@ -128,7 +129,7 @@ def put_right(
         if not phi < kept or dot(n, n) < 0.5:
             continue
         began = gap_of(planes, k, row(starts, k), dt)
-        most = min(kept, max(began + PUSH_OUT * dt, 0.0))
+        most = min(kept, max(began + PUSH_OUT * dt, 0.0))  # Moved out no faster than `PUSH_OUT`, from where it began.
         u = minus(row(moving.velocities, k), b)
         inwards = max(-dot(u, n), 0.0)
         u = slide(u, n, inwards, planes.friction)

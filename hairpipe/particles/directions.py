@@ -65,6 +65,7 @@ def _add(k, cosine, d, stiffness, directions, sums):
     """Add where a link leads the hair of particle k, in place."""
     p = flattened(row(directions, k), d)
     along = stiffness * cosine
+    # Nearly along d the plane is arbitrary: the turn fades out instead of jumping.
     across = stiffness * np.sqrt(max(1.0 - cosine * cosine, 0.0)) / max(length(p), LEAST)
     for c in range(3):
         sums[k, c] += along * d[c] + across * p[c]

@@ -94,13 +94,13 @@ def exchange(
     count = len(pairs.ends)
     pressed = np.zeros(count)
     if law.pressure > 0.0:
-        most = 0
+        most = 0  # Room for the largest neighbourhood, once: no memory is taken for each particle.
         for k in range(len(velocities)):
             most = max(most, pairs.rows[k + 1] - pairs.rows[k])
         others = np.empty(most, np.int64)
         gradients = np.empty((most, 4))
         for k in range(len(velocities)):
-            if pairs.density[k] > law.rest[k]:
+            if pairs.density[k] > law.rest[k]:  # Each with the velocities that the last has left: on one thread.
                 _press(law, pairs, (inverse_masses, points), dt, k, (others, gradients), velocities, pressed)
     over = 1.0 / law.h
     for k in range(count):
@@ -108,7 +108,7 @@ def exchange(
         first, second = inverse_masses[i], inverse_masses[j]
         u, way = minus(row(velocities, j), row(velocities, i)), minus(row(points, j), row(points, i))
         n = normal_of(row(directions, i), row(directions, j), way)
-        hits = dot(u, n) * dot(way, n) < 0.0
+        hits = dot(u, n) * dot(way, n) < 0.0  # n may point either way: its sign drops out of the product.
         if first + second > 0.0 and (hits or pressed[k] > 0.0):  # else there is nothing, and no friction of it
             pair = law.mass * 0.25 * shape(pairs.apart[k] * over) * dt * (first + second)
             collision = law.collision * pair if hits else 0.0
@@ -146,7 +146,7 @@ def _press(law, pairs, particles, dt, k, room, velocities, pressed):
         gradients[at - begin, 3] = size
         rate += dot(g, minus(row(velocities, other), mine))
         weight += dot(g, g) * inverse_masses[other]
-        total = plus(total, g)
+        total = plus(total, g)  # The gradient by the own place is minus this sum: impulses sum up to nothing.
     weight += inverse_masses[k] * dot(total, total)
     stiff = law.pressure * law.mass / (pairs.density[k] * pairs.density[k])
     push = stiff * dt * max(pairs.density[k] - law.rest[k] + dt * rate, 0.0) / (1.0 + stiff * dt * dt * weight)
@@ -179,5 +179,5 @@ def _lost(u, n, collision, friction, mass, bound, pressed):
     across = minus(u, along)
     hit = collision / (1.0 + collision) * mass
     rub = friction / (1.0 + friction) * mass
-    most = bound * (hit * length(along) + pressed) / length(across)
+    most = bound * (hit * length(along) + pressed) / length(across)  # inf or NaN without sliding: not less than rub.
     return plus(scaled(hit, along), scaled(most if most < rub else rub, across))

@@ -75,6 +75,7 @@ def _ranges(first, cell, counts):
     cx = cell // (ny * nz)
     cy = cell // nz % ny
     cz = cell % nz
+    # z goes fastest, so that cells in a row are one range of particles: five ranges in place of fourteen cells.
     own = first[cell], first[min(cell + 1, (cx * ny + cy) * nz + nz - 1) + 1]
     return (
         own,
@@ -105,7 +106,7 @@ def _gather(points, order, begins, around):
                 around.places[c, n // WIDTH, n % WIDTH] = points[order[at], c]
             n += 1
     while n % WIDTH:
-        around.places[0, n // WIDTH, n % WIDTH] = np.inf
+        around.places[0, n // WIDTH, n % WIDTH] = np.inf  # Infinitely far: the last lanes find no pair.
         n += 1
 
 
@@ -123,7 +124,7 @@ def _add_near(around, a, count, most, pairs, apart, found):
         squares = u * u + v * v + w * w
         near = bits(squares < most)
         if r == begin // WIDTH:
-            near &= -(1 << (begin % WIDTH))
+            near &= -(1 << (begin % WIDTH))  # In its first row only lanes after the particle itself: each pair once.
         if near:
             store(around.squares, (0,), squares)
         while near:
@@ -152,7 +153,7 @@ def _sorted_into_cells(points, size):
     for c in range(3):
         low[c], high[c], total, squares = np.inf, -np.inf, 0.0, 0.0
         for k in range(len(points)):
-            x = points[k, c] - points[0, c]
+            x = points[k, c] - points[0, c]  # From the first point on: far from the origin squares lose digits.
             low[c], high[c], total, squares = min(low[c], x), max(high[c], x), total + x, squares + x * x
         mean = total / len(points)
         wide = WIDE * np.sqrt(max(squares / len(points) - mean * mean, 0.0))
@@ -166,7 +167,7 @@ def _sorted_into_cells(points, size):
         )
         if nx * ny * nz <= CELLS * len(points) + 64:
             break
-        size *= 2.0
+        size *= 2.0  # Empty cells cost time and memory, too: no more than a few for each particle.
     x, y, z = np.int64(nx), np.int64(ny), np.int64(nz)
     cells = np.empty(len(points), np.int64)
     first = np.zeros(x * y * z + 1, np.int64)
@@ -196,7 +197,7 @@ def densities(masses: np.ndarray, pairs: np.ndarray, apart: np.ndarray, h: float
     scale = 1.0 / (4.0 * np.pi * h * h * h)
     density = np.empty(len(masses))
     for k in range(len(masses)):
-        density[k] = 4.0 * scale * masses[k]
+        density[k] = 4.0 * scale * masses[k]  # A particle's own share, W(0).
     for k in range(len(pairs)):
         i, j = pairs[k, 0], pairs[k, 1]
         weight = scale * shape(apart[k] / h)

@@ -73,14 +73,14 @@ def solve(system: System, residual: np.ndarray, change: np.ndarray, tolerance: f
     u, p = np.zeros_like(change), np.zeros_like(change)
     _sweep_down(system, residual, p, t, s)
     rz = _step(system, np.float32(0.0), change, (s, t, q, u))
-    before = np.inf
+    before = np.inf  # Makes the first direction u alone.
     made = 0
     gains = np.zeros(DELAY)
     total = 0.0
     while rz > 0.0 and made < MOST:
         _sweep_up(system, np.float32(rz / before), u, p, t, q)
         step = rz / _sweep_down(system, q, p, t, q)
-        gains[made % DELAY] = step * rz
+        gains[made % DELAY] = step * rz  # The last gains, in a ring.
         total += step * rz
         before = rz
         made = made + 1
@@ -95,7 +95,8 @@ def _sweep_down(system, r, p, t, s):
     """Write s = (D + L)^-1 r, in place, where r may be s; return p . (s + t)."""
     links = system.links
     total = 0.0
-    for k in range(system.deep, len(links.mids)):
+    for k in range(system.deep, len(links.mids)):  # In order, on one thread: a row needs the s of those before it.
+        # The lower triangle, whose blocks are -B: their products are added.
         across = _gathered(system, links.rows[k], links.mids[k], s, load_four(r, 4 * k))
         mine = times(system.inverses, k, across)
         store_four(s, 4 * k, mine)
@@ -108,7 +109,7 @@ def _sweep_up(system, turn, u, p, t, q):
     """Write the next p = u + turn p, with u = D s; t = (D + L^T)^-1 p; and q = p - D t, in place."""
     links = system.links
     for k in range(len(links.mids) - 1, system.deep - 1, -1):
-        across = _gathered(system, links.mids[k], links.rows[k + 1], t, zeros())
+        across = _gathered(system, links.mids[k], links.rows[k + 1], t, zeros())  # Upper triangle; D t = p + across.
         mine = load_four(u, 4 * k) + load_four(p, 4 * k) * turn
         store_four(p, 4 * k, mine)
         store_four(q, 4 * k, -across)
@@ -219,7 +220,7 @@ def hold(system: System, k: int, n: Vector, damper: float) -> None:
             B[at + 10] + along * n[2] * n[2] - 2.0 * n[2] * D[2] + damper,
         ),
     )
-    I = system.inverses
+    I = system.inverses  # D^-1 without what it gives along n: the particle takes no impulse there.
     u = product(system.inverses, k, n)
     most = dot(u, n)
     for i in range(3):

@@ -85,7 +85,7 @@ def advance(
         for k in range(deep, count):
             for c in range(3):
                 moving.velocities[k, c] += change[4 * k + c]
-        for e in range(len(links.ends)):
+        for e in range(len(links.ends)):  # T' of this solve, which the next one takes.
             i, j = links.ends[e, 0], links.ends[e, 1]
             along = 0.0
             for c in range(3):
@@ -114,8 +114,9 @@ def _assemble(model, springs, forces, moving, dt, ways, stiffness):
         K = stiffness[e]
         across = dt * dt * max(moving.tensions[e], 0.0) / r if r > 0.0 else 0.0
         damper = 2.0 * springs.damping * np.sqrt(K / (inverses[i] + inverses[j]))
+        # Not negative: B_e has to be positive semidefinite, and `joins` holds its root.
         along = max(dt * damper + dt * dt * K - across, 0.0)
-        root = np.sqrt(along)
+        root = np.sqrt(along)  # sqrt(a) d: a product with d d^T is a dot product and a scaling of four numbers.
         u = minus(row(v, j), row(v, i))
         joins[4 * e], joins[4 * e + 1], joins[4 * e + 2] = root * d[0], root * d[1], root * d[2]
         joins[4 * e + 3] = across
@@ -200,6 +201,6 @@ def touch(planes: Planes, deep: int, left: float, dt: float, moving: Moving) -> 
     for k in range(deep, len(moving.points)):
         n, v = row(planes.normals, k), row(moving.velocities, k)
         missing = least_speed(planes, k, row(moving.points, k), left, dt) - dot(n, v)
-        if missing > 0.0:
+        if missing > 0.0:  # Links may have pulled it nearer than `_hold` foresaw.
             v = rubbed(planes, k, plus(v, scaled(missing, n)), missing)
             moving.velocities[k, 0], moving.velocities[k, 1], moving.velocities[k, 2] = v

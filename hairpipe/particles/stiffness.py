@@ -43,6 +43,7 @@ def stiffen(links: Links, reach: float, axial: np.ndarray, ways: np.ndarray, sti
     over = 1.0 / reach
     for e in range(len(links.ends)):
         i, j = links.ends[e, 0], links.ends[e, 1]
+        # Beyond `keeps` a link fades no farther, so that what is pulled off comes back.
         weight = links.strength[e] * shape(min(ways[e, 3], links.keeps[e]) * over)
         stiffness[e] = weight
         sums[i, 1] += weight

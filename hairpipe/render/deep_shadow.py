@@ -87,6 +87,7 @@ def lay_body(ends: np.ndarray, fragments: np.ndarray, solid: np.ndarray) -> None
         for n, depth in enumerate(solid[t]):
             if depth < np.inf:
                 fragments[ends[t], 0] = depth + BIAS
+                # The product of 1 - opacity then falls by equal steps: each ray has the same share.
                 fragments[ends[t], 1] = step / (1.0 - n * step)
                 ends[t] += 1
 
@@ -134,7 +135,7 @@ def compress_all(starts: np.ndarray, fragments: np.ndarray, counts: np.ndarray, 
             counts[t] = 0
             if starts[t] < starts[t + 1]:
                 own = fragments[starts[t] : starts[t + 1]]
-                own = own[np.argsort(own[:, 0], kind="mergesort")]
+                own = own[np.argsort(own[:, 0], kind="mergesort")]  # Stable: fragments at one depth keep their order.
                 counts[t] = compress(own[:, 0], own[:, 1], TOLERANCE, knots[2 * starts[t] : 2 * starts[t + 1]])
 
 
@@ -154,6 +155,6 @@ def look_up_deep(starts: np.ndarray, knots: np.ndarray, places: np.ndarray) -> n
             for b in range(2):
                 t = TEXELS * (i + a) + j + b
                 share = (x - i if a else 1.0 - x + i) * (y - j if b else 1.0 - y + j)
-                through += share * transmittance(knots, starts[t], starts[t + 1], z)
+                through += share * transmittance(knots, starts[t], starts[t + 1], z)  # Light adds up, depths do not.
         taken[p] = -math.log(max(through, LEAST)) / OPACITY
     return taken

@@ -122,7 +122,7 @@ def accumulate(depth: np.ndarray, solid: np.ndarray) -> None:
     cells = len(depth)
     for i in range(cells):
         for j in range(cells):
-            before = 0.0
+            before = 0.0  # Along the light each ray is a running sum; rays are independent.
             nearest = np.inf
             for n in range(FINE * FINE):
                 nearest = min(nearest, solid[FINE * i + n // FINE, FINE * j + n % FINE])
@@ -134,7 +134,7 @@ def accumulate(depth: np.ndarray, solid: np.ndarray) -> None:
                         behind += min(max(k + 0.5 - start - BIAS, 0.0), 1.0) / FINE**2
                 own = depth[i, j, k]
                 if own + before + behind > 0.0:  # what is empty is not even written
-                    depth[i, j, k] = before + 0.5 * own + SOLID * behind
+                    depth[i, j, k] = before + 0.5 * own + SOLID * behind  # Half of the cell's own hair is in front.
                     before += own
 
 

@@ -29,12 +29,12 @@ def compress(depths: np.ndarray, opacities: np.ndarray, tolerance: float, knots:
     through = 1.0
     for n in range(len(depths)):
         z = depths[n]
-        for behind in range(2):  # every step has two vertices
+        for behind in range(2):  # every step has two vertices  # A step is vertical: both of its vertices must be met.
             if behind:
                 through *= 1.0 - opacities[n]
             if z > begin:
                 least, most = slopes(through - value, z - begin, tolerance)
-                if least <= high and most >= low:
+                if least <= high and most >= low:  # One line from the last knot still meets all vertices so far.
                     low = max(low, least)
                     high = min(high, most)
                     last = z
@@ -49,7 +49,7 @@ def compress(depths: np.ndarray, opacities: np.ndarray, tolerance: float, knots:
                 low = least
                 high = min(most, 0.0)
                 last = z
-            elif value - through > tolerance:
+            elif value - through > tolerance:  # A jump at the depth of the knot itself, which no slope can follow.
                 value = through
                 knots[count, 0], knots[count, 1] = begin, value
                 count += 1

@@ -62,8 +62,7 @@ def scatter(axis: Axis, points: np.ndarray, lanes: np.ndarray) -> None:
     Rows off the axis are unchanged.
     """
     for block in prange(len(axis.first) - 1):
-        # Idle lanes are written, too: they must stay copies, as `any_lane` looks at every lane.
-        for lane in range(axis.strands.shape[1]):
+        for lane in range(axis.strands.shape[1]):  # Idle lanes must stay copies, as `any_lane` looks at them, too.
             strand = axis.strands[block, lane]
             for n in range(axis.offsets[strand + 1] - axis.offsets[strand]):
                 row = axis.first[block] + axis.root + axis.stride * n
@@ -86,8 +85,7 @@ def follow(axis: Axis, change: np.ndarray, times: float, lanes: np.ndarray) -> N
                 point = axis.offsets[strand] + n
                 for c in range(3):
                     here = times * change[point, c]
-                    # Point 0 is held, whatever its change is.
-                    before = times * change[point - 1, c] if n > 1 else 0.0
+                    before = times * change[point - 1, c] if n > 1 else 0.0  # Point 0 is held, whatever its change is.
                     lanes[row, c, lane] += here
                     if axis.stride == 2 and (here != 0.0 or before != 0.0):
                         lanes[row - 1, c, lane] += 0.5 * (here + before)
@@ -104,8 +102,7 @@ def following_masses(axis: Axis, mass: np.ndarray) -> np.ndarray:
     if axis.stride == 2:
         before = np.empty_like(masses)
         gather(axis._replace(root=axis.root - 1), everyone, mass[:, None, :], before)
-        # The particle before the root point is held.
-        before[axis.offsets[:-1]] = 0.0
+        before[axis.offsets[:-1]] = 0.0  # The particle before the root point is held.
         masses += 0.5 * before
         masses[:-1] += 0.5 * before[1:]
     return masses[:, 0]

@@ -23,7 +23,7 @@ def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int
     leaves = len(tree.starts) - 1
     place = guess
     squared, weights = closest_on_triangle(tree.corners, guess, p)
-    best = min(squared, reach)
+    best = min(squared, reach)  # The guess bounds the search from the start: boxes that are farther are never opened.
     box, waiting, gap = 1, 0, 0.0
     while True:
         if gap < best:
@@ -31,9 +31,9 @@ def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int
                 box, waiting = 2 * box, 2 * waiting
                 gap = to_box(boxes, box, p)
                 beside = to_box(boxes, box + 1, p)
-                if beside < gap:
+                if beside < gap:  # The nearer child first: what is found there closes the other one more often.
                     box, gap, beside = box + 1, beside, gap
-                waiting |= beside < best
+                waiting |= beside < best  # One bit a level in place of a stack: numbers of boxes give the path.
                 continue
             for t in range(tree.starts[box - leaves], tree.starts[box - leaves + 1]):
                 here, at = closest_on_triangle(tree.corners, t, p)
@@ -41,7 +41,7 @@ def closest(tree: Tree, p: Vector, reach: float, guess: int) -> tuple[float, int
                     place, squared, best, weights = t, here, here, at
         if waiting == 0:
             return squared, place, weights
-        while waiting & 1 == 0:
+        while waiting & 1 == 0:  # Up to the last level on which a box next to the path is still to be searched.
             box, waiting = box >> 1, waiting >> 1
         box, waiting = box ^ 1, waiting ^ 1
         gap = to_box(boxes, box, p)
@@ -88,7 +88,7 @@ def closest_on_triangle(corners: np.ndarray, t: int, p: Vector) -> tuple[float, 
         s = 0.0
         r = d2 / vv
     elif va <= 0.0 and d4 >= d3 and d5 >= d6:
-        r = min((d4 - d3) / (uu - 2.0 * uv + vv), 1.0)
+        r = min((d4 - d3) / (uu - 2.0 * uv + vv), 1.0)  # Rounding must not make s negative.
         q = 0.0
         s = 1.0 - r
     else:

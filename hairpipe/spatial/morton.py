@@ -63,11 +63,11 @@ def _find_keys(points, centre, scale, bits, shift, keys):
         code = 0
         for axis in range(3):
             code = code << 1 | _spread(_cell(scale * (points[k, axis] - centre[axis]), bits))
-        keys[k] = code << shift | k
+        keys[k] = code << shift | k  # k | The index makes all keys different: ties keep their order in any sort.
 
 
 @inlined
 def _cell(x: float, bits: int) -> int:
     """Return the number of the cell along an axis, of 2^bits."""
     half = 1 << (bits - 1)
-    return int(min(max(np.floor(x), -half), half - 1)) + half
+    return int(min(max(np.floor(x), -half), half - 1)) + half  # Clamped as a float: far cells would overflow.

@@ -50,6 +50,7 @@ def _rank(points, segments, distances, limits, closest):
     for part in prange(_PARTS):
         start = len(limits) * part // _PARTS
         end = len(limits) * (part + 1) // _PARTS
+        # Every part reads the pairs in order and enters those of its own segments: no two threads write one row.
         for pair in range(np.searchsorted(segments[:, 0], end)):
             for i in (segments[pair, 0], segments[pair, 1]):
                 if start <= i < end:
@@ -60,6 +61,7 @@ def _rank(points, segments, distances, limits, closest):
 def _enter(pair, points, segments, distances, row):
     """Enter a pair into a row of pairs, behind those that are as close, if there is a place."""
     place = len(row)
+    # Insertion behind equals: of pairs that are as close, the first in order stays, whatever the threads.
     while place > 0 and (row[place - 1] < 0 or _is_closer(pair, row[place - 1], points, segments, distances)):
         if place < len(row):
             row[place] = row[place - 1]

@@ -59,9 +59,11 @@ def search(few: Tree, many: Tree, known: Known) -> np.ndarray:
         _search(few, many, few is many, known, CHUNK * chunks + begins, found, counts, ends)
         rounds.append((totals[chunks], chunks, found, counts))
         totals[chunks] += counts
+        # Only chunks whose buffer was full go on, so that most of the hair does not pay for its densest part.
         chunks = chunks[ends < CHUNK]
         begins = ends[ends < CHUNK]
         room = _GROWTH * room
+    # Chunks stand one behind another whichever round found their pairs: the list does not depend on the room.
     starts = np.cumsum(totals) - totals
     pairs = np.empty((totals.sum(), 2), np.int32)
     for before, chunks, found, counts in rounds:
@@ -86,7 +88,7 @@ def _search(few, many, same, known, begins, found, counts, ends):
         while piece < last:
             more = _search_leaf(trees, piece // LANES, scratch, found[k], count)
             if more > found.shape[1]:
-                break
+                break  # Pairs of this leaf are not counted yet: the next round searches it again from its beginning.
             count = more
             piece = piece + LANES
         counts[k] = count
@@ -100,13 +102,14 @@ def _search_leaf(trees, leaf, scratch, found, count):
     many = trees.many
     same = trees.same
     room, near = scratch
+    # Within one tree from this leaf on only: each pair of leaves is compared once.
     for k in range(find_leaves(many, few.boxes, box_of(few, leaf), leaf if same else 0, room)):
         _compare(few, leaf, many, room[k], same and leaf == room[k], near)
         for lane in range(LANES):
             i = few.segments[leaf * LANES + lane]
             while near[lane] != 0:
                 j = many.segments[room[k] * LANES + lowest(near[lane])]
-                near[lane] &= near[lane] - 1
+                near[lane] &= near[lane] - 1  # One turn a candidate, not one for each of the sixteen lanes.
                 count += _note(i, j, trees.known, found, count)
     return count
 
@@ -116,6 +119,7 @@ def _note(i: int, j: int, known: Known, found: np.ndarray, count: int) -> int:
     """Write pair i j to row `count` of found, if that is there and the pair is not known; return 1 if it is not."""
     first = min(i, j)
     second = max(i, j)
+    # Neighbours on a strand share a point; across two strands the number between them is no segment.
     if second - first <= 1 or is_known(known, first, second):
         return 0
     if count < len(found):
@@ -130,13 +134,14 @@ def _compare(few, leaf, many, other, same, near):
     Of one leaf and itself those behind each. What is found is looked at later, so that comparisons need not wait.
     """
     near[:] = 0
+    # Segments of this leaf whose boxes meet the other leaf at all: only these are tested one by one.
     mine = overlapping(few.boxes, leaf, many.boxes, box_of(many, other))
     while mine != 0:
         lane = lowest(mine)
         mine &= mine - 1
         overlaps = overlapping(many.boxes, other, few.boxes, (leaf, lane))
         if same:
-            overlaps &= -2 << lane
+            overlaps &= -2 << lane  # Within one leaf, each pair once.
         if overlaps != 0:
             near[lane] = overlaps & _reached(many.rows, other, few.rows, leaf, lane, many.reach)
 
@@ -170,6 +175,7 @@ def _collect(found, counts, starts, pairs):
 def in_order(pairs: np.ndarray, points: int) -> np.ndarray:
     """Sort pairs of segments below `points`, (n, 2) int32, lexicographically; pure."""
     shift = max(0, int(points).bit_length() - _BUCKETS.bit_length() + 1)
+    # A count for every group and bucket gives groups places of their own, in the order of the pairs.
     places = np.zeros((_GROUPS, (points >> shift) + 1), np.int64)
     _count(pairs, shift, places)
     ends = np.cumsum(places.T.ravel())
@@ -226,7 +232,7 @@ def _sort_buckets(buckets, shift, starts, order):
 @njit(cache=True)
 def _sort(row):
     """Sort a few numbers, or many, in place."""
-    if len(row) > 32:
+    if len(row) > 32:  # Insertion is fastest for a few, and what one segment is near are a few.
         row.sort()
         return
     for k in range(1, len(row)):

@@ -111,7 +111,7 @@ def known_pairs(keys: np.ndarray | None, points: int) -> Known:
 def _known(keys, points):
     starts = np.zeros(points + 1, np.int64)
     seconds = np.empty(len(keys), np.int32)
-    for k in range(len(keys)):
+    for k in range(len(keys)):  # Keys are sorted by their first segment: its partners are already next to each other.
         starts[(keys[k] >> 32) + 1] += 1
         seconds[k] = keys[k] & 0xFFFFFFFF
     for i in range(points):

@@ -38,7 +38,7 @@ def closest_on_segments(
         s = 0.0
     free = (uv * s + dot(v, w)) / vv if vv > 0.0 else 0.0
     t = within(free)
-    if t != free:
+    if t != free:  # Only where t was clamped is s not the best any more.
         s = within((uv * t - uw) / uu) if uu > 0.0 else 0.0
     gap = minus(plus(w, scaled(s, u)), scaled(t, v))
     return s, t, dot(gap, gap)

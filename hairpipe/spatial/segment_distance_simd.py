@@ -71,7 +71,8 @@ def shortest_ways(rows, leaf, few, mine, lane):
     de = multiply_add(dx, ex, multiply_add(dy, ey, dz * ez))
     dr = multiply_add(dx, rx, multiply_add(dy, ry, dz * rz))
     er = multiply_add(ex, rx, multiply_add(ey, ry, ez * rz))
-    area = maximum(multiply_add(dd, ee, -(de * de)), _TINY)
+    area = maximum(multiply_add(dd, ee, -(de * de)), _TINY)  # Parallel: any s will do; t and s follow.
+    # Three clamps in place of branches on sides and corners: lanes would go different ways.
     s = minimum(maximum((de * er - dr * ee) / area, 0.0), 1.0)
     t = minimum(maximum(multiply_add(de, s, er) * over, 0.0), 1.0)
     s = minimum(maximum(multiply_add(de, t, -dr) * inverse, 0.0), 1.0)
@@ -91,7 +92,7 @@ def farthest(rows, leaf, few, mine, lane, distance):
     The other coordinates are as large, but for the distance R and the lengths of both; for them, and for the arithmetic
     of squares, which has an error of less than 128 ULP (R + |d| + |e|)^2, there is 512 ULP (R^2 + d.d + e.e).
     """
-    lengths = (load(rows, (leaf, _SQUARE)) + few[mine, _SQUARE, lane]) * _BLURRED
+    lengths = (load(rows, (leaf, _SQUARE)) + few[mine, _SQUARE, lane]) * _BLURRED  # May pass more pairs, never fewer.
     return distance * distance * np.float32(1.0 + _BLURRED) + lengths
 
 
@@ -144,7 +145,7 @@ def kept_apart(rows, leaf, few, mine, lane, way, distance, drift):
         least = minimum(least, minimum(gap - change, gap + change))
     lengths = load(rows, (leaf, _SQUARE)) + few[mine, _SQUARE, lane]
     size = sqrt(length_squared(nx, ny, nz))
-    least = least - _ASKEW * size * (size + 2.0 * sqrt(lengths) + drift)
+    least = least - _ASKEW * size * (size + 2.0 * sqrt(lengths) + drift)  # For rounding: what is told apart is apart.
     return both(least > distance * size, lengths < _LONGEST)
 
 

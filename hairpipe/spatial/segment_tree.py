@@ -75,6 +75,7 @@ def find_frame(before: np.ndarray, after: np.ndarray, segments: np.ndarray) -> F
         return Frame(np.zeros(3), 1.0, 1.0)
     starts, ends = (0.5 * (before[k] + after[k]) for k in (some, some + 1))
     centre = np.median(starts, axis=0)
+    # A quantile: strands that have been thrown far away must not make the cells of all others coarse.
     extent = 2.0 * np.quantile(np.abs(starts - centre).max(axis=1), 0.98)
     return Frame(centre, max(float(np.median(np.linalg.norm(ends - starts, axis=1))), _SHORTEST), float(extent))
 
@@ -95,7 +96,7 @@ def build_tree(
     moving = after is not None
     after = before if after is None else after
     counts = [-(-len(segments) // LANES)]
-    while len(counts) < 2 or counts[-1] > 1:
+    while len(counts) < 2 or counts[-1] > 1:  # One level above the leaves: searches begin at a group of boxes.
         counts.append(-(-counts[-1] // LANES))
     firsts = np.cumsum([0, *counts])
     middles = np.empty((len(segments), 3))
@@ -103,6 +104,7 @@ def build_tree(
     order = morton_order_in_cube(middles, frame.centre, frame.extent)
     rows = np.zeros((counts[0], MOVING if moving else RESTING, LANES), SINGLE)
     boxes = np.empty((firsts[-1], 2 * _SIDES if moving else _SIDES, LANES), SINGLE)
+    # Lanes past the last segment are boxes inside out, which overlap nothing.
     boxes.reshape(-1, 2, 3, LANES)[:] = np.array([np.inf, -np.inf], SINGLE)[:, None, None]
     children = np.full(firsts[-1], -1)
     ends = np.arange(1, firsts[-1] + 1)
@@ -158,7 +160,7 @@ def _enter_box(boxes, group, side, lane, p, q, margin):
 @njit(cache=True)
 def _enclose(boxes, firsts, children, ends):
     """Fill the groups above the leaves, level by level, with the boxes round those below; firsts of all levels."""
-    for level in range(1, len(firsts) - 1):
+    for level in range(1, len(firsts) - 1):  # Leaves first: a box is made of those below it.
         for group in range(firsts[level], firsts[level + 1]):
             start = firsts[level - 1] + (group - firsts[level]) * LANES
             children[group] = start
@@ -184,7 +186,7 @@ def find_leaves(tree: Tree, boxes: np.ndarray, box: tuple[int, int], first: int,
     room        (L + MOST_OPEN,) int64
     """
     count = 0
-    stack = len(tree.rows)
+    stack = len(tree.rows)  # Results grow from the front, the stack lies behind all leaves: the two never meet.
     room[stack] = len(tree.children) - 1
     opened = 1
     while opened > 0:
@@ -194,7 +196,7 @@ def find_leaves(tree: Tree, boxes: np.ndarray, box: tuple[int, int], first: int,
         while near != 0:
             child = tree.children[group] + lowest(near)
             near &= near - 1
-            if tree.ends[child] <= first:
+            if tree.ends[child] <= first:  # All its leaves come before: they were compared from the other side.
                 continue
             if tree.children[child] < 0:
                 room[count] = child
@@ -219,7 +221,7 @@ def _apart(boxes, group, others, box, x):
     """Whether boxes are apart along an axis all the time, as lanes."""
     other, lane = box
     end = boxes.shape[1] - _SIDES
-    below = both(
+    below = both(  # Apart at both ends, in the same order: a box that passes through another is not apart.
         load(boxes, (group, 3 + x)) < others[other, x, lane],
         load(boxes, (group, end + 3 + x)) < others[other, end + x, lane],
     )

@@ -39,4 +39,5 @@ def refuse_lost(points: np.ndarray) -> None:
 def _find_lost(points, lost):
     for k in prange(len(points)):
         x, y, z = row(points, k)
+        # max may drop a NaN, depending on the order of its arguments: each is tested for itself, too.
         lost[k] = not max(abs(x), max(abs(y), abs(z))) <= FARTHEST or x != x or y != y or z != z

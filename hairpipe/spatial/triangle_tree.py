@@ -81,7 +81,7 @@ def boxes_over(corners: np.ndarray, starts: np.ndarray) -> np.ndarray:
             for corner in corners[starts[l] : starts[l + 1], :, x].flat:
                 boxes[leaves + l, 0, x] = min(boxes[leaves + l, 0, x], corner)
                 boxes[leaves + l, 1, x] = max(boxes[leaves + l, 1, x], corner)
-    for i in range(leaves - 1, 0, -1):
+    for i in range(leaves - 1, 0, -1):  # Children have higher numbers than their box.
         for x in range(3):
             boxes[i, 0, x] = min(boxes[2 * i, 0, x], boxes[2 * i + 1, 0, x])
             boxes[i, 1, x] = max(boxes[2 * i, 1, x], boxes[2 * i + 1, 1, x])

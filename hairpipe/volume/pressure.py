@@ -74,7 +74,7 @@ def filled_cells(mass: np.ndarray) -> np.ndarray:
 def _sweep(mass, cells, numbers, impulses, velocities):
     """Give cells of one parity, (n, 3), the impulse that they lack, in place."""
     cell, rest, yielding, dt = numbers
-    for n in prange(len(cells)):
+    for n in prange(len(cells)):  # Cells of one parity share no node: no two threads write one velocity.
         i, j, k = cells[n, 0], cells[n, 1], cells[n, 2]
         density, divergence, inverse = 0.0, 0.0, 0.0
         for a in range(2):
@@ -85,12 +85,14 @@ def _sweep(mass, cells, numbers, impulses, velocities):
                     inverse += 1.0 / m
                     divergence += _along(velocities, i + a, j + b, k + c, a, b, c)
         density /= 8.0 * cell**3
+        # Negative in thin hair, which may be compressed until it is full; bounded where hair is much too dense.
         wanted = min((density / rest - 1.0) / dt, MOST_RATE)
         lack = wanted - divergence / (4.0 * cell) - yielding * impulses[n]
+        # The sum over all sweeps is clamped, not the change: an earlier push may be taken back.
         impulse = max(0.0, impulses[n] + lack / (3.0 * cell / 16.0 * inverse + yielding))
         more = 0.25 * cell**2 * (impulse - impulses[n])
         impulses[n] = impulse
-        if more != 0.0:
+        if more != 0.0:  # A cell that stays without pressure writes nothing.
             for a in range(2):
                 for b in range(2):
                     for c in range(2):

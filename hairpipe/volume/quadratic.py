@@ -34,7 +34,7 @@ def _weigh(samples, own, parity, grid):
     points, pieces, slabs = samples.points, samples.pieces, samples.slabs
     low = samples.low
     inverse = 1.0 / samples.cell
-    for n in prange((len(slabs) - parity) // 2):
+    for n in prange((len(slabs) - parity) // 2):  # Three nodes reach one plane beyond a slab: every second is apart.
         slab = 2 * n + parity
         for at in range(slabs[slab], slabs[slab + 1]):
             k = samples.segments[at]

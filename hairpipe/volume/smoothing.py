@@ -29,6 +29,7 @@ def smooth(grid: np.ndarray, velocities: np.ndarray, nu: float, out: np.ndarray)
                         for side in range(-1, 2, 2):
                             a, b, c = _beside(i, j, k, axis, side)
                             if _is_inside(grid, a, b, c):
+                                # k_gh / M_g, by the lighter of the two: what one gives the other gets.
                                 share = nu * min(1.0, grid[a, b, c, 0] / mass)
                                 sx += share * (velocities[a, b, c, 0] - x)
                                 sy += share * (velocities[a, b, c, 1] - y)

@@ -151,7 +151,7 @@ def coordinate(points: np.ndarray, k: int, t: float, c: int, low: float, inverse
 def _slab_of(points, k, t, across):
     low, inverse, planes = across
     u = coordinate(points, k, t, 0, low, inverse)
-    return min(int(max(u, 0.0)), planes - 2) // SLAB
+    return min(int(max(u, 0.0)), planes - 2) // SLAB  # Rounding may put a sample just outside of the grid.
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -170,6 +170,6 @@ def _sort(points, offsets, pieces, across, starts, segments, places):
         for k in range(offsets[chunk * _CHUNK], offsets[min((chunk + 1) * _CHUNK, len(offsets) - 1)]):
             for place in range(pieces[k]):
                 slab = _slab_of(points, k, share_of(place, pieces[k]), across)
-                at = starts[chunk, slab]
+                at = starts[chunk, slab]  # Each chunk has places of its own in a slab: samples stay in strand order.
                 segments[at], places[at] = k, place
                 starts[chunk, slab] = at + 1

@@ -36,6 +36,7 @@ def _deposit(samples, own, velocities, parity, grid):
     points, pieces, slabs = samples.points, samples.pieces, samples.slabs
     low = samples.low
     inverse = 1.0 / samples.cell
+    # Slabs of one parity share no node; in each, samples come in the order of strands: sums have one order.
     for n in prange((len(slabs) - parity) // 2):
         slab = 2 * n + parity
         for at in range(slabs[slab], slabs[slab + 1]):
@@ -76,7 +77,7 @@ def _collect(samples, field, found):
     inverse = 1.0 / samples.cell
     strands = len(offsets) - 1
     for chunk in prange((strands + _CHUNK - 1) // _CHUNK):
-        begin = offsets[chunk * _CHUNK]
+        begin = offsets[chunk * _CHUNK]  # Whole strands, so that no point is written by two threads.
         end = offsets[min((chunk + 1) * _CHUNK, strands)]
         found[begin:end] = 0.0
         for k in range(begin, end):

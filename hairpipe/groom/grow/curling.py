@@ -28,7 +28,7 @@ def wind(axis: np.ndarray, step: float, radius: float, pitch: float, onset: floa
         here = row(axis, k)
         ahead = row(axis, k + 1) if k < last else plus(here, minus(here, before))
         tangent = unit(minus(ahead, before), (0.0, -1.0, 0.0))
-        before = here
+        before = here  # The old place of the point before, which has been moved: tangents are those of the axis.
         normal = unit(flattened(normal, tangent), any_normal(tangent))
         t = min(k * step / onset, 1.0)
         angle = 2.0 * np.pi * k * step / pitch + phase

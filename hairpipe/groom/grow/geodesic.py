@@ -41,7 +41,7 @@ def exit_corner(b: np.ndarray, db: Vector) -> tuple[float, int]:
     """Return the fraction of the move db at which it leaves the triangle, and the corner opposite the edge left by."""
     corner, fraction = -1, 1.0
     for k in range(3):
-        if db[k] < -STANDSTILL and b[k] < -fraction * db[k]:
+        if db[k] < -STANDSTILL and b[k] < -fraction * db[k]:  # Compared by products, without a division.
             fraction = b[k] / -db[k]
             corner = k
     return fraction, corner
@@ -58,7 +58,7 @@ def walk(twins: np.ndarray, gradients: np.ndarray, t: int, b: np.ndarray, v: Vec
             b[j] = max(b[j] + fraction * db[j], 0.0)
         if k < 0:
             break
-        b[k] = 0.0
+        b[k] = 0.0  # Exactly on the edge, whatever rounding left: else the walk could leave by it again.
         inward = unit(row(slopes, k), v)
         out = scaled(1.0 - fraction, v)
         v = flattened(out, inward)
@@ -68,7 +68,7 @@ def walk(twins: np.ndarray, gradients: np.ndarray, t: int, b: np.ndarray, v: Vec
             j = twin % 3
             b[(j + 1) % 3], b[(j + 2) % 3], b[j] = b[(k + 2) % 3], b[(k + 1) % 3], 0.0
             v = plus(v, scaled(-dot(out, inward), unit(row(gradients[t], j), v)))
-    total = b[0] + b[1] + b[2]
+    total = b[0] + b[1] + b[2]  # Clamping above may have changed the sum.
     for j in range(3):
         b[j] /= total
     return t

@@ -61,7 +61,7 @@ def total_push(i: int, points: np.ndarray, normals: np.ndarray, reach: np.ndarra
     for x in range(a - span, a + span + 1):
         for y in range(b - span, b + span + 1):
             key = (x * cells.counts[1] + y) * cells.counts[2] + c
-            first = np.searchsorted(cells.keys, key - span)
+            first = np.searchsorted(cells.keys, key - span)  # Keys along the last axis are consecutive: one range.
             last = np.searchsorted(cells.keys, key + span, side="right")
             for at in range(first, last):
                 total = plus(total, push(i, cells.order[at], points, normals, reach))
@@ -75,7 +75,7 @@ def repulsion(points: np.ndarray, normals: np.ndarray, reach: np.ndarray, cells:
     points (k, 3) and reach (k,) in m, unit normals (k, 3).
     """
     forces = np.empty_like(points)
-    for i in prange(len(points)):
+    for i in prange(len(points)):  # Each point sums up for itself, and every pair is found twice: threads write apart.
         force = flattened(total_push(i, points, normals, reach, cells), row(normals, i))
         forces[i, 0], forces[i, 1], forces[i, 2] = force
     return forces

@@ -36,12 +36,12 @@ def lay(solid: Solid, axis: np.ndarray, ahead: Vector, comb: Vector, layer: floa
     gap, normal, place = distance_and_normal(solid, here, 0)
     need, free = 0.0, 0.0
     for k in range(1, len(axis)):
-        touch = min(max(1.0 - (gap - need) / FADE, 0.0), 1.0)
+        touch = min(max(1.0 - (gap - need) / FADE, 0.0), 1.0)  # The comb acts on hair that lies on the body only.
         ahead = unit(mix(ahead, pull(comb, touch, normal), min(step / bend, 1.0)), ahead)
         there = plus(here, scaled(step, ahead))
         need = layer * (1.0 - np.exp(-k * step / RISE))
         free -= step
-        if free <= 0.0:
+        if free <= 0.0:  # The distance bounds how far the strand goes before it can meet the body: no look until then.
             gap, normal, place = distance_and_normal(solid, there, place)
             free = gap - layer - FADE
         if gap < need:
@@ -107,7 +107,7 @@ def turned_out(solid: Solid, here: Vector, there: Vector, need: float, place: in
     best = end
     least = np.inf
     nearest = -np.inf
-    for i in range(WAYS):
+    for i in range(WAYS):  # A spiral over the sphere: directions are spread evenly, and the same for every strand.
         height = 1.0 - (2.0 * i + 1.0) / WAYS
         turn = i * GOLDEN
         across = np.sqrt(1.0 - height * height)
@@ -143,7 +143,7 @@ def keep_out(solid: Solid, points: np.ndarray, gap: float) -> None:
         if lack > 0.0:
             clear = turned_out(solid, here, there, need, place)
             shift = minus(clear, there)
-            for j in range(k, len(points)):
+            for j in range(k, len(points)):  # The rest goes along, so that its shape stays.
                 put(points, j, plus(row(points, j), shift))
             d, _, place = distance_and_normal(solid, clear, place)
         free = d - gap

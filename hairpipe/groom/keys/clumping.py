@@ -41,7 +41,7 @@ def _clump(
     places, speeds, firsts = keys
     pull, begin = how
     for s in prange(len(offsets) - 1):
-        if followed.own[s] >= 0:
+        if followed.own[s] >= 0:  # A key is not drawn to itself.
             continue
         g = followed.keys[s, 0]
         first = offsets[s]
@@ -55,7 +55,7 @@ def _clump(
             before = row(points, i)
             share = min(max((k / segments - begin) / (1.0 - begin), 0.0), 1.0)
             near = pull * share * share * (3.0 - 2.0 * share)
-            below = min(k * theirs // segments, theirs - 1)
+            below = min(k * theirs // segments, theirs - 1)  # In whole numbers: equal counts meet point to point.
             rest = k * theirs / segments - below
             a = firsts[g] + below
             y = mix(before, mix(row(places, a), row(places, a + 1), rest), near)

@@ -54,7 +54,7 @@ def _interpolate(
         begin = offsets[s]
         end = offsets[s + 1]
         own = followed.own[s]
-        if own >= 0:
+        if own >= 0:  # Keys as they were simulated, to the bit.
             points[begin:end] = keys[0][turns.offsets[own] : turns.offsets[own + 1]]
             velocities[begin:end] = keys[1][turns.offsets[own] : turns.offsets[own + 1]]
             continue
@@ -83,7 +83,7 @@ def _turned_by_keys(
             below, rest = middle_among(k, segments, turns.offsets[g + 1] - first - 1)
             t = turned(turns.turns, first + below, T)
             dt = cross(row(turns.spins, first + below), t)
-            if rest > 0.0:
+            if rest > 0.0:  # Exactly on a middle there may be no segment above.
                 above = turned(turns.turns, first + below + 1, T)
                 t = mix(t, above, rest)
                 dt = mix(dt, cross(row(turns.spins, first + below + 1), above), rest)

@@ -78,7 +78,7 @@ def _propagate(
     for g in prange(len(offsets) - 1):
         R = columns_of(motions, g)
         spin = spin_of(motions, rates, g)
-        for k in range(offsets[g], offsets[g + 1] - 1):
+        for k in range(offsets[g], offsets[g + 1] - 1):  # From the root on: the twist of each is that of all before it.
             T, speed = minus(row(rest, k + 1), row(rest, k)), minus(row(velocities, k + 1), row(velocities, k))
             R, spin = followed(R, spin, T, minus(row(points, k + 1), row(points, k)), speed)
             put(spins, k, spin)
@@ -92,7 +92,7 @@ def followed(R: Columns, spin: Vector, T: Vector, way: Vector, speed: Vector) ->
     u = unit(blend(T, *R), T)
     t = unit(way, u)
     a = 1.0 + dot(u, t)
-    if a < _OPPOSED:
+    if a < _OPPOSED:  # Opposed: half a turn about any axis across, since no smallest rotation is defined.
         axis = unit(any_across(u), u)
         return (_half_turn(axis, R[0]), _half_turn(axis, R[1]), _half_turn(axis, R[2])), spin
     du = cross(spin, u)

@@ -95,7 +95,7 @@ def _push(
             before = y
             known = at < len(looked) and looked[at] == i
             deep = known and found.distance[at] < kept[i]
-            if moved or deep:
+            if moved or deep:  # What hangs on a moved point follows; before it nothing changes, to the bit.
                 root = row(points, i - 1)
                 rate = row(velocities, i - 1)
                 moved = True
@@ -106,7 +106,7 @@ def _push(
                     v = plus(v, scaled(max(dot(normal, minus(row(found.velocity, at), v)), 0.0), normal))
                 put(velocities, i, v)
                 put(points, i, x)
-            at += known
+            at += known  # Both ascend: one walk finds what was looked at of this strand.
 
 
 @inlined
@@ -115,6 +115,6 @@ def _outside(before: Vector, x: Vector, l: float, normal: Vector, level: float) 
     h = level - dot(normal, before)
     if dot(normal, minus(x, before)) >= h:
         return x
-    h = min(h, l)
+    h = min(h, l)  # No higher than straight up along the normal: the length stays.
     aside = unit(flattened(minus(x, before), normal), (0.0, 0.0, 0.0))
     return plus(before, plus(scaled(h, normal), scaled(np.sqrt(l * l - h * h), aside)))

@@ -98,7 +98,7 @@ def measure_middles(tree: Tree, first: np.ndarray, voxel: float, reach: float, d
                 x = (first[0] + BRICK * a + BRICK / 2) * voxel
                 y = (first[1] + BRICK * b + BRICK / 2) * voxel
                 z = (first[2] + BRICK * c + BRICK / 2) * voxel
-                squared, near, _ = closest(tree, (x, y, z), reach * reach, near)
+                squared, near, _ = closest(tree, (x, y, z), reach * reach, near)  # The nearest so far is a good guess.
                 distances[a, b, c] = np.sqrt(squared)
 
 
@@ -122,7 +122,7 @@ def fill_bricks(
     """
     first, voxel, width = band.first, band.voxel, band.width
     for n in prange(len(places)):
-        near = 0
+        near = 0  # Of equally near triangles the guess may decide: it must not depend on what a thread did before.
         for i in range(BRICK):
             for j in range(BRICK):
                 for k in range(BRICK):
@@ -131,6 +131,7 @@ def fill_bricks(
                     squared, near, w = closest(tree, (x, y, z), np.inf, near)
                     t = tree.triangles[near]
                     far = np.sqrt(squared)
+                    # Outside the band's border is the largest distance; inside it goes on, as hair may be deep.
                     distance[n, i, j, k] = min(far, width) if marks[a, b, c] & OUTSIDE else -far
                     for axis in range(3):
                         v0, v1, v2 = velocities[t, 0, axis], velocities[t, 1, axis], velocities[t, 2, axis]
@@ -155,7 +156,7 @@ def share_samples(
         for i in range(SIDE):
             for j in range(SIDE):
                 for k in range(SIDE):
-                    if max(i, j, k) == BRICK:
+                    if max(i, j, k) == BRICK:  # Copied, so that two bricks agree to the bit on their common face.
                         m, u, v, w = holder(index, BRICK * a + i, BRICK * b + j, BRICK * c + k)
                         near = distance[m, min(u, last), min(v, last), min(w, last)]
                         if max(u, v, w) < BRICK:
@@ -175,7 +176,7 @@ def holder(index: np.ndarray, i: int, j: int, k: int) -> tuple[int, int, int, in
 
     At least one must; the others it lies in are those before, along one axis or more.
     """
-    for a in (i // BRICK, (i - 1) // BRICK):
+    for a in (i // BRICK, (i - 1) // BRICK):  # In a fixed order: all bricks that share a sample find the same holder.
         for b in (j // BRICK, (j - 1) // BRICK):
             for c in (k // BRICK, (k - 1) // BRICK):
                 if index[a, b, c] >= 0:

@@ -58,7 +58,7 @@ def block_steps(places: np.ndarray, axis: int, marks: np.ndarray) -> None:
                 b = side(ru, rv, pu, pv, u, v)
                 c = side(pu, pv, qu, qv, u, v)
                 within = (a >= 0 and b >= 0 and c >= 0) or (a <= 0 and b <= 0 and c <= 0)
-                if not within or a + b + c == 0.0:
+                if not within or a + b + c == 0.0:  # Edge-on along this axis: the triangle is met along another.
                     continue
                 depth = (a * p[axis] + b * q[axis] + c * r[axis]) / (a + b + c)
                 step[second], step[third] = u, v
@@ -72,7 +72,7 @@ def flood_forward(marks: np.ndarray) -> int:
     """Mark, in place, the samples that a step towards +x, +y or +z joins to the outside; return how many."""
     nx, ny, nz = marks.shape
     found = 0
-    for i in range(nx):
+    for i in range(nx):  # In the order of memory, neighbours before: what is found is passed on in the same pass.
         for j in range(ny):
             for k in range(nz):
                 if marks[i, j, k] & OUTSIDE:
@@ -91,7 +91,7 @@ def flood_backward(marks: np.ndarray) -> int:
     """Mark, in place, the samples that a step towards -x, -y or -z joins to the outside; return how many."""
     nx, ny, nz = marks.shape
     found = 0
-    for i in range(nx - 1, -1, -1):
+    for i in range(nx - 1, -1, -1):  # The other way round: a few passes both ways reach everything, without a queue.
         for j in range(ny - 1, -1, -1):
             for k in range(nz - 1, -1, -1):
                 here = marks[i, j, k]

@@ -38,7 +38,7 @@ def _fill(
         x, y, z = (first[0] + BRICK * a) * voxel, (first[1] + BRICK * b) * voxel, (first[2] + BRICK * c) * voxel
         squared, near, w = closest(tree, (x, y, z), np.inf, 0)
         t = tree.triangles[near]
-        corners[a, b, c, 0] = -np.sqrt(squared)
+        corners[a, b, c, 0] = -np.sqrt(squared)  # Inside, so the sign is known without `marks`.
         for axis in range(3):
             v0, v1, v2 = velocities[t, 0, axis], velocities[t, 1, axis], velocities[t, 2, axis]
             corners[a, b, c, 1 + axis] = w[0] * v0 + w[1] * v1 + w[2] * v2

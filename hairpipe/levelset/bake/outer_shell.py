@@ -59,7 +59,7 @@ def sort_pieces(triangles: np.ndarray, marks: np.ndarray, pieces: np.ndarray) ->
     """
     counts = np.zeros(len(triangles), np.int64)
     areas = np.zeros((len(triangles), 3))
-    stack = np.empty((DEEPEST, 3, 6))
+    stack = np.empty((DEEPEST, 3, 6))  # Depth first: the stack is as high as the deepest cut, not as all pieces.
     at = 0
     for t in range(len(triangles)):
         copy(triangles[t], stack[0])
@@ -76,7 +76,7 @@ def sort_pieces(triangles: np.ndarray, marks: np.ndarray, pieces: np.ndarray) ->
             areas[t, fate] += area(piece)
             if fate != HIDDEN:
                 counts[t] += 1
-                if at < len(pieces):
+                if at < len(pieces):  # A first pass without room only counts.
                     copy(piece, pieces[at])
                     at += 1
     return counts, areas

@@ -145,6 +145,7 @@ def boxes_at(stances: Stances, outlines: Outlines) -> np.ndarray:
                 for y in range(3):
                     turn = stances.turns[t, k, x, y]
                     middle += 0.5 * turn * (low[k, y] + high[k, y])
+                    # The box around a turned box: its half edges are those of the part times |R|.
                     half += 0.5 * abs(turn) * (high[k, y] - low[k, y])
                 boxes[k, 0, x] = min(boxes[k, 0, x], middle - half)
                 boxes[k, 1, x] = max(boxes[k, 1, x], middle + half)

@@ -40,7 +40,7 @@ def nearest_part(
     found = -1
     nearest = before.background
     for part in range(len(changes)):
-        if is_within(boxes, part, x):
+        if is_within(boxes, part, x):  # Beyond its box a part is no nearer than the border of the band.
             shape = Shape(before, after, changes, part)
             phi = shape_distance(shape, stances.times[0], place_in(stances, 0, part, x))
             if phi < nearest:
@@ -83,7 +83,7 @@ def probe_parts(
         for i in range(chunk * CHUNK, min(len(points), (chunk + 1) * CHUNK)):
             x = row(points, i)
             part, phi = nearest_part(before, after, changes, stances, boxes, x)
-            if part < 0 or not phi < distance[i]:
+            if part < 0 or not phi < distance[i]:  # Written so that a NaN is not nearer.
                 continue
             distance[i] = phi
             if not phi < reach[i]:
@@ -93,6 +93,7 @@ def probe_parts(
             g = turned_out(stances, 0, part, shape_gradient(shape, stances.times[0], X))
             steep = length(g)
             scale = 1.0 / steep if steep > 0.0 else 0.0
+            # u = (phi_0 - phi_1) / (dt |grad f|) along the normal; the slope is bounded, see `STEEP`.
             swell = -shape_change(shape, X) / (frame * max(steep, STEEP)) * scale
             carried = velocity_of(stances, 0, part, x)
             for axis in range(3):

@@ -30,7 +30,7 @@ class Shape(NamedTuple):
 def shape_distance(shape: Shape, a: float, X: Vector) -> float:
     """Return the signed distance [m] to a part, a frames after the first, at a point in its frame [m]."""
     phi = part_distance(shape.before, shape.part, X)
-    if shape.changes[shape.part]:
+    if shape.changes[shape.part]:  # A shape that is the same in both frames is read once.
         phi += a * (part_distance(shape.after, shape.part, X) - phi)
     return phi
 
@@ -112,6 +112,7 @@ def largest_change(one: PartField, other: PartField, part: int) -> float:
     largest = 0.0
     na, nb, nc = one.shapes[part]
     width = np.float32(one.background)
+    # Boxes of two frames may begin at different bricks, a whole number of them apart.
     ahead = np.rint((one.origins[part] - other.origins[part]) * one.per_metre / BRICK).astype(np.int64)
     for i, j, k in np.ndindex(na, nb, nc):
         n = one.bricks[one.starts[part] + (i * nb + j) * nc + k]

@@ -95,14 +95,14 @@ def first_hit_on_path(
     low, high = row(outlines.low, shape.part), row(outlines.high, shape.part)
     end = place_in(stances, 0, shape.part, x)
     for t in range(legs):
-        if t / legs >= soonest:
+        if t / legs >= soonest:  # Another part was hit before this leg begins.
             break
         start = end
         end = place_in(stances, t + 1, shape.part, mix(x, y, (t + 1) / legs))
         ray = SpaceTimeRay(start, minus(end, start), times[t], times[t + 1] - times[t])
         found = first_hit(shape, ray, low, high, kept)
         if found < np.inf:
-            return min(soonest, (t + found) / legs)
+            return min(soonest, (t + found) / legs)  # Legs follow each other in time: the first hit is the soonest.
     return soonest
 
 
@@ -116,7 +116,7 @@ def keeps_off(shape: Shape, stances: Stances, x: Vector, y: Vector, kept: float)
     for t in range(legs):
         last = end
         end = place_in(stances, t + 1, shape.part, mix(x, y, (t + 1) / legs))
-        way += length(minus(end, last))
+        way += length(minus(end, last))  # The way as the part sees it, leg by leg: the part's own turning is in it.
     ray = SpaceTimeRay(start, minus(end, start), times[0], times[legs] - times[0])
     before, after = distance_on(shape, ray, 0.0) - kept, distance_on(shape, ray, 1.0) - kept
     return after >= 0.0 and before + after > MARGIN * (way + swelling_along(shape, ray, 0.0, 1.0))
@@ -153,7 +153,7 @@ def sweep_parts(
                 if kept < 0.0:
                     _, phi = nearest_part(before, after, changes, stances, boxes, x)
                     kept = min(walk.thickness[i], phi, 0.5 * before.background)
-                    if phi <= 0.0:
+                    if phi <= 0.0:  # It begins inside: to come out is not a hit.
                         break
                 shape = Shape(before, after, changes, part)
                 fraction[i] = first_hit_on_path(shape, outlines, stances, x, y, kept, fraction[i])

@@ -85,7 +85,7 @@ def add_fragment(tile: Tile, i: int, j: int, z: float, cover: float, red: float,
     count = tile.filled[i, j]
     cover *= min(1.0, (tile.sunk[i, j] - z) / SKIN)
     if count == KEPT:
-        if z < kept[i, j, head, 0]:
+        if z < kept[i, j, head, 0]:  # Nearer than all that is kept: blended itself, in place of the nearest of these.
             blend(tile, i, j, cover, red, green, blue)
             tile.through[i, j] *= 1.0 - cover
             return
@@ -124,13 +124,13 @@ def hide(tile: Tile, i: int, j: int, limit: float) -> None:
     """Let nothing be seen in pixel (i, j) from this depth on, in place."""
     top, left = i - i % BLOCK, j - j % BLOCK
     before, tile.limit[i, j] = tile.limit[i, j], limit
-    if before < tile.far[i // BLOCK, j // BLOCK]:
+    if before < tile.far[i // BLOCK, j // BLOCK]:  # Another pixel sets the limit of the block: it stays.
         return
     farthest = np.float32(0.0)
     for a in range(top, min(top + BLOCK, tile.limit.shape[0])):
         for b in range(left, min(left + BLOCK, tile.limit.shape[1])):
             farthest = max(farthest, tile.limit[a, b])
-            if farthest == before:
+            if farthest == before:  # Another pixel is as far: the limit of the block stays.
                 return
     tile.far[i // BLOCK, j // BLOCK] = farthest
 

@@ -44,7 +44,7 @@ def draw_tiles(
     columns: int,
 ) -> None:
     """Draw in every tile what is listed there: tile t, in rows of so many, has indices[starts[t]:starts[t+1]]."""
-    for t in prange(len(starts) - 1):
+    for t in prange(len(starts) - 1):  # Tiles are disjoint, and each draws in order: the same on any threads.
         place = TILE * (t // columns), TILE * (t % columns)
         draw_tile(film, depth, curves, colours, indices[starts[t] : starts[t + 1]], place)
 
@@ -65,6 +65,7 @@ def draw_tile(
     tile = make_tile(depth[top : top + TILE, left : left + TILE])
     ends = np.empty((2, 7))
     for n in listed:
+        # Nearest segments come first: later ones are often behind a block that is opaque by then.
         if is_seen(tile.far, curves.boxes[n], curves.nearest[n], top // BLOCK, left // BLOCK):
             draw_segment(tile, ends, curves, colours, curves.starts[n], place)
     develop_tile(film[top : top + TILE, left : left + TILE], tile)
@@ -105,7 +106,7 @@ def draw_segment(
             b[3] = 0.0
         if n > 0:
             draw_line(tile, a, b)
-        a, b = b, a
+        a, b = b, a  # The end of a piece is the beginning of the next: it is computed once.
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -152,12 +153,12 @@ def draw_line(tile: Tile, a: np.ndarray, b: np.ndarray) -> None:
     d_half = thick * b[3] - half
     d_red, d_green, d_blue = b[4] - red, b[5] - green, b[6] - blue
     for m in range(first_centre(start, size), first_centre(b[major], size)):
-        t = (m + 0.5 - start) / run
+        t = (m + 0.5 - start) / run  # At pixel centres, so that two lines in a row share no column and leave none out.
         middle, spread, at = across + t * d_across, half + t * d_half, z + t * d_z
         low = min(max(middle - spread, 0.0), reach)
         high = min(max(middle + spread, 0.0), reach)
         for k in range(int(low), min(int(high) + 1, reach)):
             row, column = (m, k) if steep else (k, m)
             cover = min(high, k + 1.0) - max(low, float(k))
-            if cover > 0.0 and at < tile.limit[row, column]:
+            if cover > 0.0 and at < tile.limit[row, column]:  # Behind the limit nothing is seen any more.
                 add_fragment(tile, row, column, at, cover, red + t * d_red, green + t * d_green, blue + t * d_blue)

@@ -109,7 +109,7 @@ def interpolate(
         ax, ay, bx, by, cx, cy = film[a, 0], film[a, 1], film[b, 0], film[b, 1], film[c, 0], film[c, 1]
         area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
         u, v, w = weights((ax, ay), (bx, by), (cx, cy), area, j + 0.5, i + 0.5)
-        u, v, w = u * closeness[a], v * closeness[b], w * closeness[c]
+        u, v, w = u * closeness[a], v * closeness[b], w * closeness[c]  # Over depth, values are linear on the film.
         for d in range(3):
             taken[p, d] = (u * values[a, d] + v * values[b, d] + w * values[c, d]) / (u + v + w)
 

@@ -93,7 +93,7 @@ def bound(
             b2 = p2 - (p3 - p1) / 6.0
             low[d], high[d] = min(min(p1, p2), min(b1, b2)), max(max(p1, p2), max(b1, b2))
         z = max(low[2], NEAR)
-        half = width / z + 1.0
+        half = width / z + 1.0  # A pixel more than the width, for coverage of pixels that are only touched.
         if high[0] + half <= 0.0 or high[1] + half <= 0.0 or low[0] - half >= film[1] or low[1] - half >= film[0]:
             continue
         boxes[i, 0] = int(max(low[1] - half, 0.0)) // BLOCK
@@ -131,7 +131,7 @@ def list_by_tile(boxes: np.ndarray, rows: int, columns: int) -> tuple[np.ndarray
     starts = np.cumsum(starts)
     ends = starts[:-1].copy()
     indices = np.empty(starts[-1], np.int32)
-    for n in range(len(boxes)):
+    for n in range(len(boxes)):  # In the order given, nearest first, so that every tile draws from front to back.
         for i in range(boxes[n, 0] // blocks, boxes[n, 1] // blocks + 1):
             for j in range(boxes[n, 2] // blocks, boxes[n, 3] // blocks + 1):
                 t = i * columns + j

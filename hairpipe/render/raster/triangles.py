@@ -30,7 +30,7 @@ def rasterise(
     for m in range(len(triangles)):
         a, b, c = triangles[m]
         ax, ay, bx, by, cx, cy = film[a, 0], film[a, 1], film[b, 0], film[b, 1], film[c, 0], film[c, 1]
-        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)  # Signed, so that weights are positive inside either way.
         if area == 0.0 or min(closeness[a], closeness[b], closeness[c]) <= 0.0:
             continue
         for i in range(first_centre(min(ay, by, cy), height), first_centre(max(ay, by, cy), height)):
@@ -39,7 +39,7 @@ def rasterise(
                 if u < 0.0 or v < 0.0 or w < 0.0:
                     continue
                 close = u * closeness[a] + v * closeness[b] + w * closeness[c]
-                if close > best[i, j]:
+                if close > best[i, j]:  # Not >=: of equals the first in order stays.
                     best[i, j] = close
                     seen[i, j] = m
     return seen, best

@@ -87,7 +87,7 @@ def add_scattered(
         sin_e = (tx * ex + ty * ey + tz * ez) / away
         cos_l, cos_e = math.sqrt(max(0.0, 1.0 - sin_l * sin_l)), math.sqrt(max(0.0, 1.0 - sin_e * sin_e))
         kappa = ((ex * lx + ey * ly + ez * lz) / away - sin_l * sin_e) / max(cos_l * cos_e, 1e-6)
-        azimuth = math.acos(min(max(kappa, -1.0), 1.0)) / math.pi
+        azimuth = math.acos(min(max(kappa, -1.0), 1.0)) / math.pi  # Rounding may leave -1 to 1.
         apart = math.sqrt(max(0.0, 0.5 - 0.5 * (cos_l * cos_e + sin_l * sin_e)))
         n = met[i, 0]
         last = max(met[i, 0], met[i, 1])
@@ -124,7 +124,7 @@ def streams(on: float, back: float, n: float, last: float) -> tuple[float, float
     """Light on its way from the lamp, over what it sheds, behind n of the last hairs, and light on its way back."""
     lost = 1.0 - on
     k = max(math.sqrt(max(lost * lost - back * back, 0.0)), FLAT)
-    echo = math.exp(-2.0 * k * (last - n))
+    echo = math.exp(-2.0 * k * (last - n))  # Only falling exponentials: sinh and cosh of deep hair would overflow.
     end = math.exp(-2.0 * k * last)
     left = math.exp(-k * n) / (k + lost + (k - lost) * end)
     return left * (k + lost + (k - lost) * echo), left * back * (1.0 - echo)
@@ -156,7 +156,7 @@ def cone(sin_l: float, cos_l: float, sin_e: float, cos_e: float, turn: float, wi
     c = math.cos(turn)
     sine = sin_e * c + cos_e * s
     both = abs(cos_l * (cos_e * c - sin_e * s))
-    x = both / width
+    x = both / width  # exp(-x) I_0(x) in one: each factor alone would overflow in narrow lobes.
     return math.exp((both - sin_l * sine - 1.0) / width) * bessel(x) / (width * (1.0 - math.exp(-2.0 / width)))
 
 

@@ -159,7 +159,7 @@ def add_light(shed: np.ndarray, fibres: Fibres, eye: np.ndarray, light: Light, b
     points, along, facing, colours, tilts = fibres
     lx, ly, lz = light.towards
     for i in range(len(shed)):
-        if between[i] * DENSITY > DARK:
+        if between[i] * DENSITY > DARK:  # In deep shadow nothing is seen.
             continue
         tx, ty, tz = along[i, 0], along[i, 1], along[i, 2]
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
@@ -174,7 +174,7 @@ def add_light(shed: np.ndarray, fibres: Fibres, eye: np.ndarray, light: Light, b
         kappa = ((ex * lx + ey * ly + ez * lz) / away - cos_l * cos_e) / max(sin_l * sin_e, 1e-6)
         side = 0.5 * (1.0 + kappa) + 0.5 * BACK * (1.0 - kappa)
         nx, ny, nz = facing[i, 0], facing[i, 1], facing[i, 2]
-        share = math.sqrt(nx * nx + ny * ny + nz * nz)
+        share = math.sqrt(nx * nx + ny * ny + nz * nz)  # Normals are as long as their share of the diffuse light.
         diffuse = MATT * ((1.0 - share) * sin_l + max(0.0, nx * lx + ny * ly + nz * lz))
         s = tilts[i]
         double = 1.0 - 2.0 * s * s  # cosines of both angles

@@ -65,7 +65,7 @@ def add_light(
     for i in range(len(shed)):
         nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
         facing = nx * lx + ny * ly + nz * lz
-        if facing <= -WRAP[0]:
+        if facing <= -WRAP[0]:  # Red wraps farthest: beyond it no colour is lit.
             continue
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         ex, ey, ez = eye[0] - x, eye[1] - y, eye[2] - z

@@ -28,8 +28,8 @@ def add_drag(
     push     [N], (P, 3); damping  symmetric xx xy xz yy yz zz [kg/s], (P, 6)
     """
     for strand in prange(len(offsets) - 1):
-        end = offsets[strand + 1] if at.active[offsets[strand]] else offsets[strand]
-        for k in range(offsets[strand], end - 1):
+        end = offsets[strand + 1] if at.active[offsets[strand]] else offsets[strand]  # A strand is active as a whole.
+        for k in range(offsets[strand], end - 1):  # One thread a strand: neighbours add to common points in order.
             _add_segment(at.points, at.lagged_velocity, air, k, law, push, damping)
 
 
@@ -45,8 +45,9 @@ def _add_segment(points, velocities, air, k, law, push, damping):
     uy = 0.5 * (velocities[k, 1] + velocities[k + 1, 1] - air[k, 1] - air[k + 1, 1])
     uz = 0.5 * (velocities[k, 2] + velocities[k + 1, 2] - air[k, 2] - air[k + 1, 2])
     along, squared = ux * dx + uy * dy + uz * dz, ux * ux + uy * uy + uz * uz
-    across = np.sqrt(max(squared - along * along, 0.0))
+    across = np.sqrt(max(squared - along * along, 0.0))  # Rounding may make it negative where wind is along the hair.
     normal = 0.5 * length * normal_drag(law, across)
+    # c_n (I - d d^T) + c_t d d^T = c_n I + (c_t - c_n) d d^T: half of it for each end.
     excess = 0.5 * length * tangential_drag(law, np.sqrt(squared)) - normal
     xx = normal + excess * dx * dx
     xy = excess * dx * dy

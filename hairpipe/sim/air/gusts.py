@@ -83,11 +83,11 @@ def _add_waves(waves, phases, amplitudes, points, air):
 @njit(cache=True)
 def _add_to_chunk(waves, phases, amplitudes, points, air):
     """Add all modes to a few points; the loop over points is the inner one, for the compiler to vectorise."""
-    x = points[:, 0].copy()
+    x = points[:, 0].copy()  # Contiguous: a stride of three keeps the inner loop from being vectorised.
     y = points[:, 1].copy()
     z = points[:, 2].copy()
     u, v, w = np.zeros_like(x), np.zeros_like(x), np.zeros_like(x)
-    for m in range(len(waves)):
+    for m in range(len(waves)):  # Modes outside: sums at a point have the order of modes in every chunk.
         kx = waves[m, 0]
         ky = waves[m, 1]
         kz = waves[m, 2]

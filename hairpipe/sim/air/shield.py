@@ -83,7 +83,7 @@ def _bounds(points, axes):
     greatest = np.full(3, -np.inf)
     for p in range(len(points)):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
-        if np.isfinite(x + y + z):
+        if np.isfinite(x + y + z):  # A lost point must not make the grid huge.
             for axis in range(3):
                 place = axes[axis, 0] * x + axes[axis, 1] * y + axes[axis, 2] * z
                 least[axis], greatest[axis] = min(least[axis], place), max(greatest[axis], place)
@@ -116,7 +116,7 @@ def _count(points, offsets, axes, low, cell, width, hairs, area):
             along = axes[0, 0] * dx + axes[0, 1] * dy + axes[0, 2] * dz
             if 0.0 < squared < np.inf:
                 length = np.sqrt(squared)
-                pieces = int(2.0 * length / cell) + 1
+                pieces = int(2.0 * length / cell) + 1  # At most half a cell each: no gap between nodes.
                 facing = width * hairs[k] * (squared - along * along) / length / pieces
                 for piece in range(pieces):
                     s = (piece + 0.5) / pieces
@@ -130,7 +130,7 @@ def _march(density, law, line, speed, cell, left):
 
     density  a at the nodes [1/m]; line  rho d [kg/m^2]; left  U at the nodes over the undisturbed speed
     """
-    for j in prange(density.shape[1]):
+    for j in prange(density.shape[1]):  # Columns are independent; in each, a node needs the one before it.
         for k in range(density.shape[2]):
             share = 1.0
             for i in range(density.shape[0]):
@@ -139,7 +139,7 @@ def _march(density, law, line, speed, cell, left):
                     thickness = cell * density[i, j, k] / line
                     middle = max(share * np.exp(-0.5 * thickness * _rate(law, share * speed)), _NOTHING)
                     share = max(share * np.exp(-thickness * _rate(law, middle * speed)), _NOTHING)
-                left[i, j, k] = middle
+                left[i, j, k] = middle  # At the node itself half of its own cell's hair is in front.
 
 
 @inlined

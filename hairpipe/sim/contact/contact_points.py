@@ -89,8 +89,7 @@ def between(x, segments, fractions, i):
 @inlined
 def inverse_mass(masses, segments, fractions, i):
     """1/M = sum w^2 / m over the four points of pair i [1/kg]: change of the relative velocity for a unit impulse."""
-    # Held points have mass inf and add 0.
-    total = 0.0
+    total = 0.0  # Held points have mass inf and add 0.
     for j in range(2):
         k, s = segments[i, j], fractions[i, j]
         total += (1.0 - s) * (1.0 - s) / masses[k] + s * s / masses[k + 1]
@@ -144,8 +143,7 @@ def normal_of(x, v, segments, fractions, i):
     aa = dot(a, a)
     nn = dot(n, n)
     if nn > 1e-12 * aa * dot(b, b):
-        # Back to the side that the first segment came from.
-        sign = -1.0 if dot(n, speed) > 0.0 else 1.0
+        sign = -1.0 if dot(n, speed) > 0.0 else 1.0  # Back to the side that the first segment came from.
         return scaled(sign / np.sqrt(nn), n)
     if aa > 0.0:
         speed = minus(speed, scaled(dot(speed, a) / aa, a))

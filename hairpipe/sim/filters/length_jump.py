@@ -34,7 +34,7 @@ def _mark_block(model, block, before, after, out):
         inverse_rest = load(model.inverse_lengths, (first + p, stride - 1))
         change = (_length(after, p, p + stride) - _length(before, p, p + stride)) * inverse_rest
         jumped = either(jumped, either(change > LENGTH_JUMP, change < -LENGTH_JUMP))
-    if any_lane(jumped):
+    if any_lane(jumped):  # Marks are only added: lanes may have one already.
         store(out, (block,), select(jumped, 0.0 * load(out, (block,)) + 1.0, load(out, (block,))))
 
 

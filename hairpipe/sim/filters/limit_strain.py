@@ -51,7 +51,7 @@ def _draw_in(x, p, parent, inverse_rest, limit):
     px, py, pz = load(x, (parent, 0)), load(x, (parent, 1)), load(x, (parent, 2))
     dx, dy, dz = load(x, (p, 0)) - px, load(x, (p, 1)) - py, load(x, (p, 2)) - pz
     stretch = sqrt(dx * dx + dy * dy + dz * dz) * inverse_rest
-    scale = minimum(limit / maximum(stretch, 1e-12), 1.0)
+    scale = minimum(limit / maximum(stretch, 1e-12), 1.0)  # Only shortens, in all lanes alike: no branch.
     store(x, (p, 0), px + scale * dx)
     store(x, (p, 1), py + scale * dy)
     store(x, (p, 2), pz + scale * dz)
@@ -65,7 +65,7 @@ def limit_strain(x: np.ndarray, inverse_lengths: np.ndarray, shape: Shape, limit
     inverse_lengths  of the springs, see the model, (particles, springs, W)
     limit            length over that at rest, of all strands or lanes with that of each
     """
-    for p in range(shape.clamped, x.shape[0] - shape.after):
+    for p in range(shape.clamped, x.shape[0] - shape.after):  # From the root on, so that one pass is enough.
         parent = p - 1 if p % shape.stride else p - shape.stride
         _draw_in(x, p, parent, load(inverse_lengths, (parent, p - parent - 1)), limit)
 

@@ -256,7 +256,7 @@ def _strain_rate(first, inverse_lengths, shape, x, v):
                     closing += d * (v[p + stride, c, lane] - v[p, c, lane])
                 if length > 0.0:
                     rate = abs(closing) / np.sqrt(length) * inverse_lengths[p, stride - 1, lane]
-                    if fastest < rate < np.inf:
+                    if fastest < rate < np.inf:  # A lost strand, inf or NaN, must not stop all others.
                         fastest, where, which = rate, block, lane
     return fastest, where, which
 
@@ -268,6 +268,6 @@ def _largest(vectors: np.ndarray) -> tuple[float, int, int]:
     for n in range(vectors.shape[0]):
         for lane in range(vectors.shape[2]):
             size = vectors[n, 0, lane] ** 2 + vectors[n, 1, lane] ** 2 + vectors[n, 2, lane] ** 2
-            if longest < size < np.inf:
+            if longest < size < np.inf:  # The same: what is not finite bounds no step.
                 longest, where, which = size, n, lane
     return np.sqrt(longest), where, which

@@ -77,7 +77,7 @@ def back_in(
 @njit(cache=True)
 def _seat(hairs, beside, sizes, most, leaders):
     """Give hairs the first guide that has room, one after the other, in place."""
-    for s in hairs:
+    for s in hairs:  # One after another, by number: each takes room from those after it.
         for guide in beside[s]:
             if guide >= 0 and sizes[guide] < most:
                 leaders[s] = guide

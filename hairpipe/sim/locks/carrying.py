@@ -120,7 +120,7 @@ def _follow(places, guides, owners, offsets, i, begin, x, v):
         way = turned(guides.turns, k, offset)
         y = plus(row(guides.points, p), way)
         dy = plus(row(guides.velocities, p), cross(row(guides.spins, k), way))
-        if j == 0:
+        if j == 0:  # Relative to the nearest: in squares of world coordinates the difference loses its digits.
             there = y
         w = 1.0 / max(dot(offset, offset), _CORE * _CORE)
         off = minus(y, there)
@@ -130,7 +130,7 @@ def _follow(places, guides, owners, offsets, i, begin, x, v):
     mean = scaled(1.0 / weights, to)
     put(x, i - begin, plus(there, mean))
     put(v, i - begin, scaled(1.0 / weights, speed))
-    return max(square / weights - dot(mean, mean), 0.0)
+    return max(square / weights - dot(mean, mean), 0.0)  # Not negative: rounding of a variance.
 
 
 @njit(cache=True)
@@ -147,6 +147,7 @@ def _lead_from_root(x, v, root, rate):
 def _smooth(places, guides, owners, offsets, begin, x, v):
     """Move the points of a hair by a quarter of what its bends differ from those when it began to follow, in place."""
     last = len(x) - 1
+    # Old places of the point before are kept, so that the result does not depend on the direction of the pass.
     before, went = row(x, 0), row(v, 0)
     for k in range(1, last + 1):
         i = begin + k

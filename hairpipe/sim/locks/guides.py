@@ -162,7 +162,7 @@ def _take(source, firsts, blocks, lanes, out, first, strands):
 def _give(source, first, strands, idle, out, firsts, blocks, lanes):
     for block in prange(len(first) - 1):
         for lane in range(strands.shape[1]):
-            if not idle[block, lane]:
+            if not idle[block, lane]:  # An idle lane repeats a strand: its rows are written once only.
                 begin = firsts[blocks[strands[block, lane]]]
                 theirs = lanes[strands[block, lane]]
                 for row in range(first[block + 1] - first[block]):

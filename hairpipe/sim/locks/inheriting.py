@@ -41,7 +41,7 @@ def _with_room(segments, taken, most):
     kept = np.empty(len(segments), np.bool_)
     for k in range(len(segments)):
         a, b = segments[k]
-        kept[k] = taken[a] < most and taken[b] < most
+        kept[k] = taken[a] < most and taken[b] < most  # In the order of priority: those that come first take the room.
         taken[a] += kept[k]
         taken[b] += kept[k]
     return kept

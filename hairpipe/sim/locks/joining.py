@@ -63,8 +63,8 @@ def _unite(pairs, leaders, sizes, most):
     parents = np.arange(len(leaders)).astype(np.int32)
     for k in range(len(pairs)):
         a, b = _root(parents, pairs[k, 0]), _root(parents, pairs[k, 1])
-        if a != b and sizes[a] + sizes[b] <= most:
-            first = min(a, b)
+        if a != b and sizes[a] + sizes[b] <= most:  # What would make a lock too large is left out.
+            first = min(a, b)  # The lower number names the lock, whatever the order in which it grew.
             second = max(a, b)
             parents[second] = first
             sizes[first] += sizes[second]
@@ -77,7 +77,7 @@ def _unite(pairs, leaders, sizes, most):
 @njit(cache=True)
 def _root(parents, s):
     while parents[s] != s:
-        parents[s] = parents[parents[s]]
+        parents[s] = parents[parents[s]]  # Path halving keeps the trees flat.
         s = parents[s]
     return s
 
@@ -106,7 +106,7 @@ def _choose(order, locks, leaders, points, offsets, out):
         fresh = False
         for s in members:
             fresh |= leaders[s] != leaders[members[0]]
-        if fresh:
+        if fresh:  # Only locks that have grown choose again: a guide is changed as seldom as possible.
             best = _nearest_to_mean(members, leaders, points, offsets)
             for s in members:
                 out[s] = best
@@ -128,6 +128,6 @@ def _nearest_to_mean(members, leaders, points, offsets):
         for k in range(count):
             for c in range(3):
                 far += (points[offsets[s] + k, c] - mean[k, c]) ** 2
-        if leaders[s] == s and far < least:
+        if leaders[s] == s and far < least:  # Only a guide has a simulated state of its own.
             best, least = s, far
     return best

@@ -123,7 +123,7 @@ def _choose(near, theirs, owners, followed):
         for candidate in range(near.shape[1]):
             place = theirs[near[i, candidate]]
             taken = chosen == FOLLOWED
-            for j in range(chosen):
+            for j in range(chosen):  # Several of the nearest points are on one guide: only the nearest of each counts.
                 taken |= owners[followed[i, j]] == owners[place]
             if not taken:
                 followed[i, chosen] = place
@@ -135,7 +135,7 @@ def _rank(followed, owners, counts, strands, begins, beside):
     """Write the owners of most places of each strand, in place; of as many, the first strand."""
     for f in prange(len(strands)):
         places = followed[begins[f] : begins[f + 1]].reshape(-1)
-        guides = np.sort(owners[places[places >= 0]])
+        guides = np.sort(owners[places[places >= 0]])  # Sorted: each guide is one run, ties go to the lower number.
         times = np.zeros(FOLLOWED, np.int64)
         first = 0
         while first < len(guides):
@@ -152,7 +152,7 @@ def _rank(followed, owners, counts, strands, begins, beside):
 def _insert(guide, count, guides, times):
     """Insert a guide where it belongs among those of most places, in place."""
     at = FOLLOWED
-    while at > 0 and count > times[at - 1]:
+    while at > 0 and count > times[at - 1]:  # Behind equals: the guide of the lower number, which came first, stays.
         at -= 1
     for k in range(FOLLOWED - 1, at, -1):
         guides[k], times[k] = guides[k - 1], times[k - 1]
@@ -176,5 +176,5 @@ def _look_back(points, offsets, turns, owners, mine, places):
             bend = minus(row(points, p - 1), x)
             if p + 1 < offsets[strand + 1]:
                 bend = plus(bend, minus(row(points, p + 1), x))
-            nearest = np.int64(places.points[i, 0])
+            nearest = np.int64(places.points[i, 0])  # Turned back by the guide that `_smooth` will turn it with.
             put(places.bends, i, turned_back(turns, turn_at(offsets, owners[nearest], nearest), bend))

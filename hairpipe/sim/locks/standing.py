@@ -49,7 +49,7 @@ def _stand(axis, rest, active, motion, held, particles):
         end = axis.first[block + 1]
         for lane in range(axis.strands.shape[1]):
             if active[axis.strands[block, lane]]:
-                accelerations[first:end, :, lane] = 0.0
+                accelerations[first:end, :, lane] = 0.0  # Nothing is known of either: the strand restarts.
                 tensions[first:end, :, lane] = 0.0
                 x[first : first + axis.root, :, lane] = held_x[block, : axis.root, :, lane]
                 v[first : first + axis.root, :, lane] = held_v[block, : axis.root, :, lane]
@@ -64,7 +64,7 @@ def _place_beside(axis, rest, motion, block, lane, x, v):
     stride = axis.stride
     begin = axis.offsets[axis.strands[block, lane]]
     last = axis.offsets[axis.strands[block, lane] + 1] - 1
-    for p in range(first, end):
+    for p in range(first, end):  # A row between two points stands about their middle, turned as the segment is.
         k = min((p - first) // stride, last - begin)
         on = k * stride == p - first
         after = min(begin + k + 1, last)

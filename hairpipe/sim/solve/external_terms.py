@@ -75,8 +75,7 @@ def _lay_out_block(axis, block, terms, velocities, weights, outer):
     touching = len(received) > 0
     for lane in range(axis.strands.shape[1]):
         strand = axis.strands[block, lane]
-        # `outer` has rows for the points of the axis only.
-        row = axis.first[block] // axis.stride
+        row = axis.first[block] // axis.stride  # `outer` has rows for the points of the axis only.
         h = weights[block, lane]
         for k in range(axis.offsets[strand], axis.offsets[strand + 1]):
             d = damping[k]
@@ -89,8 +88,7 @@ def _lay_out_block(axis, block, terms, velocities, weights, outer):
             for c in range(6):
                 outer[row, 3 + c, lane] = h * d[c]
             if touching:
-                # Already impulses: they are not multiplied by h.
-                for c in range(3):
+                for c in range(3):  # Already impulses: they are not multiplied by h.
                     outer[row, c, lane] += received[k, c]
                 for c in range(6):
                     outer[row, 3 + c, lane] += diagonal[k, c]

@@ -47,8 +47,7 @@ def _update(model, block, at, b, bad, only_bad, h, rule):
     """Move to the solution; with only_bad, in the flagged lanes only."""
     x, v, T = at
     if only_bad and shape_of(model).unknowns > 3:
-        # A rod reads the change of its angles from b in `follow_solve`: in lanes that stay it is 0.
-        for p in range(x.shape[0]):
+        for p in range(x.shape[0]):  # `follow_solve` of a rod reads b: lanes that stay change no angle.
             for c in range(shape_of(model).unknowns):
                 store(b, (p, c), select(bad, load(b, (p, c)), 0.0))
     count = x.shape[0]
@@ -63,8 +62,7 @@ def _update(model, block, at, b, bad, only_bad, h, rule):
             store(v, (p, c), load(v, (p, c)) + dv)
     if rule.form == _MULTIPLIER:
         for p in range(count):
-            # The linear system was made at the old x, so tensions are found before x moves.
-            for o in range(1, springs_from(model, p, count) + 1):
+            for o in range(1, springs_from(model, p, count) + 1):  # Before x moves: the system was made at the old x.
                 k = spring_constant(model, block, p, o)
                 t = multiplier(x, dx, p, o, k, load(model.inverse_lengths, (first + p, o - 1)))
                 if only_bad:
@@ -86,8 +84,7 @@ def _place_ends(x, v, xh, ends, held, block, clamped, h):
             store(x, (p, c), end)
             store(v, (p, c), (end - load(xh, (p, c))) / h)
     if len(held) > 0:
-        # The tip may be held in some lanes of a block only.
-        fixed = load(held, (block,)) > 0.0
+        fixed = load(held, (block,)) > 0.0  # The tip may be held in some lanes of a block only.
         for i in range(clamped):
             p = count - clamped + i
             for c in range(3):
@@ -230,8 +227,7 @@ def _carry(model, block, at, stage, h, bad, rule):
     count = x.shape[0]
     A, b = _room(model, x)
     moved, speeds, tensions = np.empty(x.shape, x.dtype), np.empty(x.shape, x.dtype), np.empty(T.shape, T.dtype)
-    # A copy, as the lanes that are not bad keep their T.
-    copy(tensions, T)
+    copy(tensions, T)  # A copy, as the lanes that are not bad keep their T.
     clamped = shape_of(model).clamped
     for p in range(count):
         for c in range(3):
@@ -296,15 +292,13 @@ def _factor_block(model, block, system, at, outer, active, stage, rule):
     A = system.A
     bs = system.b[rows]
     xs = part.x
-    # Elimination has the precision of the model, in a buffer of the block; `store_as` below rounds what is kept.
-    As = _room(model, xs)[0]
+    As = _room(model, xs)[0]  # In the precision of the model, in a buffer of the block; `store_as` below rounds.
     set_form(model, block, xs, part.T, rule)
     hold_tip(model, block, xs, part.T, its_stage.held)
     axis = slice(rows.start // shape_of(model).stride, rows.stop // shape_of(model).stride)
     coupled = A.shape[0] > 0
     full = System(As, bs)
-    # Only for numba, which needs the types of both before the loop: h is positive, so no lane is marked.
-    indefinite = h < 0.0
+    indefinite = h < 0.0  # Only for numba, which needs the types before the loop: as h > 0, no lane is marked.
     lowest = h
     # Strands that are coupled are one system, which must be positive definite: one that is not would spoil them all.
     for attempt in range(2 if coupled and shape_of(model).unknowns > 3 else 1):
@@ -319,16 +313,14 @@ def _factor_block(model, block, system, at, outer, active, stage, rule):
             # The projected stiffness is for the lanes that need it; the others keep the exact one, to the bit.
             _take_back(As, full.A, indefinite)
             _take_back(bs, full.b, indefinite)
-    # A strand by itself has its step done again instead (`may_be_lost`), which coupled strands could not do alone.
-    if not coupled:
+    if not coupled:  # A strand by itself does its step again instead (`may_be_lost`); coupled ones could not alone.
         note_pivot(model, part.T, lowest)
     substitute(model, As, bs, xs.shape[0])
     for p in range(bs.shape[0]):
         for c in range(bs.shape[1]):
             store(bs, (p, c), select(load(active, (block,)) > 0.0, load(bs, (p, c)), 0.0))
     if A.shape[0] > 0:
-        # Conjugate gradients solve with these factors in every iteration: their time is that of reading them.
-        kept = A[rows]
+        kept = A[rows]  # Conjugate gradients read these factors in every iteration: this is their time.
         for p in range(kept.shape[0]):
             for c in range(kept.shape[1]):
                 store_as(kept, (p, c), load(As, (p, c)))

@@ -75,17 +75,14 @@ def solve(
     A strand for which this is not a number, or respond gives none, is taken as held, and spares the others.
     """
     rows = -(-alone.size // _WIDTH)
-    # Filled up to whole vectors of lanes with zeros, which add nothing to sums.
-    vectors = np.zeros((7, rows, _WIDTH), _SINGLE)
+    vectors = np.zeros((7, rows, _WIDTH), _SINGLE)  # Filled up to whole vectors with zeros, which add nothing to sums.
     s, r, z, p, q, w, x = vectors
     points = [vector.reshape(-1)[: alone.size].reshape(-1, 3) for vector in vectors]
     _take_finite(alone, points[6])
-    # The first residual is r = -O x0, as x0 solves the systems of the strands; s is still 0.
-    multiply(points[6], points[0], points[1])
+    multiply(points[6], points[0], points[1])  # r = -O x0, as x0 solves the systems of the strands; s is still 0.
     np.negative(r, out=r)
     size = _size(masses, points[6])
-    # Makes beta 0 in the first iteration, so that p starts as z.
-    before = np.inf
+    before = np.inf  # Makes beta 0 in the first iteration, so that p starts as z.
     rz = 0.0
     made = 0
     while True:
@@ -94,8 +91,7 @@ def solve(
         if rz <= tolerance * tolerance * size:
             # The norm of x costs a pass over memory: it is renewed only where the old one would end the iterations.
             size = _size(masses, points[6])
-        # In this order of comparisons a NaN ends the iterations, too.
-        if not tolerance * tolerance * size < rz < np.inf or made == most:
+        if not tolerance * tolerance * size < rz < np.inf or made == most:  # In this order, a NaN ends the iterations.
             break
         multiply(points[3], points[4], points[5])
         if not _advance(rz, p, q, w, s, r, x):
@@ -123,11 +119,9 @@ def _size(masses, x):
             if masses[k] < np.inf:
                 square = np.float64(x[k, 0]) ** 2 + np.float64(x[k, 1]) ** 2 + np.float64(x[k, 2]) ** 2
                 moving[chunk] += masses[k] * square
-                # Norm of hair that moves at the speed STILL: the least that the tolerance is relative to.
-                still[chunk] += masses[k] * STILL * STILL
+                still[chunk] += masses[k] * STILL * STILL  # Of hair at the speed STILL: a floor for the tolerance.
     total, least = 0.0, 0.0
-    # One after another: a sum over threads would depend on their number.
-    for chunk in range(chunks):
+    for chunk in range(chunks):  # One after another: a sum over threads would depend on their number.
         total, least = total + moving[chunk], least + still[chunk]
     return max(total, least)
 
@@ -141,8 +135,7 @@ def _turn(before, r, z, p, q):
         _sum_finite(sums, np.int64(chunk), r, z)
     rz = _total(sums)
     beta = rz / before
-    # A second pass, as beta needs the whole sum.
-    for chunk in prange(chunks):
+    for chunk in prange(chunks):  # A second pass, as beta needs the whole sum.
         _turn_some(np.int64(chunk) * _CHUNK, beta, r, z, p, q)
     return rz
 
@@ -166,8 +159,7 @@ def _advance(rz, p, q, w, s, r, x):
 @inlined
 def _total(sums):
     total = 0.0
-    # A chunk is short enough for single precision; the sum over chunks is not.
-    for chunk in range(sums.shape[0]):
+    for chunk in range(sums.shape[0]):  # A chunk is short enough for single precision; the sum over chunks is not.
         for lane in range(sums.shape[1]):
             total += np.float64(sums[chunk, lane])
     return total
@@ -197,8 +189,7 @@ def _sum(sums, chunk, x, y):
 def _turn_some(begin, beta, r, z, p, q):
     for row in range(begin, min(begin + _CHUNK, len(r))):
         store(p, (row,), load(z, (row,)) + beta * load(p, (row,)))
-        # q = P p needs no product, as P z = r.
-        store(q, (row,), load(r, (row,)) + beta * load(q, (row,)))
+        store(q, (row,), load(r, (row,)) + beta * load(q, (row,)))  # q = P p needs no product, as P z = r.
 
 
 @njit(cache=True)

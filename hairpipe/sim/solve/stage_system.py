@@ -66,19 +66,16 @@ def assemble(model, block, system, at, outer, stage, h, rule):
     stride = shape_of(model).stride
     last = count - 1 - shape_of(model).after
     mass = model.mass[model.first[block] : model.first[block + 1]]
-    # Without h^2 K, springs are explicit; only damping stays in the matrix.
-    hh = (0.0 if rule.form == _EXPLICIT else 1.0) * h * h
+    hh = (0.0 if rule.form == _EXPLICIT else 1.0) * h * h  # Without h^2 K springs are explicit; damping stays.
     lowest = 0.0 * h + 1.0
     terms = Terms(h, hh, rule.damping, rule.part)
-    # Rows are begun `reach` ahead: forces and elimination of row p add to all rows up to p + reach.
-    for p in range(min(reach, count)):
+    for p in range(min(reach, count)):  # `reach` ahead: forces and elimination of p add to rows up to p + reach.
         _start_row(model, system, mass, (vh, v), p, h, rule)
     for p in range(count):
         if p + reach < count:
             _start_row(model, system, mass, (vh, v), p + reach, h, rule)
         add_forces(model, system, at, p, block, terms)
-        # Point n of the axis is particle clamped - 1 + n stride; particles off the axis are not acted on from outside.
-        past = p + 1 - clamped
+        past = p + 1 - clamped  # Point n of the axis is particle clamped - 1 + n stride: others have no outer terms.
         if outer.shape[0] > 0 and past >= 0 and p <= last and past % stride == 0:
             _add_outer(model, A, b, outer, p, past // stride, last)
         if p < clamped:

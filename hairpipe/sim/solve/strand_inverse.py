@@ -37,8 +37,7 @@ def _respond_block(model, axis, block, system, held, active, impulses, change):
     fill(x, 0.0)
     if active[block].any():
         _take(axis, block, impulses, x)
-        # The root is held: impulses on it are taken by the body.
-        for p in range(clamped):
+        for p in range(clamped):  # The root is held: impulses on it are taken by the body.
             for c in range(3):
                 store(x, (p, c), 0.0)
         for p in range(clamped, count):
@@ -74,8 +73,7 @@ def _take(axis, block, points, x):
 def _give(axis, block, x, points):
     """Copy what particles of a block have to its points."""
     for lane in range(axis.strands.shape[1]):
-        # An idle lane repeats a strand to fill its block: its points are written once only.
-        if not axis.idle[block, lane]:
+        if not axis.idle[block, lane]:  # An idle lane repeats a strand: its points are written once only.
             first = axis.offsets[axis.strands[block, lane]]
             row = axis.root
             for k in range(first, axis.offsets[axis.strands[block, lane] + 1]):

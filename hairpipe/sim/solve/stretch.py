@@ -23,8 +23,7 @@ def overstrained(model, x, block, limit):
         strain = sqrt(dx * dx + dy * dy + dz * dz) * inverse_rest - 1.0
         # What is not a number is beyond every limit: no comparison with it holds.
         within = both(within, both(strain <= limit, -strain <= limit))
-    # Made of masses: a zero made of positions that are not finite would be NaN.
-    zero = 0.0 * load(model.mass, (first,))
+    zero = 0.0 * load(model.mass, (first,))  # Made of masses: one made of positions that are not finite would be NaN.
     return select(within, zero, zero + 1.0) > zero
 
 
@@ -74,7 +73,6 @@ def _mark_lost(model, block, x, T, limit, out):
     lanes = overstrained(model, x[rows], block, limit)
     if shape_of(model).unknowns > 3:
         first = model.first[block]
-        # `note_pivot` leaves its mark in T[0, 0], which holds no tension in models with angles.
-        lanes = either(lanes, load(T, (first, 0)) > 0.0)
+        lanes = either(lanes, load(T, (first, 0)) > 0.0)  # The mark of `note_pivot`; such models have no tension there.
         store(T, (first, 0), 0.0)
     store(out, (block,), select(lanes, 0.0 * load(out, (block,)) + 1.0, 0.0))

@@ -59,7 +59,7 @@ def tangent(model, block, x, steps) -> np.ndarray:
     slope = np.empty_like(x)
     b = np.empty_like(x)
     step = load(steps, (block,))
-    for colour in range(2 * reach + 1):
+    for colour in range(2 * reach + 1):  # Particles so far apart have no force in common: a colour is moved at once.
         for c in range(3):
             fill(slope, 0.0)
             for side in range(6):
@@ -100,7 +100,7 @@ def _find_stable(model, block, x, steps, stable):
     store(stable, (block,), 1.0)
     for i in range(3 * clamped, H.shape[0]):
         pivot = load(H, (i, 0))
-        store(stable, (block,), select(pivot > 0.0, load(stable, (block,)), 0.0))
+        store(stable, (block,), select(pivot > 0.0, load(stable, (block,)), 0.0))  # False for NaN, too.
         for k in range(1, min(H.shape[1], H.shape[0] - i)):
             part = load(H, (i, k)) / pivot
             for m in range(k, min(H.shape[1], H.shape[0] - i)):
@@ -120,7 +120,7 @@ def assemble(model, block, x, T, part):
     still = np.zeros_like(x)
     for p in range(count):
         start_row(model, A, p, count)
-    for p in range(count):
+    for p in range(count):  # A second pass: forces of a row add to rows after it, which have to be clear.
         add_forces(model, System(A, b), Iterate(x, still, T), p, block, Terms(1.0, 1.0, 0.0, part))
     return A, b
 

@@ -70,11 +70,9 @@ def substitute(model: Any, A: Any, b: Any, count: Any) -> Any:
 @inlined
 def _start_row4(A, p, count):
     clear_row(A, p)
-    # The last row is that of q', which has no equation: an identity keeps the elimination regular.
-    if p == count - 1:
+    if p == count - 1:  # The last row is that of q', which has no equation: an identity keeps the elimination regular.
         _add_inertia(A, p, (0, 11, 21), 1.0 + 0.0 * load(A, (p, 0)))
-    # No edge begins at the last two rows: their angles have no equation either.
-    if p >= count - 2:
+    if p >= count - 2:  # No edge begins at the last two rows: their angles have no equation either.
         store(A, (p, 30), 1.0)
 
 
@@ -107,8 +105,7 @@ def _fix_root4(A, b, p, count, lowest, root):
 @inlined
 def _substitute4(A, b, count):
     banded_angle.substitute(A, b, count)
-    # q' goes along with the tip.
-    for c in range(3):
+    for c in range(3):  # q' goes along with the tip.
         store(b, (count - 1, c), load(b, (count - 2, c)))
 
 

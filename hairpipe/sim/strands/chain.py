@@ -97,8 +97,7 @@ def _add_forces(model, system, at, p, block, terms):
     count = x.shape[0]
     row = model.first[block] + p
     if p + 2 < count:
-        # The joint at the root stands for half a segment of free hair, the other half being buried: twice as stiff.
-        joint = 2.0 if p == 0 else 1.0
+        joint = 2.0 if p == 0 else 1.0  # Stands for half a segment of free hair, the rest is buried: twice as stiff.
         add_bending(A, b, x, p, joint * load(model.constants, (block, 1)), h, hh)
     if p + 1 < count:
         k, inverse_rest = load(model.constants, (block, 0)), load(model.inverse_lengths, (row, 0))

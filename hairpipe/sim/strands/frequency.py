@@ -33,8 +33,7 @@ def stiffest_springs(model):
                 sums[p] += stiffness / model.mass[first + p]
                 sums[p + o] += stiffness / model.mass[first + p + o]
         for lane in range(sums.shape[1]):
-            # Held particles do not swing; the springs to them count at their free ends.
-            most = sums[shape_of(model).clamped :, lane].max()
+            most = sums[shape_of(model).clamped :, lane].max()  # Held particles do not swing.
             if most > stiffest:
                 stiffest, where, which = most, block, lane
     return stiffest, where, which

@@ -146,8 +146,7 @@ def _constant(model, block, p, offset):
     """Constant of the spring from particle p to p + offset: edge, bending or torsion, see the lattice."""
     if offset == 3:
         return _at_root(p) * load(model.constants, (block, 2))
-    # Odd rows are off the axis: two of them are joined by a bending spring, two even ones by an edge.
-    if offset == 2 and p % 2:
+    if offset == 2 and p % 2:  # Odd rows are off the axis: two of them have a bending spring, two even ones an edge.
         return _at_root(p) * load(model.constants, (block, 1))
     return load(model.constants, (block, 0))
 
@@ -188,8 +187,7 @@ def _add_forces(model, system, at, p, block, terms):
         spring3 = _spring(model, at, p, block, 3, terms)
         add_tetrahedron(A, b, p, altitude, spring1, spring2, spring3)
     else:
-        # The last three particles begin no tetrahedron.
-        for offset in range(1, count - p):
+        for offset in range(1, count - p):  # The last three particles begin no tetrahedron.
             add_spring(A, b, p, offset, _spring(model, at, p, block, offset, terms))
 
 

@@ -68,8 +68,7 @@ def rise(
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(push))):
             if probe.distance[i] < -DEEP and mass[i] < np.inf:
                 _rise(contact, probe, i, kept[i], push[i] / PUSH_OUT * mass[i], dt)
-            # Out now: from here on an ordinary contact holds it.
-            elif contact.state[i] == INSIDE:
+            elif contact.state[i] == INSIDE:  # Out now: from here on an ordinary contact holds it.
                 _release(contact, i)
 
 
@@ -83,12 +82,10 @@ def _release(contact, i):
 def _rise(contact, probe, i, kept, damping, dt):
     nx, ny, nz = probe.normal[i, 0], probe.normal[i, 1], probe.normal[i, 2]
     vx, vy, vz = probe.velocity[i, 0], probe.velocity[i, 1], probe.velocity[i, 2]
-    # Slower where it has nearly come out: it ends at the distance that it keeps, not beyond.
     speed = min(PUSH_OUT, max(kept - probe.distance[i], 0.0) / dt)
     contact.discontinuous[i] |= contact.state[i] != INSIDE
     contact.state[i] = INSIDE
-    # Isotropic, as in a thick fluid: there is no surface that friction could act on.
-    contact.c_t[i] = contact.c_n[i] = damping
+    contact.c_t[i] = contact.c_n[i] = damping  # Isotropic, as in a thick fluid: no surface, and no friction.
     contact.body[i] = vx * nx + vy * ny + vz * nz
     contact.normal[i, 0], contact.normal[i, 1], contact.normal[i, 2] = nx, ny, nz
     contact.target[i, 0], contact.target[i, 1], contact.target[i, 2] = vx + speed * nx, vy + speed * ny, vz + speed * nz

@@ -75,7 +75,6 @@ def _find_turns(points, offsets, found):
         angle = np.arctan2(sines, cosines)
         if count > 0 and bend > _STRAIGHT * count and angle > 0.0:
             turn = round(2.0 * np.pi / angle)
-            # Two points a turn is a zigzag, not a helix; a turn of most of the strand has no centre line to follow.
             if 2 < turn <= _LONGEST * (end - begin):
                 found[strand] = turn
 
@@ -110,8 +109,7 @@ def add_heights(
     for strand in prange(len(turns.points)):
         radius = turns.radii[strand]
         if radius > 0.0:
-            # Without the root, which is held.
-            for k in range(offsets[strand] + 1, offsets[strand + 1]):
+            for k in range(offsets[strand] + 1, offsets[strand + 1]):  # Without the root, which is held.
                 n = normals[k]
                 if n[0] != 0.0 or n[1] != 0.0 or n[2] != 0.0:
                     height = radius

@@ -88,8 +88,7 @@ def resume(contact: ContactState, probe: SdfSample, v: np.ndarray, thickness: np
     """
     for chunk in prange((len(v) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(v))):
-            # The others touched already, and keep their friction.
-            if contact.state[i] == FREE and mass[i] < np.inf:
+            if contact.state[i] == FREE and mass[i] < np.inf:  # The others touched already, and keep their friction.
                 _resume(contact, probe, i, v, thickness[i])
 
 
@@ -121,8 +120,7 @@ def hold(
     """
     for chunk in prange((len(thickness) + _CHUNK - 1) // _CHUNK):
         for i in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(thickness))):
-            # What rises has its target from the beginning of the step (`depenetration.py`).
-            if at.active[i] and contact.state[i] != INSIDE:
+            if at.active[i] and contact.state[i] != INSIDE:  # What rises has its target already (`rise`).
                 _aim(contact, probe, i, at.velocities, thickness[i], at.masses[i], at.weights[i])
             if contact.state[i] != FREE:
                 _add_hold(contact, i, push, damping)
@@ -143,14 +141,12 @@ def _aim(contact, probe, i, v, thickness, mass, h):
     contact.discontinuous[i] |= contact.state[i] == FREE or old[0] * nx + old[1] * ny + old[2] * nz < _TURNED
     c_n = STIFF * mass / h
     if contact.state[i] == FREE:
-        # The first solve finds its load and its speed without friction.
-        contact.state[i] = NEW
+        contact.state[i] = NEW  # The first solve finds its load and its speed without friction.
         contact.c_t[i] = 0.0
     bx, by, bz = probe.velocity[i, 0], probe.velocity[i, 1], probe.velocity[i, 2]
     body = bx * nx + by * ny + bz * nz
     speed = v[i, 0] * nx + v[i, 1] * ny + v[i, 2] * nz + (thickness - phi) / h
-    # Bounded, so that hair which begins too near is moved out gently.
-    extra = min(speed - body, PUSH_OUT)
+    extra = min(speed - body, PUSH_OUT)  # Bounded, so that hair which begins too near is moved out gently.
     # What sticks, c_t = c_n, goes on sticking though c_n differs in this stage; what slides keeps its damper.
     contact.c_t[i] = c_n if contact.c_t[i] >= contact.c_n[i] > 0.0 else min(contact.c_t[i], c_n)
     contact.c_n[i] = c_n
@@ -201,7 +197,6 @@ def update_active_set(
             if at.active[i] and at.masses[i] < np.inf:
                 if contact.state[i] == FREE:
                     phi = probe.distance[i]
-                    # Without a normal the body is out of reach.
                     moved = probe.normal[i, 0] != 0.0 or probe.normal[i, 1] != 0.0 or probe.normal[i, 2] != 0.0
                     changed[i] = moved and phi < thickness[i] - (2 * _NEAR if contact.freed[i] else _NEAR)
                 elif contact.state[i] != INSIDE:
@@ -214,8 +209,7 @@ def _update_touching(contact, i, v, friction):
     c, n, w = contact.c_n[i], contact.normal[i], contact.target[i]
     ux, uy, uz = v[i, 0] - w[0], v[i, 1] - w[1], v[i, 2] - w[2]
     normal = ux * n[0] + uy * n[1] + uz * n[2]
-    # The body would have to pull: the contact opens, and the strand is solved again without it.
-    if normal > 0.0:
+    if normal > 0.0:  # The body would have to pull: the contact opens, and the strand is solved again without it.
         contact.state[i] = FREE
         contact.freed[i] = contact.discontinuous[i] = True
         return True
@@ -229,8 +223,7 @@ def _update_touching(contact, i, v, friction):
     tx, ty, tz = ux - normal * n[0], uy - normal * n[1], uz - normal * n[2]
     speed = np.sqrt(tx * tx + ty * ty + tz * tz)
     force = contact.c_t[i] * speed
-    # Sticks: either within the cone of friction, or it starts to slide at the speed that it would have alone.
-    if contact.c_t[i] >= c:
+    if contact.c_t[i] >= c:  # Sticks within the cone of friction, else it slides at the speed it would have alone.
         if force <= limit:
             return False
         contact.c_t[i] = min(c, limit * c / (STIFF * (force - limit)))

@@ -72,8 +72,7 @@ def keep_lengths(after: np.ndarray, normals: np.ndarray, masses: np.ndarray, mov
     """
     way = np.empty(3)
     for i in range(1, len(moved)):
-        # A root: the point before it belongs to another strand.
-        if masses[i] == np.inf:
+        if masses[i] == np.inf:  # A root: the point before it belongs to another strand.
             continue
         rest = length = along = 0.0
         for a in range(3):

@@ -88,11 +88,11 @@ def _find_unsure(points, time, seen, active, bound, law, clearance, unsure):
         if active[i]:
             way = length(minus(row(points, i), row(seen.places, i))) + speed * abs(time - seen.times[i])
             least = seen.distance[i] - STEEPEST * way
+            # The same place and time, or a free point that cannot have come near: nobody reads its exact distance.
             known = (way == 0.0 and time == seen.times[i]) or (not bound[i] and least > far)
             unsure[i] = not known
             if known:
-                # A bound from below, as the distance itself is no longer known.
-                clearance[i] = least
+                clearance[i] = least  # A bound from below, as the distance itself is no longer known.
 
 
 @njit(cache=True, parallel=True)

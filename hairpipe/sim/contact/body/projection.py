@@ -51,7 +51,6 @@ def slide(u, n, push, friction):
     normal = u[0] * n[0] + u[1] * n[1] + u[2] * n[2]
     tx, ty, tz = u[0] - normal * n[0], u[1] - normal * n[1], u[2] - normal * n[2]
     speed = np.sqrt(tx * tx + ty * ty + tz * tz)
-    # Coulomb's law for a push as an impulse: sliding loses mu times it, at most all.
     keep = max(0.0, 1.0 - friction * push / speed) if speed > 0.0 else 0.0
     normal += push
     return normal * n[0] + keep * tx, normal * n[1] + keep * ty, normal * n[2] + keep * tz
@@ -88,8 +87,7 @@ def project(
     next_met = 0
     for i in range(count):
         through = -1
-        # Both ascend, so that one walk over the points finds what each has met.
-        if next_met < len(met) and met[next_met] == i:
+        if next_met < len(met) and met[next_met] == i:  # Both ascend: one walk over points finds what each has met.
             through = next_met
             next_met = next_met + 1
         kept, phi = motion.thickness[i], ended.distance[i]
@@ -144,6 +142,5 @@ def _stop(motion, i, share, n, b, dx, dv):
     w = ((p[0] - q[0]) / dt - b[0], (p[1] - q[1]) / dt - b[1], (p[2] - q[2]) / dt - b[2])
     s = slide(w, n, max(0.0, -(w[0] * n[0] + w[1] * n[1] + w[2] * n[2])), motion.friction)
     for a in range(3):
-        # The way up to the body was free; only what is left of the step slides.
-        dx[i, a] = (1.0 - share) * dt * (s[a] - w[a])
+        dx[i, a] = (1.0 - share) * dt * (s[a] - w[a])  # The way to the body was free; only the rest of the step slides.
     _slow(motion, i, n, b, dv)

@@ -157,8 +157,7 @@ def _apart(x, y, distance):
     apart = np.empty(len(x), np.bool_)
     for k in prange(len(x)):
         a, b, c = x[k, 0] - y[k, 0], x[k, 1] - y[k, 1], x[k, 2] - y[k, 2]
-        # Written with `not`, so that NaN counts as apart.
-        apart[k] = not a * a + b * b + c * c <= distance * distance
+        apart[k] = not a * a + b * b + c * c <= distance * distance  # Written with `not`, so that NaN counts as apart.
     return apart
 
 

@@ -96,8 +96,7 @@ def _end(after, previous, change, dt, ends, struck):
         struck[k] = False
         for c in range(3):
             ends[k, c] = after[k, c] + dt * change[k, c]
-            # Exactly: only pairs with a point that ends elsewhere than before are searched again.
-            struck[k] |= change[k, c] != previous[k, c]
+            struck[k] |= change[k, c] != previous[k, c]  # Exactly: only pairs with a changed point are searched again.
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -123,14 +122,12 @@ def _passages(before, after, masses, met, thickness, dt):
 def _solve(change, passages, masses, segments, fractions, friction):
     """Add the effect of impulses to the change of velocity, crossing by crossing, in place."""
     for _ in range(_SWEEPS):
-        # The earliest crossing first, and on one thread: each sees the changes of those before it.
-        for i in range(len(segments)):
+        for i in range(len(segments)):  # The earliest first, on one thread: each sees those before it.
             mass = passages[i, 7]
             if mass == 0.0:
                 continue
             n = (passages[i, 0], passages[i, 1], passages[i, 2])
             u = plus((passages[i, 3], passages[i, 4], passages[i, 5]), between(change, segments, fractions, i))
             dv = passages[i, 6] - dot(n, u)
-            # Less is rounding of u, and would mark points as struck that are not.
-            if dv > 1e-12 * np.sqrt(dot(u, u)):
+            if dv > 1e-12 * np.sqrt(dot(u, u)):  # Less is rounding of u, and would mark points as struck that are not.
                 apply(change, masses, segments, fractions, i, impulse(u, n, dv, friction, mass))

@@ -50,8 +50,7 @@ def coplanar_time(pair: Encounter) -> float:
         return np.inf
     time = _first_root(pair, b, noise)
     if max(length(N0), max(length(N1), 0.5 * length(N01))) <= NEARLY_PARALLEL * area or _is_flat(b, noise):
-        # The cubic has no information here, or only noise: an end then has to come to the other line.
-        time = min(time, first_graze(pair))
+        time = min(time, first_graze(pair))  # The cubic is noise here: an end has to come to the other line.
     return time
 
 
@@ -76,11 +75,9 @@ def _first_root(pair: Encounter, b: Cubic, noise: float) -> float:
     low, high = quadratic_roots(b[1] - b[0], b[2] - b[1], b[3] - b[2])
     left = 0.0
     f_left = b[0]
-    # Between its extremes the cubic is monotone: at most one root in each interval.
-    for right in (low, high, 1.0):
+    for right in (low, high, 1.0):  # Between its extremes the cubic is monotone: at most one root in each interval.
         f_right = _value(b, right)
-        # A double root touches zero at an extreme without a change of sign.
-        if abs(f_left) <= noise and touch_inside(pair, left):
+        if abs(f_left) <= noise and touch_inside(pair, left):  # A double root touches zero without a change of sign.
             return left
         if (f_left < 0.0) != (f_right < 0.0):
             root = _bracketed(b, left, right)
@@ -105,8 +102,7 @@ def _slope(b: Cubic, t: float) -> float:
 @njit(cache=True)
 def _bracketed(b: Cubic, low: float, high: float) -> float:
     """Return the root between low and high, where the cubic changes sign: Newton's method, kept in by bisection."""
-    # The bracket is kept while Newton's method converges, which alone may leave it.
-    negative_left = _value(b, low) < 0.0
+    negative_left = _value(b, low) < 0.0  # The bracket is kept while Newton's method converges, which may leave it.
     t = 0.5 * (low + high)
     for _ in range(100):
         value = _value(b, t)
@@ -165,8 +161,7 @@ def _times_on_line(end: Path, start: Path, stop: Path) -> tuple[float, float]:
     times = (1.0, 1.0)
     for first, doubled, last in zip(q0, q1, q2):  # noqa: B905, numba has no strict
         size = max(abs(first), abs(0.5 * doubled), abs(last))
-        # The other components may be nothing but rounding.
-        if size > largest:
+        if size > largest:  # The other components may be nothing but rounding.
             largest = size
             times = quadratic_roots(first, 0.5 * doubled, last)
     return times

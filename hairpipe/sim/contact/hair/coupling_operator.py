@@ -64,8 +64,7 @@ def _count_acting(acts, incidence, first):
     for chunk in prange(-(-(len(first) - 1) // _CHUNK)):
         for k in range(chunk * _CHUNK, min((chunk + 1) * _CHUNK, len(first) - 1)):
             for e in range(incidence.first[k], incidence.first[k + 1]):
-                # What does not act is left out here once, instead of being read in every iteration.
-                first[k + 1] += acts[incidence.sides[e] >> 1]
+                first[k + 1] += acts[incidence.sides[e] >> 1]  # Left out once here, not in every iteration.
     for k in range(1, len(first)):
         first[k] += first[k - 1]
 
@@ -102,15 +101,13 @@ def _gather_some(couplings, incidence, out, begin):
                 near = _more_block(near, (1.0 - r) * (1.0 - r), M)
                 far = _more_block(far, r * r, M)
                 between = _more_block(between, r * (1.0 - r), M)
-                # The push acts on the first segment, and the opposite on the second.
-                sign = 1.0 - 2.0 * j
+                sign = 1.0 - 2.0 * j  # The push acts on the first segment, and the opposite on the second.
                 s = fractions[i, j]
                 push = (exerted[i, PUSH], exerted[i, PUSH + 1], exerted[i, PUSH + 2])
                 near_push = plus(near_push, scaled(sign * (1.0 - s), push))
                 far_push = plus(far_push, scaled(sign * s, push))
                 place += 1
-        # Row begin - 1 belongs to another thread: here it only gives what it passes on to the next point.
-        if k >= begin:
+        if k >= begin:  # Row begin - 1 belongs to another thread: it only gives what it passes on to the next.
             for c in range(6):
                 out.diagonal[k, c], out.following[k, c] = near[c] + carried[c], between[c]
             for c in range(3):
@@ -199,8 +196,7 @@ def impulses_after(rows: CouplingRows, change: np.ndarray, active: np.ndarray, o
             if active[k]:
                 total, far = _across(rows, places, k, rounded)
                 near = total - far
-                # Each point sums up for itself what the segment before passes on: active points need not be contiguous.
-                if k > 0:
+                if k > 0:  # Summed up anew from the segment before: active points need not be contiguous.
                     near = near + _across(rows, places, k - 1, rounded)[1]
                 own = _own_part(rows, change, k)
                 for c in range(3):
@@ -220,8 +216,7 @@ def follow(rows: CouplingRows, change: np.ndarray, active: np.ndarray, total: np
                 own = _own_part(rows, change, k)
                 for c in range(3):
                     out[k, c] -= own[c]
-                    # A lost strand must not move the others; a comparison with NaN is false.
-                    if abs(change[k, c]) < np.inf:
+                    if abs(change[k, c]) < np.inf:  # A lost strand must not move the others (false for NaN).
                         total[k, c] += change[k, c]
 
 
@@ -255,8 +250,7 @@ def _across(rows, places, k, v):
     total, far = zeros(), zeros()
     for e in range(first[k], first[k + 1]):
         ahead = np.int64(others[min(e + AHEAD, len(others) - 1)])
-        # The other side lies anywhere in memory, and its six numbers may span two cache lines.
-        fetch(v, 3 * ahead)
+        fetch(v, 3 * ahead)  # The other side lies anywhere in memory, and its six numbers may span two cache lines.
         fetch(v, 3 * ahead + 5)
         d = load_short_four(places, 4 * e)
         q = np.int64(others[e])

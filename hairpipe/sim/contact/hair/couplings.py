@@ -132,13 +132,11 @@ def find_incidence(segments: np.ndarray, points: int) -> Incidence:
     for i in range(len(segments)):
         for j in range(2):
             first[segments[i, j] + 1] += 1
-    # Counts become the starts of the lists.
-    for k in range(points):
+    for k in range(points):  # Counts become the starts of the lists.
         first[k + 1] += first[k]
     free = first[:-1].copy()
     sides = np.empty(2 * len(segments), np.int32)
-    # In the order of couplings: each point later sums up its list in that order, whatever the threads.
-    for i in range(len(segments)):
+    for i in range(len(segments)):  # In the order of couplings, so that each point sums up its list in that order.
         for j in range(2):
             k = segments[i, j]
             sides[free[k]] = 2 * i + j

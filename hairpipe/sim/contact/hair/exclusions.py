@@ -26,8 +26,7 @@ def _unite(a, b, out):
     i, j, count = 0, 0, 0
     while i < len(a) and j < len(b):
         out[count] = min(a[i], b[j])
-        # A key in both sets moves both on, and so is written once.
-        i, j = i + (a[i] == out[count]), j + (b[j] == out[count])
+        i, j = i + (a[i] == out[count]), j + (b[j] == out[count])  # A key in both sets moves both on: written once.
         count += 1
     for left in (a[i:], b[j:]):
         out[count : count + len(left)] = left

@@ -61,18 +61,15 @@ def _sweep(v, pairs, normals, masses, rule, sweeps, elastic):
         for i in range(len(segments)):
             s, t = fractions[i]
             w = inverse_mass(masses, segments, fractions, i)
-            # Both hairs are held, or the closest point is an end: left out as in the authors' code.
             if w == 0.0 or not (0.0 < s < 1.0 and 0.0 < t < 1.0):
                 continue
             n = (normals[i, 0], normals[i, 1], normals[i, 2])
-            # Normals and distances stay those of the beginning: sweeps change velocities only.
-            room = pairs.distances[i] - thickness
+            room = pairs.distances[i] - thickness  # Those of the beginning: sweeps change velocities only.
             u = between(v, segments, fractions, i)
             un = dot(n, u)
             if turn < sweeps:
                 dv = -_SHARE * max(room, 0.0) / dt - un
             else:
-                # The second bound is what the spring can do in the step: weak springs undo less than a tenth.
                 dv = min(-_SHARE * room / dt - un, -dt * stiffness * w * room)
             if dv > 0.0:
                 apply(v, masses, segments, fractions, i, impulse(u, n, dv, friction, 1.0 / w))

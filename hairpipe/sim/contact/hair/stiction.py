@@ -130,8 +130,7 @@ def _hold_on(kept, connections, points, distance, widths):
     for i in prange(len(kept)):
         span = between(points, connections.segments, connections.fractions, i)
         far = distance * mean_width(widths, connections.segments, i)
-        # NaN is not kept: a connection of a lost strand breaks.
-        kept[i] = dot(span, span) <= far * far
+        kept[i] = dot(span, span) <= far * far  # NaN is not kept: a connection of a lost strand breaks.
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -143,8 +142,7 @@ def _linearise(out, connections, at, law, widths):
     acts, exerted = out.acts, out.exerted
     for i in prange(len(acts)):
         acts[i] = False
-        # Neither strand is solved: there is no equation for the coupling to be in.
-        if not (at.active[segments[i, 0]] or at.active[segments[i, 1]]):
+        if not (at.active[segments[i, 0]] or at.active[segments[i, 1]]):  # Neither strand is solved.
             continue
         apart, u = between(points, segments, fractions, i), between(velocities, segments, fractions, i)
         length, speed = np.sqrt(dot(apart, apart)), np.sqrt(dot(u, u))
@@ -165,7 +163,6 @@ def _linearise(out, connections, at, law, widths):
             force = -span * (pull + c * dot(u, d))
             acts[i] = True
             exerted[i, ALONG] = span * (h * k + c)
-            # Only tension resists turning; the negative stiffness of compression would make M indefinite.
             exerted[i, ACROSS] = span * h * max(pull, 0.0) / max(length, _SMALLEST)
             for a in range(3):
                 exerted[i, DIRECTION + a], exerted[i, PUSH + a] = d[a], force * d[a]

@@ -49,8 +49,7 @@ def altitude_along(areas, chosen, size, u):
 
     areas  N_0 ... N_3; chosen  N of this altitude; size  |N|^2 [m^4]; u  from particle 0 to 1 [m]
     """
-    # Four particles in one place have no N: the bound makes their force 0 instead of NaN.
-    inverse = 1.0 / maximum(size, nothing(size))
+    inverse = 1.0 / maximum(size, nothing(size))  # Four particles in one place have no N: force 0 instead of NaN.
     n0, n1, n2, n3 = areas
     weights = dot(n0, chosen) * inverse, dot(n1, chosen) * inverse, dot(n2, chosen) * inverse, dot(n3, chosen) * inverse
     length = sqrt(inverse)
@@ -61,8 +60,7 @@ def altitude_along(areas, chosen, size, u):
 def _shortest(u, v, w, rest):
     """Area vectors, the largest |N|^2 of the candidates, their N, and what `rest` holds for it."""
     n0, n1, n2, n3 = area_vectors(u, v, w)
-    # 6V is common to all seven: the shortest altitude has the largest |N|, and no candidate is divided.
-    best = dot(n0, n0), n0, rest[0]
+    best = dot(n0, n0), n0, rest[0]  # 6V is common to all: the shortest has the largest |N|; nothing is divided.
     best = _larger(best, n1, rest[1])
     best = _larger(best, n2, rest[2])
     best = _larger(best, n3, rest[3])
@@ -88,8 +86,7 @@ def shortest_altitude(u, v, w, rest):
     """
     areas, best = _shortest(u, v, w, rest)
     thin = collinear(u, v, w, best[0])
-    # A branch for the whole block: it is rare that any of its lanes needs this.
-    if any_lane(thin):
+    if any_lane(thin):  # A branch for the whole block: it is rare that any of its lanes needs this.
         areas, best, u = _shortest_off_the_line(u, v, w, rest, best[0], thin)
     size, chosen, kept = best
     weights, direction, height = altitude_along(areas, chosen, size, u)

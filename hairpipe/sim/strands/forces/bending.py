@@ -30,8 +30,7 @@ def add_bending(A, b, x, p, stiffness, h, hh):
     _add_isotropic(A, p, s)
     _add_isotropic(A, p + 1, 4.0 * s)
     _add_isotropic(A, p + 2, s)
-    # K is isotropic: the three components are the same, and do not mix.
-    zero = 0.0 * s
+    zero = 0.0 * s  # K is isotropic: the three components are the same, and do not mix.
     add_coupling(A, p, 1, (-2.0 * s, zero, zero, -2.0 * s, zero, -2.0 * s))
     add_coupling(A, p + 1, 1, (-2.0 * s, zero, zero, -2.0 * s, zero, -2.0 * s))
     add_coupling(A, p, 2, (s, zero, zero, s, zero, s))

@@ -48,7 +48,6 @@ def linearise_spring(at, p, offset, spring, h, hh):
     d, length, inverse = _direction(x, p, p + offset)
     closing = dot(d, difference(v, p, p + offset))
     f = h * (k * (inverse_rest * length - 1.0) + c * closing)
-    # A compressed spring has negative stiffness across it, which would make the matrix indefinite.
     t = hh * maximum(load(T, (p, offset - 1)), 0.0) * inverse
     xx, xy, xz, yy, yz, zz = outer(hh * k * inverse_rest + h * c - t, d)
     return scaled(f, d), (xx + t, xy, xz, yy + t, yz, zz + t)

@@ -47,8 +47,7 @@ def carried(m, te, tf):
     """Carry a vector across te to tf without twist; across a fold to the nearest unit vector that is across tf."""
     chi = 1.0 + dot(te, tf)
     over = minus(m, scaled(dot(tf, m) / maximum(chi, FOLDED), plus(te, tf)))
-    # There the denominator is clamped, and the result no unit vector across tf any more.
-    folded = chi < FOLDED
+    folded = chi < FOLDED  # There the denominator is clamped, and the result no unit vector across tf any more.
     if any_lane(folded):
         unit = across(over, tf)
         over = select(folded, unit[0], over[0]), select(folded, unit[1], over[1]), select(folded, unit[2], over[2])
@@ -64,8 +63,7 @@ def turned(m, t, sine, cosine):
 @inlined
 def sine_cosine(psi):
     """Sine and cosine of lanes, to 1e-13 up to `MOST`: by their series at a quarter of the angle, doubled twice."""
-    # Series instead of calls: lanes stay vectors. A quarter of the angle keeps them short.
-    x = 0.25 * maximum(minimum(psi, MOST), -MOST)
+    x = 0.25 * maximum(minimum(psi, MOST), -MOST)  # Series at a quarter of the angle: no calls, lanes stay vectors.
     y = x * x
     s = 1.0 - y * (1.0 / 156.0) * (1.0 - y * (1.0 / 210.0))
     s = x * (

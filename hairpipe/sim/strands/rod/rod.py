@@ -148,8 +148,7 @@ def _constant(model, block, p, offset):
 @inlined
 def _add_forces(model, system, at, p, block, terms):
     (A, b), (x, _, T), (h, hh, _, part) = system, at, terms
-    # A vertex needs three nodes from row p on; q in the first row and q' in the last are no nodes.
-    if not 0 < p < x.shape[0] - 3:
+    if not 0 < p < x.shape[0] - 3:  # A vertex needs three nodes from row p on, and q and q' are not nodes.
         return
     row = model.first[block] + p + 1
     inverse = load(model.constants, (block, 1))

@@ -26,8 +26,7 @@ def semidefinite(H, like):
     for i in range(SIZE):
         for j in range(SIZE):
             store(V, (8 * i + j,), 1.0 if i == j else 0.0)
-    # A fixed number: a test of convergence would let the lanes of a block depend on each other.
-    for _ in range(_SWEEPS):
+    for _ in range(_SWEEPS):  # A fixed number: a test of convergence would let lanes of a block depend on each other.
         for i in range(SIZE - 1):
             for j in range(i + 1, SIZE):
                 _rotate(S, V, i, j)
@@ -40,8 +39,7 @@ def _rotate(S, V, i, j):
     """Rotate rows and columns i and j so that S_ij becomes zero."""
     a, b, c = load(S, (8 * i + i,)), load(S, (8 * j + j,)), load(S, (8 * i + j,))
     size = sqrt((b - a) * (b - a) + 4.0 * c * c)
-    # The smaller of the two rotations; this sign avoids cancellation.
-    bottom = select(b > a, b - a + size, b - a - size)
+    bottom = select(b > a, b - a + size, b - a - size)  # The smaller rotation; this sign avoids cancellation.
     t = select(bottom * bottom > 0.0, 2.0 * c / bottom, 0.0)
     cosine = 1.0 / sqrt(1.0 + t * t)
     sine = t * cosine

@@ -19,7 +19,6 @@ def predict(model, T, span, stays):
     A solve linearised at the twists where its stage began is of first order.
     """
     last = load(T, (0, SPAN))
-    # A factor instead of a branch: lanes that stay, or have no stage before, go on by 0.
     goes = select(either(stays, last <= 0.0), 0.0, span / maximum(last, _SHORTEST))
     for p in range(GHOST + 1, T.shape[0] - 2):
         twist = load(T, (p, TWIST))
@@ -59,16 +58,14 @@ def _hold_tip(x, T, fixed):
     """Compare the last director with what q' shows; the nearest of the twists that differ by turns is taken."""
     last = x.shape[0] - 3
     te, tf, _, _, m, _ = carry_frame(x, T, GHOST)
-    # The director at the tip depends on all twists before it: frames are carried from the root on.
-    for p in range(GHOST + 1, last):
+    for p in range(GHOST + 1, last):  # The tip's director depends on all twists: frames are carried from the root.
         te, tf, _, _, m, _ = carry_frame(x, T, p)
     over = carried(m, te, tf)
     shown = across(difference(x, last + 1, last + 2), tf)
     rows = np.empty((2, x.shape[2]), x.dtype)
     store(rows, (0,), dot(cross(over, shown), tf))
     store(rows, (1,), dot(over, shown))
-    # Lane by lane: arctan2 has no vector form here, and is needed once a strand only.
-    for lane in range(x.shape[2]):
+    for lane in range(x.shape[2]):  # Lane by lane: arctan2 has no vector form here, and is needed once a strand only.
         before = T[last, TWIST, lane]
         change = np.arctan2(rows[0, lane], rows[1, lane]) - before
         rows[0, lane] = before + change - 2.0 * np.pi * np.round(change / (2.0 * np.pi))

@@ -77,8 +77,7 @@ class Bend(NamedTuple):
 def bend(te, tf, ie, jf, m1e, m1f):
     """Measure a vertex between unit tangents te and tf with directors m1e and m1f; ie, jf  1 / lengths [1/m]."""
     m2e, m2f = cross(te, m1e), cross(tf, m1f)
-    # A folded vertex has no bound on its curvature: beyond `FOLDED` it grows no further.
-    inverse = 1.0 / maximum(1.0 + dot(te, tf), FOLDED)
+    inverse = 1.0 / maximum(1.0 + dot(te, tf), FOLDED)  # Beyond `FOLDED` the curvature grows no further.
     kb = scaled(2.0 * inverse, cross(te, tf))
     m1, m2 = plus(m1e, m1f), plus(m2e, m2f)
     k1, k2 = 0.5 * dot(m2, kb), -0.5 * dot(m1, kb)
@@ -209,7 +208,6 @@ def geometric(q, v):
     k = s * K * v.inverse
     ef = _sum9(_product(scaled(s, v.tt), te_D), _product(scaled(s, minus(tf_D, plus(twisted, twisted))), v.tt))
     ef = _sum9(ef, _product(scaled(-k, v.te), v.tf))
-    # [w]x, the matrix of the cross product with w, is the antisymmetric part that is added to ef below.
     w = scaled(s, minus(scaled(q3 * v.inverse, v.te), D))
     ef = (
         ef[0] - k,
